@@ -1,0 +1,136 @@
+//! Pixel → ray. Twin of the camera part of `shaders/camera.wgsl`.
+
+use glam::DVec3;
+
+use crate::scene::Camera;
+
+/// The camera's frame, computed once in f64. These f64 numbers *are* the camera (contract §1):
+/// every exact statement about a pixel refers to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Eye point, world units.
+    pub position: DVec3,
+    /// Unit vector along the view axis (to f64 rounding).
+    pub forward: DVec3,
+    /// Unit vector to the right of the picture.
+    pub right: DVec3,
+    /// Unit vector to the top of the picture.
+    pub true_up: DVec3,
+    /// Tangent of half the vertical field of view.
+    pub h: f64,
+}
+
+impl View {
+    /// The frame of a checked camera.
+    pub fn new(camera: &Camera) -> View {
+        // Powers of two scale exactly, so a scene of any size keeps its frame bit for bit.
+        let forward = unit(camera.look_at - camera.position);
+        let right = unit(forward.cross(camera.up / power_of_two_near(camera.up)));
+        View {
+            position: camera.position,
+            forward,
+            right,
+            true_up: right.cross(forward),
+            h: (camera.fov_degrees.to_radians() / 2.0).tan(),
+        }
+    }
+}
+
+/// `v / ‖v‖`, without overflow or underflow on the way.
+fn unit(v: DVec3) -> DVec3 {
+    let scaled = v / power_of_two_near(v);
+    scaled / scaled.length()
+}
+
+/// The power of two just not above the largest component of `v` (1 for the zero vector).
+fn power_of_two_near(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest == 0.0 || !largest.is_finite() {
+        return 1.0;
+    }
+    if largest < f64::MIN_POSITIVE {
+        return f64::MIN_POSITIVE;
+    }
+    f64::from_bits(largest.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// A rectangle of pixels of a picture seen by a [`View`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pixels {
+    /// The camera.
+    pub view: View,
+    /// Width of the whole picture, px.
+    pub image_width: u32,
+    /// Height of the whole picture, px.
+    pub image_height: u32,
+    /// Left column of the rectangle, px.
+    pub x: u32,
+    /// Top row of the rectangle, px.
+    pub y: u32,
+    /// Columns of the rectangle.
+    pub width: u32,
+    /// Rows of the rectangle.
+    pub height: u32,
+}
+
+impl Pixels {
+    /// All pixels of a picture.
+    pub fn whole(view: View, image_width: u32, image_height: u32) -> Pixels {
+        Pixels {
+            view,
+            image_width,
+            image_height,
+            x: 0,
+            y: 0,
+            width: image_width,
+            height: image_height,
+        }
+    }
+
+    /// Number of pixels.
+    pub fn len(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Whether the rectangle is empty.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The rows `first..first + n` of this rectangle.
+    pub fn rows(&self, first: u32, n: u32) -> Pixels {
+        Pixels {
+            y: self.y + first,
+            height: n,
+            ..*self
+        }
+    }
+
+    /// Picture column and row of the `index`-th pixel of the rectangle.
+    pub fn xy(&self, index: usize) -> (u32, u32) {
+        let width = self.width as usize;
+        (
+            self.x + (index % width) as u32,
+            self.y + (index / width) as u32,
+        )
+    }
+
+    /// Twice the offset of pixel `(x, y)` from the picture's centre, in pixels, right and up:
+    /// `(2x + 1 − W, H − 2y − 1)`.
+    pub fn offset2(&self, x: u32, y: u32) -> (i64, i64) {
+        (
+            2 * i64::from(x) + 1 - i64::from(self.image_width),
+            i64::from(self.image_height) - 2 * i64::from(y) - 1,
+        )
+    }
+
+    /// Centre ray direction of pixel `(x, y)` in f64 (contract §1 with `2(x+½)/W − 1` and `W/H`
+    /// put together): `forward + i·(h/H)·right + j·(h/H)·true_up`.
+    pub fn direction(&self, x: u32, y: u32) -> DVec3 {
+        let (i, j) = self.offset2(x, y);
+        let step = self.view.h / f64::from(self.image_height);
+        self.view.forward
+            + self.view.right * (step * i as f64)
+            + self.view.true_up * (step * j as f64)
+    }
+}

@@ -1,0 +1,75 @@
+//! What can go wrong, in the words that the user reads.
+
+use std::path::PathBuf;
+
+use crate::scene::SceneError;
+
+/// Result with this crate's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Every failure of the library. [`Error::exit_code`] is the program's exit code for it.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The scene file, or a file that it names, is wrong.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// An argument can't be used as given.
+    #[error("{0}")]
+    Usage(String),
+    /// An input file is not what it should be.
+    #[error("{path}: {message}", path = path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// Reading or writing failed.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// No adapter fits the request.
+    #[error("{0}")]
+    NoAdapter(String),
+    /// The device was lost, failed, or did not finish in time.
+    #[error("{0}")]
+    Device(String),
+    /// A shader part was refused; names the `.wgsl` file and line.
+    #[error("{0}")]
+    Shader(String),
+    /// Two results that must agree do not.
+    #[error("{0}")]
+    Comparison(String),
+    /// Does not fit the device's limits or this machine's memory.
+    #[error("{0}")]
+    TooLarge(String),
+    /// The user interrupted the work.
+    #[error("interrupted; no output file was changed")]
+    Interrupted,
+}
+
+impl Error {
+    /// The exit code that the contract gives this failure.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Input { .. } | Error::Io { .. } | Error::Shader(_) => 1,
+            Error::Usage(_) => 2,
+            Error::Scene(_) => 3,
+            Error::NoAdapter(_) => 4,
+            Error::Device(_) => 5,
+            Error::Comparison(_) => 6,
+            Error::TooLarge(_) => 7,
+            Error::Interrupted => 130,
+        }
+    }
+
+    /// An [`Error::Io`] for `path`, to be used with `map_err`.
+    pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Error {
+        let path = path.into();
+        move |source| Error::Io { path, source }
+    }
+}

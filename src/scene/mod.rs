@@ -1,0 +1,125 @@
+//! What the user wrote, in f64, checked. A [`Scene`] knows nothing of devices or kernels.
+
+mod read;
+
+use glam::DVec3;
+
+pub use read::{SceneError, parse_scene, read_scene};
+
+/// Linear RGB, each component in `0..=1`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color(pub [f32; 3]);
+
+impl Color {
+    /// Black: the default background.
+    pub const BLACK: Color = Color([0.0; 3]);
+}
+
+/// A perspective camera as the scene file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Eye point, world units.
+    pub position: DVec3,
+    /// A point on the view axis, different from `position`.
+    pub look_at: DVec3,
+    /// The direction that appears upward; not parallel to the view axis.
+    pub up: DVec3,
+    /// Vertical field of view, degrees, strictly between 0 and 180.
+    pub fov_degrees: f64,
+}
+
+/// Picture size in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// The set of points at distance `radius` from `center`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sphere {
+    /// Name given in the scene file.
+    pub name: Option<String>,
+    /// Centre, world units.
+    pub center: DVec3,
+    /// Radius, world units, positive.
+    pub radius: f64,
+    /// Surface colour.
+    pub color: Color,
+}
+
+/// The set of points `p` with `(p − point)·normal = 0`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// Name given in the scene file.
+    pub name: Option<String>,
+    /// Any point of the plane, world units.
+    pub point: DVec3,
+    /// Normal of any length but zero.
+    pub normal: DVec3,
+    /// Surface colour.
+    pub color: Color,
+}
+
+/// A checked scene. Object ids count from 1: spheres in file order, then planes; 0 is background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Colour of pixels that see no object.
+    pub background: Color,
+    /// The camera, where the file has one; lists of rays need none.
+    pub camera: Option<Camera>,
+    /// The picture size that the file asks for.
+    pub image: Option<ImageSize>,
+    /// Spheres, in file order.
+    pub spheres: Vec<Sphere>,
+    /// Planes, in file order.
+    pub planes: Vec<Plane>,
+}
+
+impl Scene {
+    /// Number of objects, which is also the highest id.
+    pub fn n_objects(&self) -> usize {
+        self.spheres.len() + self.planes.len()
+    }
+
+    /// The object that an id names, or `None` for the background and ids out of range.
+    pub fn object(&self, id: u32) -> Option<Object<'_>> {
+        let index = (id as usize).checked_sub(1)?;
+        match self.spheres.get(index) {
+            Some(sphere) => Some(Object::Sphere(sphere)),
+            None => self
+                .planes
+                .get(index - self.spheres.len())
+                .map(Object::Plane),
+        }
+    }
+
+    /// Linear colours by id: `[0]` is the background.
+    pub fn palette(&self) -> Vec<Color> {
+        std::iter::once(self.background)
+            .chain(self.spheres.iter().map(|s| s.color))
+            .chain(self.planes.iter().map(|p| p.color))
+            .collect()
+    }
+}
+
+/// One object of a scene.
+#[derive(Clone, Copy, Debug)]
+pub enum Object<'a> {
+    /// A sphere.
+    Sphere(&'a Sphere),
+    /// A plane.
+    Plane(&'a Plane),
+}
+
+impl Object<'_> {
+    /// Name given in the scene file.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Object::Sphere(sphere) => sphere.name.as_deref(),
+            Object::Plane(plane) => plane.name.as_deref(),
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! What every backend takes and gives: [`Rays`] in, [`Hits`] out, through one [`Tracer`].
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use glam::DVec3;
+
+use crate::camera::Pixels;
+use crate::error::{Error, Result};
+
+/// The intersection kernels (contract §2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kernel {
+    /// The lecture's formulas, corrected, in f32 on world coordinates.
+    Lecture,
+    /// The best plain-f32 kernel: camera-relative, free of cancellation.
+    Stable,
+    /// f32 with a proven error bound, then f64, then exact arithmetic.
+    Certified,
+}
+
+impl Kernel {
+    /// The name on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kernel::Lecture => "lecture",
+            Kernel::Stable => "stable",
+            Kernel::Certified => "certified",
+        }
+    }
+}
+
+/// A ray `origin + t·direction`; the direction is not normalised and not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin, world units.
+    pub origin: DVec3,
+    /// Direction of any length but zero.
+    pub direction: DVec3,
+}
+
+/// The rays of one call.
+#[derive(Clone, Debug)]
+pub enum Rays {
+    /// Centre rays of a rectangle of pixels, row by row.
+    Pixels(Pixels),
+    /// Any rays.
+    List(Vec<Ray>),
+}
+
+impl Rays {
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        match self {
+            Rays::Pixels(pixels) => pixels.len(),
+            Rays::List(rays) => rays.len(),
+        }
+    }
+
+    /// Whether there is no ray at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What the caller will look at beyond the ids. What is not wanted is not computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Wants {
+    /// `t` and the normal of each hit.
+    pub surface: bool,
+    /// The stage that decided each ray.
+    pub level: bool,
+}
+
+/// The stage that decided a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Level {
+    /// f32, on the device.
+    F32 = 0,
+    /// f64.
+    F64 = 1,
+    /// Exact arithmetic.
+    Exact = 2,
+}
+
+/// How many rays each stage decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct StageCounts {
+    /// Decided in f32.
+    pub f32: u64,
+    /// Decided in f64.
+    pub f64: u64,
+    /// Decided in exact arithmetic.
+    pub exact: u64,
+}
+
+impl StageCounts {
+    /// All rays counted.
+    pub fn total(&self) -> u64 {
+        self.f32 + self.f64 + self.exact
+    }
+
+    /// Adds another part of the same picture.
+    pub fn add(&mut self, other: StageCounts) {
+        self.f32 += other.f32;
+        self.f64 += other.f64;
+        self.exact += other.exact;
+    }
+}
+
+/// What the rays hit, one entry a ray in the order of the rays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hits {
+    /// Object id; 0 is the background.
+    pub id: Vec<u32>,
+    /// Ray parameter, +∞ on the background; empty unless [`Wants::surface`].
+    pub t: Vec<f32>,
+    /// Unit normal that faces the ray, zero on the background; empty unless [`Wants::surface`].
+    pub normal: Vec<[f32; 3]>,
+    /// [`Level`] as a number; empty unless [`Wants::level`].
+    pub level: Vec<u8>,
+    /// Indices of rays that the kernel could not decide, ascending; their entries mean nothing.
+    pub undecided: Vec<u32>,
+    /// How many rays each stage decided.
+    pub counts: StageCounts,
+}
+
+impl Hits {
+    /// Makes room for `n` rays and forgets what was there.
+    pub fn reset(&mut self, n: usize, wants: Wants) {
+        let n_surface = if wants.surface { n } else { 0 };
+        self.id.clear();
+        self.id.resize(n, 0);
+        self.t.clear();
+        self.t.resize(n_surface, f32::INFINITY);
+        self.normal.clear();
+        self.normal.resize(n_surface, [0.0; 3]);
+        self.level.clear();
+        self.level
+            .resize(if wants.level { n } else { 0 }, Level::F32 as u8);
+        self.undecided.clear();
+        self.counts = StageCounts::default();
+    }
+
+    /// Number of rays that hit an object.
+    pub fn n_hits(&self) -> u64 {
+        self.id.iter().filter(|&&id| id != 0).count() as u64
+    }
+}
+
+/// Time spent in the stages of one [`Tracer::trace`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Timing {
+    /// Dispatch until the device is done; on the CPU the tracing itself.
+    pub trace: Duration,
+    /// f64 stage.
+    pub refine: Duration,
+    /// Exact stage.
+    pub decide: Duration,
+    /// From the device into [`Hits`].
+    pub readback: Duration,
+}
+
+impl Timing {
+    /// Adds another part of the same picture.
+    pub fn add(&mut self, other: Timing) {
+        self.trace += other.trace;
+        self.refine += other.refine;
+        self.decide += other.decide;
+        self.readback += other.readback;
+    }
+}
+
+/// How the caller watches and stops long work.
+#[derive(Debug, Default)]
+pub struct Control {
+    cancelled: AtomicBool,
+    rays_done: AtomicU64,
+}
+
+impl Control {
+    /// Asks the work to stop at its next step.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Rays traced so far.
+    pub fn rays_done(&self) -> u64 {
+        self.rays_done.load(Ordering::Relaxed)
+    }
+
+    /// Counts finished rays.
+    pub fn advance(&self, n_rays: u64) {
+        self.rays_done.fetch_add(n_rays, Ordering::Relaxed);
+    }
+
+    /// Fails with [`Error::Interrupted`] once [`Control::cancel`] was called.
+    pub fn check(&self) -> Result<()> {
+        if self.cancelled.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        Ok(())
+    }
+}
+
+/// A backend with a scene: takes rays, gives hits.
+pub trait Tracer {
+    /// Traces all `rays` into `hits`, which it resets.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
+    /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits.
+    fn trace(
+        &mut self,
+        rays: &Rays,
+        wants: Wants,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<Timing>;
+
+    /// Bytes held on the device for the scene.
+    fn bytes_device(&self) -> u64;
+}
