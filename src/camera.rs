@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::Camera;
+use crate::vec3::Vec3;
 
 /// The camera's frame, computed once in f64. These f64 numbers *are* the camera (contract §1):
 /// every exact statement about a pixel refers to them.
@@ -99,20 +100,13 @@ impl Pixels {
 
     /// The rows `first..first + n` of this rectangle.
     pub fn rows(&self, first: u32, n: u32) -> Pixels {
-        Pixels {
-            y: self.y + first,
-            height: n,
-            ..*self
-        }
+        Pixels { y: self.y + first, height: n, ..*self }
     }
 
     /// Picture column and row of the `index`-th pixel of the rectangle.
     pub fn xy(&self, index: usize) -> (u32, u32) {
         let width = self.width as usize;
-        (
-            self.x + (index % width) as u32,
-            self.y + (index / width) as u32,
-        )
+        (self.x + (index % width) as u32, self.y + (index / width) as u32)
     }
 
     /// Twice the offset of pixel `(x, y)` from the picture's centre, in pixels, right and up:
@@ -132,5 +126,35 @@ impl Pixels {
         self.view.forward
             + self.view.right * (step * i as f64)
             + self.view.true_up * (step * j as f64)
+    }
+}
+
+/// The camera that the kernels see: rounded to f32, with the pixel's size multiplied in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraF32 {
+    /// View axis.
+    pub forward: Vec3<f32>,
+    /// Half a pixel to the right at distance 1: `(h/H)·right`.
+    pub right_step: Vec3<f32>,
+    /// Half a pixel to the top at distance 1: `(h/H)·true_up`.
+    pub true_up_step: Vec3<f32>,
+}
+
+impl CameraF32 {
+    /// Rounds the camera of `pixels`.
+    pub fn new(pixels: &Pixels) -> CameraF32 {
+        let view = &pixels.view;
+        let step = view.h / f64::from(pixels.image_height);
+        CameraF32 {
+            forward: view.forward.into(),
+            right_step: (view.right * step).into(),
+            true_up_step: (view.true_up * step).into(),
+        }
+    }
+
+    /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
+    #[inline(always)]
+    pub fn camera_direction(&self, i: f32, j: f32) -> Vec3<f32> {
+        (self.forward + self.right_step * i) + self.true_up_step * j
     }
 }

@@ -1,10 +1,16 @@
 //! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees.
 
 pub mod camera;
+pub mod compare;
+pub mod cpu;
 pub mod error;
 pub mod exact;
+pub mod gpu;
+pub mod kernel;
 pub mod picture;
+pub mod prepare;
 pub mod scene;
 pub mod trace;
+pub mod vec3;
 
 pub use error::{Error, Result};

@@ -137,8 +137,7 @@ impl Hits {
         self.normal.clear();
         self.normal.resize(n_surface, [0.0; 3]);
         self.level.clear();
-        self.level
-            .resize(if wants.level { n } else { 0 }, Level::F32 as u8);
+        self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
         self.undecided.clear();
         self.counts = StageCounts::default();
     }
@@ -204,20 +203,14 @@ impl Control {
     }
 }
 
-/// A backend with a scene: takes rays, gives hits.
+/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer {
     /// Traces all `rays` into `hits`, which it resets.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
     /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits.
-    fn trace(
-        &mut self,
-        rays: &Rays,
-        wants: Wants,
-        control: &Control,
-        hits: &mut Hits,
-    ) -> Result<Timing>;
+    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;

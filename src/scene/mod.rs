@@ -89,10 +89,7 @@ impl Scene {
         let index = (id as usize).checked_sub(1)?;
         match self.spheres.get(index) {
             Some(sphere) => Some(Object::Sphere(sphere)),
-            None => self
-                .planes
-                .get(index - self.spheres.len())
-                .map(Object::Plane),
+            None => self.planes.get(index - self.spheres.len()).map(Object::Plane),
         }
     }
 

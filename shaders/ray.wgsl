@@ -1,0 +1,19 @@
+// Twin of RayOf and Hit in src/kernel/mod.rs.
+
+struct Ray {
+    origin: vec3f,
+    origin_low: vec3f,
+    direction: vec3f,
+    a: f32,
+    inv_a: f32,
+}
+
+struct Hit {
+    t: f32,
+    id: u32,
+}
+
+fn ray_from(origin: vec3f, origin_low: vec3f, direction: vec3f) -> Ray {
+    let a = dot3(direction, direction);
+    return Ray(origin, origin_low, direction, a, 1.0 / a);
+}

@@ -1,0 +1,67 @@
+// Bindings and the entry point. Bindings are numbered when the parts are put together.
+
+// Member order is checked against src/gpu/layout.rs by a test.
+struct Params {
+    forward: vec3f,
+    n_spheres: u32,
+    right_step: vec3f,
+    n_planes: u32,
+    true_up_step: vec3f,
+    infinity: f32,
+    origin: vec3f,
+    n_rays: u32,
+    // Twice the offset of the tile's first pixel from the picture's centre: right, up.
+    offset_i: i32,
+    offset_j: i32,
+    width: u32,
+    height: u32,
+}
+
+@group(0) @binding(next) var<uniform> params: Params;
+@group(0) @binding(next) var<storage, read_write> ids: array<u32>;
+//#if surface
+@group(0) @binding(next) var<storage, read_write> ts: array<f32>;
+@group(0) @binding(next) var<storage, read_write> normals: array<f32>;
+//#end
+//#if spheres
+@group(0) @binding(next) var<storage, read> spheres: array<SphereRecord>;
+//#end
+//#if planes
+@group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
+//#end
+//#if list
+struct RayRecord {
+    origin: vec3f,
+    origin_low: vec3f,
+    direction: vec3f,
+}
+@group(0) @binding(next) var<storage, read> rays: array<RayRecord>;
+//#end
+
+@compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
+fn render(@builtin(global_invocation_id) pixel: vec3u) {
+    let index = pixel.y * params.width + pixel.x;
+    if pixel.x >= params.width || pixel.y >= params.height || index >= params.n_rays {
+        return;
+    }
+    //#if pixels
+    let i = f32(params.offset_i + 2 * i32(pixel.x));
+    let j = f32(params.offset_j - 2 * i32(pixel.y));
+    let ray = ray_from(params.origin, vec3f(0.0), camera_direction(i, j));
+    //#else
+    let record = rays[index];
+    let ray = ray_from(record.origin, record.origin_low, record.direction);
+    //#end
+    let hit = closest(ray);
+    ids[index] = hit.id;
+    //#if surface
+    ts[index] = hit.t;
+    var normal = vec3f(0.0);
+    if hit.id != 0u {
+        normal = normal_at(ray, hit);
+    }
+    normals[3u * index] = normal.x;
+    normals[3u * index + 1u] = normal.y;
+    normals[3u * index + 2u] = normal.z;
+    //#end
+}

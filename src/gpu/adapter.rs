@@ -1,0 +1,185 @@
+//! Finding and opening a Vulkan device.
+
+use std::sync::{Arc, Mutex};
+
+use crate::error::{Error, Result};
+
+/// What to say when no device is there.
+const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
+                            brings a software one) or use `--device cpu`";
+
+/// Which adapter to open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pick {
+    /// The best one: discrete, then integrated, virtual, software.
+    Best,
+    /// One whose name contains this text, case ignored.
+    Named(String),
+}
+
+/// What an adapter says about itself.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct AdapterFacts {
+    /// The adapter's name.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `software` or `other`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Driver name and version.
+    pub driver: String,
+    /// Whether shaders can be passed through, which `NoContraction` needs.
+    pub passthrough: bool,
+    /// Whether shaders may use f64.
+    pub f64: bool,
+    /// Largest storage buffer that one binding takes, bytes.
+    pub max_binding_bytes: u64,
+    /// Largest buffer, bytes.
+    pub max_buffer_bytes: u64,
+    /// Workgroups that one dispatch takes along one axis.
+    pub max_workgroups: u32,
+}
+
+impl AdapterFacts {
+    fn new(adapter: &wgpu::Adapter) -> AdapterFacts {
+        let info = adapter.get_info();
+        let limits = adapter.limits();
+        let features = adapter.features();
+        AdapterFacts {
+            name: info.name,
+            kind: match info.device_type {
+                wgpu::DeviceType::DiscreteGpu => "discrete",
+                wgpu::DeviceType::IntegratedGpu => "integrated",
+                wgpu::DeviceType::VirtualGpu => "virtual",
+                wgpu::DeviceType::Cpu => "software",
+                wgpu::DeviceType::Other => "other",
+            },
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_string(),
+            passthrough: features.contains(wgpu::Features::PASSTHROUGH_SHADERS),
+            f64: features.contains(wgpu::Features::SHADER_F64),
+            max_binding_bytes: limits.max_storage_buffer_binding_size,
+            max_buffer_bytes: limits.max_buffer_size,
+            max_workgroups: limits.max_compute_workgroups_per_dimension,
+        }
+    }
+
+    /// Whether the "GPU" is a program on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.kind == "software"
+    }
+
+    fn rank(&self) -> u8 {
+        match self.kind {
+            "discrete" => 0,
+            "integrated" => 1,
+            "virtual" => 2,
+            "software" => 3,
+            _ => 4,
+        }
+    }
+}
+
+/// An open device.
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    errors: Arc<Mutex<Vec<String>>>,
+    /// What the adapter says about itself.
+    pub facts: AdapterFacts,
+}
+
+fn adapters() -> Vec<(wgpu::Adapter, AdapterFacts)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::VULKAN,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let mut adapters: Vec<_> =
+        pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN))
+            .into_iter()
+            .map(|adapter| {
+                let facts = AdapterFacts::new(&adapter);
+                (adapter, facts)
+            })
+            .collect();
+    adapters.sort_by_key(|(_, facts)| facts.rank());
+    adapters
+}
+
+/// All Vulkan adapters, the best first.
+pub fn list_adapters() -> Vec<AdapterFacts> {
+    adapters().into_iter().map(|(_, facts)| facts).collect()
+}
+
+impl Gpu {
+    /// Opens a Vulkan device.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] when none fits, with the names of those that are there.
+    pub fn open(pick: &Pick) -> Result<Gpu> {
+        let mut adapters = adapters();
+        let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
+        let position = match pick {
+            Pick::Best => 0,
+            Pick::Named(name) => {
+                let wanted = name.to_lowercase();
+                adapters
+                    .iter()
+                    .position(|(_, facts)| facts.name.to_lowercase().contains(&wanted))
+                    .unwrap_or(usize::MAX)
+            }
+        };
+        if adapters.is_empty() {
+            return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
+        }
+        if position >= adapters.len() {
+            let Pick::Named(name) = pick else { unreachable!("the best of some adapters exists") };
+            return Err(Error::NoAdapter(format!(
+                "no Vulkan device has `{name}` in its name; there is {}",
+                names.join(", ")
+            )));
+        }
+        let (adapter, facts) = adapters.swap_remove(position);
+        Gpu::from_adapter(&adapter, facts)
+    }
+
+    fn from_adapter(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<Gpu> {
+        let wanted = wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::SHADER_F64;
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("kugelblitz"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..wgpu::DeviceDescriptor::default()
+        }))
+        .map_err(|error| {
+            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
+        })?;
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&errors);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            if let Ok(mut errors) = sink.lock() {
+                errors.push(error.to_string());
+            }
+        }));
+        let sink = Arc::clone(&errors);
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed
+                && let Ok(mut errors) = sink.lock()
+            {
+                errors.push(format!("device lost: {message}"));
+            }
+        });
+        Ok(Gpu { device, queue, errors, facts })
+    }
+
+    /// Fails with the first error that the device has reported since it was opened.
+    ///
+    /// # Errors
+    /// [`Error::Device`]
+    pub(super) fn check(&self) -> Result<()> {
+        let errors = self.errors.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        match errors.first() {
+            Some(error) => Err(Error::Device(format!("`{}`: {error}", self.facts.name))),
+            None => Ok(()),
+        }
+    }
+}

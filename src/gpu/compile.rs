@@ -1,0 +1,253 @@
+//! WGSL parts → one shader with what the scene needs → validated naga module → SPIR-V in which
+//! every float result is decorated `NoContraction`.
+
+use naga::back::spv;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+
+use crate::error::{Error, Result};
+use crate::prepare::{Needs, Source};
+use crate::trace::Kernel;
+
+/// Invocations of one workgroup, columns × rows of the tile.
+pub const WORKGROUP: [u32; 2] = [8, 8];
+
+struct Part {
+    file: &'static str,
+    text: &'static str,
+}
+
+macro_rules! part {
+    ($name:literal) => {
+        Part {
+            file: concat!("shaders/", $name),
+            text: include_str!(concat!("../../shaders/", $name)),
+        }
+    };
+}
+
+const RAY: Part = part!("ray.wgsl");
+const VEC: Part = part!("vec.wgsl");
+const CAMERA: Part = part!("camera.wgsl");
+const LECTURE: Part = part!("lecture.wgsl");
+const STABLE: Part = part!("stable.wgsl");
+const RENDER: Part = part!("render.wgsl");
+
+/// A validated shader.
+pub struct Shader {
+    /// The WGSL text that was put together.
+    pub wgsl: String,
+    /// Its validated form.
+    pub module: naga::Module,
+    /// What validation found out.
+    pub info: ModuleInfo,
+}
+
+/// Puts together and validates the shader for a scene's needs.
+///
+/// # Errors
+/// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
+pub fn compile(needs: &Needs) -> Result<Shader> {
+    let mut parts = vec![RAY, VEC];
+    if needs.source == Source::Pixels {
+        parts.push(CAMERA);
+    }
+    parts.push(match needs.kernel {
+        Kernel::Lecture => LECTURE,
+        Kernel::Stable | Kernel::Certified => STABLE,
+    });
+    parts.push(RENDER);
+    compile_parts(&parts, &flags(needs), &constants(needs))
+}
+
+fn flags(needs: &Needs) -> Vec<&'static str> {
+    [
+        (needs.spheres, "spheres"),
+        (needs.planes, "planes"),
+        (needs.surface, "surface"),
+        (needs.source == Source::Pixels, "pixels"),
+        (needs.source == Source::List, "list"),
+    ]
+    .into_iter()
+    .filter_map(|(needed, name)| needed.then_some(name))
+    .collect()
+}
+
+/// WGSL for the facts whose home is Rust.
+fn constants(needs: &Needs) -> String {
+    let [width, height] = WORKGROUP;
+    let kernel = match needs.kernel {
+        Kernel::Lecture => "Lecture",
+        Kernel::Stable | Kernel::Certified => "Stable",
+    };
+    let mut text =
+        format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n");
+    if needs.spheres {
+        text += &format!("alias SphereRecord = Sphere{kernel};\n");
+    }
+    if needs.planes {
+        text += &format!("alias PlaneRecord = Plane{kernel};\n");
+    }
+    text
+}
+
+fn compile_parts(parts: &[Part], flags: &[&str], constants: &str) -> Result<Shader> {
+    let mut wgsl = String::from(constants);
+    let mut starts = vec![("constants", 1)];
+    for part in parts {
+        starts.push((part.file, wgsl.matches('\n').count() + 1));
+        wgsl += &select_lines(part, flags)?;
+    }
+    let wgsl = number_bindings(&wgsl);
+    let place = |line: usize| {
+        let &(file, start) =
+            starts.iter().rfind(|&&(_, start)| start <= line).unwrap_or(&starts[0]);
+        format!("{file}:{}", line - start + 1)
+    };
+
+    let module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| {
+        let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
+        Error::Shader(format!("{}: {}", place(line), error.message()))
+    })?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64)
+        .validate(&module)
+        .map_err(|error| {
+            let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
+            Error::Shader(format!("{}: {}", place(line), error.emit_to_string(&wgsl)))
+        })?;
+    Ok(Shader { wgsl, module, info })
+}
+
+/// Keeps the lines between `//#if flag`, `//#else` and `//#end` that the flags ask for; the others
+/// become empty, so that line numbers stay.
+fn select_lines(part: &Part, flags: &[&str]) -> Result<String> {
+    let mut open: Vec<bool> = Vec::new();
+    let mut text = String::new();
+    for (index, line) in part.text.lines().enumerate() {
+        let unmatched =
+            || Error::Shader(format!("{}:{}: no //#if is open here", part.file, index + 1));
+        let directive = line.trim().strip_prefix("//#");
+        match directive.map(|d| d.split_whitespace().collect::<Vec<_>>()).as_deref() {
+            Some(["if", flag]) => open.push(flags.contains(flag)),
+            Some(["else"]) => {
+                let last = open.last_mut().ok_or_else(unmatched)?;
+                *last = !*last;
+            }
+            Some(["end"]) => {
+                open.pop().ok_or_else(unmatched)?;
+            }
+            Some(_) => {
+                return Err(Error::Shader(format!(
+                    "{}:{}: unknown directive `{}`",
+                    part.file,
+                    index + 1,
+                    line.trim()
+                )));
+            }
+            None if open.iter().all(|&keep| keep) => text += line,
+            None => {}
+        }
+        text += "\n";
+    }
+    if !open.is_empty() {
+        return Err(Error::Shader(format!("{}: an //#if is not closed", part.file)));
+    }
+    Ok(text)
+}
+
+/// Numbers `@binding(next)` from 0 without gaps: wgpu's Vulkan backend numbers a layout's entries
+/// so, and a passed-through shader must agree with it.
+fn number_bindings(wgsl: &str) -> String {
+    let mut pieces = wgsl.split("@binding(next)");
+    let mut text = pieces.next().unwrap_or_default().to_string();
+    for (binding, piece) in pieces.enumerate() {
+        text += &format!("@binding({binding}){piece}");
+    }
+    text
+}
+
+impl Shader {
+    /// SPIR-V words with every float result decorated `NoContraction`.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] when naga can't translate the module.
+    pub fn spirv(&self) -> Result<Vec<u32>> {
+        let options = spv::Options {
+            flags: spv::WriterFlags::empty(),
+            // Every index is below a length that the host passes along with the buffer.
+            bounds_check_policies: naga::proc::BoundsCheckPolicies::default(),
+            force_loop_bounding: false,
+            ..spv::Options::default()
+        };
+        let words = spv::write_vec(&self.module, &self.info, &options, None)
+            .map_err(|error| Error::Shader(format!("SPIR-V: {error}")))?;
+        Ok(no_contraction(&words))
+    }
+}
+
+/// Number of words before the first instruction of a SPIR-V module.
+const SPIRV_HEADER_WORDS: usize = 5;
+
+/// Iterates over `(opcode, words)` of a SPIR-V module.
+pub fn instructions(words: &[u32]) -> impl Iterator<Item = (u16, &[u32])> {
+    let mut at = SPIRV_HEADER_WORDS.min(words.len());
+    std::iter::from_fn(move || {
+        let first = *words.get(at)?;
+        let length = ((first >> 16) as usize).max(1);
+        let instruction = words.get(at..at + length)?;
+        at += length;
+        Some((first as u16, instruction))
+    })
+}
+
+/// Decorates the result of each float arithmetic instruction `NoContraction`: without it a driver
+/// may turn `a + b − a` into `b` (Vulkan specification, precision and operation of SPIR-V
+/// instructions).
+fn no_contraction(words: &[u32]) -> Vec<u32> {
+    const OP_EXT_INST: u16 = 12;
+    const OP_DECORATE: u32 = 71;
+    const NO_CONTRACTION: u32 = 42;
+    // SPIR-V unified specification, section 3: FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod,
+    // VectorTimesScalar … OuterProduct, Dot.
+    let is_float = |op: u16| matches!(op, 127 | 129 | 131 | 133 | 136 | 140 | 141 | 142..=148);
+    // GLSL.std.450: Sqrt, InverseSqrt, Fma.
+    let is_float_extended = |number: u32| matches!(number, 31 | 32 | 50);
+
+    let mut decorations = Vec::new();
+    let mut insert_at = None;
+    let mut at = SPIRV_HEADER_WORDS.min(words.len());
+    for (op, instruction) in instructions(words) {
+        // OpTypeVoid … OpConstantNull: the first of them ends the annotations.
+        if insert_at.is_none() && matches!(op, 19..=46) {
+            insert_at = Some(at);
+        }
+        let float = is_float(op) || (op == OP_EXT_INST && is_float_extended(instruction[4]));
+        if float {
+            decorations.extend([3 << 16 | OP_DECORATE, instruction[2], NO_CONTRACTION]);
+        }
+        at += instruction.len();
+    }
+    let insert_at = insert_at.unwrap_or(words.len());
+    [&words[..insert_at], &decorations, &words[insert_at..]].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(part: &'static str) -> String {
+        let part = Part { file: "shaders/broken.wgsl", text: part };
+        match compile_parts(&[VEC, part], &[], "") {
+            Err(Error::Shader(message)) => message,
+            _ => String::new(),
+        }
+    }
+
+    #[test]
+    fn errors_name_the_file_and_the_line() {
+        assert!(error_of("\nfn f() -> f32 { return x; }\n").starts_with("shaders/broken.wgsl:2: "));
+        assert!(error_of("\n\nfn f() -> f32 { return; }").starts_with("shaders/broken.wgsl:3: "));
+        assert!(error_of("//#if a\n").starts_with("shaders/broken.wgsl: "));
+        assert!(error_of("\n//#end\n").starts_with("shaders/broken.wgsl:2: "));
+        assert!(error_of("//#fi\n").starts_with("shaders/broken.wgsl:1: "));
+    }
+}

@@ -1,0 +1,131 @@
+//! What the device sees besides the kernels' records. Offsets are checked against naga's in a test.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Twin of `Params` in `shaders/render.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Params {
+    /// View axis.
+    pub forward: [f32; 3],
+    /// Number of spheres.
+    pub n_spheres: u32,
+    /// Half a pixel to the right at distance 1.
+    pub right_step: [f32; 3],
+    /// Number of planes.
+    pub n_planes: u32,
+    /// Half a pixel to the top at distance 1.
+    pub true_up_step: [f32; 3],
+    /// +∞, which WGSL has no literal for.
+    pub infinity: f32,
+    /// Ray origin for `lecture`, world units; zero otherwise.
+    pub origin: [f32; 3],
+    /// Rays of the tile.
+    pub n_rays: u32,
+    /// Twice the offset of the tile's first pixel from the picture's centre, right.
+    pub offset_i: i32,
+    /// The same, up.
+    pub offset_j: i32,
+    /// Columns of the tile.
+    pub width: u32,
+    /// Rows of the tile.
+    pub height: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::{offset_of, size_of};
+
+    use super::*;
+    use crate::gpu::compile::compile;
+    use crate::kernel::{lecture, stable};
+    use crate::prepare::{Needs, RayRecord, Source};
+    use crate::trace::Kernel;
+
+    /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
+    /// strides are the struct's size rounded up to its alignment.
+    fn device_layout(kernel: Kernel, source: Source, name: &str) -> (u32, Vec<(String, u32)>) {
+        let needs = Needs { kernel, source, spheres: true, planes: true, surface: true };
+        let shader = compile(&needs).expect("the shader compiles");
+        for (_, ty) in shader.module.types.iter() {
+            if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
+                && found == name
+            {
+                let members = members
+                    .iter()
+                    .map(|m| (m.name.clone().unwrap_or_default(), m.offset))
+                    .collect();
+                return (*span, members);
+            }
+        }
+        panic!("no struct {name} in the shader");
+    }
+
+    macro_rules! check {
+        ($kernel:ident, $source:ident, $ty:ty, $name:literal, $($field:ident),+) => {
+            let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
+            let (span, members) = device_layout(Kernel::$kernel, Source::$source, $name);
+            assert_eq!(members, expected, "{}", $name);
+            assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
+        };
+    }
+
+    #[test]
+    fn device_structs_have_nagas_offsets() {
+        check!(
+            Stable,
+            Pixels,
+            Params,
+            "Params",
+            forward,
+            n_spheres,
+            right_step,
+            n_planes,
+            true_up_step,
+            infinity,
+            origin,
+            n_rays,
+            offset_i,
+            offset_j,
+            width,
+            height
+        );
+        check!(Lecture, Pixels, lecture::SphereLecture, "SphereLecture", center, radius);
+        check!(Lecture, Pixels, lecture::PlaneLecture, "PlaneLecture", point, normal);
+        check!(Stable, Pixels, stable::SphereStable, "SphereStable", center, radius, center_low, k);
+        check!(
+            Stable,
+            Pixels,
+            stable::PlaneStable,
+            "PlaneStable",
+            offset,
+            n_offset,
+            offset_low,
+            normal
+        );
+        check!(Stable, List, RayRecord, "RayRecord", origin, origin_low, direction);
+    }
+
+    #[test]
+    #[should_panic(expected = "Params")]
+    fn a_swapped_member_is_noticed() {
+        check!(
+            Stable,
+            Pixels,
+            Params,
+            "Params",
+            forward,
+            n_spheres,
+            right_step,
+            n_planes,
+            true_up_step,
+            infinity,
+            origin,
+            n_rays,
+            offset_j,
+            offset_i,
+            width,
+            height
+        );
+    }
+}

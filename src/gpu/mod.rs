@@ -1,0 +1,11 @@
+//! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
+
+mod adapter;
+mod compile;
+mod layout;
+mod tracer;
+
+pub use adapter::{AdapterFacts, Gpu, Pick, list_adapters};
+pub use compile::{Shader, compile};
+pub use layout::Params;
+pub use tracer::GpuTracer;

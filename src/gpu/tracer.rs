@@ -1,0 +1,468 @@
+//! Upload, tiles, read back.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::adapter::Gpu;
+use super::compile::{Shader, WORKGROUP, compile};
+use super::layout::Params;
+use crate::camera::{CameraF32, Pixels};
+use crate::error::{Error, Result};
+use crate::prepare::{Prepared, RayRecord};
+use crate::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Timing, Tracer, Wants};
+
+/// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
+/// watchdog and for a quick Ctrl-C.
+const TILE_TARGET: Duration = Duration::from_millis(75);
+
+/// A dispatch that takes longer than this is given up.
+const TILE_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Most rays of one dispatch; bounds the memory for results.
+const TILE_MAX_RAYS: usize = 1 << 20;
+
+/// Ray–object tests of the first dispatch, before anything is known about the device: about a
+/// millisecond on two CPU cores.
+const FIRST_TILE_TESTS: usize = 1 << 19;
+
+/// Traces on a Vulkan device.
+pub struct GpuTracer {
+    gpu: Arc<Gpu>,
+    prepared: Arc<Prepared>,
+    wants: Wants,
+    pipeline: wgpu::ComputePipeline,
+    bind_group_layout: wgpu::BindGroupLayout,
+    params: wgpu::Buffer,
+    objects: Vec<wgpu::Buffer>,
+    results: Option<Results>,
+    tile_rays: usize,
+    /// Time to put together and compile the shader.
+    pub compile_time: Duration,
+    /// Time to hand the scene to the device.
+    pub upload_time: Duration,
+}
+
+/// Device buffers for the results of `n_rays` rays and the bind group that names them.
+struct Results {
+    n_rays: usize,
+    device: Vec<wgpu::Buffer>,
+    staging: wgpu::Buffer,
+    rays: Option<wgpu::Buffer>,
+    bind_group: wgpu::BindGroup,
+}
+
+/// Bytes of the id, of `t`, and of the normal of one ray.
+const RESULT_BYTES: [usize; 3] = [4, 4, 12];
+
+impl GpuTracer {
+    /// Compiles the shader that the scene needs and uploads the scene.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] when the scene exceeds the device's limits, [`Error::Device`] when the
+    /// device fails, [`Error::Shader`] when it refuses the shader.
+    pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
+        check_limits(&gpu, &prepared)?;
+        let start = Instant::now();
+        let shader = compile(&prepared.needs(wants.surface))?;
+        let bind_group_layout = bind_group_layout(&gpu.device, &shader);
+        let pipeline = pipeline(&gpu, &shader, &bind_group_layout)?;
+        let compile_time = start.elapsed();
+
+        let start = Instant::now();
+        let (spheres, planes) = prepared.objects.bytes();
+        let objects = [("spheres", spheres), ("planes", planes)]
+            .into_iter()
+            .filter(|(_, bytes)| !bytes.is_empty())
+            .map(|(label, bytes)| storage(&gpu, label, bytes))
+            .collect();
+        let params = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("params"),
+            size: size_of::<Params>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.check()?;
+        let n_objects = prepared.scene.n_objects().max(1);
+        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
+        Ok(GpuTracer {
+            gpu,
+            prepared,
+            wants,
+            pipeline,
+            bind_group_layout,
+            params,
+            objects,
+            results: None,
+            tile_rays,
+            compile_time,
+            upload_time: start.elapsed(),
+        })
+    }
+}
+
+fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
+    let facts = &gpu.facts;
+    let limit = facts.max_binding_bytes.min(facts.max_buffer_bytes);
+    let (spheres, planes) = prepared.objects.bytes();
+    let parts = [
+        ("spheres", spheres.len() as u64, prepared.scene.spheres.len()),
+        ("planes", planes.len() as u64, prepared.scene.planes.len()),
+    ];
+    for (what, bytes, count) in parts {
+        if bytes > limit {
+            let most = limit / (bytes / count as u64);
+            return Err(Error::TooLarge(format!(
+                "the scene needs {} MiB for {count} {what}; `{}` binds at most {} MiB at once: \
+                 use at most {most} {what}, or `--device cpu`",
+                bytes >> 20,
+                facts.name,
+                limit >> 20
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, bytes);
+    buffer
+}
+
+/// The layout that the shader itself asks for: naga's bindings are the only list of them.
+fn bind_group_layout(device: &wgpu::Device, shader: &Shader) -> wgpu::BindGroupLayout {
+    let mut entries: Vec<_> = shader
+        .module
+        .global_variables
+        .iter()
+        .filter_map(|(_, variable)| {
+            let ty = match variable.space {
+                naga::AddressSpace::Uniform => wgpu::BufferBindingType::Uniform,
+                naga::AddressSpace::Storage { access } => wgpu::BufferBindingType::Storage {
+                    read_only: !access.contains(naga::StorageAccess::STORE),
+                },
+                _ => return None,
+            };
+            Some(wgpu::BindGroupLayoutEntry {
+                binding: variable.binding.as_ref()?.binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+        })
+        .collect();
+    entries.sort_by_key(|entry| entry.binding);
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("kugelblitz"),
+        entries: &entries,
+    })
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    shader: &Shader,
+    bind_group_layout: &wgpu::BindGroupLayout,
+) -> Result<wgpu::ComputePipeline> {
+    let device = &gpu.device;
+    let entry_point = "render";
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = if gpu.facts.passthrough {
+        pass_through(device, &shader.spirv()?, entry_point)
+    } else {
+        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(entry_point),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
+        })
+    };
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(entry_point),
+        bind_group_layouts: &[Some(bind_group_layout)],
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry_point),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(entry_point),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    match pollster::block_on(scope.pop()) {
+        Some(error) => Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name))),
+        None => Ok(pipeline),
+    }
+}
+
+#[allow(unsafe_code)]
+fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu::ShaderModule {
+    let [width, height] = WORKGROUP;
+    let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+        label: Some(entry_point),
+        entry_points: std::borrow::Cow::Owned(vec![wgpu::PassthroughShaderEntryPoint {
+            name: entry_point.into(),
+            workgroup_size: (width, height, 1),
+        }]),
+        spirv: Some(spirv.into()),
+        ..Default::default()
+    };
+    // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
+    // were added, which change no memory access. All indices stay below lengths that the host
+    // passes along with the buffers.
+    unsafe { device.create_shader_module_passthrough(descriptor) }
+}
+
+impl Tracer for GpuTracer {
+    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        hits.reset(rays.len(), self.wants);
+        let mut timing = Timing::default();
+        let mut first = 0;
+        while first < rays.len() {
+            control.check()?;
+            let tile = self.tile(rays, first);
+            let start = Instant::now();
+            let spent = self.trace_tile(rays, &tile, hits)?;
+            timing.add(spent);
+            self.adapt(tile.n_rays(), start.elapsed());
+            first += tile.n_rays();
+            control.advance(tile.n_rays() as u64);
+        }
+        hits.counts = StageCounts { f32: rays.len() as u64, ..StageCounts::default() };
+        Ok(timing)
+    }
+
+    fn bytes_device(&self) -> u64 {
+        let results = self.results.as_ref();
+        let results_bytes = results.map_or(0, |r| {
+            let device: u64 = r.device.iter().map(wgpu::Buffer::size).sum();
+            device + r.staging.size() + r.rays.as_ref().map_or(0, wgpu::Buffer::size)
+        });
+        self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+            + self.params.size()
+            + results_bytes
+    }
+}
+
+/// Consecutive rays of one dispatch: whole rows, or a part of one row.
+#[derive(Clone, Copy, Debug)]
+struct Tile {
+    first: usize,
+    width: usize,
+    height: usize,
+    /// Rays that fill the tile; the last row of a list may be short.
+    n_rays: usize,
+}
+
+impl Tile {
+    fn n_rays(&self) -> usize {
+        self.n_rays
+    }
+}
+
+/// Width of the grid that a list of rays is laid out on.
+const LIST_WIDTH: usize = 1 << 13;
+
+impl GpuTracer {
+    fn tile(&self, rays: &Rays, first: usize) -> Tile {
+        match rays {
+            Rays::Pixels(pixels) => {
+                let (width, height) = (pixels.width as usize, pixels.height as usize);
+                let (row, column) = (first / width, first % width);
+                if column > 0 || self.tile_rays < width {
+                    let width = self.tile_rays.min(width - column);
+                    Tile { first, width, height: 1, n_rays: width }
+                } else {
+                    let height = (self.tile_rays / width).min(height - row);
+                    Tile { first, width, height, n_rays: width * height }
+                }
+            }
+            Rays::List(rays) => {
+                let n_rays = self.tile_rays.min(rays.len() - first);
+                let width = n_rays.min(LIST_WIDTH);
+                Tile { first, width, height: n_rays.div_ceil(width), n_rays }
+            }
+        }
+    }
+
+    /// Moves the tile's size toward the target time.
+    fn adapt(&mut self, n_rays: usize, spent: Duration) {
+        let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
+        let wanted = n_rays as f64 * ratio.clamp(0.125, 8.0);
+        self.tile_rays = (wanted as usize).clamp(64, TILE_MAX_RAYS);
+    }
+
+    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, hits: &mut Hits) -> Result<Timing> {
+        self.make_room(tile.n_rays)?;
+        let Some(results) = &self.results else { return Ok(Timing::default()) };
+        let start = Instant::now();
+        let Gpu { device, queue, .. } = &*self.gpu;
+        let params = self.params(rays, tile);
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let mut exponents = Vec::new();
+        if let (Rays::List(rays), Some(buffer)) = (rays, &results.rays) {
+            let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
+            exponents = self.upload_rays(tile_rays, buffer);
+        }
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &results.bind_group, &[]);
+            let [width, height] = WORKGROUP;
+            pass.dispatch_workgroups(
+                params.width.div_ceil(width),
+                params.height.div_ceil(height),
+                1,
+            );
+        }
+        let mut ranges = Vec::new();
+        let mut offset = 0;
+        for (buffer, bytes_per_ray) in results.device.iter().zip(RESULT_BYTES) {
+            let bytes = (tile.n_rays * bytes_per_ray) as u64;
+            encoder.copy_buffer_to_buffer(buffer, 0, &results.staging, offset, Some(bytes));
+            ranges.push(offset as usize..(offset + bytes) as usize);
+            offset += bytes;
+        }
+        queue.submit([encoder.finish()]);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        results.staging.map_async(wgpu::MapMode::Read, ..offset, move |result| {
+            // The receiver is gone only when the wait below has failed already.
+            let _ = sender.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
+        device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
+        self.gpu.check()?;
+        let mapped = receiver.try_recv().map_err(|_| self.lost("no answer"))?;
+        mapped.map_err(|error| self.lost(&error.to_string()))?;
+        let trace = start.elapsed();
+
+        let start = Instant::now();
+        {
+            let view = results
+                .staging
+                .get_mapped_range(..offset)
+                .map_err(|error| self.lost(&error.to_string()))?;
+            let place = tile.first..tile.first + tile.n_rays;
+            hits.id[place.clone()].copy_from_slice(bytemuck::cast_slice(&view[ranges[0].clone()]));
+            if self.wants.surface {
+                let ts: &[f32] = bytemuck::cast_slice(&view[ranges[1].clone()]);
+                hits.t[place.clone()].copy_from_slice(ts);
+                let normals = bytemuck::cast_slice(&view[ranges[2].clone()]);
+                hits.normal[place.clone()].copy_from_slice(normals);
+                for (t, exponent) in hits.t[place].iter_mut().zip(exponents) {
+                    *t = (f64::from(*t) * 2f64.powi(-exponent)) as f32;
+                }
+            }
+        }
+        results.staging.unmap();
+        Ok(Timing { trace, readback: start.elapsed(), ..Timing::default() })
+    }
+
+    fn lost(&self, reason: &str) -> Error {
+        Error::Device(format!(
+            "`{}` did not finish {} rays: {reason}; try `--device cpu`, or fewer objects",
+            self.gpu.facts.name, self.tile_rays
+        ))
+    }
+
+    fn params(&self, rays: &Rays, tile: &Tile) -> Params {
+        let common = Params {
+            n_spheres: self.prepared.scene.spheres.len() as u32,
+            n_planes: self.prepared.scene.planes.len() as u32,
+            infinity: f32::INFINITY,
+            n_rays: tile.n_rays as u32,
+            width: tile.width as u32,
+            height: tile.height as u32,
+            ..Params::default()
+        };
+        match rays {
+            Rays::Pixels(pixels) => self.camera_params(pixels, tile, common),
+            Rays::List(_) => common,
+        }
+    }
+
+    fn camera_params(&self, pixels: &Pixels, tile: &Tile, common: Params) -> Params {
+        let camera = CameraF32::new(pixels);
+        let (x, y) = pixels.xy(tile.first);
+        let (offset_i, offset_j) = pixels.offset2(x, y);
+        let origin = match self.prepared.kernel {
+            Kernel::Lecture => self.prepared.reference.as_vec3().to_array(),
+            Kernel::Stable | Kernel::Certified => [0.0; 3],
+        };
+        Params {
+            forward: camera.forward.0,
+            right_step: camera.right_step.0,
+            true_up_step: camera.true_up_step.0,
+            origin,
+            // A picture has at most 2^31 columns and rows, so the doubled offsets fit.
+            offset_i: offset_i as i32,
+            offset_j: offset_j as i32,
+            ..common
+        }
+    }
+
+    fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
+        let (records, exponents): (Vec<RayRecord>, Vec<i32>) =
+            rays.iter().map(|ray| self.prepared.ray_record(ray)).unzip();
+        self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
+        exponents
+    }
+
+    /// Sees to it that results for `n_rays` fit.
+    fn make_room(&mut self, n_rays: usize) -> Result<()> {
+        if self.results.as_ref().is_some_and(|results| results.n_rays >= n_rays) {
+            return Ok(());
+        }
+        self.results = None;
+        let device = &self.gpu.device;
+        let buffer = |label, bytes_per_ray: usize, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: (n_rays * bytes_per_ray) as u64,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let n_results = if self.wants.surface { RESULT_BYTES.len() } else { 1 };
+        let device_buffers: Vec<_> = ["ids", "ts", "normals"]
+            .into_iter()
+            .zip(RESULT_BYTES)
+            .take(n_results)
+            .map(|(label, bytes_per_ray)| buffer(label, bytes_per_ray, results))
+            .collect();
+        let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
+        let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = buffer("staging", bytes_per_ray, staging_usage);
+        let rays = (self.prepared.source == crate::prepare::Source::List).then(|| {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            buffer("rays", size_of::<RayRecord>(), usage)
+        });
+        let bound = std::iter::once(&self.params)
+            .chain(&device_buffers)
+            .chain(&self.objects)
+            .chain(&rays)
+            .enumerate()
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding: binding as u32,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect::<Vec<_>>();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("kugelblitz"),
+            layout: &self.bind_group_layout,
+            entries: &bound,
+        });
+        self.gpu.check()?;
+        self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! The lecture's formulas, corrected, on world coordinates. Twin of `shaders/lecture.wgsl`.
+//!
+//! This is what everyone copies, kept for teaching and measuring: `b² − 4ac` cancels near the
+//! silhouette, `−b ± √D` near the surface, and world coordinates lose what lies far from the
+//! origin.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Hit, RayOf};
+use crate::vec3::{Real, Vec3, dot3, facing};
+
+/// A sphere as the device sees it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct SphereLecture {
+    /// Centre, world units.
+    pub center: [f32; 3],
+    /// Radius, world units.
+    pub radius: f32,
+}
+
+/// A plane as the device sees it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct PlaneLecture {
+    /// A point of the plane, world units.
+    pub point: [f32; 3],
+    /// Fills WGSL's 16-byte alignment of `vec3f`.
+    pub pad0: f32,
+    /// Normal of any length.
+    pub normal: [f32; 3],
+    /// Fills WGSL's 16-byte alignment of `vec3f`.
+    pub pad1: f32,
+}
+
+/// Lecture, section 6: `a·t² + b·t + k = 0`. The smallest positive root, or 0 for none.
+#[inline(always)]
+pub fn sphere_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, c: Vec3<R>, r: R) -> R {
+    let a = dot3(d, d);
+    let b = R::TWO * dot3(d, o - c);
+    let k = dot3(o - c, o - c) - r * r;
+    let discriminant = b * b - R::FOUR * a * k;
+    if discriminant >= R::ZERO {
+        let root = discriminant.sqrt();
+        let near = (-b - root) / (R::TWO * a);
+        let far = (-b + root) / (R::TWO * a);
+        if near > R::ZERO {
+            near
+        } else if far > R::ZERO {
+            far
+        } else {
+            R::ZERO
+        }
+    } else {
+        R::ZERO
+    }
+}
+
+/// Lecture, section 5.2: `t = ((a − o)·n) / (d·n)`. The positive `t`, or 0 for none.
+#[inline(always)]
+pub fn plane_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, a: Vec3<R>, n: Vec3<R>) -> R {
+    let t = dot3(a - o, n) / dot3(d, n);
+    if t > R::ZERO { t } else { R::ZERO }
+}
+
+/// The closest hit of a ray.
+#[inline(always)]
+pub fn closest(ray: &RayOf<f32>, spheres: &[SphereLecture], planes: &[PlaneLecture]) -> Hit<f32> {
+    let mut hit = Hit::MISS;
+    for (i, sphere) in spheres.iter().enumerate() {
+        let t = sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius);
+        if t > 0.0 && t < hit.t {
+            hit = Hit { t, id: i as u32 + 1 };
+        }
+    }
+    for (i, plane) in planes.iter().enumerate() {
+        let t = plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal));
+        if t > 0.0 && t < hit.t {
+            hit = Hit { t, id: (spheres.len() + i) as u32 + 1 };
+        }
+    }
+    hit
+}
+
+/// The unit normal at a hit, from the hit point as the lecture has it.
+#[inline(always)]
+pub fn normal_at(
+    ray: &RayOf<f32>,
+    hit: Hit<f32>,
+    spheres: &[SphereLecture],
+    planes: &[PlaneLecture],
+) -> Vec3<f32> {
+    let p = ray.origin + ray.direction * hit.t;
+    let index = hit.id as usize - 1;
+    match spheres.get(index) {
+        Some(sphere) => facing(p - Vec3(sphere.center), ray.direction),
+        None => facing(Vec3(planes[index - spheres.len()].normal), ray.direction),
+    }
+}

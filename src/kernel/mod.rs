@@ -1,0 +1,44 @@
+//! The intersection kernels, each the twin by name of a file in `shaders/`.
+
+pub mod lecture;
+pub mod stable;
+
+use crate::vec3::{Real, Vec3, dot3};
+
+/// A ray as a kernel sees it. Twin of `Ray` in `shaders/ray.wgsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct RayOf<R> {
+    /// Origin: world units for `lecture`, relative to the reference point otherwise.
+    pub origin: Vec3<R>,
+    /// What the origin's rounding left over.
+    pub origin_low: Vec3<R>,
+    /// Direction of any length.
+    pub direction: Vec3<R>,
+    /// `d·d`
+    pub a: R,
+    /// `1 / (d·d)`
+    pub inv_a: R,
+}
+
+impl<R: Real> RayOf<R> {
+    /// A ray with its derived numbers.
+    #[inline(always)]
+    pub fn new(origin: Vec3<R>, origin_low: Vec3<R>, direction: Vec3<R>) -> RayOf<R> {
+        let a = dot3(direction, direction);
+        RayOf { origin, origin_low, direction, a, inv_a: R::ONE / a }
+    }
+}
+
+/// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit<R> {
+    /// Ray parameter, +∞ for none.
+    pub t: R,
+    /// Object id, 0 for none.
+    pub id: u32,
+}
+
+impl<R: Real> Hit<R> {
+    /// Nothing was hit.
+    pub const MISS: Self = Hit { t: R::INFINITY, id: 0 };
+}

@@ -1,0 +1,55 @@
+//! What the tests share.
+#![allow(dead_code)]
+
+use std::io::Write;
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
+use rand::{Rng, RngExt};
+
+/// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
+/// software driver. Each caller is counted in `target/gpu-tests.log`, which `ci/test.sh` reads.
+pub fn gpu() -> Arc<Gpu> {
+    static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
+    let gpu = GPU.get_or_init(|| {
+        Arc::new(Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one"))
+    });
+    let test = std::thread::current().name().unwrap_or("?").to_string();
+    let log = concat!(env!("CARGO_TARGET_TMPDIR"), "/../gpu-tests.log");
+    let mut log = std::fs::OpenOptions::new().create(true).append(true).open(log).expect("log");
+    writeln!(log, "{test} on {} ({})", gpu.facts.name, gpu.facts.driver).expect("log");
+    Arc::clone(gpu)
+}
+
+/// A number whose logarithm is uniform, of either sign.
+pub fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
+    let magnitude = (rng.random_range(low.ln()..high.ln())).exp();
+    if rng.random() { magnitude } else { -magnitude }
+}
+
+/// A vector with components in `-1..1`.
+pub fn in_cube(rng: &mut impl Rng) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+}
+
+/// A sphere without a name.
+pub fn sphere(center: DVec3, radius: f64) -> Sphere {
+    Sphere { name: None, center, radius, color: Color([1.0; 3]) }
+}
+
+/// A plane without a name.
+pub fn plane(point: DVec3, normal: DVec3) -> Plane {
+    Plane { name: None, point, normal, color: Color([0.5; 3]) }
+}
+
+/// A scene of these objects without a camera.
+pub fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
+    Scene { background: Color::BLACK, camera: None, image: None, spheres, planes }
+}
+
+/// A camera looking from one point to another.
+pub fn camera(position: DVec3, look_at: DVec3) -> Camera {
+    Camera { position, look_at, up: DVec3::Y, fov_degrees: 45.0 }
+}

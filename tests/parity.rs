@@ -1,0 +1,121 @@
+//! The device's result is that of the kernels' Rust twins, bit by bit.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
+use glam::DVec3;
+use kugelblitz::camera::{Pixels, View};
+use kugelblitz::compare::compare;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::gpu::GpuTracer;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, Tracer, Wants};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const KERNELS: [Kernel; 2] = [Kernel::Lecture, Kernel::Stable];
+
+fn both(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool) -> (Hits, Hits) {
+    let wants = Wants { surface, level: false };
+    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays).unwrap());
+    let mut on_cpu = Hits::default();
+    let mut on_gpu = Hits::default();
+    CpuTracer::new(Arc::clone(&prepared), wants)
+        .trace(rays, &Control::default(), &mut on_cpu)
+        .unwrap();
+    GpuTracer::new(gpu(), prepared, wants)
+        .unwrap()
+        .trace(rays, &Control::default(), &mut on_gpu)
+        .unwrap();
+    (on_cpu, on_gpu)
+}
+
+fn assert_parity(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool, what: &str) {
+    let (on_cpu, on_gpu) = both(scene, kernel, rays, surface);
+    let comparison = compare(&on_cpu, &on_gpu);
+    if let Some(first) = comparison.first {
+        panic!(
+            "{what}, {}: {comparison:?}\ncpu: {} {:?} {:?}\ngpu: {} {:?} {:?}",
+            kernel.name(),
+            on_cpu.id[first],
+            on_cpu.t.get(first),
+            on_cpu.normal.get(first),
+            on_gpu.id[first],
+            on_gpu.t.get(first),
+            on_gpu.normal.get(first),
+        );
+    }
+    assert!(on_cpu.n_hits() > 0, "{what}: no ray hits anything");
+}
+
+/// Spheres and planes over several decades of size and distance.
+fn random_scene(rng: &mut ChaCha8Rng, n_spheres: usize, n_planes: usize) -> Arc<Scene> {
+    let spheres = (0..n_spheres)
+        .map(|_| {
+            let distance = log_uniform(rng, 1.0, 1e4).abs();
+            sphere(in_cube(rng) * distance, distance * rng.random_range(0.001..0.7))
+        })
+        .collect();
+    let planes = (0..n_planes)
+        .map(|_| {
+            let length = log_uniform(rng, 1e-3, 1e3);
+            plane(in_cube(rng) * 100.0, in_cube(rng) * length)
+        })
+        .collect();
+    Arc::new(scene(spheres, planes))
+}
+
+#[test]
+fn pictures_of_random_scenes() {
+    for seed in 0..8 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let n_planes = seed as usize % 3;
+        let scene = random_scene(&mut rng, 20 - 9 * n_planes, n_planes);
+        let camera = camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+        let mut pixels = Pixels::whole(View::new(&camera), 301, 203);
+        pixels.x = 7;
+        pixels.y = 3;
+        pixels.width = 260;
+        pixels.height = 190;
+        for kernel in KERNELS {
+            for surface in [false, true] {
+                let what = format!("seed {seed}");
+                assert_parity(&scene, kernel, &Rays::Pixels(pixels), surface, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_million_random_rays() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    for (n_spheres, n_planes) in [(12, 2), (10, 0), (0, 3)] {
+        let scene = random_scene(&mut rng, n_spheres, n_planes);
+        let rays = (0..350_000)
+            .map(|_| Ray {
+                origin: in_cube(&mut rng) * 10.0,
+                direction: in_cube(&mut rng) * log_uniform(&mut rng, 1e-6, 1e6),
+            })
+            .collect();
+        let rays = Rays::List(rays);
+        for kernel in KERNELS {
+            let what = format!("{n_spheres} spheres, {n_planes} planes");
+            assert_parity(&scene, kernel, &rays, true, &what);
+        }
+    }
+}
+
+#[test]
+fn an_empty_scene_is_background() {
+    let scene = Arc::new(scene(vec![], vec![]));
+    let pixels = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30);
+    for kernel in KERNELS {
+        let (on_cpu, on_gpu) = both(&scene, kernel, &Rays::Pixels(pixels), true);
+        assert!(compare(&on_cpu, &on_gpu).is_equal());
+        assert_eq!(on_gpu.n_hits(), 0);
+        assert!(on_gpu.t.iter().all(|&t| t == f32::INFINITY));
+    }
+}
