@@ -1,19 +1,22 @@
 //! What the user wrote, in f64, checked. A [`Scene`] knows nothing of devices or kernels.
 
+mod color;
+mod places;
 mod read;
+mod table;
+
+use std::path::Path;
 
 use glam::DVec3;
 
-pub use read::{SceneError, parse_scene, read_scene};
+use crate::error::Result;
 
-/// Linear RGB, each component in `0..=1`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Color(pub [f32; 3]);
+pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use places::SceneError;
+pub use read::{parse_scene, read_scene};
 
-impl Color {
-    /// Black: the default background.
-    pub const BLACK: Color = Color([0.0; 3]);
-}
+/// The most objects that a scene may have, so that ids leave half of `u32` free.
+pub const MAX_OBJECTS: usize = 1 << 31;
 
 /// A perspective camera as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +38,12 @@ pub struct ImageSize {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+impl ImageSize {
+    /// The largest width and height: what picture viewers and GPU textures commonly take, and
+    /// small enough that products of two pixel coordinates fit in 32 bits.
+    pub const MAX_SIDE: u32 = 32768;
 }
 
 /// The set of points at distance `radius` from `center`.
@@ -82,6 +91,20 @@ impl Scene {
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()
+    }
+
+    /// The camera, or the error that a command that draws a picture gives without one. `path` is
+    /// for the message.
+    pub fn require_camera(&self, path: &Path) -> Result<&Camera> {
+        self.camera.as_ref().ok_or_else(|| {
+            SceneError::whole_file(
+                path,
+                "the scene has no [camera]",
+                "a picture needs one; add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
+                 look_at  = [0.0, 0.5, 0.0]\nfov      = 40.0",
+            )
+            .into()
+        })
     }
 
     /// The object that an id names, or `None` for the background and ids out of range.

@@ -1,37 +1,290 @@
-//! Scene files (TOML) with the place of every error.
+//! Scene files: which tables and keys they have, and what a valid scene is.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::Scene;
+use glam::DVec3;
+use toml::de::DeTable;
+
+use super::places::Fault;
+use super::table::{Checked, Field, Kind, Table, syntax_fault};
+use super::{Camera, Color, ImageSize, MAX_OBJECTS, Plane, Scene, SceneError, Sphere};
+use crate::camera::View;
 use crate::error::Result;
 
-/// What is wrong in a scene file, and where.
-#[derive(Debug, thiserror::Error)]
-#[error("{}:{line}:{column}: {message}", path.display())]
-pub struct SceneError {
-    /// The file.
-    pub path: PathBuf,
-    /// The whole text of the file (empty where it could not be read as text).
-    pub text: String,
-    /// Bytes of `text` that the error is about.
-    pub span: std::ops::Range<usize>,
-    /// Line of the span's start, from 1.
-    pub line: usize,
-    /// Column of the span's start, characters, from 1.
-    pub column: usize,
-    /// What was found.
-    pub message: String,
-    /// What was expected, the nearest known key, or the next step.
-    pub help: String,
-}
-
-/// Reads and checks a scene file.
+/// Reads and checks a scene file. Everything wrong is an [`Error::Scene`](crate::Error::Scene).
 pub fn read_scene(path: &Path) -> Result<Scene> {
-    let text = std::fs::read_to_string(path).map_err(crate::Error::io(path))?;
-    parse_scene(&text, path)
+    let bytes = std::fs::read(path).map_err(|error| {
+        let message = format!("cannot read the scene: {error}");
+        SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
+    })?;
+    match String::from_utf8(bytes) {
+        Ok(text) => parse_scene(&text, path),
+        Err(error) => {
+            let start = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes());
+            let message = format!(
+                "byte 0x{:02x} is not UTF-8 text",
+                error.as_bytes()[start..].first().copied().unwrap_or(0)
+            );
+            let help = "a scene file is TOML, saved as UTF-8";
+            let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
+            Err(Fault::new(span, message, help).in_text(&text, path).into())
+        }
+    }
 }
 
-/// Reads and checks the text of a scene file; `path` is for messages.
-pub fn parse_scene(_text: &str, _path: &Path) -> Result<Scene> {
-    Err(crate::Error::Usage(String::new()))
+/// Reads and checks the text of a scene file; `path` is for messages. Everything wrong is an
+/// [`Error::Scene`](crate::Error::Scene).
+pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
+    read_document(text).map_err(|fault| fault.in_text(text, path).into())
+}
+
+const TOP: Kind = Kind {
+    header: "the top of the file",
+    keys: &[
+        ("background", "\"#20242c\""),
+        ("camera", ""),
+        ("image", ""),
+        ("sphere", ""),
+        ("plane", ""),
+    ],
+};
+const CAMERA: Kind = Kind {
+    header: "[camera]",
+    keys: &[
+        ("position", "[0.0, 1.0, 6.0]"),
+        ("look_at", "[0.0, 0.5, 0.0]"),
+        ("up", "[0.0, 1.0, 0.0]"),
+        ("fov", "40.0"),
+    ],
+};
+const IMAGE: Kind = Kind {
+    header: "[image]",
+    keys: &[("width", "1280"), ("height", "720")],
+};
+const SPHERE: Kind = Kind {
+    header: "[[sphere]]",
+    keys: &[
+        ("name", "\"red giant\""),
+        ("center", "[0.0, 1.0, -4.0]"),
+        ("radius", "2.0"),
+        ("color", "\"#d62728\""),
+    ],
+};
+const PLANE: Kind = Kind {
+    header: "[[plane]]",
+    keys: &[
+        ("name", "\"floor\""),
+        ("point", "[0.0, 0.0, 0.0]"),
+        ("normal", "[0.0, 1.0, 0.0]"),
+        ("color", "\"#8c8c8c\""),
+    ],
+};
+/// All kinds, to tell where a key that is known elsewhere belongs.
+pub(super) const KINDS: [&Kind; 5] = [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE];
+
+fn read_document(text: &str) -> Checked<Scene> {
+    let document = DeTable::parse(text).map_err(|error| syntax_fault(text, &error))?;
+    if let Some(clouds) = document.get_ref().get("spheres") {
+        return Err(Fault::new(
+            clouds.span(),
+            "clouds of spheres ([[spheres]]) are not supported yet by this version",
+            "write each sphere as a [[sphere]] of its own",
+        ));
+    }
+    let top = Table::new(&TOP, document.get_ref(), 0..0)?;
+    let background = match top.get("background") {
+        Some(field) => field.color()?,
+        None => Color::BLACK,
+    };
+    let camera = top
+        .get("camera")
+        .map(|field| read_camera(&field.table(&CAMERA)?))
+        .transpose()?;
+    let image = top
+        .get("image")
+        .map(|field| read_image(&field.table(&IMAGE)?))
+        .transpose()?;
+    let eye = camera
+        .as_ref()
+        .map_or(DVec3::ZERO, |camera| camera.position);
+    let spheres = top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?;
+    let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
+    check_count(&top, spheres.len() + planes.len())?;
+    Ok(Scene {
+        background,
+        camera,
+        image,
+        spheres,
+        planes,
+    })
+}
+
+fn check_count(top: &Table, n_objects: usize) -> Checked<()> {
+    if n_objects <= MAX_OBJECTS {
+        return Ok(());
+    }
+    Err(Fault::new(
+        top.get("sphere").map_or(0..0, |field| field.span()),
+        format!("the scene has {n_objects} objects"),
+        format!("at most {MAX_OBJECTS} objects have an id"),
+    ))
+}
+
+/// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
+/// wrong by less than 2⁻⁴⁹ (two normalised vectors with 2⁻⁵¹ each, 3·2⁻⁵³ for the cross product),
+/// so at 2⁻⁴⁰ `right` is good to one part in 2⁹, and much below that it is rounding noise.
+const MIN_UP_SINE: f64 = 1.0 / (1u64 << 40) as f64;
+
+fn read_camera(table: &Table) -> Checked<Camera> {
+    let position = table.require("position")?.vector()?;
+    let look_at_field = table.require("look_at")?;
+    let look_at = look_at_field.vector()?;
+    let axis = finite_difference(&look_at_field, look_at, position)?;
+    if axis == DVec3::ZERO {
+        return Err(Fault::new(
+            look_at_field.span(),
+            "`look_at` is the same point as `position`",
+            "the camera looks from `position` towards `look_at`; move one of them",
+        ));
+    }
+    let up_field = table.get("up");
+    let up = match &up_field {
+        Some(field) => field.nonzero_vector()?,
+        None => DVec3::Y,
+    };
+    let up_sine = direction(axis).cross(direction(up)).length();
+    if up_sine <= MIN_UP_SINE {
+        let default = if up_field.is_none() { "default " } else { "" };
+        let other = match direction(axis).abs().y > 0.5 {
+            true => "[0.0, 0.0, 1.0]",
+            false => "[0.0, 1.0, 0.0]",
+        };
+        return Err(Fault::new(
+            up_field.as_ref().unwrap_or(&look_at_field).span(),
+            format!(
+                "the {default}`up` {:?} is parallel to the view from `position` to `look_at`",
+                up.to_array()
+            ),
+            format!("choose a direction across the view, e.g. up = {other}"),
+        ));
+    }
+    let fov_field = table.get("fov");
+    let fov_degrees = match &fov_field {
+        Some(field) => field.number()?,
+        None => 45.0,
+    };
+    let camera = Camera {
+        position,
+        look_at,
+        up,
+        fov_degrees,
+    };
+    // An angle near the smallest f64 has no tangent but 0, and a picture no extent.
+    let has_extent = fov_degrees > 0.0 && fov_degrees < 180.0 && View::new(&camera).h > 0.0;
+    match fov_field {
+        Some(field) if !has_extent => Err(Fault::new(
+            field.span(),
+            format!("`fov` is {fov_degrees:?}"),
+            "the vertical field of view is in degrees, greater than 0 and less than 180",
+        )),
+        _ => Ok(camera),
+    }
+}
+
+fn read_image(table: &Table) -> Checked<ImageSize> {
+    Ok(ImageSize {
+        width: table.require("width")?.side()?,
+        height: table.require("height")?.side()?,
+    })
+}
+
+fn read_sphere(table: &Table, eye: DVec3) -> Checked<Sphere> {
+    let name = table.get("name").map(|field| field.text()).transpose()?;
+    let center_field = table.require("center")?;
+    let center = center_field.vector()?;
+    finite_difference(&center_field, center, eye)?;
+    let radius_field = table.require("radius")?;
+    let radius = radius_field.number()?;
+    if radius <= 0.0 {
+        return Err(Fault::new(
+            radius_field.span(),
+            format!("`radius` is {radius:?}"),
+            "a radius is greater than 0",
+        ));
+    }
+    if !(center.abs() + DVec3::splat(radius)).is_finite() {
+        return Err(too_far(&radius_field));
+    }
+    Ok(Sphere {
+        name,
+        center,
+        radius,
+        color: table.require("color")?.color()?,
+    })
+}
+
+fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
+    let name = table.get("name").map(|field| field.text()).transpose()?;
+    let point_field = table.require("point")?;
+    let point = point_field.vector()?;
+    finite_difference(&point_field, point, eye)?;
+    Ok(Plane {
+        name,
+        point,
+        normal: table.require("normal")?.nonzero_vector()?,
+        color: table.require("color")?.color()?,
+    })
+}
+
+/// `point − eye`, which all later arithmetic starts from.
+fn finite_difference(field: &Field, point: DVec3, eye: DVec3) -> Checked<DVec3> {
+    let difference = point - eye;
+    match difference.is_finite() {
+        true => Ok(difference),
+        false => Err(too_far(field)),
+    }
+}
+
+fn too_far(field: &Field) -> Fault {
+    Fault::new(
+        field.span(),
+        format!("`{}` reaches too far from the eye or the origin", field.key),
+        "sums and differences of coordinates must stay below 1.8e308, the largest 64-bit float",
+    )
+}
+
+/// `v` with length 1, without overflow or underflow on the way.
+fn direction(v: DVec3) -> DVec3 {
+    (v / v.abs().max_element()).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_many_objects_are_refused() {
+        let empty = DeTable::new();
+        let top = Table::new(&TOP, &empty, 0..0).unwrap();
+        assert!(check_count(&top, MAX_OBJECTS).is_ok());
+        let fault = check_count(&top, MAX_OBJECTS + 1).unwrap_err();
+        assert!(fault.message.contains("2147483649"), "{}", fault.message);
+    }
+
+    /// The bound on `up` is where its derivation puts it: three quarters of it is parallel, five
+    /// quarters is not, at any length of `up`.
+    #[test]
+    fn up_is_parallel_at_its_bound() {
+        let camera = |sine: f64, length: f64| {
+            let across = sine * length;
+            read_document(&format!(
+                "[camera]\nposition=[0,0,0]\nlook_at=[0,0,-3]\nup=[{across:e},0,{length:e}]"
+            ))
+        };
+        for length in [1e-200, 1.0, 1e200] {
+            assert!(camera(0.75 * 2f64.powi(-40), length).is_err(), "{length}");
+            assert!(camera(1.25 * 2f64.powi(-40), length).is_ok(), "{length}");
+        }
+    }
 }

@@ -1,0 +1,104 @@
+//! Linear colour and its sRGB encoding: the only home of the transfer function.
+
+/// Linear RGB, each component in `0..=1`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color(pub [f32; 3]);
+
+impl Color {
+    /// Black: the default background.
+    pub const BLACK: Color = Color([0.0; 3]);
+
+    /// The linear colour of 8-bit sRGB; [`Color::to_srgb8`] gives the same bytes back.
+    pub fn from_srgb8(srgb: [u8; 3]) -> Color {
+        Color(srgb.map(|byte| linear_from_srgb(f64::from(byte) / 255.0) as f32))
+    }
+
+    /// Reads `#rrggbb` (sRGB, either case); `None` for any other text.
+    pub fn from_hex(text: &str) -> Option<Color> {
+        let digits = text.strip_prefix('#')?;
+        if digits.len() != 6 || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return None;
+        }
+        let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+        Some(Color::from_srgb8([red, green, blue]))
+    }
+
+    /// 8-bit sRGB, rounded to nearest; components outside `0..=1` are clamped.
+    pub fn to_srgb8(self) -> [u8; 3] {
+        self.0.map(|linear| encode(linear, 255.0) as u8)
+    }
+
+    /// 16-bit sRGB, rounded to nearest; components outside `0..=1` are clamped.
+    pub fn to_srgb16(self) -> [u16; 3] {
+        self.0.map(|linear| encode(linear, 65535.0) as u16)
+    }
+}
+
+fn encode(linear: f32, largest: f64) -> f64 {
+    (srgb_from_linear(f64::from(linear).clamp(0.0, 1.0)) * largest).round()
+}
+
+/// The sRGB transfer function (IEC 61966-2-1): linear light to encoded value, both in `0..=1`.
+pub fn srgb_from_linear(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// The inverse of [`srgb_from_linear`].
+pub fn linear_from_srgb(encoded: f64) -> f64 {
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_bytes_come_back() {
+        for byte in 0..=255u8 {
+            let color = Color::from_srgb8([byte, 255 - byte, byte]);
+            assert_eq!(color.to_srgb8(), [byte, 255 - byte, byte]);
+            // 257 = 65535 / 255, so the 16-bit code of a byte is a whole number.
+            let wide = u16::from(byte) * 257;
+            assert_eq!(color.to_srgb16(), [wide, 65535 - wide, wide]);
+        }
+    }
+
+    #[test]
+    fn known_values_of_the_standard() {
+        // Values of the transfer function that stand outside this code: IEC 61966-2-1's ends and
+        // break, and the well-known middle grey (#808080 is 21.6 % linear light).
+        assert_eq!(Color::from_srgb8([0, 255, 0]), Color([0.0, 1.0, 0.0]));
+        assert!((linear_from_srgb(128.0 / 255.0) - 0.215_860_5).abs() < 1e-7);
+        assert!((linear_from_srgb(10.0 / 255.0) - 10.0 / 255.0 / 12.92).abs() < 1e-15);
+        assert!((srgb_from_linear(0.5) - 0.735_356_98).abs() < 1e-8);
+    }
+
+    #[test]
+    fn out_of_range_is_clamped() {
+        let color = Color([-0.5, 1.5, f32::NAN]);
+        assert_eq!(color.to_srgb8(), [0, 255, 0]);
+        assert_eq!(color.to_srgb16(), [0, 65535, 0]);
+    }
+
+    #[test]
+    fn hex() {
+        assert_eq!(
+            Color::from_hex("#d62728"),
+            Some(Color::from_srgb8([0xd6, 0x27, 0x28]))
+        );
+        assert_eq!(Color::from_hex("#D62728"), Color::from_hex("#d62728"));
+        for wrong in [
+            "", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728", "red",
+        ] {
+            assert_eq!(Color::from_hex(wrong), None, "{wrong}");
+        }
+    }
+}

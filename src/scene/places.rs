@@ -1,0 +1,141 @@
+//! What is wrong in a scene file, and where: bytes of the text to line and column.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What is wrong in a scene file, and where.
+#[derive(Debug)]
+pub struct SceneError {
+    /// The file.
+    pub path: PathBuf,
+    /// The whole text of the file; empty where the error is about the file as a whole. Bytes that
+    /// are not UTF-8 stand in it as U+FFFD.
+    pub text: String,
+    /// Bytes of `text` that the error is about; both ends are character boundaries of `text`.
+    pub span: Range<usize>,
+    /// Line of the span's start, from 1; 0 where the error is about the file as a whole.
+    pub line: usize,
+    /// Column of the span's start, characters, from 1; 0 where the error is about the file as a
+    /// whole.
+    pub column: usize,
+    /// What was found.
+    pub message: String,
+    /// What was expected, the nearest known key, or the next step.
+    pub help: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.path.display())?;
+        if self.line > 0 {
+            write!(f, "{}:{}:", self.line, self.column)?;
+        }
+        write!(f, " {}", self.message)
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// An error in a text that is still being read: the span is enough, the place is found later.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub span: Range<usize>,
+    pub message: String,
+    pub help: String,
+}
+
+impl Fault {
+    pub fn new(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> Fault {
+        Fault {
+            span,
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    /// The error with its place in `text`.
+    pub fn in_text(self, text: &str, path: &Path) -> Box<SceneError> {
+        let start = char_start(text, self.span.start);
+        let mut end = self.span.end.clamp(start, text.len());
+        while !text.is_char_boundary(end) {
+            end += 1;
+        }
+        let (line, column) = line_and_column(text, start);
+        Box::new(SceneError {
+            path: path.to_owned(),
+            text: text.to_owned(),
+            span: start..end,
+            line,
+            column,
+            message: self.message,
+            help: self.help,
+        })
+    }
+}
+
+impl SceneError {
+    /// An error about the file as a whole, which has no place in its text.
+    pub(super) fn whole_file(
+        path: &Path,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Box<SceneError> {
+        Box::new(SceneError {
+            path: path.to_owned(),
+            text: String::new(),
+            span: 0..0,
+            line: 0,
+            column: 0,
+            message: message.into(),
+            help: help.into(),
+        })
+    }
+}
+
+/// The start of the character that `byte` lies in, or the end of the text.
+pub(super) fn char_start(text: &str, byte: usize) -> usize {
+    let mut start = byte.min(text.len());
+    while !text.is_char_boundary(start) {
+        start -= 1;
+    }
+    start
+}
+
+/// Line and column (characters), both from 1, of a byte of `text` at a character boundary.
+fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = &text[..byte];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
+    // Editors do not show a byte order mark, so it takes up no column.
+    let in_line = before[line_start..].trim_start_matches('\u{feff}');
+    (line, in_line.chars().count() + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_and_columns_count_characters_from_one() {
+        let text = "\u{feff}aé\r\n\nπx";
+        let at = |pattern| line_and_column(text, text.find(pattern).unwrap());
+        assert_eq!(line_and_column(text, 0), (1, 1));
+        assert_eq!(at("a"), (1, 1));
+        assert_eq!(at("é"), (1, 2));
+        assert_eq!(at("\n\n"), (1, 4));
+        assert_eq!(at("π"), (3, 1));
+        assert_eq!(at("x"), (3, 2));
+        assert_eq!(line_and_column(text, text.len()), (3, 3));
+        assert_eq!(line_and_column("", 0), (1, 1));
+    }
+
+    #[test]
+    fn spans_are_cut_to_characters_of_the_text() {
+        let error = Fault::new(1..99, "m", "h").in_text("é", Path::new("p"));
+        assert_eq!(error.span, 0..2);
+        assert_eq!(error.to_string(), "p:1:1: m");
+        let error = Fault::new(7..9, "m", "h").in_text("éa", Path::new("p"));
+        assert_eq!((error.span, error.column), (3..3, 3));
+    }
+}

@@ -1,0 +1,263 @@
+//! TOML tables and values with their places: types, known keys, and the words for what is wrong.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::places::{Fault, char_start};
+use super::read::KINDS;
+use super::{Color, ImageSize};
+
+pub(super) type Checked<T> = std::result::Result<T, Fault>;
+
+/// A kind of table in the file: how it is written, and each known key with an example value.
+pub(super) struct Kind {
+    pub header: &'static str,
+    pub keys: &'static [(&'static str, &'static str)],
+}
+
+/// A table whose keys are all known.
+pub(super) struct Table<'t> {
+    kind: &'static Kind,
+    table: &'t DeTable<'t>,
+    /// The header, or the whole of an inline table.
+    span: Range<usize>,
+}
+
+impl<'t> Table<'t> {
+    pub fn new(
+        kind: &'static Kind,
+        table: &'t DeTable<'t>,
+        span: Range<usize>,
+    ) -> Checked<Table<'t>> {
+        let unknown = table
+            .keys()
+            .filter(|key| !kind.keys.iter().any(|(name, _)| name == key.get_ref()))
+            .min_by_key(|key| key.span().start);
+        match unknown {
+            Some(key) => Err(unknown_key(kind, key.get_ref(), key.span())),
+            None => Ok(Table { kind, table, span }),
+        }
+    }
+
+    pub fn get(&self, key: &str) -> Option<Field<'t>> {
+        let value = self.table.get(key)?;
+        let &(key, example) = self.kind.keys.iter().find(|(name, _)| *name == key)?;
+        Some(Field {
+            key,
+            example,
+            value,
+        })
+    }
+
+    pub fn require(&self, key: &str) -> Checked<Field<'t>> {
+        self.get(key).ok_or_else(|| {
+            let keys = self.kind.keys.iter();
+            let example = keys.filter(|(name, _)| *name == key).map(|(_, e)| *e);
+            Fault::new(
+                self.span.clone(),
+                format!("`{key}` is missing in this {}", self.kind.header),
+                format!("add for example `{key} = {}`", example.collect::<String>()),
+            )
+        })
+    }
+
+    /// Reads each table of the array `key`; none where the key is absent.
+    pub fn each<T>(
+        &self,
+        key: &str,
+        kind: &'static Kind,
+        read: impl Fn(&Table) -> Checked<T>,
+    ) -> Checked<Vec<T>> {
+        let Some(field) = self.get(key) else {
+            return Ok(Vec::new());
+        };
+        let expected = || format!("a list of tables, each under its own {}", kind.header);
+        let values = field.value.get_ref().as_array();
+        let values = values.ok_or_else(|| field.wrong_type(expected()))?;
+        let mut objects = Vec::with_capacity(values.len());
+        for value in values.iter() {
+            let element = Field { value, ..field };
+            let table = value.get_ref().as_table();
+            let table = table.ok_or_else(|| element.wrong_type(expected()))?;
+            objects.push(read(&Table::new(kind, table, value.span())?)?);
+        }
+        Ok(objects)
+    }
+}
+
+/// A value and its key; lists share the key among their elements.
+pub(super) struct Field<'t> {
+    pub key: &'static str,
+    example: &'static str,
+    value: &'t Spanned<DeValue<'t>>,
+}
+
+impl<'t> Field<'t> {
+    pub fn span(&self) -> Range<usize> {
+        self.value.span()
+    }
+
+    fn wrong_type(&self, expected: impl std::fmt::Display) -> Fault {
+        let found = match self.value.get_ref() {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a float",
+            DeValue::Boolean(_) => "a boolean",
+            DeValue::Datetime(_) => "a date or time",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        self.wrong(format!("found {found} in `{}`", self.key), expected)
+    }
+
+    fn wrong(&self, found: impl Into<String>, expected: impl std::fmt::Display) -> Fault {
+        let help = match self.example {
+            "" => format!("expected {expected}"),
+            example => format!("expected {expected}, e.g. `{} = {example}`", self.key),
+        };
+        Fault::new(self.span(), found, help)
+    }
+
+    pub fn table(&self, kind: &'static Kind) -> Checked<Table<'t>> {
+        match self.value.get_ref() {
+            DeValue::Table(table) => Table::new(kind, table, self.span()),
+            _ => Err(self.wrong_type(format!("one table under {}", kind.header))),
+        }
+    }
+
+    pub fn text(&self) -> Checked<String> {
+        match self.value.get_ref() {
+            DeValue::String(text) => Ok(text.to_string()),
+            _ => Err(self.wrong_type("a string in quotes")),
+        }
+    }
+
+    fn integer(&self, expected: &str) -> Checked<i64> {
+        let DeValue::Integer(integer) = self.value.get_ref() else {
+            return Err(self.wrong_type(expected));
+        };
+        i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
+            self.wrong(
+                format!("the integer {integer} does not fit in 64 bits"),
+                expected,
+            )
+        })
+    }
+
+    /// A finite number, the f64 nearest to the decimal text.
+    pub fn number(&self) -> Checked<f64> {
+        match self.value.get_ref() {
+            DeValue::Float(float) => match float.as_str().parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(number),
+                _ => Err(self.wrong(
+                    format!("{float} in `{}` is not a finite number", self.key),
+                    "a finite number that a 64-bit float can hold (up to 1.8e308)",
+                )),
+            },
+            DeValue::Integer(_) => self
+                .integer("a number; one beyond 64 bits is written as a float like 1e20")
+                .map(|integer| integer as f64),
+            _ => Err(self.wrong_type("a number")),
+        }
+    }
+
+    fn three_numbers(&self, expected: &str) -> Checked<[f64; 3]> {
+        let DeValue::Array(values) = self.value.get_ref() else {
+            return Err(self.wrong_type(expected));
+        };
+        if values.len() != 3 {
+            let found = format!("found {} values in `{}`", values.len(), self.key);
+            return Err(self.wrong(found, expected));
+        }
+        let mut numbers = [0.0; 3];
+        for (number, value) in numbers.iter_mut().zip(values.iter()) {
+            *number = Field { value, ..*self }.number()?;
+        }
+        Ok(numbers)
+    }
+
+    pub fn vector(&self) -> Checked<DVec3> {
+        self.three_numbers("three numbers").map(DVec3::from_array)
+    }
+
+    pub fn nonzero_vector(&self) -> Checked<DVec3> {
+        match self.vector()? {
+            DVec3::ZERO => Err(self.wrong(
+                format!("`{}` is the zero vector", self.key),
+                "a direction of any length but zero",
+            )),
+            vector => Ok(vector),
+        }
+    }
+
+    pub fn color(&self) -> Checked<Color> {
+        let expected = "\"#rrggbb\" (sRGB) or [r, g, b] (linear, each from 0 to 1)";
+        if let DeValue::String(text) = self.value.get_ref() {
+            return Color::from_hex(text)
+                .ok_or_else(|| self.wrong(format!("{text:?} is not a colour"), expected));
+        }
+        let linear = self.three_numbers(expected)?;
+        match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
+            Some(part) => Err(self.wrong(format!("{part:?} in a linear colour"), expected)),
+            None => Ok(Color(linear.map(|part| part as f32))),
+        }
+    }
+
+    /// Width or height of the picture.
+    pub fn side(&self) -> Checked<u32> {
+        let expected = format!("a whole number of pixels from 1 to {}", ImageSize::MAX_SIDE);
+        let found = self.integer(&expected)?;
+        match u32::try_from(found) {
+            Ok(side @ 1..=ImageSize::MAX_SIDE) => Ok(side),
+            _ => Err(self.wrong(format!("`{}` is {found}", self.key), expected)),
+        }
+    }
+}
+
+/// The similarity (Jaro) from which a key counts as misspelt: what clap uses for options.
+const SIMILAR: f64 = 0.7;
+
+fn unknown_key(kind: &Kind, key: &str, span: Range<usize>) -> Fault {
+    let known: Vec<_> = kind.keys.iter().map(|(name, _)| *name).collect();
+    let lower = key.to_lowercase();
+    let nearest = known
+        .iter()
+        .map(|name| (strsim::jaro(&lower, name), *name))
+        .filter(|(similarity, _)| *similarity > SIMILAR)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let home = KINDS
+        .iter()
+        .find(|other| other.keys.iter().any(|(name, _)| *name == key));
+    let hint = match (home, nearest) {
+        (Some(home), _) => format!("`{key}` belongs to {}; ", home.header),
+        (None, Some((_, name))) => format!("did you mean `{name}`? "),
+        (None, None) => String::new(),
+    };
+    Fault::new(
+        span,
+        format!("unknown key `{key}` in {}", kind.header),
+        format!("{hint}known keys here: {}", known.join(", ")),
+    )
+}
+
+pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
+    let span = error.span().unwrap_or(text.len()..text.len());
+    let (found, expected) = match error.message().split_once(", expected ") {
+        Some((found, expected)) => (found, format!("expected {expected}")),
+        None => (error.message(), String::new()),
+    };
+    let line = text[char_start(text, span.start)..].lines().next();
+    let help = if line.is_some_and(|rest| rest.trim_start().starts_with('#')) {
+        "`#` starts a comment; a colour stands in quotes, e.g. \"#d62728\"".to_owned()
+    } else if !expected.is_empty() && expected != "expected nothing" {
+        expected
+    } else if found == "duplicate key" {
+        "each key stands once in a table; another sphere starts with its own [[sphere]]".to_owned()
+    } else {
+        "lines are `key = value` under [table] headers; see https://toml.io".to_owned()
+    };
+    Fault::new(span, format!("not valid TOML: {found}"), help)
+}
