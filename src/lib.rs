@@ -3,7 +3,9 @@
 pub mod camera;
 pub mod error;
 pub mod exact;
+mod npy;
 pub mod picture;
+pub mod rays;
 pub mod scene;
 pub mod trace;
 
