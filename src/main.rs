@@ -1,1 +1,3 @@
+//! The program `kugelblitz`.
+
 fn main() {}

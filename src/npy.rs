@@ -1,0 +1,307 @@
+//! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
+
+use crate::error::{Error, Result};
+use crate::scene::Color;
+use crate::trace::Hits;
+
+/// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
+/// then what is asked for. Fields follow each other without padding, in this machine's byte order,
+/// which the header tells.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Record {
+    /// `rgb` (3f4): linear colour.
+    pub rgb: bool,
+    /// `level` (u1).
+    pub level: bool,
+}
+
+impl Record {
+    /// Bytes of a record.
+    pub fn bytes(self) -> usize {
+        let n_words = 1 + 1 + 3 + if self.rgb { 3 } else { 0 };
+        n_words * 4 + usize::from(self.level)
+    }
+
+    /// Appends the header of an array of this `shape` to `out`.
+    pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()> {
+        let vector = || DType::Array(3, Box::new(f32::default_dtype()));
+        let mut fields = vec![
+            ("id", u32::default_dtype()),
+            ("t", f32::default_dtype()),
+            ("normal", vector()),
+        ];
+        if self.rgb {
+            fields.push(("rgb", vector()));
+        }
+        if self.level {
+            fields.push(("level", u8::default_dtype()));
+        }
+        let fields = fields
+            .into_iter()
+            .map(|(name, dtype)| Field {
+                name: name.into(),
+                dtype,
+            })
+            .collect();
+        WriteOptions::new_header_only()
+            .dtype(DType::Record(fields))
+            .shape(shape)
+            .writer(out)
+            .write_header_only()?;
+        Ok(())
+    }
+
+    /// Appends the records of the hits in `range`, which have every field of this layout.
+    /// `palette` is the linear colour by id; without `rgb` it is not looked at.
+    pub fn append(self, hits: &Hits, range: Range<usize>, palette: &[Color], out: &mut Vec<u8>) {
+        out.reserve(range.len() * self.bytes());
+        for i in range {
+            // One copy of the whole record: many small ones are several times slower.
+            let mut words = [[0_u8; 4]; 8];
+            words[0] = hits.id[i].to_ne_bytes();
+            words[1] = hits.t[i].to_ne_bytes();
+            for axis in 0..3 {
+                words[2 + axis] = hits.normal[i][axis].to_ne_bytes();
+            }
+            if self.rgb {
+                let color = palette[hits.id[i] as usize].0;
+                for channel in 0..3 {
+                    words[5 + channel] = color[channel].to_ne_bytes();
+                }
+                out.extend_from_slice(words.as_flattened());
+            } else {
+                out.extend_from_slice(words[..5].as_flattened());
+            }
+            if self.level {
+                out.push(hits.level[i]);
+            }
+        }
+    }
+}
+
+/// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
+pub(crate) struct FloatTable {
+    /// Rows.
+    pub n_rows: usize,
+    /// Columns: one of the numbers that were allowed.
+    pub n_columns: usize,
+    path: PathBuf,
+    reader: BufReader<File>,
+    order: Order,
+    value: Value,
+}
+
+#[derive(Clone, Copy)]
+enum Value {
+    F32Little,
+    F32Big,
+    F64Little,
+    F64Big,
+}
+
+impl FloatTable {
+    /// Reads the header. `columns` are the allowed numbers of columns.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
+    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable> {
+        let wrong = |message: String| Error::Input {
+            path: path.to_owned(),
+            message,
+        };
+        let expected = || {
+            let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
+            format!(
+                "expected a NumPy array of float64 or float32 with shape {}",
+                columns.join(" or ")
+            )
+        };
+
+        let file = File::open(path).map_err(Error::io(path))?;
+        let metadata = file.metadata().map_err(Error::io(path))?;
+        let mut reader = BufReader::new(file);
+        let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
+            // A file that ends too early is a wrong file, not a failing disk.
+            match error.kind() {
+                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => wrong(format!(
+                    "not a readable .npy file ({error}); {}",
+                    expected()
+                )),
+                _ => Error::io(path)(error),
+            }
+        })?;
+
+        let dtype = header.dtype().descr();
+        let value = match dtype.trim_matches('\'') {
+            "<f4" => Value::F32Little,
+            ">f4" => Value::F32Big,
+            "<f8" => Value::F64Little,
+            ">f8" => Value::F64Big,
+            _ => return Err(wrong(format!("its dtype is {dtype}; {}", expected()))),
+        };
+        let &[n_rows, n_columns] = header.shape() else {
+            let n_axes = header.shape().len();
+            return Err(wrong(format!("it has {n_axes} dimensions; {}", expected())));
+        };
+        if !columns.contains(&n_columns) {
+            return Err(wrong(format!(
+                "its shape is ({n_rows}, {n_columns}); {}",
+                expected()
+            )));
+        }
+        let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value.bytes() as u128;
+        if metadata.is_file() {
+            let n_found = u128::from(metadata.len().saturating_sub(n_header_bytes));
+            if n_found != n_data_bytes {
+                return Err(wrong(format!(
+                    "its header tells of {n_rows} rows, which are {n_data_bytes} bytes, but \
+                     {n_found} bytes follow; is the file cut off?"
+                )));
+            }
+        }
+        let too_large = |_| {
+            Error::TooLarge(format!(
+                "{}: {n_rows} rows don't fit this machine's memory; give them in parts",
+                path.display()
+            ))
+        };
+        Ok(FloatTable {
+            n_rows: usize::try_from(n_rows).map_err(too_large)?,
+            n_columns: usize::try_from(n_columns).map_err(too_large)?,
+            path: path.to_owned(),
+            reader,
+            order: header.order(),
+            value,
+        })
+    }
+
+    /// Room for one `T` a row.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] when there is none.
+    pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(self.n_rows).map_err(|_| {
+            Error::TooLarge(format!(
+                "{}: {} rows don't fit this machine's memory; give them in parts",
+                self.path.display(),
+                self.n_rows
+            ))
+        })?;
+        rows.resize(self.n_rows, zero);
+        Ok(rows)
+    }
+
+    /// Reads all values in the order of the file and gives `put` each with its row and column.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
+    pub fn read(mut self, mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
+        let (n_outer, n_inner) = match self.order {
+            Order::C => (self.n_rows, self.n_columns),
+            Order::Fortran => (self.n_columns, self.n_rows),
+        };
+        for outer in 0..n_outer {
+            for inner in 0..n_inner {
+                let (row, column) = match self.order {
+                    Order::C => (outer, inner),
+                    Order::Fortran => (inner, outer),
+                };
+                let value = self.next_value().map_err(|error| match error.kind() {
+                    io::ErrorKind::UnexpectedEof => Error::Input {
+                        path: self.path.clone(),
+                        message: format!("the file ends before row {row}, column {column}"),
+                    },
+                    _ => Error::io(&self.path)(error),
+                })?;
+                put(row, column, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn next_value(&mut self) -> io::Result<f64> {
+        fn bytes<const N: usize>(reader: &mut impl Read) -> io::Result<[u8; N]> {
+            let mut bytes = [0; N];
+            reader.read_exact(&mut bytes)?;
+            Ok(bytes)
+        }
+        let reader = &mut self.reader;
+        Ok(match self.value {
+            Value::F32Little => f32::from_le_bytes(bytes(reader)?).into(),
+            Value::F32Big => f32::from_be_bytes(bytes(reader)?).into(),
+            Value::F64Little => f64::from_le_bytes(bytes(reader)?),
+            Value::F64Big => f64::from_be_bytes(bytes(reader)?),
+        })
+    }
+}
+
+impl Value {
+    fn bytes(self) -> usize {
+        match self {
+            Value::F32Little | Value::F32Big => 4,
+            Value::F64Little | Value::F64Big => 8,
+        }
+    }
+}
+
+/// Longest header, bytes. NumPy itself refuses to read headers of more than 10 000.
+const MAX_HEADER_BYTES: u64 = 10_000;
+
+/// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
+const MAX_NESTING: usize = 8;
+
+/// Most decimal digits in the shape and all else: a product of numbers with so many digits
+/// together is below 10¹⁸, so below 2⁶⁴.
+const MAX_DIGITS: usize = 18;
+
+/// The header and its length in bytes.
+///
+/// The parser recurses into nested brackets and multiplies the shape without looking, and so can
+/// overflow the stack or an integer. Only text that can do neither is handed to it.
+fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
+    let invalid = |message| io::Error::new(io::ErrorKind::InvalidData, message);
+    let mut bytes = Vec::new();
+    reader.take(8).read_to_end(&mut bytes)?;
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err(invalid("it does not begin like one"));
+    }
+    let n_length_bytes = if bytes.get(6) == Some(&1) { 2 } else { 4 };
+    let mut length = [0; 4];
+    reader.read_exact(&mut length[..n_length_bytes])?;
+    bytes.extend_from_slice(&length[..n_length_bytes]);
+    let n_text_bytes = u64::from(u32::from_le_bytes(length));
+    if n_text_bytes > MAX_HEADER_BYTES {
+        return Err(invalid("its header is too long"));
+    }
+    let n_before_text = bytes.len();
+    reader.take(n_text_bytes).read_to_end(&mut bytes)?;
+
+    let text = &bytes[n_before_text..];
+    let (mut depth, mut n_digits) = (0_usize, 0_usize);
+    for &byte in text {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            b'0'..=b'9' => n_digits += 1,
+            // Escapes and signs have no business in a header of numbers.
+            b'\\' | b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
+            _ => {}
+        }
+        if depth > MAX_NESTING {
+            return Err(invalid("its header is nested too deeply"));
+        }
+    }
+    if n_digits > MAX_DIGITS || text.windows(2).any(|two| two.eq_ignore_ascii_case(b"0x")) {
+        return Err(invalid("its header is not that of a table of numbers"));
+    }
+    let n_bytes = bytes.len() as u64;
+    Ok((NpyHeader::from_reader(&bytes[..])?, n_bytes))
+}

@@ -1,0 +1,274 @@
+//! OpenEXR: one layer of scan lines, ZIP-compressed in blocks of 16 lines, without loss.
+//!
+//! Alpha is 1 everywhere: the background is a colour of the picture, not a hole in it, and with
+//! alpha 0 a viewer would show it as black or add it to what lies below. What was hit is in `id`.
+
+use std::io::{self, Cursor};
+
+use exr::block::chunk::CompressedBlock;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::compression::Compression;
+use exr::math::Vec2;
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text};
+use exr::meta::header::{Header, LayerAttributes};
+use rayon::prelude::*;
+
+use super::{Frame, SOFTWARE};
+use crate::error::{Error, Result};
+use crate::scene::Color;
+use crate::trace::Hits;
+
+/// Lines that are compressed together. The format fixes this number for its ZIP compression.
+const BLOCK_LINES: usize = 16;
+
+/// Largest width and height of a picture, px: the C++ library wants edges below `i32::MAX / 2`.
+const MAX_EDGE_PX: u32 = i32::MAX as u32 / 2 - 1;
+
+/// Largest block, bytes; the format counts them in an i32.
+const MAX_BLOCK_BYTES: u128 = i32::MAX as u128;
+
+/// Bytes of a channel's sample: all are f32 or u32.
+const SAMPLE_BYTES: usize = 4;
+
+/// What a channel holds.
+#[derive(Clone, Copy)]
+enum Channel {
+    Alpha,
+    Rgb(usize),
+    Normal(usize),
+    Depth,
+    Id,
+    Level,
+}
+
+/// The channels with their names, sorted by name, as the format demands.
+const CHANNELS: [(&str, SampleType, Channel); 10] = [
+    ("A", SampleType::F32, Channel::Alpha),
+    ("B", SampleType::F32, Channel::Rgb(2)),
+    ("G", SampleType::F32, Channel::Rgb(1)),
+    ("N.X", SampleType::F32, Channel::Normal(0)),
+    ("N.Y", SampleType::F32, Channel::Normal(1)),
+    ("N.Z", SampleType::F32, Channel::Normal(2)),
+    ("R", SampleType::F32, Channel::Rgb(0)),
+    ("Z", SampleType::F32, Channel::Depth),
+    ("id", SampleType::U32, Channel::Id),
+    // Only with certificates.
+    ("level", SampleType::U32, Channel::Level),
+];
+
+fn channels(certificates: bool) -> &'static [(&'static str, SampleType, Channel)] {
+    &CHANNELS[..CHANNELS.len() - usize::from(!certificates)]
+}
+
+pub(super) fn pixel_bytes(certificates: bool) -> u128 {
+    (channels(certificates).len() * SAMPLE_BYTES) as u128
+}
+
+pub(super) fn check_size(frame: Frame, certificates: bool) -> Result<()> {
+    if frame.image_width > MAX_EDGE_PX || frame.image_height > MAX_EDGE_PX {
+        return Err(Error::TooLarge(format!(
+            "OpenEXR holds at most {MAX_EDGE_PX} pixels a side, not {}x{}; write .npy",
+            frame.image_width, frame.image_height
+        )));
+    }
+    let bytes = u128::from(frame.width) * pixel_bytes(certificates) * BLOCK_LINES as u128;
+    if bytes > MAX_BLOCK_BYTES {
+        let max_width = MAX_BLOCK_BYTES / (pixel_bytes(certificates) * BLOCK_LINES as u128);
+        return Err(Error::TooLarge(format!(
+            "OpenEXR holds at most {max_width} columns of these channels, not {}; write .npy, or \
+             parts with --crop",
+            frame.width
+        )));
+    }
+    Ok(())
+}
+
+/// Bytes held for a band: its lines, once as they are and once compressed (which is never longer),
+/// three copies of a block on each thread, and the table of blocks.
+pub(super) fn band_bytes(frame: Frame, certificates: bool, n_band_rows: u32) -> u128 {
+    let line_bytes = u128::from(frame.width) * pixel_bytes(certificates);
+    let n_lines = u128::from(n_band_rows) + BLOCK_LINES as u128;
+    let n_copied_lines = 3 * BLOCK_LINES * rayon::current_num_threads();
+    let n_blocks = u128::from(frame.height).div_ceil(BLOCK_LINES as u128);
+    (2 * n_lines + n_copied_lines as u128) * line_bytes + 8 * n_blocks
+}
+
+pub(super) struct Exr {
+    header: Header,
+    channels: &'static [(&'static str, SampleType, Channel)],
+    width: usize,
+    height: usize,
+    line_bytes: usize,
+    /// Where the table of blocks lies in the file, bytes.
+    table_position_bytes: u64,
+    /// Where each block that is written begins in the file, bytes.
+    table: Vec<u64>,
+    /// Bytes of the file so far.
+    file_bytes: u64,
+    /// Lines that wait for their block to fill: for each line, for each channel, its samples.
+    lines: Vec<u8>,
+}
+
+impl Exr {
+    pub(super) fn begin(certificates: bool, frame: Frame, out: &mut Vec<u8>) -> io::Result<Exr> {
+        let channels = channels(certificates);
+        let width = frame.width as usize;
+        let height = frame.height as usize;
+        let mut header = Header::new(
+            Text::default(),
+            (width, height),
+            channels
+                .iter()
+                .map(|&(name, sample_type, _)| ChannelDescription::new(name, sample_type, true))
+                .collect(),
+        )
+        .with_encoding(
+            Compression::ZIP16,
+            BlockDescription::ScanLines,
+            LineOrder::Increasing,
+        )
+        .with_display_window(IntegerBounds::from_dimensions((
+            frame.image_width as usize,
+            frame.image_height as usize,
+        )));
+        header.own_attributes = LayerAttributes {
+            layer_name: None,
+            // check_size has made sure of i32.
+            layer_position: Vec2(frame.x as i32, frame.y as i32),
+            software_name: Some(Text::from(SOFTWARE)),
+            ..LayerAttributes::default()
+        };
+
+        // The crate writes a file inside one call, from a closure that has all blocks. Bands come
+        // from outside, so that call is left after the head and the table (zeros so far) are
+        // written, and the blocks follow here, encoded by the crate one by one.
+        let head = Cursor::new(&mut *out);
+        let headers = std::iter::once(header.clone()).collect();
+        match exr::block::write(head, headers, true, |_, _| Err(exr::error::Error::Aborted)) {
+            Ok(()) | Err(exr::error::Error::Aborted) => {}
+            Err(error) => return Err(to_io(error)),
+        }
+        let table_bytes = header.chunk_count * size_of::<u64>();
+        Ok(Exr {
+            channels,
+            width,
+            height,
+            line_bytes: width * channels.len() * SAMPLE_BYTES,
+            table_position_bytes: (out.len() - table_bytes) as u64,
+            table: Vec::with_capacity(header.chunk_count),
+            file_bytes: out.len() as u64,
+            lines: Vec::new(),
+            header,
+        })
+    }
+
+    pub(super) fn rows(
+        &mut self,
+        hits: &Hits,
+        palette: &[Color],
+        out: &mut Vec<u8>,
+    ) -> io::Result<()> {
+        for start in (0..hits.id.len()).step_by(self.width) {
+            self.append_line(hits, start..start + self.width, palette);
+        }
+        let n_lines = self.lines.len() / self.line_bytes;
+        let n_lines_done = self.table.len() * BLOCK_LINES;
+        let is_end = n_lines_done + n_lines == self.height;
+        let n_ready = if is_end {
+            n_lines
+        } else {
+            n_lines - n_lines % BLOCK_LINES
+        };
+        let rest = self.lines.split_off(n_ready * self.line_bytes);
+        let blocks: Vec<exr::error::Result<Vec<u8>>> = self
+            .lines
+            .par_chunks(BLOCK_LINES * self.line_bytes)
+            .enumerate()
+            .map(|(index, lines)| self.encode_block(n_lines_done + index * BLOCK_LINES, lines))
+            .collect();
+        self.lines = rest;
+        for block in blocks {
+            let block = block.map_err(to_io)?;
+            self.table.push(self.file_bytes);
+            self.file_bytes += block.len() as u64;
+            out.extend_from_slice(&block);
+        }
+        Ok(())
+    }
+
+    /// The table of blocks and its place in the file, bytes.
+    pub(super) fn finish(self) -> (u64, Vec<u8>) {
+        let table = self.table.iter().flat_map(|p| p.to_le_bytes()).collect();
+        (self.table_position_bytes, table)
+    }
+
+    /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
+    fn append_line(&mut self, hits: &Hits, line: std::ops::Range<usize>, palette: &[Color]) {
+        let ids = &hits.id[line.clone()];
+        for &(_, _, channel) in self.channels {
+            let out = &mut self.lines;
+            match channel {
+                Channel::Alpha => push(out, ids.iter().map(|_| 1.0_f32.to_ne_bytes())),
+                Channel::Rgb(i) => push(
+                    out,
+                    ids.iter()
+                        .map(|&id| palette[id as usize].0[i].to_ne_bytes()),
+                ),
+                Channel::Normal(i) => push(
+                    out,
+                    hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()),
+                ),
+                Channel::Depth => push(out, hits.t[line.clone()].iter().map(|t| t.to_ne_bytes())),
+                Channel::Id => push(out, ids.iter().map(|id| id.to_ne_bytes())),
+                Channel::Level => push(
+                    out,
+                    hits.level[line.clone()]
+                        .iter()
+                        .map(|&level| u32::from(level).to_ne_bytes()),
+                ),
+            }
+        }
+    }
+
+    /// The bytes of one block as they stand in the file; `first_line` counts from the top of the
+    /// data window.
+    fn encode_block(&self, first_line: usize, lines: &[u8]) -> exr::error::Result<Vec<u8>> {
+        let block = UncompressedBlock {
+            index: BlockIndex {
+                layer: 0,
+                pixel_position: Vec2(0, first_line),
+                pixel_size: Vec2(self.width, lines.len() / self.line_bytes),
+                level: Vec2(0, 0),
+            },
+            data: lines.to_vec(),
+        };
+        let chunk = block.compress_to_chunk(std::slice::from_ref(&self.header))?;
+        let mut bytes = Vec::new();
+        match chunk.compressed_block {
+            CompressedBlock::ScanLine(block) => block.write(&mut bytes)?,
+            _ => {
+                return Err(exr::error::Error::NotSupported(
+                    "blocks other than scan lines".into(),
+                ));
+            }
+        }
+        Ok(bytes)
+    }
+}
+
+fn push(out: &mut Vec<u8>, samples: impl ExactSizeIterator<Item = [u8; SAMPLE_BYTES]>) {
+    let start = out.len();
+    out.resize(start + samples.len() * SAMPLE_BYTES, 0);
+    let (places, _) = out[start..].as_chunks_mut::<SAMPLE_BYTES>();
+    for (place, sample) in places.iter_mut().zip(samples) {
+        *place = sample;
+    }
+}
+
+fn to_io(error: exr::error::Error) -> io::Error {
+    match error {
+        exr::error::Error::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}

@@ -1,0 +1,127 @@
+//! PNG: RGB, 8 or 16 bits, marked as sRGB.
+
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use png::{BitDepth, ColorType, Compression, Encoder, Filter, SrgbRenderingIntent, StreamWriter};
+
+use super::{Bits, ByteColors, Frame, SOFTWARE};
+use crate::error::{Error, Result};
+use crate::scene::Color;
+use crate::trace::Hits;
+
+/// The PNG specification's limit for width and height, px.
+const MAX_SIDE_PX: u32 = (1 << 31) - 1;
+
+/// Bytes of one IDAT chunk; a large one keeps the overhead of 12 bytes a chunk out of sight.
+const CHUNK_BYTES: usize = 1 << 16;
+
+pub(super) fn pixel_bytes(bits: Bits) -> u128 {
+    match bits {
+        Bits::Eight => 3,
+        Bits::Sixteen => 6,
+    }
+}
+
+pub(super) fn check_size(frame: Frame) -> Result<()> {
+    if frame.width > MAX_SIDE_PX || frame.height > MAX_SIDE_PX {
+        return Err(Error::TooLarge(format!(
+            "PNG holds at most {MAX_SIDE_PX} pixels a side, not {}x{}; write .npy, or parts with \
+             --crop",
+            frame.width, frame.height
+        )));
+    }
+    Ok(())
+}
+
+/// Bytes held for a band: four rows (colours, this and the last one in the codec, filtered) and
+/// the compressed band. The longest code of the codec's fixed table has 12 bits for 8.
+pub(super) fn band_bytes(bits: Bits, width: u32, n_band_rows: u32) -> u128 {
+    let row_bytes = u128::from(width) * pixel_bytes(bits) + 1;
+    let compressed_bytes = row_bytes * u128::from(n_band_rows) * 3 / 2;
+    4 * row_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
+}
+
+pub(super) struct Png {
+    colors: ByteColors,
+    width: usize,
+    stream: StreamWriter<'static, Tray>,
+    tray: Tray,
+    /// One row of colours.
+    row: Vec<u8>,
+}
+
+impl Png {
+    pub(super) fn begin(
+        bits: Bits,
+        frame: Frame,
+        palette: &[Color],
+        out: &mut Vec<u8>,
+    ) -> io::Result<Png> {
+        let tray = Tray::default();
+        let mut encoder = Encoder::new(tray.clone(), frame.width, frame.height);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(match bits {
+            Bits::Eight => BitDepth::Eight,
+            Bits::Sixteen => BitDepth::Sixteen,
+        });
+        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+        encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+        // Flat surfaces make rows that equal the row above nearly everywhere. The filter “up”
+        // turns those into zeros, and the fast codec is made for runs of zeros.
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(Filter::Up);
+        let stream = encoder
+            .write_header()?
+            .into_stream_writer_with_size(CHUNK_BYTES)?;
+        tray.empty_into(out);
+        Ok(Png {
+            colors: ByteColors::new(bits, palette),
+            width: frame.width as usize,
+            stream,
+            tray,
+            row: Vec::new(),
+        })
+    }
+
+    pub(super) fn rows(&mut self, hits: &Hits, out: &mut Vec<u8>) -> io::Result<()> {
+        for ids in hits.id.chunks_exact(self.width) {
+            self.row.clear();
+            self.colors.append(ids, &mut self.row);
+            self.stream.write_all(&self.row)?;
+        }
+        self.tray.empty_into(out);
+        Ok(())
+    }
+
+    pub(super) fn finish(self, out: &mut Vec<u8>) -> io::Result<()> {
+        self.stream.finish()?;
+        self.tray.empty_into(out);
+        Ok(())
+    }
+}
+
+/// Where the codec leaves its bytes. It can't be given the file itself: it unwraps some results
+/// of `write`, and keeps only the text of the others, so a full disk would end in a panic.
+#[derive(Clone, Default)]
+struct Tray(Arc<Mutex<Vec<u8>>>);
+
+impl Tray {
+    fn empty_into(&self, out: &mut Vec<u8>) {
+        out.append(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+}
+
+impl Write for Tray {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

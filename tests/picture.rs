@@ -1,0 +1,783 @@
+//! Pictures and hits as other programs read them: each file is read back by another decoder than
+//! the writer's own, or by the codec's reader.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::time::Instant;
+
+use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use kugelblitz::picture::{
+    Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter, writer_bytes,
+};
+use kugelblitz::rays::{read_rays, write_hits};
+use kugelblitz::scene::Color;
+use kugelblitz::trace::Hits;
+use kugelblitz::{Error, Result};
+use npyz::WriterBuilder;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const SEED: u64 = 20_240_611;
+
+/// The sRGB curve from its standard, in the other direction than the writer's.
+fn linear(byte: u8) -> f32 {
+    let v = f64::from(byte) / 255.0;
+    (if v <= 0.04045 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
+    }) as f32
+}
+
+/// A palette that goes through all 256 values of each channel, and its `#rrggbb`.
+fn every_byte() -> (Vec<Color>, Vec<[u8; 3]>) {
+    let srgb: Vec<[u8; 3]> = (0..=255_u8)
+        .map(|i| [i, 255 - i, i.wrapping_mul(167).wrapping_add(13)])
+        .collect();
+    let colors = srgb.iter().map(|c| Color(c.map(linear))).collect();
+    (colors, srgb)
+}
+
+/// Hits with every field, random but for the corners: background, infinity, tiny and huge `t`.
+fn random_hits(rng: &mut impl Rng, n: usize, n_colors: usize) -> Hits {
+    let id: Vec<u32> = (0..n)
+        .map(|_| rng.random_range(0..n_colors as u32))
+        .collect();
+    let t = id.iter().map(|&id| match id {
+        0 => f32::INFINITY,
+        1 => f32::MIN_POSITIVE,
+        2 => f32::MAX,
+        _ => f32::from_bits(rng.random_range(1..f32::MAX.to_bits())),
+    });
+    Hits {
+        t: t.collect(),
+        normal: id
+            .iter()
+            .map(|&id| {
+                if id == 0 {
+                    [0.0; 3]
+                } else {
+                    [0.1, -0.0, -0.99]
+                }
+            })
+            .collect(),
+        level: id.iter().map(|id| (id % 3) as u8).collect(),
+        id,
+        ..Hits::default()
+    }
+}
+
+/// The rows `first..first + n` of a picture.
+fn band(hits: &Hits, width: usize, first: usize, n: usize) -> Hits {
+    let range = first * width..(first + n) * width;
+    Hits {
+        id: hits.id[range.clone()].to_vec(),
+        t: hits.t[range.clone()].to_vec(),
+        normal: hits.normal[range.clone()].to_vec(),
+        level: hits.level[range].to_vec(),
+        ..Hits::default()
+    }
+}
+
+fn encode(
+    format: Format,
+    options: PictureOptions,
+    frame: Frame,
+    palette: &[Color],
+    hits: &Hits,
+    n_band_rows: u32,
+) -> Result<Vec<u8>> {
+    let sink = Cursor::new(Vec::new());
+    let mut writer = PictureWriter::create(format, options, frame, palette, sink, "memory")?;
+    let mut first = 0;
+    while first < frame.height {
+        let n = n_band_rows.min(frame.height - first);
+        let rows = band(hits, frame.width as usize, first as usize, n as usize);
+        writer.rows(&rows, n)?;
+        first += n;
+    }
+    Ok(writer.finish()?.into_inner())
+}
+
+const EIGHT: PictureOptions = PictureOptions {
+    bits: Bits::Eight,
+    certificates: false,
+};
+const SIXTEEN: PictureOptions = PictureOptions {
+    bits: Bits::Sixteen,
+    certificates: false,
+};
+const CERTIFICATES: PictureOptions = PictureOptions {
+    bits: Bits::Eight,
+    certificates: true,
+};
+
+#[test]
+fn every_srgb_value_comes_out_as_the_file_names_it() {
+    let (palette, srgb) = every_byte();
+    let hits = Hits {
+        id: (0..256).collect(),
+        ..Hits::default()
+    };
+    let hits = Hits {
+        t: vec![1.0; 256],
+        normal: vec![[0.0; 3]; 256],
+        level: vec![0; 256],
+        ..hits
+    };
+    let frame = Frame::whole(64, 4);
+    for (format, image_format) in [
+        (Format::Png, image::ImageFormat::Png),
+        (Format::Ppm, image::ImageFormat::Pnm),
+    ] {
+        let bytes = encode(format, EIGHT, frame, &palette, &hits, 3).unwrap();
+        let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
+        let image::DynamicImage::ImageRgb8(picture) = picture else {
+            panic!("{format} is not 8-bit RGB");
+        };
+        assert_eq!(picture.dimensions(), (64, 4));
+        for (id, pixel) in picture.pixels().enumerate() {
+            assert_eq!(pixel.0, srgb[id], "{format}, id {id}");
+        }
+
+        let bytes = encode(format, SIXTEEN, frame, &palette, &hits, 3).unwrap();
+        let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
+        let image::DynamicImage::ImageRgb16(picture) = picture else {
+            panic!("{format} is not 16-bit RGB");
+        };
+        for (id, pixel) in picture.pixels().enumerate() {
+            // 65535 = 257·255, so a named colour has the same digits twice.
+            assert_eq!(
+                pixel.0,
+                srgb[id].map(|v| u16::from(v) * 257),
+                "{format}, id {id}"
+            );
+        }
+    }
+}
+
+#[test]
+fn png_says_that_it_is_srgb() {
+    let hits = Hits {
+        id: vec![0],
+        ..Hits::default()
+    };
+    let bytes = encode_ids(Format::Png, Frame::whole(1, 1), &[Color::BLACK], hits).unwrap();
+    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+    assert_eq!(
+        reader.info().srgb,
+        Some(png::SrgbRenderingIntent::Perceptual)
+    );
+    let software = &reader.info().uncompressed_latin1_text[0];
+    assert_eq!(software.keyword, "Software");
+    assert!(software.text.starts_with("kugelblitz "));
+}
+
+/// Formats that only need colours take hits that have only ids.
+fn encode_ids(format: Format, frame: Frame, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
+    let sink = Cursor::new(Vec::new());
+    let mut writer = PictureWriter::create(format, EIGHT, frame, palette, sink, "memory")?;
+    writer.rows(&hits, frame.height)?;
+    Ok(writer.finish()?.into_inner())
+}
+
+struct ExrFile {
+    display: exr::meta::attribute::IntegerBounds,
+    position: Vec2<i32>,
+    size: Vec2<usize>,
+    software: String,
+    /// Name and samples, row by row; f32 as their bits.
+    channels: Vec<(String, Vec<u32>)>,
+}
+
+fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .pedantic()
+        .from_buffered(Cursor::new(bytes))?;
+    let layer = image.layer_data;
+    let channels = layer.channel_data.list.into_iter().map(|channel| {
+        let bits = match channel.sample_data {
+            exr::prelude::FlatSamples::F32(v) => v.iter().map(|v| v.to_bits()).collect(),
+            exr::prelude::FlatSamples::U32(v) => v,
+            exr::prelude::FlatSamples::F16(_) => panic!("half floats"),
+        };
+        (channel.name.to_string(), bits)
+    });
+    Ok(ExrFile {
+        display: image.attributes.display_window,
+        position: layer.attributes.layer_position,
+        size: layer.size,
+        software: layer
+            .attributes
+            .software_name
+            .unwrap_or_default()
+            .to_string(),
+        channels: channels.collect(),
+    })
+}
+
+/// What the channels of an EXR must hold, bit for bit.
+fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String, Vec<u32>)> {
+    let rgb = |i: usize| {
+        let color = |&id: &u32| palette[id as usize].0[i].to_bits();
+        hits.id.iter().map(color).collect::<Vec<u32>>()
+    };
+    let normal = |i: usize| hits.normal.iter().map(|n| n[i].to_bits()).collect();
+    let mut channels = vec![
+        ("A".into(), vec![1.0_f32.to_bits(); hits.id.len()]),
+        ("B".into(), rgb(2)),
+        ("G".into(), rgb(1)),
+        ("N.X".into(), normal(0)),
+        ("N.Y".into(), normal(1)),
+        ("N.Z".into(), normal(2)),
+        ("R".into(), rgb(0)),
+        ("Z".into(), hits.t.iter().map(|t| t.to_bits()).collect()),
+        ("id".into(), hits.id.clone()),
+    ];
+    if level {
+        channels.push((
+            "level".into(),
+            hits.level.iter().map(|&level| level.into()).collect(),
+        ));
+    }
+    channels
+}
+
+/// Ids beyond 2¹⁶, which neither u16 nor a half float would hold.
+fn large_palette() -> Vec<Color> {
+    (0..70_000)
+        .map(|i| Color([i as f32 / 70_000.0, 0.25, 1.0]))
+        .collect()
+}
+
+#[test]
+fn exr_holds_every_value_bit_for_bit() {
+    let palette = large_palette();
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    for (width, height) in [(1, 1), (3, 16), (17, 33), (40, 50), (1, 100)] {
+        let mut hits = random_hits(rng, width * height, palette.len());
+        hits.id[0] = 0;
+        hits.t[0] = f32::INFINITY;
+        for options in [EIGHT, CERTIFICATES] {
+            let frame = Frame::whole(width as u32, height as u32);
+            let bytes = encode(Format::Exr, options, frame, &palette, &hits, 7).unwrap();
+            let file = read_exr(&bytes).unwrap();
+            assert_eq!(file.size, Vec2(width, height));
+            assert_eq!(file.display.size, Vec2(width, height));
+            assert!(file.software.starts_with("kugelblitz "));
+            let expected = expected_channels(&hits, &palette, options.certificates);
+            assert!(file.channels == expected, "{width}x{height}");
+        }
+    }
+}
+
+#[test]
+fn exr_of_a_crop_says_where_it_belongs() {
+    let (palette, _) = every_byte();
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 20 * 35, palette.len());
+    let frame = Frame {
+        image_width: 640,
+        image_height: 480,
+        x: 600,
+        y: 101,
+        width: 20,
+        height: 35,
+    };
+    let bytes = encode(Format::Exr, EIGHT, frame, &palette, &hits, 35).unwrap();
+    let file = read_exr(&bytes).unwrap();
+    assert_eq!(file.display.position, Vec2(0, 0));
+    assert_eq!(file.display.size, Vec2(640, 480));
+    assert_eq!(file.position, Vec2(600, 101));
+    assert_eq!(file.size, Vec2(20, 35));
+    assert!(file.channels == expected_channels(&hits, &palette, false));
+}
+
+/// A structured array: names and offsets of the fields, the shape, and the raw records.
+fn read_npy(bytes: &[u8]) -> (String, Vec<u64>, Vec<u8>) {
+    let mut rest = bytes;
+    let header = npyz::NpyHeader::from_reader(&mut rest).unwrap();
+    assert_eq!(header.order(), npyz::Order::C);
+    let n_bytes = header.dtype().num_bytes().unwrap() as u64 * header.len();
+    assert_eq!(rest.len() as u64, n_bytes);
+    (
+        header.dtype().descr(),
+        header.shape().to_vec(),
+        rest.to_vec(),
+    )
+}
+
+#[test]
+fn npy_holds_every_value_bit_for_bit() {
+    let palette = large_palette();
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 13 * 9, palette.len());
+    for options in [EIGHT, CERTIFICATES] {
+        let bytes = encode(
+            Format::Npy,
+            options,
+            Frame::whole(13, 9),
+            &palette,
+            &hits,
+            4,
+        )
+        .unwrap();
+        let (dtype, shape, records) = read_npy(&bytes);
+        let level = if options.certificates {
+            "('level', '|u1'), "
+        } else {
+            ""
+        };
+        assert_eq!(
+            dtype,
+            format!(
+                "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ('rgb', '<f4', (3,)), \
+                 {level}]"
+            )
+        );
+        assert_eq!(shape, [9, 13]);
+        let record_bytes = 32 + usize::from(options.certificates);
+        for (i, record) in records.chunks_exact(record_bytes).enumerate() {
+            let mut expected = hits.id[i].to_le_bytes().to_vec();
+            let color = palette[hits.id[i] as usize].0;
+            for value in [hits.t[i]].iter().chain(&hits.normal[i]).chain(&color) {
+                expected.extend(value.to_le_bytes());
+            }
+            expected.extend(options.certificates.then_some(hits.level[i]));
+            assert_eq!(record, expected, "record {i}");
+        }
+    }
+}
+
+#[test]
+fn hits_of_rays_hold_every_value_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hits.npy");
+    let hits = Hits {
+        id: vec![0, u32::MAX, 7],
+        t: vec![f32::INFINITY, f32::MIN_POSITIVE, 1.5],
+        normal: vec![[0.0; 3], [0.0, -0.0, 1.0], [0.6, 0.8, 0.0]],
+        ..Hits::default()
+    };
+    write_hits(&path, &hits).unwrap();
+    let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
+    assert_eq!(
+        dtype,
+        "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ]"
+    );
+    assert_eq!(shape, [3]);
+    let mut expected = Vec::new();
+    for i in 0..3 {
+        expected.extend(hits.id[i].to_le_bytes());
+        expected.extend(hits.t[i].to_le_bytes());
+        expected.extend(hits.normal[i].iter().flat_map(|v| v.to_le_bytes()));
+    }
+    assert_eq!(records, expected);
+
+    let many = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 70_000, 9);
+    write_hits(&path, &many).unwrap();
+    let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
+    assert!(dtype.contains("('level', '|u1')"), "{dtype}");
+    assert_eq!(shape, [70_000]);
+    assert_eq!(records[69_999 * 21 + 20], many.level[69_999]);
+
+    write_hits(&path, &Hits::default()).unwrap();
+    assert_eq!(read_npy(&std::fs::read(&path).unwrap()).1, [0]);
+    let lacking = Hits {
+        id: vec![1],
+        ..Hits::default()
+    };
+    assert!(matches!(write_hits(&path, &lacking), Err(Error::Usage(_))));
+}
+
+#[test]
+fn the_size_of_the_bands_does_not_show() {
+    let (palette, _) = every_byte();
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 31 * 70, palette.len());
+    let frame = Frame::whole(31, 70);
+    for format in Format::ALL {
+        for options in [EIGHT, SIXTEEN, CERTIFICATES] {
+            let whole = encode(format, options, frame, &palette, &hits, 70).unwrap();
+            for n_band_rows in [1, 7, 16, 64] {
+                let bands = encode(format, options, frame, &palette, &hits, n_band_rows).unwrap();
+                assert!(bands == whole, "{format} in bands of {n_band_rows}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_interrupted_picture_leaves_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture");
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 8 * 4, 2);
+    let palette = [Color::BLACK, Color([1.0; 3])];
+    let n_files = || std::fs::read_dir(folder.path()).unwrap().count();
+    for format in Format::ALL {
+        std::fs::write(&path, "old").unwrap();
+        let begin = || {
+            let file = OutputFile::create(&path, format.needs_seek()).unwrap();
+            let frame = Frame::whole(8, 8);
+            PictureWriter::create(format, EIGHT, frame, &palette, file, &path).unwrap()
+        };
+        let mut writer = begin();
+        writer.rows(&hits, 4).unwrap();
+        drop(writer);
+        assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
+
+        // Ended too early is no better than interrupted.
+        let mut writer = begin();
+        writer.rows(&hits, 4).unwrap();
+        assert!(matches!(writer.finish(), Err(Error::Usage(_))), "{format}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
+        assert_eq!(n_files(), 1, "{format}");
+
+        let mut writer = begin();
+        writer.rows(&hits, 4).unwrap();
+        writer.rows(&hits, 4).unwrap();
+        writer.finish().unwrap().commit().unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let both = Hits {
+            id: [&hits.id[..], &hits.id].concat(),
+            t: [&hits.t[..], &hits.t].concat(),
+            normal: [&hits.normal[..], &hits.normal].concat(),
+            level: [&hits.level[..], &hits.level].concat(),
+            ..Hits::default()
+        };
+        let expected = encode(format, EIGHT, Frame::whole(8, 8), &palette, &both, 8).unwrap();
+        assert!(whole == expected, "{format}");
+    }
+}
+
+#[test]
+fn wrong_bands_are_refused() {
+    let palette = [Color::BLACK, Color([1.0; 3])];
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 8, 2);
+    for format in Format::ALL {
+        let begin = || {
+            let sink = Cursor::new(Vec::new());
+            PictureWriter::create(
+                format,
+                CERTIFICATES,
+                Frame::whole(4, 2),
+                &palette,
+                sink,
+                "m",
+            )
+            .unwrap()
+        };
+        assert!(matches!(begin().rows(&hits, 3), Err(Error::Usage(_))));
+        assert!(matches!(begin().rows(&hits, 1), Err(Error::Usage(_))));
+        let alien = Hits {
+            id: vec![2; 8],
+            ..hits.clone()
+        };
+        let message = begin().rows(&alien, 2).err().unwrap().to_string();
+        assert!(
+            message.contains("id 2") && message.contains("end at 1"),
+            "{message}"
+        );
+        let ids_only = Hits {
+            id: hits.id.clone(),
+            ..Hits::default()
+        };
+        let is_enough = !format.wants(true).surface;
+        assert_eq!(begin().rows(&ids_only, 2).is_ok(), is_enough, "{format}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error_with_a_name() {
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 512 * 512, 2);
+    let palette = [Color::BLACK, Color([1.0; 3])];
+    for format in Format::ALL {
+        let attempt = || -> Result<()> {
+            let file = OutputFile::create("/dev/full", format.needs_seek())?;
+            let frame = Frame::whole(512, 512);
+            let mut writer =
+                PictureWriter::create(format, EIGHT, frame, &palette, file, "/dev/full")?;
+            writer.rows(&hits, 512)?;
+            writer.finish()?.commit()
+        };
+        let error = attempt().err().unwrap();
+        assert!(matches!(&error, Error::Io { path, .. } if path == Path::new("/dev/full")));
+        assert_eq!(error.exit_code(), 1, "{format}");
+    }
+}
+
+// Sabotage: the tests above must be able to fail.
+
+#[test]
+fn a_flipped_bit_is_noticed() {
+    let (palette, srgb) = every_byte();
+    let mut hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 16 * 16, palette.len());
+    hits.id = (0..256).collect();
+    let frame = Frame::whole(16, 16);
+    for format in Format::ALL {
+        let good = encode(format, EIGHT, frame, &palette, &hits, 16).unwrap();
+        // The middle of the file is pixels in each of them.
+        let mut bad = good.clone();
+        bad[good.len() / 2] ^= 0x10;
+        let is_right = |bytes: &[u8]| match format {
+            Format::Png | Format::Ppm => image::load_from_memory(bytes).is_ok_and(|picture| {
+                picture
+                    .to_rgb8()
+                    .pixels()
+                    .map(|p| p.0)
+                    .eq(srgb.iter().copied())
+            }),
+            Format::Exr => read_exr(bytes)
+                .is_ok_and(|file| file.channels == expected_channels(&hits, &palette, false)),
+            Format::Npy => read_npy(bytes).2 == read_npy(&good).2,
+        };
+        assert!(is_right(&good), "{format}");
+        assert!(!is_right(&bad), "{format}: a flipped bit went unnoticed");
+    }
+}
+
+#[test]
+fn a_wrong_palette_is_noticed() {
+    let (mut palette, srgb) = every_byte();
+    palette.swap(200, 201);
+    let hits = Hits {
+        id: (0..256).collect(),
+        ..Hits::default()
+    };
+    for format in [Format::Png, Format::Ppm] {
+        let bytes = encode_ids(format, Frame::whole(16, 16), &palette, hits.clone()).unwrap();
+        let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
+        let wrong: Vec<usize> = (0..256)
+            .filter(|&i| picture.get_pixel(i as u32 % 16, i as u32 / 16).0 != srgb[i])
+            .collect();
+        assert_eq!(wrong, [200, 201], "{format}");
+    }
+}
+
+// Rays.
+
+fn npy_bytes<T: npyz::Serialize + Copy>(
+    dtype: &str,
+    shape: &[u64],
+    order: npyz::Order,
+    values: &[T],
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = npyz::WriteOptions::new()
+        .dtype(npyz::DType::new_scalar(dtype.parse().unwrap()))
+        .shape(shape)
+        .order(order)
+        .writer(&mut bytes)
+        .begin_nd()
+        .unwrap();
+    writer.extend(values.iter().copied()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<Vec<kugelblitz::trace::Ray>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rays.npy");
+    std::fs::write(&path, bytes).unwrap();
+    read_rays(&path)
+}
+
+#[test]
+fn rays_are_read_in_every_order_and_type() {
+    let rows = [
+        [1.0, 2.0, 3.0, 0.5, 0.25, -8.0],
+        [-1.5, 0.0, 7.0, 0.0, 0.0, 1.0],
+    ];
+    let c: Vec<f64> = rows.iter().flatten().copied().collect();
+    let fortran: Vec<f64> = (0..6)
+        .flat_map(|column| rows.map(|row| row[column]))
+        .collect();
+    let single = |values: &[f64]| values.iter().map(|&v| v as f32).collect::<Vec<f32>>();
+    let files = [
+        npy_bytes("<f8", &[2, 6], npyz::Order::C, &c),
+        npy_bytes(">f8", &[2, 6], npyz::Order::C, &c),
+        npy_bytes("<f8", &[2, 6], npyz::Order::Fortran, &fortran),
+        npy_bytes("<f4", &[2, 6], npyz::Order::C, &single(&c)),
+        npy_bytes(">f4", &[2, 6], npyz::Order::Fortran, &single(&fortran)),
+    ];
+    for bytes in files {
+        let rays = read_bytes(&bytes).unwrap();
+        let found: Vec<[f64; 6]> = rays
+            .iter()
+            .map(|r| {
+                [
+                    r.origin.x,
+                    r.origin.y,
+                    r.origin.z,
+                    r.direction.x,
+                    r.direction.y,
+                    r.direction.z,
+                ]
+            })
+            .collect();
+        assert_eq!(found, rows);
+    }
+    let none = npy_bytes::<f64>("<f8", &[0, 6], npyz::Order::C, &[]);
+    assert!(read_bytes(&none).unwrap().is_empty());
+}
+
+#[test]
+fn wrong_rays_are_named() {
+    let order = npyz::Order::C;
+    let ray = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let with = |column: usize, value: f64| {
+        let mut values = [ray, ray].concat();
+        values[6 + column] = value;
+        npy_bytes("<f8", &[2, 6], order, &values)
+    };
+    let good = npy_bytes("<f8", &[1, 6], order, &ray);
+    let longer = [&good[..], &[0]].concat();
+    for (bytes, expected) in [
+        (
+            with(0, f64::NAN),
+            "row 1 (counted from 0) has a number that is not finite",
+        ),
+        (
+            with(5, f64::INFINITY),
+            "row 1 (counted from 0) has a number that is not finite",
+        ),
+        (
+            with(5, 0.0),
+            "row 1 (counted from 0) has the direction (0, 0, 0)",
+        ),
+        (
+            npy_bytes("<f8", &[2, 3], order, &ray),
+            "its shape is (2, 3); expected",
+        ),
+        (
+            npy_bytes("<f8", &[6], order, &ray),
+            "it has 1 dimensions; expected",
+        ),
+        (
+            npy_bytes("<i4", &[1, 6], order, &[1_i32; 6]),
+            "its dtype is '<i4'; expected",
+        ),
+        (good[..good.len() - 1].to_vec(), "47 bytes follow"),
+        (longer, "49 bytes follow"),
+        (b"x,y,z\n1,2,3\n".to_vec(), "not a readable .npy file"),
+        (Vec::new(), "not a readable .npy file"),
+    ] {
+        let error = read_bytes(&bytes).err().unwrap();
+        assert!(matches!(error, Error::Input { .. }), "{error:?}");
+        let message = error.to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    let missing = read_rays(Path::new("no/such/rays.npy"));
+    assert!(matches!(missing, Err(Error::Io { .. })));
+}
+
+#[test]
+fn garbage_is_refused_without_a_panic() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    let good = npy_bytes("<f8", &[2, 6], npyz::Order::C, &[1.0; 12]);
+    let header_length = good.len() - 12 * 8;
+    let interesting = b"{}()[]'\",:<>|=fbuiOUV0123456789xXeEjLN\\ \n\x00\xff-+_.";
+    for _ in 0..2000 {
+        let mut bytes = good.clone();
+        for _ in 0..rng.random_range(1..6) {
+            let at = rng.random_range(0..header_length);
+            match rng.random_range(0..4) {
+                0 => bytes[at] = rng.random(),
+                1 => bytes[at] = interesting[rng.random_range(0..interesting.len())],
+                2 => bytes.truncate(rng.random_range(0..bytes.len() + 1).max(header_length)),
+                _ => {
+                    let from = rng.random_range(0..header_length);
+                    bytes[at] = bytes[from];
+                }
+            }
+        }
+        // A mutation may be harmless; whatever is read is rays.
+        if let Ok(rays) = read_bytes(&bytes) {
+            assert!(rays.iter().all(|ray| ray.direction.is_finite()));
+        }
+    }
+
+    let with_text = |text: String| {
+        let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.bytes());
+        bytes
+    };
+    let header = |shape: &str| {
+        with_text(format!(
+            "{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"
+        ))
+    };
+    for bytes in [
+        header("(18446744073709551615, 6)"),
+        header("(0xffffffffffffffff, 6)"),
+        header("(3000000000000000000, 6)"),
+        header("(99999999999999, 6)"),
+        header("(4294967296, 4294967296)"),
+        header("(4294967296, 4294967296, 0)"),
+        header("(-1, 6)"),
+        header("(6, '\\N{DIGIT SIX}')"),
+        header(&"(".repeat(5_000)),
+        with_text("[".repeat(100_000)),
+        with_text(String::new()),
+        b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec(),
+        b"\x93NUMPY\x09\x00\x00\x00\x00\x00".to_vec(),
+    ] {
+        let error = read_bytes(&bytes).err().unwrap();
+        assert!(matches!(error, Error::Input { .. }), "{error:?}");
+    }
+}
+
+#[test]
+#[ignore = "measures; run it alone, in release, with --nocapture"]
+fn encode_times_at_full_hd() {
+    let (width, height) = (1920_u32, 1080_u32);
+    let palette: Vec<Color> = large_palette().into_iter().step_by(100).collect();
+    let mut hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 0, palette.len());
+    // Overlapping discs: the shape of a real picture.
+    for y in 0..i64::from(height) {
+        for x in 0..i64::from(width) {
+            let id = (1..60_i64).rev().find(|i| {
+                let (dx, dy) = (x - (i * 733) % 1920, y - (i * 457) % 1080);
+                dx * dx + dy * dy < (20 + 2 * i) * (20 + 2 * i)
+            });
+            let t = id.map_or(f32::INFINITY, |i| i as f32 + ((x * y) as f32).sqrt() * 1e-3);
+            let normal = id.map_or([0.0; 3], |_| [x as f32 * 5e-4, y as f32 * 5e-4, 0.3]);
+            hits.id.push(id.unwrap_or(0) as u32);
+            hits.t.push(t);
+            hits.normal.push(normal);
+            hits.level.push(0);
+        }
+    }
+    let noise = random_hits(
+        &mut ChaCha8Rng::seed_from_u64(SEED),
+        hits.id.len(),
+        palette.len(),
+    );
+    for (name, hits) in [("discs", &hits), ("noise", &noise)] {
+        for format in Format::ALL {
+            for options in [EIGHT, SIXTEEN] {
+                let frame = Frame::whole(width, height);
+                let mut best_ms = f64::INFINITY;
+                let mut n_bytes = 0;
+                for _ in 0..5 {
+                    let start = Instant::now();
+                    let sink = Cursor::new(Vec::with_capacity(1 << 27));
+                    let mut writer =
+                        PictureWriter::create(format, options, frame, &palette, sink, "m").unwrap();
+                    writer.rows(hits, height).unwrap();
+                    n_bytes = writer.finish().unwrap().into_inner().len();
+                    best_ms = best_ms.min(start.elapsed().as_secs_f64() * 1e3);
+                }
+                let held = writer_bytes(format, options, frame, height, palette.len()).unwrap();
+                println!(
+                    "{name} {format} {:?}: {best_ms:.1} ms, {n_bytes} bytes, holds at most {held}",
+                    options.bits
+                );
+            }
+        }
+    }
+}
