@@ -1,0 +1,223 @@
+//! Dyadic numbers.
+
+use std::cmp::Ordering;
+use std::ops::{Add, Mul, Neg, Sub};
+
+use dashu_float::Repr;
+use dashu_int::{IBig, Sign};
+use glam::DVec3;
+
+/// A dyadic number `m·2^e` with `m` of any size; `+ − ×` and comparisons are exact.
+///
+/// Big integers by dashu, and on top of them the one thing that dyadic numbers need: shifting to
+/// a common exponent. Not dashu's `FBig`: it carries a precision, an operation takes the larger
+/// one of its operands', and "unlimited" is written 0; so one limited operand (an f64 just
+/// converted, an integer literal) makes a sum of unlimited ones round, silently. Its bare `Repr`
+/// is lossless, but casts out trailing zero bits after every operation: three times the time of a
+/// sphere's discriminant.
+///
+/// A number has many representations (only those that come from f64 are the shortest). Exponents
+/// of the polynomials here stay within `±2^20`, so sums of exponents can't overflow.
+#[derive(Clone, Debug)]
+pub struct Real {
+    mantissa: IBig,
+    exponent: isize,
+}
+
+/// The exact value of an f64, or `None` if it is not finite.
+pub fn real(value: f64) -> Option<Real> {
+    if !value.is_finite() {
+        return None;
+    }
+    let bits = value.to_bits();
+    let field = (bits >> 52) & 0x7ff;
+    let fraction = bits & ((1 << 52) - 1);
+    // Subnormal numbers have no hidden bit and the exponent of field 1.
+    let magnitude = if field == 0 {
+        fraction
+    } else {
+        fraction | (1 << 52)
+    };
+    if magnitude == 0 {
+        return Some(Real::zero());
+    }
+    let zeros = magnitude.trailing_zeros();
+    let magnitude = (magnitude >> zeros) as i64;
+    Some(Real {
+        mantissa: IBig::from(if value < 0.0 { -magnitude } else { magnitude }),
+        exponent: field.max(1) as isize - 1075 + zeros as isize,
+    })
+}
+
+/// -1, 0 or 1.
+pub fn signum(x: &Real) -> i32 {
+    if x.mantissa.is_zero() {
+        0
+    } else if x.mantissa.sign() == Sign::Negative {
+        -1
+    } else {
+        1
+    }
+}
+
+impl Real {
+    /// 0.
+    pub fn zero() -> Real {
+        Real::new(IBig::ZERO, 0)
+    }
+
+    /// 1.
+    pub fn one() -> Real {
+        Real::new(IBig::ONE, 0)
+    }
+
+    /// `mantissa·2^exponent`.
+    pub(super) fn new(mantissa: IBig, exponent: isize) -> Real {
+        Real { mantissa, exponent }
+    }
+
+    /// The same number for dashu's approximate functions.
+    pub(super) fn to_repr(&self) -> Repr<2> {
+        Repr::new(self.mantissa.clone(), self.exponent)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.mantissa.is_zero()
+    }
+}
+
+/// Brings two mantissas to the lower exponent and combines them. A zero takes part with the other
+/// one's exponent, whatever its own is.
+fn aligned(x: &Real, y: &Real, combine: impl FnOnce(&IBig, &IBig) -> IBig) -> Real {
+    let (exponent, mantissa) = match x.exponent.cmp(&y.exponent) {
+        Ordering::Equal => (x.exponent, combine(&x.mantissa, &y.mantissa)),
+        _ if x.is_zero() => (y.exponent, combine(&x.mantissa, &y.mantissa)),
+        _ if y.is_zero() => (x.exponent, combine(&x.mantissa, &y.mantissa)),
+        Ordering::Greater => {
+            let shifted = &x.mantissa << (x.exponent - y.exponent) as usize;
+            (y.exponent, combine(&shifted, &y.mantissa))
+        }
+        Ordering::Less => {
+            let shifted = &y.mantissa << (y.exponent - x.exponent) as usize;
+            (x.exponent, combine(&x.mantissa, &shifted))
+        }
+    };
+    Real { mantissa, exponent }
+}
+
+impl Add for &Real {
+    type Output = Real;
+    fn add(self, other: &Real) -> Real {
+        aligned(self, other, |x, y| x + y)
+    }
+}
+
+impl Sub for &Real {
+    type Output = Real;
+    fn sub(self, other: &Real) -> Real {
+        aligned(self, other, |x, y| x - y)
+    }
+}
+
+impl Mul for &Real {
+    type Output = Real;
+    fn mul(self, other: &Real) -> Real {
+        Real {
+            mantissa: &self.mantissa * &other.mantissa,
+            exponent: self.exponent + other.exponent,
+        }
+    }
+}
+
+/// The operators for operands that are not borrowed.
+macro_rules! forward {
+    ($($operator:ident $function:ident),*) => {$(
+        impl $operator<Real> for Real {
+            type Output = Real;
+            fn $function(self, other: Real) -> Real {
+                (&self).$function(&other)
+            }
+        }
+        impl $operator<&Real> for Real {
+            type Output = Real;
+            fn $function(self, other: &Real) -> Real {
+                (&self).$function(other)
+            }
+        }
+        impl $operator<Real> for &Real {
+            type Output = Real;
+            fn $function(self, other: Real) -> Real {
+                self.$function(&other)
+            }
+        }
+    )*};
+}
+
+forward!(Add add, Sub sub, Mul mul);
+
+impl Neg for Real {
+    type Output = Real;
+    fn neg(self) -> Real {
+        Real {
+            mantissa: -self.mantissa,
+            ..self
+        }
+    }
+}
+
+impl Ord for Real {
+    fn cmp(&self, other: &Real) -> Ordering {
+        if self.exponent == other.exponent {
+            return self.mantissa.cmp(&other.mantissa);
+        }
+        signum(&(self - other)).cmp(&0)
+    }
+}
+
+impl PartialOrd for Real {
+    fn partial_cmp(&self, other: &Real) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Real {
+    fn eq(&self, other: &Real) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Real {}
+
+/// The components of a vector.
+pub(super) fn real3(v: DVec3) -> Option<[Real; 3]> {
+    Some([real(v.x)?, real(v.y)?, real(v.z)?])
+}
+
+/// An integer.
+pub(super) fn integer(value: i64) -> Real {
+    Real::new(IBig::from(value), 0)
+}
+
+/// `2^exponent`.
+pub(super) fn power_of_two(exponent: isize) -> Real {
+    Real::new(IBig::ONE, exponent)
+}
+
+/// `2x`.
+pub(super) fn double(x: &Real) -> Real {
+    Real {
+        mantissa: x.mantissa.clone(),
+        exponent: x.exponent + 1,
+    }
+}
+
+/// The dot product.
+pub(super) fn product3(u: &[Real; 3], v: &[Real; 3]) -> Real {
+    &u[0] * &v[0] + &u[1] * &v[1] + &u[2] * &v[2]
+}
+
+/// The smallest number that rounds (to nearest, ties to even) beyond the largest f32: half an ulp
+/// above it, `2^128 − 2^103`; the tie goes up because the last bit of the largest f32 is 1.
+pub(super) fn f32_overflow() -> Real {
+    power_of_two(128) - power_of_two(103)
+}

@@ -1,0 +1,431 @@
+//! Roots of linear and quadratic equations, compared and rounded exactly.
+
+use std::cmp::Ordering;
+
+use dashu_float::round::mode::HalfEven;
+use dashu_float::{Context, FBig, FpResult, Repr};
+use dashu_int::IBig;
+
+use super::number::{Real, double, integer, power_of_two, real, signum};
+
+/// The real number `f·(B + s·√D)/A` with dyadic `A > 0`, `B`, `D ≥ 0`, a sign `s ∈ {−1, 0, 1}` and
+/// a positive integer `f`.
+///
+/// `s = 0` exactly where `D = 0`. Roots of a sphere and of a plane have this form, and so have the
+/// components of their unit normals and all quotients of dyadic numbers.
+///
+/// Order and equality are those of the numbers, not of the way they are written.
+#[derive(Clone, Debug)]
+pub struct Root {
+    b: Real,
+    s: i32,
+    d: Real,
+    a: Real,
+    factor: u32,
+}
+
+impl From<Real> for Root {
+    fn from(x: Real) -> Root {
+        Root::quotient(x, Real::one(), 1)
+    }
+}
+
+impl Root {
+    /// `factor·(b + sign·√d)/a`; `a > 0`, `d ≥ 0`, `factor > 0`.
+    pub(super) fn new(b: Real, sign: i32, d: Real, a: Real, factor: u32) -> Root {
+        debug_assert!(signum(&a) > 0 && signum(&d) >= 0 && factor > 0);
+        let s = if signum(&d) == 0 { 0 } else { sign };
+        let d = if s == 0 { Real::zero() } else { d };
+        Root { b, s, d, a, factor }
+    }
+
+    /// `factor·numerator/denominator`; `denominator > 0`.
+    pub(super) fn quotient(numerator: Real, denominator: Real, factor: u32) -> Root {
+        Root::new(numerator, 0, Real::zero(), denominator, factor)
+    }
+
+    pub(super) fn negated(self) -> Root {
+        Root {
+            b: -self.b,
+            s: -self.s,
+            ..self
+        }
+    }
+
+    pub(super) fn rational_part(&self) -> &Real {
+        &self.b
+    }
+
+    pub(super) fn radicand(&self) -> &Real {
+        &self.d
+    }
+
+    pub(super) fn denominator(&self) -> &Real {
+        &self.a
+    }
+
+    pub(super) fn sign(&self) -> i32 {
+        self.s
+    }
+
+    /// -1, 0 or 1: the sign of the number.
+    pub fn signum(&self) -> i32 {
+        sign_of_sum(&self.b, self.s, &self.d)
+    }
+
+    /// The numerator `f·B` and the radicand `f²·D` that goes with it.
+    fn folded(&self) -> (Real, Real) {
+        if self.factor == 1 {
+            return (self.b.clone(), self.d.clone());
+        }
+        let f = integer(i64::from(self.factor));
+        (&self.b * &f, &self.d * &f * &f)
+    }
+
+    /// The order of this number and `x`: the sign of `(f·B − x·A) + s·√(f²D)`, as `A > 0`.
+    pub fn cmp_real(&self, x: &Real) -> Ordering {
+        let (b, d) = self.folded();
+        sign_of_sum(&(b - x * &self.a), self.s, &d).cmp(&0)
+    }
+
+    /// An approximation with a relative error below `2^(4 − precision)`; 0 for 0 only.
+    ///
+    /// Where `B` and `s` have opposite signs the numerator is rewritten as
+    /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
+    /// one square root, two quotients and a sum of terms of one sign, each within `2^(1 − p)`.
+    fn approximate(&self, precision: usize) -> Repr<2> {
+        let context = Context::<HalfEven>::new(precision);
+        let divide = |x: &Repr<2>, y: &Repr<2>| value(context.div(x, y));
+        let b = self.b.to_repr();
+        let numerator = if self.s == 0 {
+            b
+        } else {
+            let root = value(context.sqrt(&self.d.to_repr()));
+            let surd = if self.s < 0 { -root } else { root };
+            if signum(&self.b) == -self.s {
+                let numerator = &self.b * &self.b - &self.d;
+                if signum(&numerator) == 0 {
+                    return Repr::zero();
+                }
+                divide(&numerator.to_repr(), &(b - surd))
+            } else {
+                b + surd
+            }
+        };
+        let factor = Repr::new(self.factor.into(), 0);
+        divide(&(numerator * factor), &self.a.to_repr())
+    }
+
+    /// The nearest f32, ties to even; infinite from `2^128 − 2^103` on.
+    pub fn to_f32(&self) -> f32 {
+        let value = |bits: u64| match f32::from_bits(bits as u32) {
+            // The number that would follow the largest one if exponents went on.
+            f if f.is_infinite() => power_of_two(128),
+            f => real(f64::from(f)).unwrap_or_else(Real::zero),
+        };
+        let guess = |x: &Repr<2>| u64::from(x.to_f32().value().to_bits());
+        let infinity = u64::from(f32::INFINITY.to_bits());
+        let (sign, bits) = self.to_nearest(value, guess, infinity);
+        f32::from_bits(bits as u32) * sign as f32
+    }
+
+    /// The nearest f64, ties to even; infinite from `2^1024 − 2^970` on.
+    pub fn to_f64(&self) -> f64 {
+        let value = |bits: u64| match f64::from_bits(bits) {
+            f if f.is_infinite() => power_of_two(1024),
+            f => real(f).unwrap_or_else(Real::zero),
+        };
+        let guess = |x: &Repr<2>| x.to_f64().value().to_bits();
+        let infinity = f64::INFINITY.to_bits();
+        let (sign, bits) = self.to_nearest(value, guess, infinity);
+        f64::from_bits(bits) * f64::from(sign)
+    }
+
+    /// Sign and bit pattern of the nearest number of a binary format, whose patterns
+    /// `0..=infinity` are in the order of their values.
+    ///
+    /// The magnitude rounds to `u` or below exactly where it lies below the midpoint of `u` and
+    /// its successor, or on it if `u` is even. That is monotone in `u`; the pattern sought is the
+    /// lowest for which it holds, and it is confirmed by exact comparisons, however it was
+    /// guessed. A guess that fails (none is known) costs a bisection.
+    fn to_nearest(
+        &self,
+        value: impl Fn(u64) -> Real,
+        guess: impl Fn(&Repr<2>) -> u64,
+        infinity: u64,
+    ) -> (i32, u64) {
+        let sign = self.signum();
+        if sign == 0 {
+            return (1, 0);
+        }
+        let magnitude = self.magnitude(sign);
+        let half = power_of_two(-1);
+        let at_most = |u: u64| {
+            if u >= infinity {
+                return true;
+            }
+            let midpoint = (value(u) + value(u + 1)) * &half;
+            match magnitude.cmp_real(&midpoint) {
+                Ordering::Less => true,
+                Ordering::Equal => u & 1 == 0,
+                Ordering::Greater => false,
+            }
+        };
+        let guessed = guess(&magnitude.approximate(96)).min(infinity);
+        if at_most(guessed) && (guessed == 0 || !at_most(guessed - 1)) {
+            return (sign, guessed);
+        }
+        (sign, lowest(infinity, at_most))
+    }
+
+    fn magnitude(&self, sign: i32) -> Root {
+        if sign < 0 {
+            self.clone().negated()
+        } else {
+            self.clone()
+        }
+    }
+
+    /// The number in decimal, correctly rounded to `digits` significant digits (half to even),
+    /// without trailing zeros: `-12.5`, or `1.25e-30` where it is very large or small.
+    ///
+    /// `q·10^e` with `10^(digits−1) ≤ q < 10^digits`: the exponent is guessed from the binary one
+    /// and corrected by what `q` turns out to be, and `q`, the integer nearest to the number
+    /// scaled by `10^−e`, is guessed and then moved by exact comparisons.
+    pub fn to_decimal(&self, digits: usize) -> String {
+        let digits = digits.max(1);
+        let sign = self.signum();
+        if sign == 0 {
+            return "0".to_owned();
+        }
+        let magnitude = self.magnitude(sign);
+        let precision = 4 * digits + 32;
+        let estimate = magnitude.approximate(precision);
+        let binary_exponent = estimate.exponent() + estimate.digits() as isize - 1;
+        let mut leading = (binary_exponent as f64 * std::f64::consts::LOG10_2).floor() as isize;
+        let ten = |n: usize| IBig::from(10).pow(n);
+        // Never turns back: q ≥ 10^n means a scaled number of at least 10^n − ½, so a tenth of it
+        // rounds to 10^(n−1) or more; q < 10^(n−1) one below 10^(n−1) − ½, ten times it to less
+        // than 10^n.
+        let q = loop {
+            let q = magnitude
+                .times_power_of_ten(digits as isize - 1 - leading)
+                .to_integer(precision);
+            if q >= ten(digits) {
+                leading += 1;
+            } else if q < ten(digits - 1) {
+                leading -= 1;
+            } else {
+                break q;
+            }
+        };
+        let text = q.to_string();
+        let mantissa = text.trim_end_matches('0');
+        layout(sign < 0, mantissa, leading, digits)
+    }
+
+    fn times_power_of_ten(&self, exponent: isize) -> Root {
+        let power = Real::new(IBig::from(10).pow(exponent.unsigned_abs()), 0);
+        if exponent < 0 {
+            Root {
+                a: &self.a * power,
+                ..self.clone()
+            }
+        } else {
+            Root {
+                b: &self.b * &power,
+                d: &self.d * &power * &power,
+                ..self.clone()
+            }
+        }
+    }
+
+    /// The nearest integer, half to even.
+    fn to_integer(&self, precision: usize) -> IBig {
+        let mut q = self.approximate(precision).to_int().value();
+        let half = power_of_two(-1);
+        let even = |q: &IBig| q.trailing_zeros() != Some(0);
+        loop {
+            let here = Real::new(q.clone(), 0);
+            match self.cmp_real(&(&here + &half)) {
+                Ordering::Greater => q += 1,
+                Ordering::Equal if !even(&q) => q += 1,
+                Ordering::Equal => return q,
+                Ordering::Less => match self.cmp_real(&(&here - &half)) {
+                    Ordering::Less => q -= 1,
+                    Ordering::Equal if !even(&q) => q -= 1,
+                    _ => return q,
+                },
+            }
+        }
+    }
+}
+
+/// Writes `d.ddd·10^leading`, where `mantissa` is `dddd`: plainly if that takes few zeros, else
+/// with an exponent.
+fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
+    let sign = if negative { "-" } else { "" };
+    let n = mantissa.len() as isize;
+    if leading < -5 || leading >= (digits as isize).max(6) {
+        let (first, rest) = mantissa.split_at(1);
+        let point = if rest.is_empty() { "" } else { "." };
+        format!("{sign}{first}{point}{rest}e{leading}")
+    } else if leading < 0 {
+        format!("{sign}0.{}{mantissa}", "0".repeat((-leading - 1) as usize))
+    } else if leading >= n - 1 {
+        format!("{sign}{mantissa}{}", "0".repeat((leading + 1 - n) as usize))
+    } else {
+        let (whole, fraction) = mantissa.split_at((leading + 1) as usize);
+        format!("{sign}{whole}.{fraction}")
+    }
+}
+
+/// The number of a rounded result. The operations here are quotients by numbers other than 0 and
+/// roots of positive numbers, with exponents far from dashu's limits, and have no error.
+fn value(result: FpResult<FBig<HalfEven, 2>>) -> Repr<2> {
+    result.map_or_else(|_| Repr::zero(), |rounded| rounded.value().into_repr())
+}
+
+/// The lowest `u ≤ last` with `holds(u)`, which is monotone and holds at `last`.
+fn lowest(last: u64, holds: impl Fn(u64) -> bool) -> u64 {
+    let (mut low, mut high) = (0, last);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    low
+}
+
+/// The sign of `p + s·√x`; `x > 0` unless `s = 0`.
+///
+/// If `p` is 0 or has the sign `s`, that is the sign; else the larger magnitude decides, and
+/// magnitudes compare as their squares do: `p²` with `x`.
+fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
+    let sign_p = signum(p);
+    if s == 0 || sign_p == s {
+        return sign_p;
+    }
+    if sign_p == 0 {
+        return s;
+    }
+    sign_p * order(&(p * p), x)
+}
+
+/// The sign of `p + s·√x + u·√y`; `x > 0` unless `s = 0`, `y > 0` unless `u = 0`.
+///
+/// 1. `q = s√x + u√y` has the sign `s` if `u` is 0 or equal to it (and the other way round), else
+///    that of the one with the larger radicand; 0 if these are equal.
+/// 2. If `p` and `q` don't have opposite signs, the one that isn't 0 decides.
+/// 3. Else the larger magnitude does: the sign is `sgn(p)·sgn(p² − q²)`, and with
+///    `e = p² − x − y`, `p² − q² = e − 2·s·u·√(xy)`: the sign of a sum with one square root,
+///    `e + (−su)·√(4xy)`, as above.
+fn sign_of_sum2(p: &Real, s: i32, x: &Real, u: i32, y: &Real) -> i32 {
+    let sign_q = if s == 0 || u == 0 || s == u {
+        (s + u).signum()
+    } else {
+        s * order(x, y)
+    };
+    let sign_p = signum(p);
+    if sign_q == 0 || sign_p == sign_q {
+        return sign_p;
+    }
+    if sign_p == 0 {
+        return sign_q;
+    }
+    let e = p * p - x - y;
+    let cross = -s * u;
+    if cross == 0 {
+        return sign_p * signum(&e);
+    }
+    // Skips the product where it can't matter.
+    if signum(&e) == cross {
+        return sign_p * cross;
+    }
+    sign_p * sign_of_sum(&e, cross, &double(&double(&(x * y))))
+}
+
+/// The sign of `x − y`.
+fn order(x: &Real, y: &Real) -> i32 {
+    x.cmp(y) as i32
+}
+
+impl Ord for Root {
+    /// The order of the numbers.
+    ///
+    /// `f₁(B₁ + s₁√D₁)/A₁ − f₂(B₂ + s₂√D₂)/A₂`, multiplied by `A₁·A₂ > 0`, is
+    /// `(f₁A₂B₁ − f₂A₁B₂) + s₁√(f₁²A₂²D₁) − s₂√(f₂²A₁²D₂)`, see [`sign_of_sum2`].
+    ///
+    /// Spheres that one ray meets share `A` and `f`: then multiplying by `A/f > 0` is enough.
+    fn cmp(&self, other: &Root) -> Ordering {
+        let sign = if self.factor == other.factor && self.a == other.a {
+            sign_of_sum2(&(&self.b - &other.b), self.s, &self.d, -other.s, &other.d)
+        } else {
+            let left = integer(i64::from(self.factor)) * &other.a;
+            let right = integer(i64::from(other.factor)) * &self.a;
+            sign_of_sum2(
+                &(&left * &self.b - &right * &other.b),
+                self.s,
+                &(&left * &left * &self.d),
+                -other.s,
+                &(&right * &right * &other.d),
+            )
+        };
+        sign.cmp(&0)
+    }
+}
+
+impl PartialOrd for Root {
+    fn partial_cmp(&self, other: &Root) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Root {
+    fn eq(&self, other: &Root) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Root {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However bad the guess, the rounded number is right.
+    #[test]
+    fn rounding_does_not_depend_on_the_guess() {
+        let infinity = u64::from(f32::INFINITY.to_bits());
+        let value = |bits: u64| match f32::from_bits(bits as u32) {
+            f if f.is_infinite() => power_of_two(128),
+            f => real(f64::from(f)).unwrap(),
+        };
+        for exponent in [-151, -150, -149, -100, -1, 0, 1, 60, 127, 128, 129] {
+            for d in [1, 2, 3, 5, 0xfff_ffff] {
+                for (b, s) in [(0, 1), (-1, 1), (100_000, -1), (7, 0)] {
+                    let root = Root::new(
+                        Real::new(b.into(), exponent),
+                        s,
+                        Real::new(d.into(), 2 * exponent),
+                        integer(3),
+                        5,
+                    );
+                    let expected = root.to_f32();
+                    for guess in [0, 1, 0x3f80_0000, infinity - 1, infinity, u64::MAX] {
+                        let (sign, bits) = root.to_nearest(value, |_| guess, infinity);
+                        assert_eq!(f32::from_bits(bits as u32) * sign as f32, expected);
+                    }
+                    // 53 bits are more than twice 24: rounding twice is innocuous, except where
+                    // f32 is subnormal or the first rounding meets a midpoint.
+                    let twice = root.to_f64() as f32;
+                    let apart = twice.to_bits().abs_diff(expected.to_bits());
+                    assert!(apart <= 1, "{root:?}");
+                }
+            }
+        }
+    }
+}
