@@ -12,13 +12,15 @@ fn sphere_lecture(o: vec3f, d: vec3f, c: vec3f, r: f32) -> f32 {
     let b = 2.0 * dot3(d, o - c);
     let k = dot3(o - c, o - c) - r * r;
     let discriminant = b * b - 4.0 * a * k;
-    if !(discriminant >= 0.0) {
-        return 0.0;
-    }
     let root = sqrt(discriminant);
     let near = (-b - root) / (2.0 * a);
     let far = (-b + root) / (2.0 * a);
-    return select(select(0.0, far, far > 0.0), near, near > 0.0);
+    let t = select(select(0.0, far, far > 0.0), near, near > 0.0);
+    return select(0.0, t, discriminant >= 0.0);
+}
+
+fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereLecture, id: u32) -> Hit {
+    return closer(hit, sphere_lecture(ray.origin, ray.direction, sphere.center, sphere.radius), id);
 }
 //#end
 
@@ -33,25 +35,19 @@ fn plane_lecture(o: vec3f, d: vec3f, a: vec3f, n: vec3f) -> f32 {
     let t = dot3(a - o, n) / dot3(d, n);
     return select(0.0, t, t > 0.0);
 }
+
+fn closer_plane(ray: Ray, hit: Hit, plane: PlaneLecture, id: u32) -> Hit {
+    return closer(hit, plane_lecture(ray.origin, ray.direction, plane.point, plane.normal), id);
+}
 //#end
 
 fn closest(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
-    //#if spheres
-    for (var i = 0u; i < params.n_spheres; i++) {
-        let t = sphere_lecture(ray.origin, ray.direction, spheres[i].center, spheres[i].radius);
-        if t > 0.0 && t < hit.t {
-            hit = Hit(t, i + 1u);
-        }
-    }
+    //#each sphere
+    hit = closer_sphere(ray, hit, spheres[INDEX], INDEX + 1u);
     //#end
-    //#if planes
-    for (var i = 0u; i < params.n_planes; i++) {
-        let t = plane_lecture(ray.origin, ray.direction, planes[i].point, planes[i].normal);
-        if t > 0.0 && t < hit.t {
-            hit = Hit(t, params.n_spheres + i + 1u);
-        }
-    }
+    //#each plane
+    hit = closer_plane(ray, hit, planes[INDEX], params.n_spheres + INDEX + 1u);
     //#end
     return hit;
 }

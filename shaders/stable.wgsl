@@ -32,15 +32,13 @@ fn sphere_stable(ray: Ray, l: vec3f, r: f32, k: f32) -> f32 {
     let closest_approach = approach(ray, l, r);
     let b = closest_approach.b;
     let h = closest_approach.h;
-    if !(h >= 0.0) {
-        return 0.0;
-    }
     let q = select(b - h, b + h, b > 0.0);
     let t0 = k / q;
     let t1 = q * ray.inv_a;
     let near = select(t1, t0, b > 0.0);
     let far = select(t0, t1, b > 0.0);
-    return select(select(0.0, far, far > 0.0), near, near > 0.0);
+    let t = select(select(0.0, far, far > 0.0), near, near > 0.0);
+    return select(0.0, t, h >= 0.0);
 }
 
 fn sphere_offset(ray: Ray, sphere: SphereStable) -> vec3f {
@@ -58,6 +56,11 @@ fn sphere_k(l: vec3f, sphere: SphereStable) -> f32 {
     //#else
     return dot3(l, l) - sphere.radius * sphere.radius;
     //#end
+}
+
+fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereStable, id: u32) -> Hit {
+    let l = sphere_offset(ray, sphere);
+    return closer(hit, sphere_stable(ray, l, sphere.radius, sphere_k(l, sphere)), id);
 }
 //#end
 
@@ -83,28 +86,19 @@ fn plane_n_offset(ray: Ray, plane: PlaneStable) -> f32 {
     return dot3((plane.offset - ray.origin) + (plane.offset_low - ray.origin_low), plane.normal);
     //#end
 }
+
+fn closer_plane(ray: Ray, hit: Hit, plane: PlaneStable, id: u32) -> Hit {
+    return closer(hit, plane_stable(ray.direction, plane_n_offset(ray, plane), plane.normal), id);
+}
 //#end
 
 fn closest(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
-    //#if spheres
-    for (var i = 0u; i < params.n_spheres; i++) {
-        let sphere = spheres[i];
-        let l = sphere_offset(ray, sphere);
-        let t = sphere_stable(ray, l, sphere.radius, sphere_k(l, sphere));
-        if t > 0.0 && t < hit.t {
-            hit = Hit(t, i + 1u);
-        }
-    }
+    //#each sphere
+    hit = closer_sphere(ray, hit, spheres[INDEX], INDEX + 1u);
     //#end
-    //#if planes
-    for (var i = 0u; i < params.n_planes; i++) {
-        let plane = planes[i];
-        let t = plane_stable(ray.direction, plane_n_offset(ray, plane), plane.normal);
-        if t > 0.0 && t < hit.t {
-            hit = Hit(t, params.n_spheres + i + 1u);
-        }
-    }
+    //#each plane
+    hit = closer_plane(ray, hit, planes[INDEX], params.n_spheres + INDEX + 1u);
     //#end
     return hit;
 }

@@ -32,24 +32,16 @@ impl Record {
     /// Appends the header of an array of this `shape` to `out`.
     pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()> {
         let vector = || DType::Array(3, Box::new(f32::default_dtype()));
-        let mut fields = vec![
-            ("id", u32::default_dtype()),
-            ("t", f32::default_dtype()),
-            ("normal", vector()),
-        ];
+        let mut fields =
+            vec![("id", u32::default_dtype()), ("t", f32::default_dtype()), ("normal", vector())];
         if self.rgb {
             fields.push(("rgb", vector()));
         }
         if self.level {
             fields.push(("level", u8::default_dtype()));
         }
-        let fields = fields
-            .into_iter()
-            .map(|(name, dtype)| Field {
-                name: name.into(),
-                dtype,
-            })
-            .collect();
+        let fields =
+            fields.into_iter().map(|(name, dtype)| Field { name: name.into(), dtype }).collect();
         WriteOptions::new_header_only()
             .dtype(DType::Record(fields))
             .shape(shape)
@@ -112,10 +104,7 @@ impl FloatTable {
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
     pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable> {
-        let wrong = |message: String| Error::Input {
-            path: path.to_owned(),
-            message,
-        };
+        let wrong = |message: String| Error::Input { path: path.to_owned(), message };
         let expected = || {
             let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
             format!(
@@ -130,10 +119,9 @@ impl FloatTable {
         let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
-                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => wrong(format!(
-                    "not a readable .npy file ({error}); {}",
-                    expected()
-                )),
+                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
+                    wrong(format!("not a readable .npy file ({error}); {}", expected()))
+                }
                 _ => Error::io(path)(error),
             }
         })?;
@@ -151,10 +139,7 @@ impl FloatTable {
             return Err(wrong(format!("it has {n_axes} dimensions; {}", expected())));
         };
         if !columns.contains(&n_columns) {
-            return Err(wrong(format!(
-                "its shape is ({n_rows}, {n_columns}); {}",
-                expected()
-            )));
+            return Err(wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
         }
         let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value.bytes() as u128;
         if metadata.is_file() {

@@ -26,10 +26,10 @@ pub struct Needs {
     pub kernel: Kernel,
     /// Where the rays come from.
     pub source: Source,
-    /// Whether the scene has spheres.
-    pub spheres: bool,
-    /// Whether the scene has planes.
-    pub planes: bool,
+    /// Number of spheres.
+    pub n_spheres: usize,
+    /// Number of planes.
+    pub n_planes: usize,
     /// Whether `t` and normals are wanted.
     pub surface: bool,
 }
@@ -105,8 +105,8 @@ impl Prepared {
         Needs {
             kernel: self.kernel,
             source: self.source,
-            spheres: !self.scene.spheres.is_empty(),
-            planes: !self.scene.planes.is_empty(),
+            n_spheres: self.scene.spheres.len(),
+            n_planes: self.scene.planes.len(),
             surface,
         }
     }

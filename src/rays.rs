@@ -22,10 +22,7 @@ const N_COLUMNS: usize = 6;
 /// direction. [`Error::TooLarge`] when the rays don't fit the memory.
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
     let table = FloatTable::open(path, &[N_COLUMNS as u64])?;
-    let mut rays = table.rows_of(Ray {
-        origin: DVec3::ZERO,
-        direction: DVec3::ZERO,
-    })?;
+    let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(|row, column, value| {
         let ray = &mut rays[row];
         match column.checked_sub(3) {
@@ -72,9 +69,7 @@ pub fn write_hits(path: &Path, hits: &Hits) -> Result<()> {
     let record = Record { rgb: false, level };
     let mut file = OutputFile::create(path, false)?;
     let mut bytes = Vec::new();
-    record
-        .write_header(&[n_hits as u64], &mut bytes)
-        .map_err(Error::io(path))?;
+    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(path))?;
     let mut start = 0;
     loop {
         file.write_all(&bytes).map_err(Error::io(path))?;

@@ -76,12 +76,7 @@ fn orders_all_pairs_of_roots_as_the_oracle() {
             .filter_map(|(_, shape)| {
                 let ours = visible_root(&ray, shape).map(|(root, _)| root);
                 let theirs = OracleRoot::visible(&oracle_ray, shape);
-                assert_eq!(
-                    ours.is_some(),
-                    theirs.is_some(),
-                    "seed {seed}: {}",
-                    case.paste()
-                );
+                assert_eq!(ours.is_some(), theirs.is_some(), "seed {seed}: {}", case.paste());
                 ours.zip(theirs)
             })
             .collect();
@@ -96,12 +91,7 @@ fn orders_all_pairs_of_roots_as_the_oracle() {
         for (i, (a, a_oracle)) in roots.iter().enumerate() {
             for (j, (b, b_oracle)) in roots.iter().enumerate() {
                 let order = a.cmp(b);
-                assert_eq!(
-                    order,
-                    a_oracle.compare(b_oracle),
-                    "seed {seed}: {}",
-                    case.paste()
-                );
+                assert_eq!(order, a_oracle.compare(b_oracle), "seed {seed}: {}", case.paste());
                 assert_eq!(order, b.cmp(a).reverse());
                 equal += usize::from(i != j && order.is_eq());
             }
@@ -154,18 +144,11 @@ fn normals_are_the_nearest_f32_and_face_the_ray() {
             Shape::Plane { normal: n, .. } => {
                 let n: [oracle::Q; 3] = std::array::from_fn(|i| q(n[i]));
                 let squared: oracle::Q = n.iter().map(|n| n * n).sum();
-                let toward: oracle::Q = n
-                    .iter()
-                    .zip(&oracle_ray.direction)
-                    .map(|(n, d)| n * d)
-                    .sum();
+                let toward: oracle::Q =
+                    n.iter().zip(&oracle_ray.direction).map(|(n, d)| n * d).sum();
                 assert_eq!(toward.is_positive(), hit.side == Side::Back, "{}", say());
                 for i in 0..3 {
-                    let flipped = if hit.side == Side::Back {
-                        -&n[i]
-                    } else {
-                        n[i].clone()
-                    };
+                    let flipped = if hit.side == Side::Back { -&n[i] } else { n[i].clone() };
                     let (low, high) = half_way(normal[i].abs());
                     let square = &n[i] * &n[i] / &squared;
                     assert!(
@@ -188,14 +171,7 @@ fn normals_are_the_nearest_f32_and_face_the_ray() {
 /// The midpoints to the f32 below and above.
 fn half_way(x: f32) -> (oracle::Q, oracle::Q) {
     let middle = |other: f32| q((f64::from(x) + f64::from(other)) / 2.0);
-    (
-        if x == 0.0 {
-            q(0.0)
-        } else {
-            middle(x.next_down())
-        },
-        middle(x.next_up()),
-    )
+    (if x == 0.0 { q(0.0) } else { middle(x.next_down()) }, middle(x.next_up()))
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -212,27 +188,19 @@ fn positive_roots(ray: &ExactRay, id: u32, shape: &Shape) -> Vec<(Root, u32)> {
             .and_then(|numbers| numbers.root)
             .map_or(vec![], |root| vec![root]),
     };
-    roots
-        .into_iter()
-        .filter(|root| root.signum() > 0)
-        .map(|root| (root, id))
-        .collect()
+    roots.into_iter().filter(|root| root.signum() > 0).map(|root| (root, id)).collect()
 }
 
 fn first(roots: impl IntoIterator<Item = (Root, u32)>) -> Verdict {
     roots.into_iter().min().and_then(|(root, id)| {
         let t = root.to_f32();
-        t.is_finite()
-            .then(|| (id, t.max(f32::from_bits(1)).to_bits()))
+        t.is_finite().then(|| (id, t.max(f32::from_bits(1)).to_bits()))
     })
 }
 
 fn all_roots(case: &Case) -> Vec<(Root, u32)> {
     let ray = case.exact_ray();
-    case.objects
-        .iter()
-        .flat_map(|(id, shape)| positive_roots(&ray, *id, shape))
-        .collect()
+    case.objects.iter().flat_map(|(id, shape)| positive_roots(&ray, *id, shape)).collect()
 }
 
 /// Right: the smallest of all positive roots. What the wrong ones below start from.
@@ -263,26 +231,20 @@ fn ties_go_to_the_highest_id(case: &Case) -> Verdict {
 }
 
 fn ties_go_to_whoever_comes_first(case: &Case) -> Verdict {
-    let best = all_roots(case)
-        .into_iter()
-        .reduce(|best, next| if next.0 < best.0 { next } else { best });
+    let best =
+        all_roots(case).into_iter().reduce(|best, next| if next.0 < best.0 { next } else { best });
     first(best)
 }
 
 fn compares_rounded_roots(case: &Case) -> Verdict {
-    let rounded = all_roots(case)
-        .into_iter()
-        .filter_map(|(t, id)| Some((Root::from(real(t.to_f64())?), id)));
+    let rounded =
+        all_roots(case).into_iter().filter_map(|(t, id)| Some((Root::from(real(t.to_f64())?), id)));
     first(rounded)
 }
 
 fn far_roots_win(case: &Case) -> Verdict {
     let ray = case.exact_ray();
-    first(
-        case.objects
-            .iter()
-            .filter_map(|(id, shape)| positive_roots(&ray, *id, shape).pop()),
-    )
+    first(case.objects.iter().filter_map(|(id, shape)| positive_roots(&ray, *id, shape).pop()))
 }
 
 fn order_is_reversed(case: &Case) -> Verdict {
@@ -333,10 +295,7 @@ fn pixels_forget_the_height(case: &Case) -> Verdict {
     let (h, n) = (v.h, f64::from(pixels.image_height));
     let direction = v.forward * n + v.right * (h * i as f64) + v.true_up * (h * j as f64);
     exact_verdict(&Case {
-        ray: CaseRay::List(Ray {
-            origin: v.position,
-            direction,
-        }),
+        ray: CaseRay::List(Ray { origin: v.position, direction }),
         ..case.clone()
     })
 }
@@ -345,12 +304,7 @@ fn pixels_forget_the_height(case: &Case) -> Verdict {
 fn a_second_way_through_the_public_numbers_agrees() {
     let seed = seed();
     for case in cases(seed, 300) {
-        assert_eq!(
-            exact_verdict(&case),
-            smallest_root(&case),
-            "seed {seed}: {}",
-            case.paste()
-        );
+        assert_eq!(exact_verdict(&case), smallest_root(&case), "seed {seed}: {}", case.paste());
     }
 }
 
@@ -377,10 +331,7 @@ fn mistakes_would_be_noticed() {
         ("the factor H forgotten", pixels_forget_the_height),
     ];
     for (name, judge) in judges {
-        let noticed = truth
-            .iter()
-            .filter(|(case, truth)| judge(case) != *truth)
-            .count();
+        let noticed = truth.iter().filter(|(case, truth)| judge(case) != *truth).count();
         println!("{name}: wrong in {noticed} of {} cases", truth.len());
         assert!(noticed > 0, "{name} goes unnoticed, seed {seed}");
     }
@@ -396,61 +347,32 @@ fn wide(v: [f32; 3]) -> DVec3 {
 #[test]
 fn hard_cases_are_right() {
     for case in hard_cases() {
-        let ray = ExactRay::new(&Ray {
-            origin: wide(case.origin),
-            direction: wide(case.direction),
-        });
+        let ray =
+            ExactRay::new(&Ray { origin: wide(case.origin), direction: wide(case.direction) });
         let shape = match case.shape {
-            HardShape::Sphere {
-                center,
-                radius,
-                sign_discriminant,
-                sign_k,
-                sign_toward,
-            } => {
+            HardShape::Sphere { center, radius, sign_discriminant, sign_k, sign_toward } => {
                 let numbers = sphere_numbers(&ray, wide(center), radius.into()).unwrap();
                 for (found, expected) in [
                     (&numbers.discriminant, sign_discriminant),
                     (&numbers.k, sign_k),
                     (&numbers.b, sign_toward.map(|sign| -sign)),
                 ] {
-                    assert_eq!(
-                        found.signum(),
-                        expected.unwrap_or(found.signum()),
-                        "{}",
-                        case.name
-                    );
+                    assert_eq!(found.signum(), expected.unwrap_or(found.signum()), "{}", case.name);
                 }
                 sphere(wide(center), radius.into())
             }
-            HardShape::Plane {
-                point,
-                normal,
-                sign_denominator,
-                sign_numerator,
-            } => {
+            HardShape::Plane { point, normal, sign_denominator, sign_numerator } => {
                 let numbers = plane_numbers(&ray, wide(point), wide(normal)).unwrap();
-                for (found, expected) in [
-                    (&numbers.denominator, sign_denominator),
-                    (&numbers.numerator, sign_numerator),
-                ] {
-                    assert_eq!(
-                        found.signum(),
-                        expected.unwrap_or(found.signum()),
-                        "{}",
-                        case.name
-                    );
+                for (found, expected) in
+                    [(&numbers.denominator, sign_denominator), (&numbers.numerator, sign_numerator)]
+                {
+                    assert_eq!(found.signum(), expected.unwrap_or(found.signum()), "{}", case.name);
                 }
                 plane(wide(point), wide(normal))
             }
         };
         let hit = nearest(&ray, [(1, shape)]);
-        assert_eq!(
-            hit.map(|hit| hit.t_f32().to_bits()),
-            case.t.map(f32::to_bits),
-            "{}",
-            case.name
-        );
+        assert_eq!(hit.map(|hit| hit.t_f32().to_bits()), case.t.map(f32::to_bits), "{}", case.name);
     }
 }
 
@@ -470,10 +392,7 @@ fn sums_and_products_are_exact() {
     // Subnormal, largest and signed zeros.
     let (tiny, huge) = (x(f64::from_bits(1)), x(f64::MAX));
     assert_eq!(&(&(&huge + &tiny) - &huge), &tiny);
-    assert_eq!(
-        &(&(&huge * &tiny) * &(&huge * &tiny)),
-        &(&(&huge * &huge) * &(&tiny * &tiny))
-    );
+    assert_eq!(&(&(&huge * &tiny) * &(&huge * &tiny)), &(&(&huge * &huge) * &(&tiny * &tiny)));
     assert_eq!(signum(&x(-0.0)), 0);
     assert_eq!(&x(-0.0) + &tiny, tiny);
     assert_eq!(&x(-0.0) * &tiny, zero);
@@ -489,10 +408,7 @@ fn sums_and_products_are_exact() {
     for _ in 0..40 {
         rational *= q(1.0 / 3.0);
     }
-    assert_eq!(
-        Root::from(product.clone()).to_decimal(500),
-        decimal_digits(&rational, 500)
-    );
+    assert_eq!(Root::from(product.clone()).to_decimal(500), decimal_digits(&rational, 500));
     assert_eq!(&(&product + &x(1.0)) - &x(1.0), product);
 }
 
@@ -542,11 +458,7 @@ fn decimals() {
     let [near, far] = numbers.roots.unwrap();
     assert_eq!(near.to_decimal(20), "0.5857864376269049512");
     assert_eq!(far.to_decimal(20), "3.4142135623730950488");
-    assert_eq!(
-        numbers.discriminant.to_decimal(20),
-        "32",
-        "D = 4·(4² − 2·4)"
-    );
+    assert_eq!(numbers.discriminant.to_decimal(20), "32", "D = 4·(4² − 2·4)");
 }
 
 #[test]
@@ -567,12 +479,9 @@ fn pixel_numbers_are_those_of_the_contracts_direction() {
                 let a = (&f1 + &f2) / q(2.0) - &f0;
                 let b = (&f1 - &f2) / q(2.0);
                 let d = &b * &b - q(4.0) * &a * &f0;
-                for (ours, theirs) in [
-                    (&numbers.a, a),
-                    (&numbers.b, b),
-                    (&numbers.k, f0),
-                    (&numbers.discriminant, d),
-                ] {
+                for (ours, theirs) in
+                    [(&numbers.a, a), (&numbers.b, b), (&numbers.k, f0), (&numbers.discriminant, d)]
+                {
                     let near = q(ours.to_f64());
                     let error = (&near - &theirs).abs();
                     let half_ulp = q(ours.to_f64().abs().next_up() - ours.to_f64().abs()) / q(2.0);
@@ -607,10 +516,7 @@ fn t_beyond_f32_is_a_miss_and_below_it_the_smallest() {
     let at = |z: f64| [(7, plane(dvec3(0.0, 0.0, z), dvec3(0.0, 0.0, 1.0)))];
     let edge = 2f64.powi(128) - 2f64.powi(103);
     assert!(nearest(&ray, at(edge)).is_none());
-    assert_eq!(
-        nearest(&ray, at(edge.next_down())).unwrap().t_f32(),
-        f32::MAX
-    );
+    assert_eq!(nearest(&ray, at(edge.next_down())).unwrap().t_f32(), f32::MAX);
     let tiny = nearest(&ray, at(f64::from_bits(1))).unwrap();
     assert_eq!(tiny.t_f32().to_bits(), 1);
     assert_eq!(tiny.t_f64(), f64::from_bits(1));
@@ -634,10 +540,7 @@ fn sides() {
     assert_eq!(side(sphere(DVec3::ZERO, 1.0)), (Side::Back, toward));
     // From the surface through the sphere, and tangent to it.
     assert_eq!(side(sphere(z, 1.0)), (Side::Back, toward));
-    assert_eq!(
-        side(sphere(dvec3(3.0, 0.0, 5.0), 3.0)),
-        (Side::Front, [-1.0, 0.0, 0.0])
-    );
+    assert_eq!(side(sphere(dvec3(3.0, 0.0, 5.0), 3.0)), (Side::Front, [-1.0, 0.0, 0.0]));
     assert_eq!(side(plane(z, z)), (Side::Back, toward));
     assert_eq!(side(plane(z, z * -7.0)), (Side::Front, toward));
 }
@@ -667,9 +570,8 @@ fn speed() {
             roots.push(visible_root(ray, &case.objects[0].1));
         }
     });
-    let planes: Vec<Shape> = (0..n)
-        .map(|_| plane(any_vector(&mut rng, 9.0), any_vector(&mut rng, 1.0)))
-        .collect();
+    let planes: Vec<Shape> =
+        (0..n).map(|_| plane(any_vector(&mut rng, 9.0), any_vector(&mut rng, 1.0))).collect();
     time("plane predicate", n, &mut || {
         planes.iter().zip(&rays).for_each(|(plane, ray)| {
             std::hint::black_box(visible_root(ray, plane));
@@ -679,11 +581,7 @@ fn speed() {
         .iter()
         .zip(&rays)
         .filter_map(|(case, ray)| {
-            Some((
-                nearest(ray, case.objects.iter().copied())?,
-                ray,
-                case.objects[0].1,
-            ))
+            Some((nearest(ray, case.objects.iter().copied())?, ray, case.objects[0].1))
         })
         .collect();
     time("t_f32", hits.len(), &mut || {

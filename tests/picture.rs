@@ -22,27 +22,20 @@ const SEED: u64 = 20_240_611;
 /// The sRGB curve from its standard, in the other direction than the writer's.
 fn linear(byte: u8) -> f32 {
     let v = f64::from(byte) / 255.0;
-    (if v <= 0.04045 {
-        v / 12.92
-    } else {
-        ((v + 0.055) / 1.055).powf(2.4)
-    }) as f32
+    (if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }) as f32
 }
 
 /// A palette that goes through all 256 values of each channel, and its `#rrggbb`.
 fn every_byte() -> (Vec<Color>, Vec<[u8; 3]>) {
-    let srgb: Vec<[u8; 3]> = (0..=255_u8)
-        .map(|i| [i, 255 - i, i.wrapping_mul(167).wrapping_add(13)])
-        .collect();
+    let srgb: Vec<[u8; 3]> =
+        (0..=255_u8).map(|i| [i, 255 - i, i.wrapping_mul(167).wrapping_add(13)]).collect();
     let colors = srgb.iter().map(|c| Color(c.map(linear))).collect();
     (colors, srgb)
 }
 
 /// Hits with every field, random but for the corners: background, infinity, tiny and huge `t`.
 fn random_hits(rng: &mut impl Rng, n: usize, n_colors: usize) -> Hits {
-    let id: Vec<u32> = (0..n)
-        .map(|_| rng.random_range(0..n_colors as u32))
-        .collect();
+    let id: Vec<u32> = (0..n).map(|_| rng.random_range(0..n_colors as u32)).collect();
     let t = id.iter().map(|&id| match id {
         0 => f32::INFINITY,
         1 => f32::MIN_POSITIVE,
@@ -51,16 +44,7 @@ fn random_hits(rng: &mut impl Rng, n: usize, n_colors: usize) -> Hits {
     });
     Hits {
         t: t.collect(),
-        normal: id
-            .iter()
-            .map(|&id| {
-                if id == 0 {
-                    [0.0; 3]
-                } else {
-                    [0.1, -0.0, -0.99]
-                }
-            })
-            .collect(),
+        normal: id.iter().map(|&id| if id == 0 { [0.0; 3] } else { [0.1, -0.0, -0.99] }).collect(),
         level: id.iter().map(|id| (id % 3) as u8).collect(),
         id,
         ..Hits::default()
@@ -99,37 +83,19 @@ fn encode(
     Ok(writer.finish()?.into_inner())
 }
 
-const EIGHT: PictureOptions = PictureOptions {
-    bits: Bits::Eight,
-    certificates: false,
-};
-const SIXTEEN: PictureOptions = PictureOptions {
-    bits: Bits::Sixteen,
-    certificates: false,
-};
-const CERTIFICATES: PictureOptions = PictureOptions {
-    bits: Bits::Eight,
-    certificates: true,
-};
+const EIGHT: PictureOptions = PictureOptions { bits: Bits::Eight, certificates: false };
+const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, certificates: false };
+const CERTIFICATES: PictureOptions = PictureOptions { bits: Bits::Eight, certificates: true };
 
 #[test]
 fn every_srgb_value_comes_out_as_the_file_names_it() {
     let (palette, srgb) = every_byte();
-    let hits = Hits {
-        id: (0..256).collect(),
-        ..Hits::default()
-    };
-    let hits = Hits {
-        t: vec![1.0; 256],
-        normal: vec![[0.0; 3]; 256],
-        level: vec![0; 256],
-        ..hits
-    };
+    let hits = Hits { id: (0..256).collect(), ..Hits::default() };
+    let hits = Hits { t: vec![1.0; 256], normal: vec![[0.0; 3]; 256], level: vec![0; 256], ..hits };
     let frame = Frame::whole(64, 4);
-    for (format, image_format) in [
-        (Format::Png, image::ImageFormat::Png),
-        (Format::Ppm, image::ImageFormat::Pnm),
-    ] {
+    for (format, image_format) in
+        [(Format::Png, image::ImageFormat::Png), (Format::Ppm, image::ImageFormat::Pnm)]
+    {
         let bytes = encode(format, EIGHT, frame, &palette, &hits, 3).unwrap();
         let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
         let image::DynamicImage::ImageRgb8(picture) = picture else {
@@ -147,27 +113,17 @@ fn every_srgb_value_comes_out_as_the_file_names_it() {
         };
         for (id, pixel) in picture.pixels().enumerate() {
             // 65535 = 257·255, so a named colour has the same digits twice.
-            assert_eq!(
-                pixel.0,
-                srgb[id].map(|v| u16::from(v) * 257),
-                "{format}, id {id}"
-            );
+            assert_eq!(pixel.0, srgb[id].map(|v| u16::from(v) * 257), "{format}, id {id}");
         }
     }
 }
 
 #[test]
 fn png_says_that_it_is_srgb() {
-    let hits = Hits {
-        id: vec![0],
-        ..Hits::default()
-    };
+    let hits = Hits { id: vec![0], ..Hits::default() };
     let bytes = encode_ids(Format::Png, Frame::whole(1, 1), &[Color::BLACK], hits).unwrap();
     let reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
-    assert_eq!(
-        reader.info().srgb,
-        Some(png::SrgbRenderingIntent::Perceptual)
-    );
+    assert_eq!(reader.info().srgb, Some(png::SrgbRenderingIntent::Perceptual));
     let software = &reader.info().uncompressed_latin1_text[0];
     assert_eq!(software.keyword, "Software");
     assert!(software.text.starts_with("kugelblitz "));
@@ -212,11 +168,7 @@ fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
         display: image.attributes.display_window,
         position: layer.attributes.layer_position,
         size: layer.size,
-        software: layer
-            .attributes
-            .software_name
-            .unwrap_or_default()
-            .to_string(),
+        software: layer.attributes.software_name.unwrap_or_default().to_string(),
         channels: channels.collect(),
     })
 }
@@ -240,19 +192,14 @@ fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String
         ("id".into(), hits.id.clone()),
     ];
     if level {
-        channels.push((
-            "level".into(),
-            hits.level.iter().map(|&level| level.into()).collect(),
-        ));
+        channels.push(("level".into(), hits.level.iter().map(|&level| level.into()).collect()));
     }
     channels
 }
 
 /// Ids beyond 2¹⁶, which neither u16 nor a half float would hold.
 fn large_palette() -> Vec<Color> {
-    (0..70_000)
-        .map(|i| Color([i as f32 / 70_000.0, 0.25, 1.0]))
-        .collect()
+    (0..70_000).map(|i| Color([i as f32 / 70_000.0, 0.25, 1.0])).collect()
 }
 
 #[test]
@@ -280,14 +227,8 @@ fn exr_holds_every_value_bit_for_bit() {
 fn exr_of_a_crop_says_where_it_belongs() {
     let (palette, _) = every_byte();
     let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 20 * 35, palette.len());
-    let frame = Frame {
-        image_width: 640,
-        image_height: 480,
-        x: 600,
-        y: 101,
-        width: 20,
-        height: 35,
-    };
+    let frame =
+        Frame { image_width: 640, image_height: 480, x: 600, y: 101, width: 20, height: 35 };
     let bytes = encode(Format::Exr, EIGHT, frame, &palette, &hits, 35).unwrap();
     let file = read_exr(&bytes).unwrap();
     assert_eq!(file.display.position, Vec2(0, 0));
@@ -304,11 +245,7 @@ fn read_npy(bytes: &[u8]) -> (String, Vec<u64>, Vec<u8>) {
     assert_eq!(header.order(), npyz::Order::C);
     let n_bytes = header.dtype().num_bytes().unwrap() as u64 * header.len();
     assert_eq!(rest.len() as u64, n_bytes);
-    (
-        header.dtype().descr(),
-        header.shape().to_vec(),
-        rest.to_vec(),
-    )
+    (header.dtype().descr(), header.shape().to_vec(), rest.to_vec())
 }
 
 #[test]
@@ -316,21 +253,9 @@ fn npy_holds_every_value_bit_for_bit() {
     let palette = large_palette();
     let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 13 * 9, palette.len());
     for options in [EIGHT, CERTIFICATES] {
-        let bytes = encode(
-            Format::Npy,
-            options,
-            Frame::whole(13, 9),
-            &palette,
-            &hits,
-            4,
-        )
-        .unwrap();
+        let bytes = encode(Format::Npy, options, Frame::whole(13, 9), &palette, &hits, 4).unwrap();
         let (dtype, shape, records) = read_npy(&bytes);
-        let level = if options.certificates {
-            "('level', '|u1'), "
-        } else {
-            ""
-        };
+        let level = if options.certificates { "('level', '|u1'), " } else { "" };
         assert_eq!(
             dtype,
             format!(
@@ -364,10 +289,7 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
     };
     write_hits(&path, &hits).unwrap();
     let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
-    assert_eq!(
-        dtype,
-        "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ]"
-    );
+    assert_eq!(dtype, "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ]");
     assert_eq!(shape, [3]);
     let mut expected = Vec::new();
     for i in 0..3 {
@@ -386,10 +308,7 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
 
     write_hits(&path, &Hits::default()).unwrap();
     assert_eq!(read_npy(&std::fs::read(&path).unwrap()).1, [0]);
-    let lacking = Hits {
-        id: vec![1],
-        ..Hits::default()
-    };
+    let lacking = Hits { id: vec![1], ..Hits::default() };
     assert!(matches!(write_hits(&path, &lacking), Err(Error::Usage(_))));
 }
 
@@ -459,31 +378,15 @@ fn wrong_bands_are_refused() {
     for format in Format::ALL {
         let begin = || {
             let sink = Cursor::new(Vec::new());
-            PictureWriter::create(
-                format,
-                CERTIFICATES,
-                Frame::whole(4, 2),
-                &palette,
-                sink,
-                "m",
-            )
-            .unwrap()
+            PictureWriter::create(format, CERTIFICATES, Frame::whole(4, 2), &palette, sink, "m")
+                .unwrap()
         };
         assert!(matches!(begin().rows(&hits, 3), Err(Error::Usage(_))));
         assert!(matches!(begin().rows(&hits, 1), Err(Error::Usage(_))));
-        let alien = Hits {
-            id: vec![2; 8],
-            ..hits.clone()
-        };
+        let alien = Hits { id: vec![2; 8], ..hits.clone() };
         let message = begin().rows(&alien, 2).err().unwrap().to_string();
-        assert!(
-            message.contains("id 2") && message.contains("end at 1"),
-            "{message}"
-        );
-        let ids_only = Hits {
-            id: hits.id.clone(),
-            ..Hits::default()
-        };
+        assert!(message.contains("id 2") && message.contains("end at 1"), "{message}");
+        let ids_only = Hits { id: hits.id.clone(), ..Hits::default() };
         let is_enough = !format.wants(true).surface;
         assert_eq!(begin().rows(&ids_only, 2).is_ok(), is_enough, "{format}");
     }
@@ -524,11 +427,7 @@ fn a_flipped_bit_is_noticed() {
         bad[good.len() / 2] ^= 0x10;
         let is_right = |bytes: &[u8]| match format {
             Format::Png | Format::Ppm => image::load_from_memory(bytes).is_ok_and(|picture| {
-                picture
-                    .to_rgb8()
-                    .pixels()
-                    .map(|p| p.0)
-                    .eq(srgb.iter().copied())
+                picture.to_rgb8().pixels().map(|p| p.0).eq(srgb.iter().copied())
             }),
             Format::Exr => read_exr(bytes)
                 .is_ok_and(|file| file.channels == expected_channels(&hits, &palette, false)),
@@ -543,10 +442,7 @@ fn a_flipped_bit_is_noticed() {
 fn a_wrong_palette_is_noticed() {
     let (mut palette, srgb) = every_byte();
     palette.swap(200, 201);
-    let hits = Hits {
-        id: (0..256).collect(),
-        ..Hits::default()
-    };
+    let hits = Hits { id: (0..256).collect(), ..Hits::default() };
     for format in [Format::Png, Format::Ppm] {
         let bytes = encode_ids(format, Frame::whole(16, 16), &palette, hits.clone()).unwrap();
         let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
@@ -587,14 +483,9 @@ fn read_bytes(bytes: &[u8]) -> Result<Vec<kugelblitz::trace::Ray>> {
 
 #[test]
 fn rays_are_read_in_every_order_and_type() {
-    let rows = [
-        [1.0, 2.0, 3.0, 0.5, 0.25, -8.0],
-        [-1.5, 0.0, 7.0, 0.0, 0.0, 1.0],
-    ];
+    let rows = [[1.0, 2.0, 3.0, 0.5, 0.25, -8.0], [-1.5, 0.0, 7.0, 0.0, 0.0, 1.0]];
     let c: Vec<f64> = rows.iter().flatten().copied().collect();
-    let fortran: Vec<f64> = (0..6)
-        .flat_map(|column| rows.map(|row| row[column]))
-        .collect();
+    let fortran: Vec<f64> = (0..6).flat_map(|column| rows.map(|row| row[column])).collect();
     let single = |values: &[f64]| values.iter().map(|&v| v as f32).collect::<Vec<f32>>();
     let files = [
         npy_bytes("<f8", &[2, 6], npyz::Order::C, &c),
@@ -608,14 +499,7 @@ fn rays_are_read_in_every_order_and_type() {
         let found: Vec<[f64; 6]> = rays
             .iter()
             .map(|r| {
-                [
-                    r.origin.x,
-                    r.origin.y,
-                    r.origin.z,
-                    r.direction.x,
-                    r.direction.y,
-                    r.direction.z,
-                ]
+                [r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z]
             })
             .collect();
         assert_eq!(found, rows);
@@ -636,30 +520,12 @@ fn wrong_rays_are_named() {
     let good = npy_bytes("<f8", &[1, 6], order, &ray);
     let longer = [&good[..], &[0]].concat();
     for (bytes, expected) in [
-        (
-            with(0, f64::NAN),
-            "row 1 (counted from 0) has a number that is not finite",
-        ),
-        (
-            with(5, f64::INFINITY),
-            "row 1 (counted from 0) has a number that is not finite",
-        ),
-        (
-            with(5, 0.0),
-            "row 1 (counted from 0) has the direction (0, 0, 0)",
-        ),
-        (
-            npy_bytes("<f8", &[2, 3], order, &ray),
-            "its shape is (2, 3); expected",
-        ),
-        (
-            npy_bytes("<f8", &[6], order, &ray),
-            "it has 1 dimensions; expected",
-        ),
-        (
-            npy_bytes("<i4", &[1, 6], order, &[1_i32; 6]),
-            "its dtype is '<i4'; expected",
-        ),
+        (with(0, f64::NAN), "row 1 (counted from 0) has a number that is not finite"),
+        (with(5, f64::INFINITY), "row 1 (counted from 0) has a number that is not finite"),
+        (with(5, 0.0), "row 1 (counted from 0) has the direction (0, 0, 0)"),
+        (npy_bytes("<f8", &[2, 3], order, &ray), "its shape is (2, 3); expected"),
+        (npy_bytes("<f8", &[6], order, &ray), "it has 1 dimensions; expected"),
+        (npy_bytes("<i4", &[1, 6], order, &[1_i32; 6]), "its dtype is '<i4'; expected"),
         (good[..good.len() - 1].to_vec(), "47 bytes follow"),
         (longer, "49 bytes follow"),
         (b"x,y,z\n1,2,3\n".to_vec(), "not a readable .npy file"),
@@ -707,9 +573,7 @@ fn garbage_is_refused_without_a_panic() {
         bytes
     };
     let header = |shape: &str| {
-        with_text(format!(
-            "{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"
-        ))
+        with_text(format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"))
     };
     for bytes in [
         header("(18446744073709551615, 6)"),
@@ -752,11 +616,7 @@ fn encode_times_at_full_hd() {
             hits.level.push(0);
         }
     }
-    let noise = random_hits(
-        &mut ChaCha8Rng::seed_from_u64(SEED),
-        hits.id.len(),
-        palette.len(),
-    );
+    let noise = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), hits.id.len(), palette.len());
     for (name, hits) in [("discs", &hits), ("noise", &noise)] {
         for format in Format::ALL {
             for options in [EIGHT, SIXTEEN] {

@@ -239,9 +239,7 @@ fn decimal_text_is_the_nearest_f64() {
         ("4.9e-324", 5e-324),
         ("0.1", 0.1),
     ] {
-        let text = SPHERE
-            .replace("= 2", &format!("= {text}"))
-            .replace("[0, 1, -4]", "[0, 0, 0]");
+        let text = SPHERE.replace("= 2", &format!("= {text}")).replace("[0, 1, -4]", "[0, 0, 0]");
         assert_eq!(parse(&text).unwrap().spheres[0].radius, radius, "{text}");
     }
 }
@@ -250,10 +248,7 @@ fn decimal_text_is_the_nearest_f64() {
 fn what_is_optional_has_its_default() {
     let scene = parse("").unwrap();
     assert_eq!(scene.background, Color::BLACK);
-    assert_eq!(
-        (scene.n_objects(), scene.camera.is_none(), scene.image),
-        (0, true, None)
-    );
+    assert_eq!((scene.n_objects(), scene.camera.is_none(), scene.image), (0, true, None));
     let camera = parse(CAMERA).unwrap().camera.unwrap();
     assert_eq!(camera.up.to_array(), [0.0, 1.0, 0.0]);
     assert_eq!(camera.fov_degrees, 45.0);
@@ -323,22 +318,12 @@ fn mutate(rng: &mut ChaCha8Rng, scene: &str) -> Vec<u8> {
         "1979-05-27T07:32:00Z",
         "[nan, inf, -1e999]",
     ];
-    const KEYS: [&str; 8] = [
-        "radius",
-        "center",
-        "normal",
-        "spheres",
-        "\"\"",
-        "camera.up",
-        "raduis",
-        "ключ",
-    ];
+    const KEYS: [&str; 8] =
+        ["radius", "center", "normal", "spheres", "\"\"", "camera.up", "raduis", "ключ"];
     let mut lines: Vec<String> = scene.lines().map(str::to_owned).collect();
     let some_line = rng.random_range(0..lines.len());
     let key_value = |rng: &mut ChaCha8Rng| {
-        let with_value: Vec<_> = (0..lines.len())
-            .filter(|&i| lines[i].contains('='))
-            .collect();
+        let with_value: Vec<_> = (0..lines.len()).filter(|&i| lines[i].contains('=')).collect();
         with_value[rng.random_range(0..with_value.len())]
     };
     match rng.random_range(0..9) {
@@ -396,9 +381,7 @@ fn no_damaged_scene_panics() {
     let mut n_errors = 0;
     for seed in 0..N {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut bytes = SCENES[rng.random_range(0..SCENES.len())]
-            .as_bytes()
-            .to_vec();
+        let mut bytes = SCENES[rng.random_range(0..SCENES.len())].as_bytes().to_vec();
         for _ in 0..rng.random_range(1..=2) {
             if let Ok(text) = std::str::from_utf8(&bytes)
                 && !text.is_empty()

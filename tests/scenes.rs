@@ -7,9 +7,7 @@ use kugelblitz::camera::{Pixels, View};
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
 
 fn scene(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     read_scene(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -106,10 +104,7 @@ fn figure2_hides_and_cuts_as_the_lecture_says() {
             }
         }
     }
-    assert!(
-        hides[2] > 100 && hides[3] > 1000 && hides[4] > 100,
-        "{hides:?}"
-    );
+    assert!(hides[2] > 100 && hides[3] > 1000 && hides[4] > 100, "{hides:?}");
     // Half of sphere 4: its centre stands on the picture's right edge.
     assert!(n_in_view > 1000 && n_beyond_edge > 1000);
     let center = scene.spheres[3].center;
@@ -125,17 +120,10 @@ fn figure5_has_all_three_discriminants_on_its_centre_ray() {
     let d = pixels.direction(640, 360);
     assert_eq!(d, DVec3::NEG_Z);
     assert_eq!(pixels.view.position, DVec3::ZERO);
-    let table = scene
-        .spheres
-        .iter()
-        .map(|s| discriminant(s, DVec3::ZERO, d));
+    let table = scene.spheres.iter().map(|s| discriminant(s, DVec3::ZERO, d));
     assert_eq!(
         table.collect::<Vec<_>>(),
-        [
-            [-32.0, 283.0, -108.0],
-            [-48.0, 576.0, 0.0],
-            [-80.0, 1584.0, 64.0]
-        ]
+        [[-32.0, 283.0, -108.0], [-48.0, 576.0, 0.0], [-80.0, 1584.0, 64.0]]
     );
     let at = |x, y| visible(&scene, DVec3::ZERO, pixels.direction(x, y));
     assert_eq!([at(640, 360), at(639, 361), at(641, 359)], [2, 3, 2]);

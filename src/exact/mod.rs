@@ -46,19 +46,13 @@ pub enum Shape {
 
 impl From<&Sphere> for Shape {
     fn from(sphere: &Sphere) -> Shape {
-        Shape::Sphere {
-            center: sphere.center,
-            radius: sphere.radius,
-        }
+        Shape::Sphere { center: sphere.center, radius: sphere.radius }
     }
 }
 
 impl From<&Plane> for Shape {
     fn from(plane: &Plane) -> Shape {
-        Shape::Plane {
-            point: plane.point,
-            normal: plane.normal,
-        }
+        Shape::Plane { point: plane.point, normal: plane.normal }
     }
 }
 
@@ -99,10 +93,7 @@ impl HalfB {
     fn new(ray: &ExactRay, center: DVec3, radius: f64) -> Option<HalfB> {
         let r = real(radius)?;
         let l = Self::to_center(ray, center)?;
-        Some(HalfB {
-            b: product3(ray.direction(), &l),
-            k: product3(&l, &l) - &r * &r,
-        })
+        Some(HalfB { b: product3(ray.direction(), &l), k: product3(&l, &l) - &r * &r })
     }
 
     /// A quarter of the discriminant: `D' = b'² − a·k`.
@@ -117,10 +108,7 @@ fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Real, 
     let [px, py, pz] = real3(point)?;
     let [ox, oy, oz] = ray.origin();
     let n = real3(normal)?;
-    Some((
-        product3(&[px - ox, py - oy, pz - oz], &n),
-        product3(ray.direction(), &n),
-    ))
+    Some((product3(&[px - ox, py - oy, pz - oz], &n), product3(ray.direction(), &n)))
 }
 
 /// The smallest root `t > 0` of one object, however large, and the side that the ray meets there.
@@ -157,11 +145,7 @@ pub fn visible_root(ray: &ExactRay, shape: &Shape) -> Option<(Root, Side)> {
             if sign_d < 0 {
                 return None;
             }
-            let (sign, side) = if sign_k > 0 {
-                (-1, Side::Front)
-            } else {
-                (1, Side::Back)
-            };
+            let (sign, side) = if sign_k > 0 { (-1, Side::Front) } else { (1, Side::Back) };
             let root = Root::new(half_b.b, sign, d, a.clone(), ray.t_factor());
             Some((root, side))
         }

@@ -33,11 +33,7 @@ pub fn real(value: f64) -> Option<Real> {
     let field = (bits >> 52) & 0x7ff;
     let fraction = bits & ((1 << 52) - 1);
     // Subnormal numbers have no hidden bit and the exponent of field 1.
-    let magnitude = if field == 0 {
-        fraction
-    } else {
-        fraction | (1 << 52)
-    };
+    let magnitude = if field == 0 { fraction } else { fraction | (1 << 52) };
     if magnitude == 0 {
         return Some(Real::zero());
     }
@@ -158,10 +154,7 @@ forward!(Add add, Sub sub, Mul mul);
 impl Neg for Real {
     type Output = Real;
     fn neg(self) -> Real {
-        Real {
-            mantissa: -self.mantissa,
-            ..self
-        }
+        Real { mantissa: -self.mantissa, ..self }
     }
 }
 
@@ -205,10 +198,7 @@ pub(super) fn power_of_two(exponent: isize) -> Real {
 
 /// `2x`.
 pub(super) fn double(x: &Real) -> Real {
-    Real {
-        mantissa: x.mantissa.clone(),
-        exponent: x.exponent + 1,
-    }
+    Real { mantissa: x.mantissa.clone(), exponent: x.exponent + 1 }
 }
 
 /// The dot product.

@@ -37,12 +37,7 @@ impl ExactRay {
     }
 
     fn from_parts(origin: [Real; 3], direction: [Real; 3], t_factor: u32) -> ExactRay {
-        ExactRay {
-            norm_squared: product3(&direction, &direction),
-            origin,
-            direction,
-            t_factor,
-        }
+        ExactRay { norm_squared: product3(&direction, &direction), origin, direction, t_factor }
     }
 
     /// `o`.
@@ -100,14 +95,7 @@ impl ExactPixels {
         let finite = found.is_some() && pixels.image_height > 0;
         let (origin, forward, right, up) =
             found.unwrap_or_else(|| (zero3(), zero3(), zero3(), zero3()));
-        ExactPixels {
-            pixels: *pixels,
-            origin,
-            forward,
-            right,
-            up,
-            finite,
-        }
+        ExactPixels { pixels: *pixels, origin, forward, right, up, finite }
     }
 
     /// The centre ray of pixel `(x, y)` of the picture.

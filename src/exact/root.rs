@@ -45,11 +45,7 @@ impl Root {
     }
 
     pub(super) fn negated(self) -> Root {
-        Root {
-            b: -self.b,
-            s: -self.s,
-            ..self
-        }
+        Root { b: -self.b, s: -self.s, ..self }
     }
 
     pub(super) fn rational_part(&self) -> &Real {
@@ -179,11 +175,7 @@ impl Root {
     }
 
     fn magnitude(&self, sign: i32) -> Root {
-        if sign < 0 {
-            self.clone().negated()
-        } else {
-            self.clone()
-        }
+        if sign < 0 { self.clone().negated() } else { self.clone() }
     }
 
     /// The number in decimal, correctly rounded to `digits` significant digits (half to even),
@@ -208,9 +200,8 @@ impl Root {
         // rounds to 10^(n−1) or more; q < 10^(n−1) one below 10^(n−1) − ½, ten times it to less
         // than 10^n.
         let q = loop {
-            let q = magnitude
-                .times_power_of_ten(digits as isize - 1 - leading)
-                .to_integer(precision);
+            let q =
+                magnitude.times_power_of_ten(digits as isize - 1 - leading).to_integer(precision);
             if q >= ten(digits) {
                 leading += 1;
             } else if q < ten(digits - 1) {
@@ -227,16 +218,9 @@ impl Root {
     fn times_power_of_ten(&self, exponent: isize) -> Root {
         let power = Real::new(IBig::from(10).pow(exponent.unsigned_abs()), 0);
         if exponent < 0 {
-            Root {
-                a: &self.a * power,
-                ..self.clone()
-            }
+            Root { a: &self.a * power, ..self.clone() }
         } else {
-            Root {
-                b: &self.b * &power,
-                d: &self.d * &power * &power,
-                ..self.clone()
-            }
+            Root { b: &self.b * &power, d: &self.d * &power * &power, ..self.clone() }
         }
     }
 
@@ -324,11 +308,7 @@ fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
 ///    `e = p² − x − y`, `p² − q² = e − 2·s·u·√(xy)`: the sign of a sum with one square root,
 ///    `e + (−su)·√(4xy)`, as above.
 fn sign_of_sum2(p: &Real, s: i32, x: &Real, u: i32, y: &Real) -> i32 {
-    let sign_q = if s == 0 || u == 0 || s == u {
-        (s + u).signum()
-    } else {
-        s * order(x, y)
-    };
+    let sign_q = if s == 0 || u == 0 || s == u { (s + u).signum() } else { s * order(x, y) };
     let sign_p = signum(p);
     if sign_q == 0 || sign_p == sign_q {
         return sign_p;

@@ -56,13 +56,13 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
         Kernel::Stable | Kernel::Certified => STABLE,
     });
     parts.push(RENDER);
-    compile_parts(&parts, &flags(needs), &constants(needs))
+    compile_parts(&parts, needs)
 }
 
 fn flags(needs: &Needs) -> Vec<&'static str> {
     [
-        (needs.spheres, "spheres"),
-        (needs.planes, "planes"),
+        (needs.n_spheres > 0, "spheres"),
+        (needs.n_planes > 0, "planes"),
         (needs.surface, "surface"),
         (needs.source == Source::Pixels, "pixels"),
         (needs.source == Source::List, "list"),
@@ -81,21 +81,21 @@ fn constants(needs: &Needs) -> String {
     };
     let mut text =
         format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n");
-    if needs.spheres {
+    if needs.n_spheres > 0 {
         text += &format!("alias SphereRecord = Sphere{kernel};\n");
     }
-    if needs.planes {
+    if needs.n_planes > 0 {
         text += &format!("alias PlaneRecord = Plane{kernel};\n");
     }
     text
 }
 
-fn compile_parts(parts: &[Part], flags: &[&str], constants: &str) -> Result<Shader> {
-    let mut wgsl = String::from(constants);
+fn compile_parts(parts: &[Part], needs: &Needs) -> Result<Shader> {
+    let mut wgsl = constants(needs);
     let mut starts = vec![("constants", 1)];
     for part in parts {
         starts.push((part.file, wgsl.matches('\n').count() + 1));
-        wgsl += &select_lines(part, flags)?;
+        wgsl += &expand(part, needs)?;
     }
     let wgsl = number_bindings(&wgsl);
     let place = |line: usize| {
@@ -117,41 +117,71 @@ fn compile_parts(parts: &[Part], flags: &[&str], constants: &str) -> Result<Shad
     Ok(Shader { wgsl, module, info })
 }
 
-/// Keeps the lines between `//#if flag`, `//#else` and `//#end` that the flags ask for; the others
-/// become empty, so that line numbers stay.
-fn select_lines(part: &Part, flags: &[&str]) -> Result<String> {
-    let mut open: Vec<bool> = Vec::new();
+/// Up to this many objects of a kind are tested one after the other, without a loop.
+///
+/// Inside a loop lavapipe loads each number once per lane (25 cycles each), outside once for all
+/// lanes: figure 2 at 1920 × 1080 takes 22 ms instead of 195. Compiling takes 0.5 s for 64 objects
+/// and grows with their square.
+const MAX_UNROLLED: usize = 128;
+
+/// What a `//#` directive opens.
+enum Block {
+    If(bool),
+    Each { kind: &'static str, count: usize, body: String },
+}
+
+/// Carries out the directives of a part, keeping its line numbers:
+/// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for;
+/// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index.
+fn expand(part: &Part, needs: &Needs) -> Result<String> {
+    let flags = flags(needs);
+    let mut open: Vec<Block> = Vec::new();
     let mut text = String::new();
     for (index, line) in part.text.lines().enumerate() {
-        let unmatched =
-            || Error::Shader(format!("{}:{}: no //#if is open here", part.file, index + 1));
+        let wrong = |what: &str| Error::Shader(format!("{}:{}: {what}", part.file, index + 1));
         let directive = line.trim().strip_prefix("//#");
         match directive.map(|d| d.split_whitespace().collect::<Vec<_>>()).as_deref() {
-            Some(["if", flag]) => open.push(flags.contains(flag)),
-            Some(["else"]) => {
-                let last = open.last_mut().ok_or_else(unmatched)?;
-                *last = !*last;
-            }
-            Some(["end"]) => {
-                open.pop().ok_or_else(unmatched)?;
-            }
-            Some(_) => {
-                return Err(Error::Shader(format!(
-                    "{}:{}: unknown directive `{}`",
-                    part.file,
-                    index + 1,
-                    line.trim()
-                )));
-            }
-            None if open.iter().all(|&keep| keep) => text += line,
-            None => {}
+            Some(["if", flag]) => open.push(Block::If(flags.contains(flag))),
+            Some(["else"]) => match open.last_mut() {
+                Some(Block::If(keep)) => *keep = !*keep,
+                _ => return Err(wrong("no //#if is open here")),
+            },
+            Some(["each", kind]) => open.push(match *kind {
+                "sphere" => each("spheres", needs.n_spheres),
+                "plane" => each("planes", needs.n_planes),
+                _ => return Err(wrong("unknown kind of object")),
+            }),
+            Some(["end"]) => match open.pop() {
+                Some(Block::If(_)) => {}
+                Some(Block::Each { kind, count, body }) => text += &repeat(kind, count, &body),
+                None => return Err(wrong("nothing is open here")),
+            },
+            Some(_) => return Err(wrong("unknown directive")),
+            None if open.iter().any(|block| matches!(block, Block::If(false))) => {}
+            None => match open.last_mut() {
+                Some(Block::Each { body, .. }) => *body += line.trim(),
+                _ => text += line,
+            },
         }
         text += "\n";
     }
-    if !open.is_empty() {
-        return Err(Error::Shader(format!("{}: an //#if is not closed", part.file)));
+    match open.is_empty() {
+        true => Ok(text),
+        false => Err(Error::Shader(format!("{}: a directive is not closed", part.file))),
     }
-    Ok(text)
+}
+
+fn each(kind: &'static str, count: usize) -> Block {
+    Block::Each { kind, count, body: String::new() }
+}
+
+fn repeat(kind: &str, count: usize, body: &str) -> String {
+    if count <= MAX_UNROLLED {
+        (0..count).map(|index| body.replace("INDEX", &format!("{index}u"))).collect()
+    } else {
+        let body = body.replace("INDEX", "i");
+        format!("for (var i = 0u; i < params.n_{kind}; i++) {{ {body} }}")
+    }
 }
 
 /// Numbers `@binding(next)` from 0 without gaps: wgpu's Vulkan backend numbers a layout's entries
@@ -235,8 +265,15 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
+        let needs = Needs {
+            kernel: Kernel::Stable,
+            source: Source::Pixels,
+            n_spheres: 0,
+            n_planes: 0,
+            surface: false,
+        };
         let part = Part { file: "shaders/broken.wgsl", text: part };
-        match compile_parts(&[VEC, part], &[], "") {
+        match compile_parts(&[VEC, part], &needs) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }
@@ -248,6 +285,8 @@ mod tests {
         assert!(error_of("\n\nfn f() -> f32 { return; }").starts_with("shaders/broken.wgsl:3: "));
         assert!(error_of("//#if a\n").starts_with("shaders/broken.wgsl: "));
         assert!(error_of("\n//#end\n").starts_with("shaders/broken.wgsl:2: "));
+        assert!(error_of("\n//#each sphere\n//#else").starts_with("shaders/broken.wgsl:3: "));
+        assert!(error_of("//#each cube\n").starts_with("shaders/broken.wgsl:1: "));
         assert!(error_of("//#fi\n").starts_with("shaders/broken.wgsl:1: "));
     }
 }

@@ -28,8 +28,8 @@ pub struct Params {
     pub offset_j: i32,
     /// Columns of the tile.
     pub width: u32,
-    /// Rows of the tile.
-    pub height: u32,
+    /// Fills WGSL's 16-byte alignment of the struct.
+    pub padding: u32,
 }
 
 #[cfg(test)]
@@ -45,7 +45,7 @@ mod tests {
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
     fn device_layout(kernel: Kernel, source: Source, name: &str) -> (u32, Vec<(String, u32)>) {
-        let needs = Needs { kernel, source, spheres: true, planes: true, surface: true };
+        let needs = Needs { kernel, source, n_spheres: 1, n_planes: 1, surface: true };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
             if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
@@ -88,7 +88,7 @@ mod tests {
             offset_i,
             offset_j,
             width,
-            height
+            padding
         );
         check!(Lecture, Pixels, lecture::SphereLecture, "SphereLecture", center, radius);
         check!(Lecture, Pixels, lecture::PlaneLecture, "PlaneLecture", point, normal);
@@ -125,7 +125,7 @@ mod tests {
             offset_j,
             offset_i,
             width,
-            height
+            padding
         );
     }
 }

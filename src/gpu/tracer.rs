@@ -319,7 +319,7 @@ impl GpuTracer {
             let [width, height] = WORKGROUP;
             pass.dispatch_workgroups(
                 params.width.div_ceil(width),
-                params.height.div_ceil(height),
+                (tile.height as u32).div_ceil(height),
                 1,
             );
         }
@@ -340,7 +340,8 @@ impl GpuTracer {
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
         self.gpu.check()?;
-        let mapped = receiver.try_recv().map_err(|_| self.lost("no answer"))?;
+        // Another thread that polls the same device may be the one that runs the callback.
+        let mapped = receiver.recv_timeout(TILE_TIMEOUT).map_err(|_| self.lost("no answer"))?;
         mapped.map_err(|error| self.lost(&error.to_string()))?;
         let trace = start.elapsed();
 
@@ -380,7 +381,6 @@ impl GpuTracer {
             infinity: f32::INFINITY,
             n_rays: tile.n_rays as u32,
             width: tile.width as u32,
-            height: tile.height as u32,
             ..Params::default()
         };
         match rays {

@@ -69,15 +69,11 @@ pub fn closest(ray: &RayOf<f32>, spheres: &[SphereLecture], planes: &[PlaneLectu
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
         let t = sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius);
-        if t > 0.0 && t < hit.t {
-            hit = Hit { t, id: i as u32 + 1 };
-        }
+        hit = hit.closer(t, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
         let t = plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal));
-        if t > 0.0 && t < hit.t {
-            hit = Hit { t, id: (spheres.len() + i) as u32 + 1 };
-        }
+        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
     }
     hit
 }

@@ -42,3 +42,12 @@ impl<R: Real> Hit<R> {
     /// Nothing was hit.
     pub const MISS: Self = Hit { t: R::INFINITY, id: 0 };
 }
+
+impl<R: Real> Hit<R> {
+    /// The nearer of the hit so far and a candidate, whose `t` is 0 where there is none. Equal
+    /// `t`: the lower id, which comes first, stays.
+    #[inline(always)]
+    pub fn closer(self, t: R, id: u32) -> Self {
+        if t > R::ZERO && t < self.t { Hit { t, id } } else { self }
+    }
+}

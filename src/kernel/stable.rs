@@ -124,16 +124,12 @@ pub fn closest<const PIXELS: bool>(
     for (i, sphere) in spheres.iter().enumerate() {
         let l = offset::<PIXELS>(ray, sphere.center, sphere.center_low);
         let t = sphere_stable(ray, l, sphere.radius, sphere_k::<PIXELS>(l, sphere));
-        if t > 0.0 && t < hit.t {
-            hit = Hit { t, id: i as u32 + 1 };
-        }
+        hit = hit.closer(t, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
         let n_offset = plane_n_offset::<PIXELS>(ray, plane);
         let t = plane_stable(ray.direction, n_offset, Vec3(plane.normal));
-        if t > 0.0 && t < hit.t {
-            hit = Hit { t, id: (spheres.len() + i) as u32 + 1 };
-        }
+        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
     }
     hit
 }

@@ -115,17 +115,13 @@ impl Place {
     fn commit(self) -> io::Result<()> {
         match self {
             Place::Beside(buffered, target) => {
-                let file = buffered
-                    .into_inner()
-                    .map_err(io::IntoInnerError::into_error)?;
+                let file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
                 file.persist(target).map_err(|error| error.error)?;
                 Ok(())
             }
             Place::Stream(mut stream) => stream.flush(),
             Place::Spool(buffered, mut target) => {
-                let mut file = buffered
-                    .into_inner()
-                    .map_err(io::IntoInnerError::into_error)?;
+                let mut file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
                 file.rewind()?;
                 io::copy(&mut file, &mut target)?;
                 target.flush()
@@ -136,9 +132,7 @@ impl Place {
 
 /// The system's reason without what was wrapped around it.
 fn io_cause(error: &io::Error) -> io::Error {
-    let mut source = error
-        .get_ref()
-        .map(|inner| inner as &(dyn std::error::Error + 'static));
+    let mut source = error.get_ref().map(|inner| inner as &(dyn std::error::Error + 'static));
     while let Some(inner) = source {
         if let Some(cause) = inner.downcast_ref::<io::Error>()
             && let Some(code) = cause.raw_os_error()
@@ -221,10 +215,7 @@ mod tests {
         let message = OutputFile::create(&path, false).err().unwrap().to_string();
         assert!(message.contains("out.png: there is no folder"), "{message}");
         let error = OutputFile::create(folder.path(), false).err().unwrap();
-        assert!(
-            matches!(&error, Error::Io { path, .. } if path == folder.path()),
-            "{error}"
-        );
+        assert!(matches!(&error, Error::Io { path, .. } if path == folder.path()), "{error}");
     }
 
     #[cfg(unix)]

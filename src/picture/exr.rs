@@ -123,11 +123,7 @@ impl Exr {
                 .map(|&(name, sample_type, _)| ChannelDescription::new(name, sample_type, true))
                 .collect(),
         )
-        .with_encoding(
-            Compression::ZIP16,
-            BlockDescription::ScanLines,
-            LineOrder::Increasing,
-        )
+        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
         .with_display_window(IntegerBounds::from_dimensions((
             frame.image_width as usize,
             frame.image_height as usize,
@@ -175,11 +171,7 @@ impl Exr {
         let n_lines = self.lines.len() / self.line_bytes;
         let n_lines_done = self.table.len() * BLOCK_LINES;
         let is_end = n_lines_done + n_lines == self.height;
-        let n_ready = if is_end {
-            n_lines
-        } else {
-            n_lines - n_lines % BLOCK_LINES
-        };
+        let n_ready = if is_end { n_lines } else { n_lines - n_lines % BLOCK_LINES };
         let rest = self.lines.split_off(n_ready * self.line_bytes);
         let blocks: Vec<exr::error::Result<Vec<u8>>> = self
             .lines
@@ -210,22 +202,17 @@ impl Exr {
             let out = &mut self.lines;
             match channel {
                 Channel::Alpha => push(out, ids.iter().map(|_| 1.0_f32.to_ne_bytes())),
-                Channel::Rgb(i) => push(
-                    out,
-                    ids.iter()
-                        .map(|&id| palette[id as usize].0[i].to_ne_bytes()),
-                ),
-                Channel::Normal(i) => push(
-                    out,
-                    hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()),
-                ),
+                Channel::Rgb(i) => {
+                    push(out, ids.iter().map(|&id| palette[id as usize].0[i].to_ne_bytes()))
+                }
+                Channel::Normal(i) => {
+                    push(out, hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()))
+                }
                 Channel::Depth => push(out, hits.t[line.clone()].iter().map(|t| t.to_ne_bytes())),
                 Channel::Id => push(out, ids.iter().map(|id| id.to_ne_bytes())),
                 Channel::Level => push(
                     out,
-                    hits.level[line.clone()]
-                        .iter()
-                        .map(|&level| u32::from(level).to_ne_bytes()),
+                    hits.level[line.clone()].iter().map(|&level| u32::from(level).to_ne_bytes()),
                 ),
             }
         }
@@ -248,9 +235,7 @@ impl Exr {
         match chunk.compressed_block {
             CompressedBlock::ScanLine(block) => block.write(&mut bytes)?,
             _ => {
-                return Err(exr::error::Error::NotSupported(
-                    "blocks other than scan lines".into(),
-                ));
+                return Err(exr::error::Error::NotSupported("blocks other than scan lines".into()));
             }
         }
         Ok(bytes)

@@ -94,10 +94,7 @@ impl Format {
             Format::Png | Format::Ppm => false,
             Format::Exr | Format::Npy => true,
         };
-        Wants {
-            surface,
-            level: surface && certificates,
-        }
+        Wants { surface, level: surface && certificates }
     }
 
     /// Whether the writer goes back in the file at the end, so that a pipe can't take it
@@ -128,9 +125,7 @@ impl FromStr for Format {
 }
 
 fn find(name: &str) -> Option<Format> {
-    Format::ALL
-        .into_iter()
-        .find(|format| format.name().eq_ignore_ascii_case(name))
+    Format::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(name))
 }
 
 /// `png, exr, ppm or npy` with the given separators and prefix.
@@ -152,9 +147,7 @@ fn suggestion(name: &str, prefix: &str) -> String {
     Format::ALL
         .into_iter()
         .find(|format| strsim::osa_distance(&name.to_ascii_lowercase(), format.name()) == 1)
-        .map_or_else(String::new, |format| {
-            format!("; did you mean {prefix}{format}?")
-        })
+        .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
 }
 
 /// Bits a colour channel in PNG and PPM; EXR and NPY always hold f32.
@@ -196,14 +189,7 @@ pub struct Frame {
 impl Frame {
     /// A picture that is written whole.
     pub fn whole(width: u32, height: u32) -> Frame {
-        Frame {
-            image_width: width,
-            image_height: height,
-            x: 0,
-            y: 0,
-            width,
-            height,
-        }
+        Frame { image_width: width, image_height: height, x: 0, y: 0, width, height }
     }
 }
 
@@ -233,14 +219,7 @@ pub fn writer_bytes(
     n_band_rows: u32,
     n_colors: usize,
 ) -> Result<u64> {
-    let Frame {
-        image_width,
-        image_height,
-        x,
-        y,
-        width,
-        height,
-    } = frame;
+    let Frame { image_width, image_height, x, y, width, height } = frame;
     if width == 0 || height == 0 {
         return Err(Error::Usage(format!(
             "a picture of {width}x{height} pixels is empty; give it at least one column and row"
@@ -261,10 +240,7 @@ pub fn writer_bytes(
         Format::Png => {
             png::check_size(frame)?;
             let pixel_bytes = png::pixel_bytes(options.bits);
-            (
-                pixel_bytes,
-                png::band_bytes(options.bits, width, n_band_rows),
-            )
+            (pixel_bytes, png::band_bytes(options.bits, width, n_band_rows))
         }
         Format::Ppm => {
             let pixel_bytes = png::pixel_bytes(options.bits);
@@ -279,10 +255,7 @@ pub fn writer_bytes(
         Format::Exr => {
             exr::check_size(frame, options.certificates)?;
             let pixel_bytes = exr::pixel_bytes(options.certificates);
-            (
-                pixel_bytes,
-                exr::band_bytes(frame, options.certificates, n_band_rows),
-            )
+            (pixel_bytes, exr::band_bytes(frame, options.certificates, n_band_rows))
         }
     };
     let file_bytes = u128::from(width) * u128::from(height) * pixel_bytes;
@@ -361,12 +334,9 @@ impl<W: Write + Seek> PictureWriter<W> {
         let encoder = match format {
             Format::Png => png::Png::begin(options.bits, frame, palette, &mut encoded)
                 .map(|png| Encoder::Png(Box::new(png))),
-            Format::Ppm => Ok(Encoder::Ppm(ppm::Ppm::begin(
-                options.bits,
-                frame,
-                palette,
-                &mut encoded,
-            ))),
+            Format::Ppm => {
+                Ok(Encoder::Ppm(ppm::Ppm::begin(options.bits, frame, palette, &mut encoded)))
+            }
             Format::Npy => {
                 npy::Npy::begin(options.certificates, frame, &mut encoded).map(Encoder::Npy)
             }
@@ -399,9 +369,7 @@ impl<W: Write + Seek> PictureWriter<W> {
         if n_rows == 0 {
             return Ok(());
         }
-        let PictureWriter {
-            palette, encoded, ..
-        } = self;
+        let PictureWriter { palette, encoded, .. } = self;
         match &mut self.encoder {
             Encoder::Png(png) => png.rows(hits, encoded),
             Encoder::Ppm(ppm) => {
@@ -433,9 +401,9 @@ impl<W: Write + Seek> PictureWriter<W> {
             )));
         }
         match self.encoder {
-            Encoder::Png(png) => png
-                .finish(&mut self.encoded)
-                .and_then(|()| self.sink.write_all(&self.encoded)),
+            Encoder::Png(png) => {
+                png.finish(&mut self.encoded).and_then(|()| self.sink.write_all(&self.encoded))
+            }
             Encoder::Ppm(_) | Encoder::Npy(_) => Ok(()),
             Encoder::Exr(exr) => {
                 let (position_bytes, table) = exr.finish();
@@ -485,9 +453,7 @@ impl<W: Write + Seek> PictureWriter<W> {
     }
 
     fn pass_on(&mut self) -> Result<()> {
-        self.sink
-            .write_all(&self.encoded)
-            .map_err(Error::io(&self.path))?;
+        self.sink.write_all(&self.encoded).map_err(Error::io(&self.path))?;
         self.encoded.clear();
         Ok(())
     }
@@ -541,11 +507,7 @@ mod shim {
 
     fn encode(linear: f32) -> f64 {
         let linear = f64::from(linear).clamp(0.0, 1.0);
-        if linear <= 0.003_130_8 {
-            12.92 * linear
-        } else {
-            1.055 * linear.powf(1.0 / 2.4) - 0.055
-        }
+        if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
     }
 
     pub fn to_srgb8(color: Color) -> [u8; 3] {
@@ -577,11 +539,7 @@ mod tests {
             ("x.y.ppm", Format::Ppm),
             ("x.Npy", Format::Npy),
         ] {
-            assert_eq!(
-                Format::from_path(Path::new(path)).unwrap(),
-                format,
-                "{path}"
-            );
+            assert_eq!(Format::from_path(Path::new(path)).unwrap(), format, "{path}");
         }
     }
 
@@ -608,40 +566,22 @@ mod tests {
             assert!(estimate(format, 1920, 1080).is_ok_and(|bytes| bytes < 64 << 20));
             assert!(matches!(estimate(format, 0, 5), Err(Error::Usage(_))));
             assert!(
-                matches!(
-                    estimate(format, u32::MAX, u32::MAX),
-                    Err(Error::TooLarge(_))
-                ),
+                matches!(estimate(format, u32::MAX, u32::MAX), Err(Error::TooLarge(_))),
                 "{format}"
             );
         }
-        assert!(matches!(
-            estimate(Format::Png, 1 << 31, 1),
-            Err(Error::TooLarge(_))
-        ));
+        assert!(matches!(estimate(Format::Png, 1 << 31, 1), Err(Error::TooLarge(_))));
         assert!(estimate(Format::Png, (1 << 31) - 1, 1).is_ok());
-        assert!(matches!(
-            estimate(Format::Exr, 1, 1 << 30),
-            Err(Error::TooLarge(_))
-        ));
-        assert!(matches!(
-            estimate(Format::Exr, 1 << 26, 1),
-            Err(Error::TooLarge(_))
-        ));
+        assert!(matches!(estimate(Format::Exr, 1, 1 << 30), Err(Error::TooLarge(_))));
+        assert!(matches!(estimate(Format::Exr, 1 << 26, 1), Err(Error::TooLarge(_))));
     }
 
     #[test]
     fn a_rectangle_outside_its_picture_is_refused() {
-        let frame = Frame {
-            x: 5,
-            ..Frame::whole(8, 8)
-        };
+        let frame = Frame { x: 5, ..Frame::whole(8, 8) };
         let result = writer_bytes(Format::Png, PictureOptions::default(), frame, 1, 1);
         assert!(usage(result).contains("not inside"));
-        let frame = Frame {
-            y: u32::MAX,
-            ..Frame::whole(8, 8)
-        };
+        let frame = Frame { y: u32::MAX, ..Frame::whole(8, 8) };
         assert!(writer_bytes(Format::Png, PictureOptions::default(), frame, 1, 1).is_err());
     }
 }

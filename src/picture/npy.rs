@@ -12,10 +12,7 @@ pub(super) struct Npy {
 }
 
 fn record(certificates: bool) -> Record {
-    Record {
-        rgb: true,
-        level: certificates,
-    }
+    Record { rgb: true, level: certificates }
 }
 
 pub(super) fn pixel_bytes(certificates: bool) -> u128 {

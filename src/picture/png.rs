@@ -71,9 +71,7 @@ impl Png {
         // turns those into zeros, and the fast codec is made for runs of zeros.
         encoder.set_compression(Compression::Fast);
         encoder.set_filter(Filter::Up);
-        let stream = encoder
-            .write_header()?
-            .into_stream_writer_with_size(CHUNK_BYTES)?;
+        let stream = encoder.write_header()?.into_stream_writer_with_size(CHUNK_BYTES)?;
         tray.empty_into(out);
         Ok(Png {
             colors: ByteColors::new(bits, palette),
@@ -114,10 +112,7 @@ impl Tray {
 
 impl Write for Tray {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .extend_from_slice(bytes);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend_from_slice(bytes);
         Ok(bytes.len())
     }
 

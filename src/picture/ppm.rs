@@ -16,9 +16,7 @@ impl Ppm {
         };
         let header = format!("P6\n{} {}\n{largest_value}\n", frame.width, frame.height);
         out.extend_from_slice(header.as_bytes());
-        Ppm {
-            colors: ByteColors::new(bits, palette),
-        }
+        Ppm { colors: ByteColors::new(bits, palette) }
     }
 
     pub(super) fn rows(&mut self, hits: &Hits, out: &mut Vec<u8>) {

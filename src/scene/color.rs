@@ -40,20 +40,12 @@ fn encode(linear: f32, largest: f64) -> f64 {
 
 /// The sRGB transfer function (IEC 61966-2-1): linear light to encoded value, both in `0..=1`.
 pub fn srgb_from_linear(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The inverse of [`srgb_from_linear`].
 pub fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
-    }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]
@@ -90,14 +82,11 @@ mod tests {
 
     #[test]
     fn hex() {
-        assert_eq!(
-            Color::from_hex("#d62728"),
-            Some(Color::from_srgb8([0xd6, 0x27, 0x28]))
-        );
+        assert_eq!(Color::from_hex("#d62728"), Some(Color::from_srgb8([0xd6, 0x27, 0x28])));
         assert_eq!(Color::from_hex("#D62728"), Color::from_hex("#d62728"));
-        for wrong in [
-            "", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728", "red",
-        ] {
+        for wrong in
+            ["", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728", "red"]
+        {
             assert_eq!(Color::from_hex(wrong), None, "{wrong}");
         }
     }

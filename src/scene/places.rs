@@ -47,11 +47,7 @@ pub(super) struct Fault {
 
 impl Fault {
     pub fn new(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> Fault {
-        Fault {
-            span,
-            message: message.into(),
-            help: help.into(),
-        }
+        Fault { span, message: message.into(), help: help.into() }
     }
 
     /// The error with its place in `text`.

@@ -58,10 +58,7 @@ const CAMERA: Kind = Kind {
         ("fov", "40.0"),
     ],
 };
-const IMAGE: Kind = Kind {
-    header: "[image]",
-    keys: &[("width", "1280"), ("height", "720")],
-};
+const IMAGE: Kind = Kind { header: "[image]", keys: &[("width", "1280"), ("height", "720")] };
 const SPHERE: Kind = Kind {
     header: "[[sphere]]",
     keys: &[
@@ -97,27 +94,13 @@ fn read_document(text: &str) -> Checked<Scene> {
         Some(field) => field.color()?,
         None => Color::BLACK,
     };
-    let camera = top
-        .get("camera")
-        .map(|field| read_camera(&field.table(&CAMERA)?))
-        .transpose()?;
-    let image = top
-        .get("image")
-        .map(|field| read_image(&field.table(&IMAGE)?))
-        .transpose()?;
-    let eye = camera
-        .as_ref()
-        .map_or(DVec3::ZERO, |camera| camera.position);
+    let camera = top.get("camera").map(|field| read_camera(&field.table(&CAMERA)?)).transpose()?;
+    let image = top.get("image").map(|field| read_image(&field.table(&IMAGE)?)).transpose()?;
+    let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
     let spheres = top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?;
     let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
     check_count(&top, spheres.len() + planes.len())?;
-    Ok(Scene {
-        background,
-        camera,
-        image,
-        spheres,
-        planes,
-    })
+    Ok(Scene { background, camera, image, spheres, planes })
 }
 
 fn check_count(top: &Table, n_objects: usize) -> Checked<()> {
@@ -174,12 +157,7 @@ fn read_camera(table: &Table) -> Checked<Camera> {
         Some(field) => field.number()?,
         None => 45.0,
     };
-    let camera = Camera {
-        position,
-        look_at,
-        up,
-        fov_degrees,
-    };
+    let camera = Camera { position, look_at, up, fov_degrees };
     // An angle near the smallest f64 has no tangent but 0, and a picture no extent.
     let has_extent = fov_degrees > 0.0 && fov_degrees < 180.0 && View::new(&camera).h > 0.0;
     match fov_field {
@@ -216,12 +194,7 @@ fn read_sphere(table: &Table, eye: DVec3) -> Checked<Sphere> {
     if !(center.abs() + DVec3::splat(radius)).is_finite() {
         return Err(too_far(&radius_field));
     }
-    Ok(Sphere {
-        name,
-        center,
-        radius,
-        color: table.require("color")?.color()?,
-    })
+    Ok(Sphere { name, center, radius, color: table.require("color")?.color()? })
 }
 
 fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {

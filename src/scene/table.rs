@@ -45,11 +45,7 @@ impl<'t> Table<'t> {
     pub fn get(&self, key: &str) -> Option<Field<'t>> {
         let value = self.table.get(key)?;
         let &(key, example) = self.kind.keys.iter().find(|(name, _)| *name == key)?;
-        Some(Field {
-            key,
-            example,
-            value,
-        })
+        Some(Field { key, example, value })
     }
 
     pub fn require(&self, key: &str) -> Checked<Field<'t>> {
@@ -140,10 +136,7 @@ impl<'t> Field<'t> {
             return Err(self.wrong_type(expected));
         };
         i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
-            self.wrong(
-                format!("the integer {integer} does not fit in 64 bits"),
-                expected,
-            )
+            self.wrong(format!("the integer {integer} does not fit in 64 bits"), expected)
         })
     }
 
@@ -228,9 +221,7 @@ fn unknown_key(kind: &Kind, key: &str, span: Range<usize>) -> Fault {
         .map(|name| (strsim::jaro(&lower, name), *name))
         .filter(|(similarity, _)| *similarity > SIMILAR)
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    let home = KINDS
-        .iter()
-        .find(|other| other.keys.iter().any(|(name, _)| *name == key));
+    let home = KINDS.iter().find(|other| other.keys.iter().any(|(name, _)| *name == key));
     let hint = match (home, nearest) {
         (Some(home), _) => format!("`{key}` belongs to {}; ", home.header),
         (None, Some((_, name))) => format!("did you mean `{name}`? "),

@@ -117,38 +117,18 @@ pub fn nonzero(rng: &mut impl Rng, limit: i32) -> f64 {
 }
 
 pub fn integer_vector(rng: &mut impl Rng, limit: i32) -> DVec3 {
-    dvec3(
-        integer(rng, limit),
-        integer(rng, limit),
-        integer(rng, limit),
-    )
+    dvec3(integer(rng, limit), integer(rng, limit), integer(rng, limit))
 }
 
 /// Three orthogonal integer vectors of the same integer length (the columns of a rotation by an
 /// integer quaternion, times its norm; Pythagorean quadruples), and that length.
 pub fn integer_frame(rng: &mut impl Rng, limit: i32) -> ([DVec3; 3], f64) {
-    let [a, b, c, d]: [f64; 4] = [
-        nonzero(rng, limit),
-        integer(rng, limit),
-        integer(rng, limit),
-        integer(rng, limit),
-    ];
+    let [a, b, c, d]: [f64; 4] =
+        [nonzero(rng, limit), integer(rng, limit), integer(rng, limit), integer(rng, limit)];
     let columns = [
-        dvec3(
-            a * a + b * b - c * c - d * d,
-            2.0 * (b * c + a * d),
-            2.0 * (b * d - a * c),
-        ),
-        dvec3(
-            2.0 * (b * c - a * d),
-            a * a - b * b + c * c - d * d,
-            2.0 * (c * d + a * b),
-        ),
-        dvec3(
-            2.0 * (b * d + a * c),
-            2.0 * (c * d - a * b),
-            a * a - b * b - c * c + d * d,
-        ),
+        dvec3(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+        dvec3(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+        dvec3(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
     ];
     (columns, a * a + b * b + c * c + d * d)
 }
@@ -260,10 +240,7 @@ pub fn integer_tie_case(rng: &mut impl Rng) -> Case {
     }
     Case {
         family: "integer ties",
-        ray: CaseRay::List(Ray {
-            origin: origin * scale,
-            direction: u * k,
-        }),
+        ray: CaseRay::List(Ray { origin: origin * scale, direction: u * k }),
         objects: numbered(rng, shapes),
     }
 }
@@ -350,19 +327,12 @@ pub fn pixel_case(rng: &mut impl Rng) -> Case {
                     sphere(at + d.cross(any_vector(rng, 1.0)).normalize() * r, r)
                 }
                 1 => sphere(at + any_vector(rng, 2.0), rng.random_range(0.1..5.0)),
-                2 => sphere(
-                    view.position + any_vector(rng, 0.5),
-                    rng.random_range(0.5..3.0),
-                ),
+                2 => sphere(view.position + any_vector(rng, 0.5), rng.random_range(0.5..3.0)),
                 _ => plane(at, any_vector(rng, 1.0)),
             }
         })
         .collect();
-    Case {
-        family: "pixels",
-        ray: CaseRay::Pixel(pixels, x, y),
-        objects: numbered(rng, shapes),
-    }
+    Case { family: "pixels", ray: CaseRay::Pixel(pixels, x, y), objects: numbered(rng, shapes) }
 }
 
 /// A camera along the axes with `h = 1`: pixels whose rays are tangent exactly, `t` with `H`.
@@ -421,10 +391,6 @@ pub fn cases(seed: u64, per_family: usize) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     FAMILIES
         .iter()
-        .flat_map(|family| {
-            (0..per_family)
-                .map(|_| family(&mut rng))
-                .collect::<Vec<_>>()
-        })
+        .flat_map(|family| (0..per_family).map(|_| family(&mut rng)).collect::<Vec<_>>())
         .collect()
 }

@@ -78,10 +78,7 @@ pub fn hard_cases() -> Vec<HardCase> {
                 },
                 other => panic!("unknown kind {other:?}"),
             },
-            t: case["hit"]
-                .as_bool()
-                .expect("hit or miss")
-                .then(|| f32_of(&case["t_bits"])),
+            t: case["hit"].as_bool().expect("hit or miss").then(|| f32_of(&case["t_bits"])),
         })
         .collect();
     assert_eq!(cases.len(), 54);

@@ -44,19 +44,13 @@ pub struct OracleRay {
 
 impl OracleRay {
     pub fn new(ray: &Ray) -> OracleRay {
-        OracleRay {
-            origin: q3(ray.origin),
-            direction: q3(ray.direction),
-        }
+        OracleRay { origin: q3(ray.origin), direction: q3(ray.direction) }
     }
 
     /// The contract's centre ray, letter by letter.
     pub fn from_pixel(pixels: &Pixels, x: u32, y: u32) -> OracleRay {
         let view = &pixels.view;
-        let (w, h) = (
-            int(pixels.image_width.into()),
-            int(pixels.image_height.into()),
-        );
+        let (w, h) = (int(pixels.image_width.into()), int(pixels.image_height.into()));
         let half = Q::new(1.into(), 2.into());
         let (x, y) = (int(x.into()) + &half, int(y.into()) + &half);
         let right = (int(2) * x / &w - int(1)) * q(view.h) * (&w / &h);
@@ -102,11 +96,7 @@ pub struct OracleRoot {
 }
 
 fn sgn(x: &BigInt) -> i32 {
-    if x.is_negative() {
-        -1
-    } else {
-        i32::from(x.is_positive())
-    }
+    if x.is_negative() { -1 } else { i32::from(x.is_positive()) }
 }
 
 impl OracleRoot {
@@ -151,12 +141,7 @@ impl OracleRoot {
         } else {
             -1
         };
-        Some(OracleRoot {
-            coefficients: [c0, c1, c2],
-            integers,
-            sign_before,
-            falling,
-        })
+        Some(OracleRoot { coefficients: [c0, c1, c2], integers, sign_before, falling })
     }
 
     /// The order of the root and a positive rational `n/m`.
@@ -276,11 +261,7 @@ impl OracleRoot {
 
 pub fn power(exponent: i64) -> Q {
     let two = BigInt::one() << exponent.unsigned_abs();
-    if exponent < 0 {
-        Q::new_raw(BigInt::one(), two)
-    } else {
-        Q::from_integer(two)
-    }
+    if exponent < 0 { Q::new_raw(BigInt::one(), two) } else { Q::from_integer(two) }
 }
 
 /// The visible object: id and `t` by the contract.
@@ -310,7 +291,5 @@ pub fn is_nearest_f32(component: f32, value: &Q) -> bool {
     let neighbours = [component.next_down(), component.next_up()];
     let slack = power(-200);
     let here = (q(component.into()) - value).abs();
-    neighbours
-        .iter()
-        .all(|&n| here <= (q(n.into()) - value).abs() + &slack)
+    neighbours.iter().all(|&n| here <= (q(n.into()) - value).abs() + &slack)
 }
