@@ -51,7 +51,11 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let record = rays[min(index, params.n_rays - 1u)];
     let ray = ray_from(record.origin, record.origin_low, record.direction);
     //#end
+    //#if certified
+    let hit = Hit(0.0, propose(ray));
+    //#else
     let hit = closest(ray);
+    //#end
     if pixel.x < params.width && index < params.n_rays {
         ids[index] = hit.id;
         //#if surface

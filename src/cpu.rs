@@ -6,10 +6,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::camera::{CameraF32, Pixels};
+use crate::certify;
 use crate::error::Result;
+use crate::guard;
+use crate::kernel::certified::{self, Widening};
 use crate::kernel::{Hit, RayOf, lecture, stable};
-use crate::prepare::{Objects, Prepared};
-use crate::trace::{Control, Hits, Ray, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::prepare::{Lists, Objects, Prepared};
+use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
 
 /// Rays that one thread takes at a time from a list.
@@ -30,39 +33,61 @@ impl CpuTracer {
 
 /// One kernel with its objects.
 trait Kernel: Sync {
+    /// Whether the kernel itself gives `t` and normals.
+    const GIVES_SURFACE: bool = true;
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32>;
     fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32>;
 }
 
-struct Lecture<'a> {
-    spheres: &'a [lecture::SphereLecture],
-    planes: &'a [lecture::PlaneLecture],
-}
+struct Lecture<'a>(&'a Lists<lecture::SphereLecture, lecture::PlaneLecture>);
 
 impl Kernel for Lecture<'_> {
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
-        lecture::closest(ray, self.spheres, self.planes)
+        lecture::closest(ray, &self.0.spheres, &self.0.planes)
     }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
-        lecture::normal_at(ray, hit, self.spheres, self.planes)
+        lecture::normal_at(ray, hit, &self.0.spheres, &self.0.planes)
     }
 }
 
-struct Stable<'a, const PIXELS: bool> {
-    spheres: &'a [stable::SphereStable],
-    planes: &'a [stable::PlaneStable],
-}
+struct Stable<'a, const PIXELS: bool>(&'a Lists<stable::SphereStable, stable::PlaneStable>);
 
 impl<const PIXELS: bool> Kernel for Stable<'_, PIXELS> {
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
-        stable::closest::<PIXELS>(ray, self.spheres, self.planes)
+        stable::closest::<PIXELS>(ray, &self.0.spheres, &self.0.planes)
     }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
-        stable::normal_at::<PIXELS>(ray, hit, self.spheres, self.planes)
+        stable::normal_at::<PIXELS>(ray, hit, &self.0.spheres, &self.0.planes)
+    }
+}
+
+/// The f32 stage alone: it gives ids, or "undecided".
+struct Certified<'a, const PIXELS: bool> {
+    objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>,
+    widening: Widening<f32>,
+}
+
+impl<'a, const PIXELS: bool> Certified<'a, PIXELS> {
+    fn new(objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>) -> Self {
+        Certified { objects, widening: guard::widening_f32() }
+    }
+}
+
+impl<const PIXELS: bool> Kernel for Certified<'_, PIXELS> {
+    const GIVES_SURFACE: bool = false;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        let Lists { spheres, planes } = self.objects;
+        let id = certified::propose::<PIXELS>(ray, spheres, planes, &self.widening);
+        Hit { id, ..Hit::MISS }
+    }
+    #[inline(always)]
+    fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
+        Vec3::ZERO
     }
 }
 
@@ -96,31 +121,23 @@ impl Tracer for CpuTracer {
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         hits.reset(rays.len(), self.wants);
-        match &self.prepared.objects {
-            Objects::Lecture { spheres, planes } => {
-                let origin = self.prepared.reference.into();
-                trace_rays(
-                    &Lecture { spheres, planes },
-                    &self.prepared,
-                    origin,
-                    rays,
-                    control,
-                    hits,
-                )
+        let world = self.prepared.reference.into();
+        let mut run = |kernel: &dyn TraceRays, origin| {
+            kernel.trace_rays(&self.prepared, origin, rays, control, hits)
+        };
+        match (&self.prepared.objects, rays) {
+            (Objects::Lecture(lists), _) => run(&Lecture(lists), world),
+            (Objects::Stable(lists), Rays::Pixels(_)) => run(&Stable::<true>(lists), Vec3::ZERO),
+            (Objects::Stable(lists), Rays::List(_)) => run(&Stable::<false>(lists), Vec3::ZERO),
+            (Objects::Certified(lists), Rays::Pixels(_)) => {
+                run(&Certified::<true>::new(lists), Vec3::ZERO)
             }
-            Objects::Stable { spheres, planes } => match rays {
-                Rays::Pixels(_) => {
-                    let kernel = Stable::<true> { spheres, planes };
-                    trace_rays(&kernel, &self.prepared, Vec3::ZERO, rays, control, hits)
-                }
-                Rays::List(_) => {
-                    let kernel = Stable::<false> { spheres, planes };
-                    trace_rays(&kernel, &self.prepared, Vec3::ZERO, rays, control, hits)
-                }
-            },
+            (Objects::Certified(lists), Rays::List(_)) => {
+                run(&Certified::<false>::new(lists), Vec3::ZERO)
+            }
         }?;
-        hits.counts = StageCounts { f32: rays.len() as u64, ..StageCounts::default() };
-        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+        let traced = Timing { trace: start.elapsed(), ..Timing::default() };
+        certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
     }
 
     fn bytes_device(&self) -> u64 {
@@ -129,26 +146,42 @@ impl Tracer for CpuTracer {
     }
 }
 
-fn trace_rays<K: Kernel>(
-    kernel: &K,
-    prepared: &Prepared,
-    camera_origin: Vec3<f32>,
-    rays: &Rays,
-    control: &Control,
-    hits: &mut Hits,
-) -> Result<()> {
-    match rays {
-        Rays::Pixels(pixels) => {
-            let camera = CameraF32::new(pixels);
-            for_each_chunk(hits, pixels.width as usize, control, |row, slice| {
-                trace_row(kernel, &camera, camera_origin, pixels, row as u32, slice);
-            })
+/// The loop over all rays, compiled once a kernel.
+trait TraceRays {
+    fn trace_rays(
+        &self,
+        prepared: &Prepared,
+        camera_origin: Vec3<f32>,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<()>;
+}
+
+impl<K: Kernel> TraceRays for K {
+    fn trace_rays(
+        &self,
+        prepared: &Prepared,
+        camera_origin: Vec3<f32>,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<()> {
+        match rays {
+            Rays::Pixels(pixels) => {
+                let camera = CameraF32::new(pixels);
+                for_each_chunk::<Self>(hits, pixels.width as usize, control, |row, slice| {
+                    trace_row(self, &camera, camera_origin, pixels, row as u32, slice);
+                })
+            }
+            Rays::List(rays) => {
+                for_each_chunk::<Self>(hits, RAYS_PER_CHUNK, control, |chunk, slice| {
+                    let first = chunk * RAYS_PER_CHUNK;
+                    let end = (first + RAYS_PER_CHUNK).min(rays.len());
+                    trace_list(self, prepared, &rays[first..end], slice);
+                })
+            }
         }
-        Rays::List(rays) => for_each_chunk(hits, RAYS_PER_CHUNK, control, |chunk, slice| {
-            let first = chunk * RAYS_PER_CHUNK;
-            let end = (first + RAYS_PER_CHUNK).min(rays.len());
-            trace_list(kernel, prepared, &rays[first..end], slice);
-        }),
     }
 }
 
@@ -178,7 +211,7 @@ fn trace_list<K: Kernel>(kernel: &K, prepared: &Prepared, rays: &[Ray], slice: &
 }
 
 /// Runs `work(chunk index, entries)` over all chunks of `n` rays in parallel, until cancelled.
-fn for_each_chunk(
+fn for_each_chunk<K: Kernel>(
     hits: &mut Hits,
     n: usize,
     control: &Control,
@@ -191,7 +224,7 @@ fn for_each_chunk(
         Ok(())
     };
     let ids = hits.id.par_chunks_mut(n).enumerate();
-    if hits.t.is_empty() {
+    if hits.t.is_empty() || !K::GIVES_SURFACE {
         ids.try_for_each(|(chunk, id)| run(chunk, HitsSlice { id, surface: None }))
     } else {
         let surfaces = hits.t.par_chunks_mut(n).zip(hits.normal.par_chunks_mut(n));

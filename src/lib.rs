@@ -1,11 +1,13 @@
 //! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees.
 
 pub mod camera;
+mod certify;
 pub mod compare;
 pub mod cpu;
 pub mod error;
 pub mod exact;
 pub mod gpu;
+pub mod guard;
 pub mod kernel;
 mod npy;
 pub mod picture;

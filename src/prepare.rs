@@ -2,13 +2,17 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
+use crate::exact::{ExactRay, plane_numbers, sphere_numbers};
+use crate::guard::{self, Guard, InputError};
+use crate::kernel::certified::{PlaneCertified, SphereCertified};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
-use crate::scene::Scene;
-use crate::trace::{Kernel, Ray, Rays};
+use crate::scene::{Plane, Scene, Sphere};
+use crate::trace::{Kernel, Ray, Rays, Wants};
 
 /// Where the rays come from; each source has its own shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,31 +42,46 @@ pub struct Needs {
 #[derive(Clone, Debug)]
 pub enum Objects {
     /// For [`Kernel::Lecture`].
-    Lecture {
-        /// Spheres.
-        spheres: Vec<SphereLecture>,
-        /// Planes.
-        planes: Vec<PlaneLecture>,
-    },
+    Lecture(Lists<SphereLecture, PlaneLecture>),
     /// For [`Kernel::Stable`].
-    Stable {
-        /// Spheres.
-        spheres: Vec<SphereStable>,
-        /// Planes.
-        planes: Vec<PlaneStable>,
-    },
+    Stable(Lists<SphereStable, PlaneStable>),
+    /// For [`Kernel::Certified`].
+    Certified(Lists<SphereCertified, PlaneCertified>),
+}
+
+/// Spheres and planes, each in id order.
+#[derive(Clone, Debug)]
+pub struct Lists<S, P> {
+    /// Spheres.
+    pub spheres: Vec<S>,
+    /// Planes.
+    pub planes: Vec<P>,
+}
+
+impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
+    fn new(
+        scene: &Scene,
+        sphere: impl Fn(&Sphere) -> S,
+        plane: impl Fn(&Plane) -> P,
+    ) -> Lists<S, P> {
+        Lists {
+            spheres: scene.spheres.iter().map(sphere).collect(),
+            planes: scene.planes.iter().map(plane).collect(),
+        }
+    }
+
+    fn bytes(&self) -> (&[u8], &[u8]) {
+        (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
+    }
 }
 
 impl Objects {
     /// The device's bytes of the spheres and of the planes.
     pub fn bytes(&self) -> (&[u8], &[u8]) {
         match self {
-            Objects::Lecture { spheres, planes } => {
-                (bytemuck::cast_slice(spheres), bytemuck::cast_slice(planes))
-            }
-            Objects::Stable { spheres, planes } => {
-                (bytemuck::cast_slice(spheres), bytemuck::cast_slice(planes))
-            }
+            Objects::Lecture(lists) => lists.bytes(),
+            Objects::Stable(lists) => lists.bytes(),
+            Objects::Certified(lists) => lists.bytes(),
         }
     }
 }
@@ -83,8 +102,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares `scene` for `rays`. All later rays must come from the same camera position or,
-    /// for lists, from within the box of these origins.
+    /// Prepares `scene` for `rays`. All later rays must come from the same camera or, for lists,
+    /// from within the box of these origins.
     ///
     /// # Errors
     /// [`Error::Usage`] for an empty list of rays.
@@ -94,20 +113,35 @@ impl Prepared {
             Rays::List(rays) => (Source::List, middle_of_origins(rays)?),
         };
         let objects = match kernel {
-            Kernel::Lecture => lecture_objects(&scene),
-            Kernel::Stable | Kernel::Certified => stable_objects(&scene, reference),
+            Kernel::Lecture => {
+                Objects::Lecture(Lists::new(&scene, SphereLecture::new, PlaneLecture::new))
+            }
+            Kernel::Stable => Objects::Stable(Lists::new(
+                &scene,
+                |sphere| SphereStable::new(sphere, reference),
+                |plane| PlaneStable::new(plane, reference),
+            )),
+            Kernel::Certified => {
+                let frame = Frame::new(rays, reference);
+                Objects::Certified(Lists::new(
+                    &scene,
+                    |sphere| frame.sphere(sphere),
+                    |plane| frame.plane(plane),
+                ))
+            }
         };
         Ok(Prepared { scene, kernel, source, reference, objects })
     }
 
     /// What a backend must be able to do for this scene.
-    pub fn needs(&self, surface: bool) -> Needs {
+    pub fn needs(&self, wants: Wants) -> Needs {
         Needs {
             kernel: self.kernel,
             source: self.source,
             n_spheres: self.scene.spheres.len(),
             n_planes: self.scene.planes.len(),
-            surface,
+            // The certified kernel's f32 only proposes objects; t and normals come from f64.
+            surface: wants.surface && self.kernel != Kernel::Certified,
         }
     }
 }
@@ -143,59 +177,199 @@ pub fn scale_by_power_of_two(v: DVec3, exponent: i32) -> DVec3 {
     v * 2f64.powi(half) * 2f64.powi(exponent - half)
 }
 
-fn lecture_objects(scene: &Scene) -> Objects {
-    Objects::Lecture {
-        spheres: scene
-            .spheres
-            .iter()
-            .map(|s| SphereLecture {
-                center: s.center.as_vec3().to_array(),
-                radius: s.radius as f32,
-            })
-            .collect(),
-        planes: scene
-            .planes
-            .iter()
-            .map(|p| PlaneLecture {
-                point: p.point.as_vec3().to_array(),
-                pad0: 0.0,
-                normal: p.normal.as_vec3().to_array(),
-                pad1: 0.0,
-            })
-            .collect(),
+impl SphereLecture {
+    fn new(sphere: &Sphere) -> SphereLecture {
+        SphereLecture { center: sphere.center.as_vec3().to_array(), radius: sphere.radius as f32 }
     }
 }
 
-fn stable_objects(scene: &Scene, reference: DVec3) -> Objects {
-    Objects::Stable {
-        spheres: scene
-            .spheres
-            .iter()
-            .map(|s| {
-                let l = s.center - reference;
-                let (center, center_low) = split(l);
-                let k = l.length_squared() - s.radius * s.radius;
-                SphereStable { center, radius: s.radius as f32, center_low, k: k as f32 }
-            })
-            .collect(),
-        planes: scene
-            .planes
-            .iter()
-            .map(|p| {
-                let l = p.point - reference;
-                let normal = scale_by_power_of_two(p.normal, -exponent_of(p.normal));
-                let (offset, offset_low) = split(l);
-                PlaneStable {
-                    offset,
-                    n_offset: l.dot(normal) as f32,
-                    offset_low,
-                    pad0: 0.0,
-                    normal: normal.as_vec3().to_array(),
-                    pad1: 0.0,
-                }
-            })
-            .collect(),
+impl PlaneLecture {
+    fn new(plane: &Plane) -> PlaneLecture {
+        PlaneLecture {
+            point: plane.point.as_vec3().to_array(),
+            pad0: 0.0,
+            normal: plane.normal.as_vec3().to_array(),
+            pad1: 0.0,
+        }
     }
+}
+
+impl SphereStable {
+    fn new(sphere: &Sphere, reference: DVec3) -> SphereStable {
+        let l = sphere.center - reference;
+        let (center, center_low) = split(l);
+        let k = l.length_squared() - sphere.radius * sphere.radius;
+        SphereStable { center, radius: sphere.radius as f32, center_low, k: k as f32 }
+    }
+}
+
+impl PlaneStable {
+    fn new(plane: &Plane, reference: DVec3) -> PlaneStable {
+        let l = plane.point - reference;
+        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let (offset, offset_low) = split(l);
+        PlaneStable {
+            offset,
+            n_offset: l.dot(normal) as f32,
+            offset_low,
+            pad0: 0.0,
+            normal: normal.as_vec3().to_array(),
+            pad1: 0.0,
+        }
+    }
+}
+
+/// What the certified kernel's numbers refer to.
+struct Frame {
+    source: Source,
+    reference: DVec3,
+    /// Largest distance of an origin from the reference point.
+    spread: f64,
+    input: InputError,
+    /// Whether the bounds hold for these rays at all.
+    usable: bool,
+}
+
+/// A little above 1: covers the rounding of a few f64 operations.
+const ABOVE_ONE: f64 = 1.0 + 16.0 * guard::UNIT_F64;
+
+/// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
+const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// Smallest magnitude of `k` and of `(a − o)·n` that leaves f32 room above its subnormals.
+const SMALLEST_OFFSET: f64 = 1.0 / (1u128 << 100) as f64;
+
+impl Frame {
+    fn new(rays: &Rays, reference: DVec3) -> Frame {
+        match rays {
+            Rays::Pixels(pixels) => Frame {
+                source: Source::Pixels,
+                reference,
+                spread: 0.0,
+                input: guard::PIXELS,
+                usable: pixels.is_in_range(),
+            },
+            Rays::List(rays) => {
+                let spread =
+                    rays.iter().map(|ray| (ray.origin - reference).length()).fold(0.0, f64::max);
+                Frame {
+                    source: Source::List,
+                    reference,
+                    spread: spread * ABOVE_ONE,
+                    input: guard::LIST,
+                    usable: spread.is_finite(),
+                }
+            }
+        }
+    }
+
+    /// Any ray, for exact statements about the reference point.
+    fn exact_ray(&self) -> ExactRay {
+        ExactRay::new(&Ray { origin: self.reference, direction: DVec3::X })
+    }
+
+    fn sphere(&self, sphere: &Sphere) -> SphereCertified {
+        let r = sphere.radius.abs();
+        if r == 0.0 {
+            return SphereCertified { inner2: -1.0, outer2: -1.0, ..SphereCertified::zeroed() };
+        }
+        let l = sphere.center - self.reference;
+        let distance = l.length() * ABOVE_ONE + self.spread;
+        let k = match self.source {
+            Source::Pixels => self.sphere_k(sphere, l),
+            Source::List => r * r,
+        };
+        if !(self.usable && guard::sphere_in_range_f32(r, distance) && offset_in_range(k)) {
+            return SphereCertified {
+                inner2: -1.0,
+                outer2: f32::MAX,
+                slack: f32::MAX,
+                k_error: f32::MAX,
+                ..SphereCertified::zeroed()
+            };
+        }
+        let (center, center_low) = split(l);
+        let [inner2, outer2, slack, k_error] =
+            Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
+        SphereCertified {
+            center,
+            inner2,
+            center_low,
+            outer2,
+            k: k as f32,
+            k_error,
+            slack,
+            padding: 0.0,
+        }
+    }
+
+    /// `l·l − r²` with exact sign; in f64 where its error is small enough, else exactly.
+    fn sphere_k(&self, sphere: &Sphere, l: DVec3) -> f64 {
+        let (l2, r2) = (l.length_squared(), sphere.radius * sphere.radius);
+        let k = l2 - r2;
+        // l: one rounding, doubled by squaring; three in the dot product, one each in r², k.
+        let error = 4.0 * guard::UNIT_F64 * (l2 + r2);
+        if error <= OFFSET_TOLERANCE * k.abs() {
+            return k;
+        }
+        sphere_numbers(&self.exact_ray(), sphere.center, sphere.radius)
+            .map_or(f64::NAN, |numbers| numbers.k.to_f64())
+    }
+
+    fn plane(&self, plane: &Plane) -> PlaneCertified {
+        if plane.normal == DVec3::ZERO {
+            return PlaneCertified { n_offset_error: -1.0, ..PlaneCertified::zeroed() };
+        }
+        let exponent = exponent_of(plane.normal);
+        let normal = scale_by_power_of_two(plane.normal, -exponent);
+        let n_length = normal.length() * ABOVE_ONE;
+        let l = plane.point - self.reference;
+        let distance = l.length() * ABOVE_ONE + self.spread;
+        let n_offset = match self.source {
+            Source::Pixels => self.plane_offset(plane, l, normal, exponent),
+            Source::List => 0.0,
+        };
+        let in_range = guard::plane_in_range_f32(distance) && offset_in_range(n_offset);
+        if !(self.usable && in_range) {
+            return PlaneCertified {
+                n_offset: 1.0,
+                n_offset_error: f32::MAX,
+                direction_error: f32::MAX,
+                ..PlaneCertified::zeroed()
+            };
+        }
+        let (offset, offset_low) = split(l);
+        let [n_offset_error, direction_error] = [
+            guard::plane_offset_error(n_length, distance, guard::UNIT_F32, self.input),
+            guard::plane_direction_error(n_length, guard::UNIT_F32, self.input),
+        ]
+        .map(guard::round_up);
+        PlaneCertified {
+            offset,
+            n_offset: n_offset as f32,
+            offset_low,
+            n_offset_error,
+            normal: normal.as_vec3().to_array(),
+            direction_error,
+        }
+    }
+
+    /// `(a − o)·n` with exact sign; in f64 where its error is small enough, else exactly.
+    fn plane_offset(&self, plane: &Plane, l: DVec3, normal: DVec3, exponent: i32) -> f64 {
+        let n_offset = l.dot(normal);
+        // One rounding in l, three in the dot product.
+        let error = 4.0 * guard::UNIT_F64 * l.length() * normal.length();
+        if error <= OFFSET_TOLERANCE * n_offset.abs() {
+            return n_offset;
+        }
+        plane_numbers(&self.exact_ray(), plane.point, plane.normal)
+            .map_or(f64::NAN, |numbers| numbers.numerator.to_f64() * 2f64.powi(-exponent))
+    }
+}
+
+fn offset_in_range(offset: f64) -> bool {
+    offset == 0.0
+        || (SMALLEST_OFFSET..=guard::LARGEST_F32 * guard::LARGEST_F32).contains(&offset.abs())
 }
 
 /// A ray of a list as the device sees it.

@@ -16,7 +16,7 @@ use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const KERNELS: [Kernel; 2] = [Kernel::Lecture, Kernel::Stable];
+const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
 
 fn both(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool) -> (Hits, Hits) {
     let wants = Wants { surface, level: false };

@@ -5,6 +5,8 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use crate::error::{Error, Result};
+use crate::guard;
+use crate::kernel::certified::{UNDECIDED, Widening};
 use crate::prepare::{Needs, Source};
 use crate::trace::Kernel;
 
@@ -30,6 +32,7 @@ const VEC: Part = part!("vec.wgsl");
 const CAMERA: Part = part!("camera.wgsl");
 const LECTURE: Part = part!("lecture.wgsl");
 const STABLE: Part = part!("stable.wgsl");
+const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
 
 /// A validated shader.
@@ -53,7 +56,8 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     }
     parts.push(match needs.kernel {
         Kernel::Lecture => LECTURE,
-        Kernel::Stable | Kernel::Certified => STABLE,
+        Kernel::Stable => STABLE,
+        Kernel::Certified => CERTIFIED,
     });
     parts.push(RENDER);
     compile_parts(&parts, needs)
@@ -66,6 +70,7 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.surface, "surface"),
         (needs.source == Source::Pixels, "pixels"),
         (needs.source == Source::List, "list"),
+        (needs.kernel == Kernel::Certified, "certified"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -77,7 +82,8 @@ fn constants(needs: &Needs) -> String {
     let [width, height] = WORKGROUP;
     let kernel = match needs.kernel {
         Kernel::Lecture => "Lecture",
-        Kernel::Stable | Kernel::Certified => "Stable",
+        Kernel::Stable => "Stable",
+        Kernel::Certified => "Certified",
     };
     let mut text =
         format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n");
@@ -86,6 +92,11 @@ fn constants(needs: &Needs) -> String {
     }
     if needs.n_planes > 0 {
         text += &format!("alias PlaneRecord = Plane{kernel};\n");
+    }
+    if needs.kernel == Kernel::Certified {
+        let Widening { narrower, wider } = guard::widening_f32();
+        text += &format!("const UNDECIDED = {UNDECIDED}u;\n");
+        text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
     }
     text
 }

@@ -38,14 +38,20 @@ mod tests {
 
     use super::*;
     use crate::gpu::compile::compile;
-    use crate::kernel::{lecture, stable};
+    use crate::kernel::{certified, lecture, stable};
     use crate::prepare::{Needs, RayRecord, Source};
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
     fn device_layout(kernel: Kernel, source: Source, name: &str) -> (u32, Vec<(String, u32)>) {
-        let needs = Needs { kernel, source, n_spheres: 1, n_planes: 1, surface: true };
+        let needs = Needs {
+            kernel,
+            source,
+            n_spheres: 1,
+            n_planes: 1,
+            surface: kernel != Kernel::Certified,
+        };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
             if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
@@ -102,6 +108,32 @@ mod tests {
             n_offset,
             offset_low,
             normal
+        );
+        check!(
+            Certified,
+            Pixels,
+            certified::SphereCertified,
+            "SphereCertified",
+            center,
+            inner2,
+            center_low,
+            outer2,
+            k,
+            k_error,
+            slack,
+            padding
+        );
+        check!(
+            Certified,
+            Pixels,
+            certified::PlaneCertified,
+            "PlaneCertified",
+            offset,
+            n_offset,
+            offset_low,
+            n_offset_error,
+            normal,
+            direction_error
         );
         check!(Stable, List, RayRecord, "RayRecord", origin, origin_low, direction);
     }

@@ -7,9 +7,10 @@ use super::adapter::Gpu;
 use super::compile::{Shader, WORKGROUP, compile};
 use super::layout::Params;
 use crate::camera::{CameraF32, Pixels};
+use crate::certify;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord};
-use crate::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -63,7 +64,7 @@ impl GpuTracer {
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         check_limits(&gpu, &prepared)?;
         let start = Instant::now();
-        let shader = compile(&prepared.needs(wants.surface))?;
+        let shader = compile(&prepared.needs(wants))?;
         let bind_group_layout = bind_group_layout(&gpu.device, &shader);
         let pipeline = pipeline(&gpu, &shader, &bind_group_layout)?;
         let compile_time = start.elapsed();
@@ -235,8 +236,7 @@ impl Tracer for GpuTracer {
             first += tile.n_rays();
             control.advance(tile.n_rays() as u64);
         }
-        hits.counts = StageCounts { f32: rays.len() as u64, ..StageCounts::default() };
-        Ok(timing)
+        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     fn bytes_device(&self) -> u64 {
@@ -353,7 +353,7 @@ impl GpuTracer {
                 .map_err(|error| self.lost(&error.to_string()))?;
             let place = tile.first..tile.first + tile.n_rays;
             hits.id[place.clone()].copy_from_slice(bytemuck::cast_slice(&view[ranges[0].clone()]));
-            if self.wants.surface {
+            if ranges.len() > 1 {
                 let ts: &[f32] = bytemuck::cast_slice(&view[ranges[1].clone()]);
                 hits.t[place.clone()].copy_from_slice(ts);
                 let normals = bytemuck::cast_slice(&view[ranges[2].clone()]);
@@ -432,7 +432,8 @@ impl GpuTracer {
             })
         };
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let n_results = if self.wants.surface { RESULT_BYTES.len() } else { 1 };
+        let n_results =
+            if self.prepared.needs(self.wants).surface { RESULT_BYTES.len() } else { 1 };
         let device_buffers: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)

@@ -1,5 +1,6 @@
 //! The intersection kernels, each the twin by name of a file in `shaders/`.
 
+pub mod certified;
 pub mod lecture;
 pub mod stable;
 

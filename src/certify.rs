@@ -1,0 +1,390 @@
+//! What follows the certified kernel's f32 stage: f64 with the same filter, then exact arithmetic.
+//! Undecided rays flow one way and never loop back.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::camera::Pixels;
+use crate::error::Result;
+use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, visible_root};
+use crate::guard::{self, Guard, InputError};
+use crate::kernel::RayOf;
+use crate::kernel::certified::{GuardOf, Interval, UNDECIDED, plane_interval, sphere_interval};
+use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
+use crate::scene::{Object, Plane, Scene, Sphere};
+use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Timing, Wants};
+use crate::vec3::{Vec3, dot3};
+
+/// Largest error of an f64 normal before it is rounded to f32: with the rounding itself,
+/// `√3·2⁻²⁵`, it stays below `2⁻²³`.
+const NORMAL_TOLERANCE: f64 = 1.0 / (1u64 << 25) as f64;
+
+/// Rays that one thread takes at a time.
+const RAYS_PER_CHUNK: usize = 1024;
+
+/// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
+/// kernel; for the others it only counts.
+pub fn finish(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    hits: &mut Hits,
+    mut timing: Timing,
+) -> Result<Timing> {
+    hits.counts = StageCounts { f32: rays.len() as u64, ..StageCounts::default() };
+    if prepared.kernel != Kernel::Certified {
+        return Ok(timing);
+    }
+    let stage = Stage::new(&prepared.scene, rays);
+    let start = Instant::now();
+    mark_out_of_range(rays, hits);
+    hits.undecided =
+        (0..hits.id.len() as u32).filter(|&i| hits.id[i as usize] == UNDECIDED).collect();
+    let decisions = each_ray(&hits.undecided, control, |ray| stage.decide_f64(ray))?;
+    if wants.surface {
+        stage.fill_surfaces(control, hits)?;
+    }
+    timing.refine = start.elapsed();
+
+    let start = Instant::now();
+    let hits_of_rest = each_pair(&hits.undecided, decisions, control, |ray, decision| {
+        let (candidates, level) = match decision {
+            Decision::Decided(id) => (vec![id], Level::F64),
+            Decision::Open(candidates) => (candidates, Level::Exact),
+        };
+        stage.settle(ray, &candidates, level, wants)
+    })?;
+    for (&ray, settled) in hits.undecided.iter().zip(hits_of_rest) {
+        let index = ray as usize;
+        hits.id[index] = settled.id;
+        if wants.surface {
+            hits.t[index] = settled.t;
+            hits.normal[index] = settled.normal;
+        }
+        if wants.level {
+            hits.level[index] = settled.level as u8;
+        }
+        hits.counts.f32 -= 1;
+        match settled.level {
+            Level::F32 => hits.counts.f32 += 1,
+            Level::F64 => hits.counts.f64 += 1,
+            Level::Exact => hits.counts.exact += 1,
+        }
+    }
+    hits.undecided.clear();
+    timing.decide = start.elapsed();
+    Ok(timing)
+}
+
+/// Directions so short or long that `t` could leave f32's range: the f32 stage's word is not taken.
+fn mark_out_of_range(rays: &Rays, hits: &mut Hits) {
+    if let Rays::List(rays) = rays {
+        for (id, ray) in hits.id.iter_mut().zip(rays) {
+            if exponent_of(ray.direction).abs() > guard::LARGEST_EXPONENT {
+                *id = UNDECIDED;
+            }
+        }
+    }
+}
+
+fn each_ray<T: Send>(
+    rays: &[u32],
+    control: &Control,
+    work: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>> {
+    let one = |&ray: &u32| control.check().map(|()| work(ray as usize));
+    rays.par_iter().map(one).collect()
+}
+
+fn each_pair<A: Send, T: Send>(
+    rays: &[u32],
+    others: Vec<A>,
+    control: &Control,
+    work: impl Fn(usize, A) -> T + Sync,
+) -> Result<Vec<T>> {
+    let one = |(&ray, other): (&u32, A)| control.check().map(|()| work(ray as usize, other));
+    rays.par_iter().zip(others).map(one).collect()
+}
+
+/// What the f64 filter says of a ray.
+enum Decision {
+    /// The object, 0 for the background.
+    Decided(u32),
+    /// Any of these, or none.
+    Open(Vec<u32>),
+}
+
+/// One ray's result.
+struct Settled {
+    id: u32,
+    t: f32,
+    normal: [f32; 3],
+    level: Level,
+}
+
+/// `t` and the normal of a hit.
+type Surface = (f32, [f32; 3]);
+
+/// The stages after f32 for one scene and its rays.
+struct Stage<'a> {
+    scene: &'a Scene,
+    rays: &'a Rays,
+    exact_pixels: Option<ExactPixels>,
+    /// Whether the f64 bounds hold for these rays.
+    usable: bool,
+    input: InputError,
+}
+
+/// A ray in f64: `o + 2^−exponent·t·direction`.
+struct RayF64 {
+    origin: DVec3,
+    ray: RayOf<f64>,
+    exponent: i32,
+}
+
+impl<'a> Stage<'a> {
+    fn new(scene: &'a Scene, rays: &'a Rays) -> Stage<'a> {
+        let (exact_pixels, usable, input) = match rays {
+            Rays::Pixels(pixels) => {
+                (Some(ExactPixels::new(pixels)), pixels.is_in_range(), guard::PIXELS)
+            }
+            Rays::List(_) => (None, true, guard::LIST_F64),
+        };
+        Stage { scene, rays, exact_pixels, usable, input }
+    }
+
+    fn ray_f64(&self, index: usize) -> RayF64 {
+        let (origin, direction, exponent) = match self.rays {
+            Rays::Pixels(pixels) => (pixels.view.position, direction_of(pixels, index), 0),
+            Rays::List(rays) => {
+                let ray = &rays[index];
+                let exponent = exponent_of(ray.direction);
+                (ray.origin, scale_by_power_of_two(ray.direction, -exponent), exponent)
+            }
+        };
+        let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction.into());
+        RayF64 { origin, ray, exponent }
+    }
+
+    fn exact_ray(&self, index: usize) -> ExactRay {
+        match (self.rays, &self.exact_pixels) {
+            (Rays::Pixels(pixels), Some(exact)) => {
+                let (x, y) = pixels.xy(index);
+                exact.ray(x, y)
+            }
+            (Rays::Pixels(pixels), None) => {
+                let (x, y) = pixels.xy(index);
+                ExactRay::from_pixel(pixels, x, y)
+            }
+            (Rays::List(rays), _) => ExactRay::new(&rays[index]),
+        }
+    }
+
+    /// The filter again, in f64: keeps the candidates that could be nearest.
+    fn decide_f64(&self, index: usize) -> Decision {
+        let ray = self.ray_f64(index);
+        let mut nearest_high = f64::INFINITY;
+        let mut candidates: Vec<(u32, Interval<f64>)> = Vec::new();
+        for id in 1..=self.scene.n_objects() as u32 {
+            let Some(object) = self.scene.object(id) else { continue };
+            let root = self.interval(&ray, object);
+            if root.low < f64::INFINITY && root.low <= nearest_high {
+                nearest_high = nearest_high.min(root.high);
+                candidates.push((id, root));
+            }
+        }
+        candidates.retain(|(_, root)| root.low <= nearest_high);
+        match candidates.as_slice() {
+            [] => Decision::Decided(0),
+            [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
+            _ => Decision::Open(candidates.into_iter().map(|(id, _)| id).collect()),
+        }
+    }
+
+    fn interval(&self, ray: &RayF64, object: Object) -> Interval<f64> {
+        let open = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
+        let miss = Interval { low: f64::INFINITY, high: f64::INFINITY };
+        if !self.usable {
+            return open;
+        }
+        match object {
+            Object::Sphere(sphere) if sphere.radius == 0.0 => miss,
+            Object::Sphere(sphere) => match self.sphere_foot(ray, sphere) {
+                Some(foot) => sphere_interval::<f64, false>(
+                    &ray.ray,
+                    foot.l,
+                    foot.k,
+                    foot.guard.k_error,
+                    &foot.guard_of(),
+                    &guard::widening_f64(),
+                ),
+                None => open,
+            },
+            Object::Plane(plane) if plane.normal == DVec3::ZERO => miss,
+            Object::Plane(plane) => self.plane_interval(ray, plane).unwrap_or(open),
+        }
+    }
+
+    fn plane_interval(&self, ray: &RayF64, plane: &Plane) -> Option<Interval<f64>> {
+        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let l = plane.point - ray.origin;
+        let distance = l.length() * ABOVE_ONE;
+        let n_length = normal.length() * ABOVE_ONE;
+        guard::plane_in_range_f64(distance).then(|| {
+            plane_interval::<f64, false>(
+                &ray.ray,
+                dot3(l.into(), normal.into()),
+                guard::plane_offset_error(n_length, distance, guard::UNIT_F64, self.input),
+                normal.into(),
+                guard::plane_direction_error(n_length, guard::UNIT_F64, self.input),
+                &guard::widening_f64(),
+            )
+        })
+    }
+
+    fn sphere_foot(&self, ray: &RayF64, sphere: &Sphere) -> Option<Foot> {
+        let r = sphere.radius.abs();
+        let offset = sphere.center - ray.origin;
+        let distance = offset.length() * ABOVE_ONE;
+        if !guard::sphere_in_range_f64(r, distance) {
+            return None;
+        }
+        let l = Vec3::from(offset);
+        let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
+        Some(Foot { l, k: dot3(l, l) - r * r, r, distance, guard })
+    }
+
+    /// The one f32 that both ends of the interval round to, if there is one: then it is the exact
+    /// root's nearest f32 as well.
+    fn to_f32(&self, ray: &RayF64, root: Interval<f64>) -> Option<f32> {
+        let scale = 2f64.powi(-ray.exponent);
+        let (low, high) = ((root.low * scale) as f32, (root.high * scale) as f32);
+        (low == high && low > 0.0 && low.is_finite() && scale.is_normal()).then_some(low)
+    }
+
+    /// `t` and normal in f64, or `None` where their bounds are too wide.
+    fn surface_f64(&self, ray: &RayF64, object: Object) -> Option<Surface> {
+        let root = self.interval(ray, object);
+        let t = self.to_f32(ray, root)?;
+        let normal = match object {
+            Object::Sphere(sphere) => self.sphere_normal(ray, sphere)?,
+            Object::Plane(plane) => {
+                let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+                crate::vec3::facing(normal.into(), ray.ray.direction)
+            }
+        };
+        Some((t, normal.0.map(|component| component as f32)))
+    }
+
+    /// The normal from half the chord, `−P ∓ h·d`, a vector of length `r`. Its error is that of
+    /// `P`: `(λ + 2δ + 1 + 9.5)η` (offset, turned line, rounding, `ŝ`), that of `h`: the width
+    /// between the guards, and `(12 + δ)εr` for the rounding of `h·d`, of the sum and of the
+    /// normalisation.
+    fn sphere_normal(&self, ray: &RayF64, sphere: &Sphere) -> Option<Vec3<f64>> {
+        let foot = self.sphere_foot(ray, sphere)?;
+        let RayOf { direction, a, inv_a, .. } = ray.ray;
+        let p = foot.l - direction * (dot3(direction, foot.l) * inv_a);
+        let m = dot3(p, p);
+        let half_chord = |r2: f64| ((r2 - m).max(0.0) * inv_a).sqrt();
+        let width = half_chord(foot.guard.outer2) - half_chord(foot.guard.inner2);
+        let InputError { offset, direction: turned } = self.input;
+        let error = (offset + 2.0 * turned + 10.6) * guard::UNIT_F64 * foot.distance
+            + width * a.sqrt()
+            + (12.0 + turned) * guard::UNIT_F64 * foot.r;
+        if error > NORMAL_TOLERANCE * foot.r || foot.k.abs() <= foot.guard.k_error {
+            return None;
+        }
+        let chord = direction * half_chord(foot.r * foot.r);
+        let facing = if foot.k > 0.0 { -p - chord } else { p - chord };
+        Some(facing * (1.0 / dot3(facing, facing).sqrt()))
+    }
+
+    /// Fills in `t` and normal of all rays whose object is known.
+    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
+        hits.id
+            .par_chunks(RAYS_PER_CHUNK)
+            .zip(hits.t.par_chunks_mut(RAYS_PER_CHUNK))
+            .zip(hits.normal.par_chunks_mut(RAYS_PER_CHUNK))
+            .enumerate()
+            .try_for_each(|(chunk, ((ids, ts), normals))| {
+                control.check()?;
+                for (i, &id) in ids.iter().enumerate() {
+                    if id != 0 && id != UNDECIDED {
+                        let surface = self.surface(chunk * RAYS_PER_CHUNK + i, id);
+                        (ts[i], normals[i]) = surface.unwrap_or((f32::INFINITY, [0.0; 3]));
+                    }
+                }
+                Ok(())
+            })
+    }
+
+    /// `t` and normal of a hit that is known to exist: in f64, else exactly.
+    fn surface(&self, index: usize, id: u32) -> Option<Surface> {
+        let object = self.scene.object(id)?;
+        if let Some(surface) = self.surface_f64(&self.ray_f64(index), object) {
+            return Some(surface);
+        }
+        let ray = self.exact_ray(index);
+        let shape = Shape::from(object);
+        let (root, side) = visible_root(&ray, &shape)?;
+        Some(exact_surface(&ray, &ExactHit { id, root, side }, &shape))
+    }
+
+    /// The nearest of the candidates. One candidate that f64 decided needs no further decision.
+    fn settle(&self, index: usize, candidates: &[u32], level: Level, wants: Wants) -> Settled {
+        let miss = Settled { id: 0, t: f32::INFINITY, normal: [0.0; 3], level };
+        if let (Level::F64, &[id]) = (level, candidates) {
+            if id == 0 || !wants.surface {
+                return Settled { id, ..miss };
+            }
+            let surface = self.surface(index, id);
+            let (t, normal) = surface.unwrap_or((f32::INFINITY, [0.0; 3]));
+            return Settled { id, t, normal, level };
+        }
+        let ray = self.exact_ray(index);
+        let shapes =
+            candidates.iter().filter_map(|&id| Some((id, Shape::from(self.scene.object(id)?))));
+        match nearest(&ray, shapes) {
+            None => miss,
+            Some(hit) if !wants.surface => Settled { id: hit.id, ..miss },
+            Some(hit) => match self.scene.object(hit.id) {
+                Some(object) => {
+                    let (t, normal) = exact_surface(&ray, &hit, &Shape::from(object));
+                    Settled { id: hit.id, t, normal, level }
+                }
+                None => miss,
+            },
+        }
+    }
+}
+
+/// A little above 1: covers the rounding of a few f64 operations.
+const ABOVE_ONE: f64 = 1.0 + 16.0 * guard::UNIT_F64;
+
+/// A sphere seen from a ray's origin.
+struct Foot {
+    l: Vec3<f64>,
+    k: f64,
+    r: f64,
+    distance: f64,
+    guard: Guard,
+}
+
+impl Foot {
+    fn guard_of(&self) -> GuardOf<f64> {
+        let Guard { inner2, outer2, slack, .. } = self.guard;
+        GuardOf { inner2, outer2, slack }
+    }
+}
+
+fn direction_of(pixels: &Pixels, index: usize) -> DVec3 {
+    let (x, y) = pixels.xy(index);
+    pixels.direction(x, y)
+}
+
+fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
+    (hit.t_f32(), hit.normal_f32(ray, shape))
+}

@@ -1,0 +1,219 @@
+//! Proven bounds for the filter of the certified kernel.
+//!
+//! # What is proven
+//! Let `ε` be the unit of a *faithful* rounding (either neighbour of the true result): `2⁻²³` for
+//! f32 and `2⁻⁵²` for f64. Division may be off by 2.5 units, the square root by 4.5, any
+//! contraction of products and sums is allowed. So the bounds hold on every Vulkan device that
+//! keeps to WGSL's accuracy table and does not reorder (`NoContraction`), whatever its rounding
+//! direction.
+//!
+//! Notation: true offset `L = c − o`, true direction `d`, `ℓ ≥ |L|`, `η = ε·ℓ`; hats are computed
+//! values. The inputs of the filter are not exact either:
+//! `|L̂ − L| ≤ λ·η` and `|d̂ − d| ≤ δ·ε·|d|` with the [`InputError`] of each source of rays.
+//!
+//! # Distance of the line from the centre
+//! The filter computes `â = d̂·d̂`, `ι = 1/â`, `ŝ = (d̂·L̂)·ι`, `P̂ = L̂ − ŝ·d̂`, `m = P̂·P̂`.
+//! With `p` the true distance and `p̂` that of `L̂` from the line along `d̂`:
+//! 1. `|p̂ − p| ≤ (λ + δ)·η`: moving the point by `λη`, turning the line by `δε`.
+//! 2. `ŝ` is off its exact value by at most `9.5·η/|d̂|`: `3` for the dot product, `3 + 2.5` for
+//!    `ι`, `1` for the product, each relative to `|ŝ||d̂| ≤ ℓ`. Call the bound `τ = 9.5η`.
+//! 3. Rounding `ŝ·d̂` and the subtraction: `|P̂ − (L̂ − ŝd̂)| ≤ η + ε|P̂|`.
+//! 4. `|L̂ − ŝd̂|² = p̂² + τ'²` with `τ' ≤ τ`, because `P ⟂ d`: an error of `ŝ` counts only
+//!    squared. This is why the projected form wins over `b² − 4ac`.
+//! 5. `m = |P̂|²(1 ± 3ε)`.
+//!
+//! From 3–5, `√m (1 + 2.51ε) + η ≥ p̂`, so with `κ = 1.01 + λ + δ`:
+//! **`m ≤ (r − κη)²(1 − 5.1ε)` implies `p < r`: a certain hit** ([`Guard::inner2`]).
+//! Likewise `√m (1 − 2.51ε) − η ≤ √(p̂² + τ²)`; squaring and collecting gives:
+//! **`m > ((r + κη)² + 111η²)(1 + 5.1ε)` implies `p > r`: a certain miss** ([`Guard::outer2`]),
+//! where 111 covers `9.5² = 90.3` and the cross terms `2·9.51 + 1`.
+//!
+//! # Half the chord
+//! `p²` as a function of `√m` grows at least and at most like the two bounds above, so their
+//! widths at the silhouette hold inside as well: `inner2 − m ≤ r² − p² ≤ outer2 − m`. Half the
+//! chord lies between `√((inner2 − m)·ι)` and `√((outer2 − m)·ι)`, up to the rounding of these two
+//! expressions: `((1 + 5.5 + 2δ + 1)/2 + 4.5)ε = (8.25 + δ)ε` relative, at most `(8.25 + δ)ε·r`.
+//!
+//! # The root
+//! Let `u = |s| + h`, which does not cancel. Outside (`k = |L|² − r² > 0`) the near root is
+//! `k/(a·u)`; inside, the far root is `u` where `s > 0` and `|k|/(a·u)` elsewhere. The absolute
+//! error of `u` is at most [`Guard::slack`]:
+//! `ε·((9.5 + λ + δ)ℓ + (8.25 + δ)r + 2(ℓ + r))` for `|d| ≥ 1`, the last term for two sums.
+//! The relative error of the rest (`k` 2, `ι` 5.5 + 2δ, two products 2, quotient 2.5) is below
+//! [`WIDENING`].
+//!
+//! # Planes
+//! `M = n·d` is off by at most `(3 + ½ + δ)ε|n||d|`, the ½ for rounding `n`; `N = n·L` for lists
+//! of rays by `(3 + ½ + λ)ε|n|ℓ`.
+//!
+//! # Range
+//! Underflow adds at most `2⁻¹²⁶` (f32) a step. With `r ≥ 2⁻⁴⁰`, `ℓ ≤ 2⁶⁰`, `1 ≤ |d| ≤ 2³⁰` this is
+//! below the slack of the constants, and nothing overflows. Objects outside that range are
+//! undecided, never wrong.
+
+use crate::camera::{Pixels, View};
+use crate::kernel::certified::Widening;
+
+/// Error of the filter's inputs, in units `ε`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InputError {
+    /// `λ`: of the offset, relative to `ℓ`.
+    pub offset: f64,
+    /// `δ`: of the direction, relative to `|d|`.
+    pub direction: f64,
+}
+
+/// Pixels. The offset is formed in f64 and rounded once: ½ and a little.
+///
+/// The direction `f + i·R + j·T` has rounded `f`, `R`, `T` (½ each; nothing in f64, but there
+/// `h/H` and its product are rounded instead), two products and two sums. Component by component
+/// `|e| ≤ ε(1.5|f| + 2.5|iR| + 1.5|jT| + |d|)`. The frame is orthonormal
+/// ([`Pixels::is_in_range`]), so by Cauchy's inequality the first three are at most
+/// `√(1.5² + 2.5² + 1.5²)·|d| = 3.28|d|`.
+pub const PIXELS: InputError = InputError { offset: 0.501, direction: 4.3 };
+
+/// Lists of rays: `(c_high − o_high) + (c_low − o_low)` takes two roundings of at most `ℓ` and
+/// leaves out `2⁻⁴⁸`; the direction is rounded once.
+pub const LIST: InputError = InputError { offset: 2.01, direction: 0.501 };
+
+/// Rays whose f64 numbers are used as they are: one rounded subtraction.
+pub const LIST_F64: InputError = InputError { offset: 0.501, direction: 0.001 };
+
+/// Relative widening of a root's interval, in units `ε`: 2 + 5.5 + 2·4.3 + 2 + 2.5, and one for
+/// the widening itself, is below it.
+pub const WIDENING: f64 = 24.0;
+
+/// Unit of a faithful rounding of f32.
+pub const UNIT_F32: f64 = 1.0 / (1u64 << 23) as f64;
+
+/// Unit of a faithful rounding of f64.
+pub const UNIT_F64: f64 = 1.0 / (1u64 << 52) as f64;
+
+/// What the filter needs to know about a sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// `m` up to this is a certain hit; −1 where there is none.
+    pub inner2: f64,
+    /// `m` above this is a certain miss.
+    pub outer2: f64,
+    /// Absolute error of `u = |s| + h` for `|d| ≥ 1`.
+    pub slack: f64,
+    /// Absolute error of `k = L·L − r²` computed by the device.
+    pub k_error: f64,
+}
+
+impl Guard {
+    /// The guard of a sphere of radius `r` at distance at most `l`, for arithmetic of unit
+    /// `unit`. The constants are derived at the head of this module; the host's own rounding
+    /// (f64) is covered by their third digit, or by [`Guard::round_to_f32`].
+    pub fn new(r: f64, l: f64, unit: f64, input: InputError) -> Guard {
+        let InputError { offset, direction } = input;
+        let eta = unit * l;
+        let kappa_eta = (1.01 + offset + direction) * eta;
+        let relative = 5.1 * unit + 8.0 * UNIT_F64;
+        let inner = r - kappa_eta;
+        let outer = r + kappa_eta;
+        Guard {
+            inner2: if inner > 0.0 { inner * inner * (1.0 - relative) } else { -1.0 },
+            outer2: (outer * outer + 111.0 * eta * eta) * (1.0 + relative),
+            slack: unit
+                * ((9.51 + offset + direction + 2.01) * l + (8.26 + direction + 2.01) * outer),
+            k_error: unit * ((3.01 + 2.0 * offset + 1.01) * l * l + 2.01 * r * r),
+        }
+    }
+
+    /// The guard in f32: the inner radius rounded down, everything else up.
+    pub fn round_to_f32(&self) -> [f32; 4] {
+        [
+            round_down(self.inner2),
+            round_up(self.outer2),
+            round_up(self.slack),
+            round_up(self.k_error),
+        ]
+    }
+}
+
+/// Bound of `|M̂ − M|/|d̂|` for a plane with the normal's length `n`.
+pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
+    unit * (3.01 + 0.501 + input.direction) * n * (1.0 + 16.0 * unit)
+}
+
+/// Bound of `|N̂ − N|` for a plane with the normal's length `n` and a point at distance up to `l`.
+pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError) -> f64 {
+    unit * (3.01 + 0.501 + input.offset) * n * l
+}
+
+/// Largest distance and radius with which the filter's f32 stays in range.
+pub const LARGEST_F32: f64 = (1u64 << 60) as f64;
+
+/// Smallest radius with which it does.
+const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Largest distance, and inverse of the smallest radius, with which f64 stays in range.
+const LARGEST_F64: f64 = LARGEST_F32 * LARGEST_F32 * LARGEST_F32 * LARGEST_F32;
+
+/// Whether the filter's f32 stays in range for a sphere of radius `r` at distance up to `l`.
+pub fn sphere_in_range_f32(r: f64, l: f64) -> bool {
+    (SMALLEST_RADIUS_F32..=LARGEST_F32).contains(&r) && l <= LARGEST_F32
+}
+
+/// Whether it does for a plane through a point at distance up to `l`.
+pub fn plane_in_range_f32(l: f64) -> bool {
+    l <= LARGEST_F32
+}
+
+/// Whether f64 stays in range for a sphere of radius `r` at distance `l`.
+pub fn sphere_in_range_f64(r: f64, l: f64) -> bool {
+    (1.0 / LARGEST_F64..=LARGEST_F64).contains(&r) && l <= LARGEST_F64
+}
+
+/// Whether it does for a plane through a point at distance `l`.
+pub fn plane_in_range_f64(l: f64) -> bool {
+    l <= LARGEST_F64
+}
+
+/// Largest `|d|` of a camera's ray.
+const LARGEST_DIRECTION: f64 = (1u64 << 30) as f64;
+
+impl Pixels {
+    /// Whether the bounds hold for these rays: a frame orthonormal to `2⁻¹⁰`, as the direction's
+    /// bound assumes, and no direction longer than `2³⁰`.
+    pub fn is_in_range(&self) -> bool {
+        let View { forward, right, true_up, h, .. } = self.view;
+        let tolerance = 2f64.powi(-10);
+        let frame = [forward, right, true_up];
+        let orthonormal = frame.iter().all(|v| (v.length_squared() - 1.0).abs() < tolerance)
+            && [forward.dot(right), right.dot(true_up), true_up.dot(forward)]
+                .iter()
+                .all(|dot| dot.abs() < tolerance);
+        let aspect = f64::from(self.image_width) / f64::from(self.image_height);
+        orthonormal && 2.0 * (1.0 + h * (1.0 + aspect)) <= LARGEST_DIRECTION
+    }
+}
+
+/// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.
+pub const LARGEST_EXPONENT: i32 = 30;
+
+/// The largest f32 not above `x`.
+pub fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// The smallest f32 not below `x`.
+pub fn round_up(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+}
+
+/// `1 ∓ WIDENING·ε` in f32, rounded away from 1.
+pub fn widening_f32() -> Widening<f32> {
+    let width = WIDENING * UNIT_F32;
+    Widening { narrower: round_down(1.0 - width), wider: round_up(1.0 + width) }
+}
+
+/// `1 ∓ WIDENING·ε` in f64; both are exact.
+pub fn widening_f64() -> Widening<f64> {
+    let width = WIDENING * UNIT_F64;
+    Widening { narrower: 1.0 - width, wider: 1.0 + width }
+}

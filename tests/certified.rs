@@ -1,0 +1,127 @@
+//! The certified kernel's promise: the id is the exact one, `t` is the exact one's nearest f32,
+//! the normal is within 2⁻²³, on the device and on the CPU.
+
+mod common;
+#[path = "common/hard_cases.rs"]
+mod hard_cases;
+
+use std::sync::Arc;
+
+use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
+use glam::DVec3;
+use hard_cases::{HardCase, HardShape, hard_cases};
+use kugelblitz::compare::distance;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::exact::{ExactRay, Shape, nearest};
+use kugelblitz::gpu::GpuTracer;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const WANTS: Wants = Wants { surface: true, level: true };
+
+fn trace(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, on_gpu: bool) -> Hits {
+    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays).unwrap());
+    let mut hits = Hits::default();
+    let control = Control::default();
+    if on_gpu {
+        GpuTracer::new(gpu(), prepared, WANTS).unwrap().trace(rays, &control, &mut hits).unwrap();
+    } else {
+        CpuTracer::new(prepared, WANTS).trace(rays, &control, &mut hits).unwrap();
+    }
+    hits
+}
+
+fn objects(scene: &Scene) -> Vec<(u32, Shape)> {
+    (1..=scene.n_objects() as u32).map(|id| (id, Shape::from(scene.object(id).unwrap()))).collect()
+}
+
+/// Fails with a case to paste when a ray's result is not the exact one.
+fn assert_exact(scene: &Scene, rays: &[Ray], hits: &Hits, what: &str) {
+    let objects = objects(scene);
+    for (i, ray) in rays.iter().enumerate() {
+        let exact_ray = ExactRay::new(ray);
+        let exact = nearest(&exact_ray, objects.iter().copied());
+        let id = exact.as_ref().map_or(0, |hit| hit.id);
+        let t = exact.as_ref().map_or(f32::INFINITY, |hit| hit.t_f32());
+        let paste = || format!("{what}, ray {i}: {ray:?} in {scene:?}");
+        assert_eq!(hits.id[i], id, "id of {}", paste());
+        assert_eq!(hits.t[i].to_bits(), t.to_bits(), "t {} not {t} of {}", hits.t[i], paste());
+        if let Some(hit) = exact {
+            let shape = Shape::from(scene.object(id).unwrap());
+            let normal = hit.normal_f32(&exact_ray, &shape);
+            let off = distance(hits.normal[i], normal);
+            assert!(off <= 2f64.powi(-23), "normal off by {off:e} of {}", paste());
+        }
+    }
+}
+
+fn hard_scene(case: &HardCase) -> (Arc<Scene>, Rays) {
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let (spheres, planes) = match case.shape {
+        HardShape::Sphere { center, radius, .. } => {
+            (vec![sphere(vector(center), radius.into())], vec![])
+        }
+        HardShape::Plane { point, normal, .. } => {
+            (vec![], vec![plane(vector(point), vector(normal))])
+        }
+    };
+    let ray = Ray { origin: vector(case.origin), direction: vector(case.direction) };
+    (Arc::new(scene(spheres, planes)), Rays::List(vec![ray]))
+}
+
+#[test]
+fn all_hard_cases_on_both_devices() {
+    for case in hard_cases() {
+        let (scene, rays) = hard_scene(&case);
+        for on_gpu in [false, true] {
+            let hits = trace(&scene, Kernel::Certified, &rays, on_gpu);
+            assert_eq!(hits.id[0] != 0, case.t.is_some(), "{}", case.name);
+            let t = case.t.map_or(f32::INFINITY.to_bits(), f32::to_bits);
+            assert_eq!(hits.t[0].to_bits(), t, "{}", case.name);
+        }
+    }
+}
+
+/// A sphere around the origin of the ray's decade and rays aimed near its silhouette.
+fn near_silhouette(rng: &mut ChaCha8Rng, n_rays: usize) -> (Scene, Vec<Ray>) {
+    let r = log_uniform(rng, 1e-6, 1e6).abs();
+    let ratio = match rng.random_range(0..3) {
+        0 => 1.0 + 10f64.powf(rng.random_range(-9.0..0.0)),
+        1 => 10f64.powf(rng.random_range(0.0..3.0)),
+        _ => 10f64.powf(rng.random_range(3.0..8.0)),
+    };
+    let eye = in_cube(rng) * log_uniform(rng, 1e-3, 1e3);
+    let to_center = in_cube(rng).normalize() * (ratio * r);
+    let center = eye + to_center;
+    let rays = (0..n_rays)
+        .map(|_| {
+            let sideways = in_cube(rng).cross(to_center).normalize();
+            let off = 2f64.powi(-rng.random_range(4..50)) * if rng.random() { 1.0 } else { -1.0 };
+            let sine = ((1.0 + off) / ratio).min(1.0);
+            let cosine = (1.0 - sine * sine).sqrt();
+            let length = log_uniform(rng, 1e-8, 1e8).abs();
+            let direction = (to_center.normalize() * cosine + sideways * sine) * length;
+            Ray { origin: eye, direction }
+        })
+        .collect();
+    (scene(vec![sphere(center, r)], vec![]), rays)
+}
+
+#[test]
+fn rays_near_silhouettes() {
+    let mut counts = StageCounts::default();
+    for seed in 0..300 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (scene, rays) = near_silhouette(&mut rng, 400);
+        let scene = Arc::new(scene);
+        let list = Rays::List(rays.clone());
+        let hits = trace(&scene, Kernel::Certified, &list, seed % 10 == 0);
+        assert_exact(&scene, &rays, &hits, &format!("seed {seed}"));
+        counts.add(hits.counts);
+    }
+    println!("{counts:?}");
+    assert!(counts.f32 > 0 && counts.f64 > 0 && counts.exact > 0, "{counts:?}");
+}
