@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, visible_root};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
-use crate::kernel::certified::{GuardOf, Interval, UNDECIDED, plane_interval, sphere_interval};
+use crate::kernel::certified::{GuardOf, Interval, UNDECIDED, pass_by, plane_interval};
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Timing, Wants};
@@ -213,14 +213,15 @@ impl<'a> Stage<'a> {
         match object {
             Object::Sphere(sphere) if sphere.radius == 0.0 => miss,
             Object::Sphere(sphere) => match self.sphere_foot(ray, sphere) {
-                Some(foot) => sphere_interval::<f64, false>(
-                    &ray.ray,
-                    foot.l,
-                    foot.k,
-                    foot.guard.k_error,
-                    &foot.guard_of(),
-                    &guard::widening_f64(),
-                ),
+                Some(foot) => {
+                    let passage =
+                        pass_by(&ray.ray, foot.l, foot.k, foot.guard.k_error, &foot.guard_of());
+                    let widening = guard::widening_f64();
+                    Interval {
+                        low: passage.root_low::<false>(&ray.ray, &widening),
+                        high: passage.root_high::<false>(&ray.ray, &widening),
+                    }
+                }
                 None => open,
             },
             Object::Plane(plane) if plane.normal == DVec3::ZERO => miss,

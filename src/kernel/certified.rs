@@ -80,8 +80,10 @@ impl<R: Real> Nearest<R> {
     /// Takes one more object into account.
     #[inline(always)]
     pub fn nearer(self, root: Interval<R>, id: u32) -> Self {
-        let second_low = self.second_low.min(self.low.max(root.low));
-        if root.low < self.low {
+        let is_nearer = root.low < self.low;
+        let farther = if is_nearer { self.low } else { root.low };
+        let second_low = self.second_low.min(farther);
+        if is_nearer {
             Nearest { low: root.low, high: root.high, second_low, id }
         } else {
             Nearest { second_low, ..self }
@@ -115,40 +117,115 @@ pub struct GuardOf<R> {
     pub slack: R,
 }
 
-/// The visible root of the sphere at `l = c − o`, with `k = l·l − r²` known up to `k_error`.
-/// With `PIXELS`, `k_error` is 0 and the sign of `k` exact: at `k = 0` the roots are 0 and `2s`.
+/// What a ray's passage by a sphere says about the visible root.
+#[derive(Clone, Copy, Debug)]
+pub struct Passage<R> {
+    /// Parameter of the point of the ray's line that is closest to the centre.
+    pub s: R,
+    /// `l·l − r²`
+    pub k: R,
+    /// Bound of the error of `k`.
+    pub k_error: R,
+    /// Bound of the error of `u`.
+    pub slack: R,
+    /// Bound of `r² − p²` for the lower end of `t`.
+    pub low_chord2: R,
+    /// Bound of `r² − p²` for the upper end of `t`.
+    pub high_chord2: R,
+    /// Whether there may be a visible root, given that the side of `k` is known.
+    pub possible: bool,
+    /// Whether there is one, given the same.
+    pub certain: bool,
+}
+
+impl<R: Real> Passage<R> {
+    /// The passage by no sphere at all.
+    pub const NONE: Self = Passage {
+        s: R::ZERO,
+        k: R::ZERO,
+        k_error: R::ZERO,
+        slack: R::ZERO,
+        low_chord2: R::ZERO,
+        high_chord2: R::ZERO,
+        possible: false,
+        certain: false,
+    };
+
+    /// Whether the visible root is `u = |s| + h`, rather than `|k|/(a·u)`.
+    #[inline(always)]
+    fn root_is_u(s: R, k: R, k_error: R) -> bool {
+        k <= k_error && s > R::ZERO
+    }
+
+    /// Whether it is certain on which side of the surface the ray starts.
+    #[inline(always)]
+    fn side_is_known(&self) -> bool {
+        self.k.abs() > self.k_error
+    }
+
+    /// Lower end of the root; +∞ for a certain miss. With `PIXELS` the sign of `k` is exact and
+    /// `k_error` 0: at `k = 0` the roots are 0 and `2s`.
+    #[inline(always)]
+    pub fn root_low<const PIXELS: bool>(&self, ray: &RayOf<R>, widening: &Widening<R>) -> R {
+        let known = PIXELS || self.side_is_known();
+        if !(self.possible || (!known && self.low_chord2 >= R::ZERO)) {
+            return R::INFINITY;
+        }
+        if !known {
+            return R::ZERO;
+        }
+        let u = self.s.abs() + (self.low_chord2 * ray.inv_a).sqrt();
+        let low = if Self::root_is_u(self.s, self.k, self.k_error) {
+            u - self.slack
+        } else {
+            (self.k.abs() - self.k_error) * ray.inv_a / (u + self.slack)
+        };
+        low * widening.narrower
+    }
+
+    /// Upper end of the root; +∞ where it is not certain that there is one.
+    #[inline(always)]
+    pub fn root_high<const PIXELS: bool>(&self, ray: &RayOf<R>, widening: &Widening<R>) -> R {
+        let is_u = Self::root_is_u(self.s, self.k, self.k_error);
+        let u = self.s.abs() + (self.high_chord2.max(R::ZERO) * ray.inv_a).sqrt();
+        let u_low = u - self.slack;
+        let known = PIXELS || self.side_is_known();
+        if !(self.certain && (is_u || u_low > R::ZERO) && known) {
+            return R::INFINITY;
+        }
+        let high =
+            if is_u { u + self.slack } else { (self.k.abs() + self.k_error) * ray.inv_a / u_low };
+        high * widening.wider
+    }
+}
+
+/// The passage by the sphere at `l = c − o`, with `k = l·l − r²` known up to `k_error`.
 #[inline(always)]
-pub fn sphere_interval<R: Real, const PIXELS: bool>(
+pub fn pass_by<R: Real>(
     ray: &RayOf<R>,
     l: Vec3<R>,
     k: R,
     k_error: R,
     guard: &GuardOf<R>,
-    widening: &Widening<R>,
-) -> Interval<R> {
+) -> Passage<R> {
     let GuardOf { inner2, outer2, slack } = *guard;
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
-    let outside = k > k_error;
+    let inner = inner2 - m;
+    let outer = outer2 - m;
     let inside = k < -k_error;
-    let known = PIXELS || outside || inside;
-    if !(m <= outer2 && (inside || !known || s >= -slack)) {
-        return Interval { low: R::INFINITY, high: R::INFINITY };
+    let is_u = Passage::root_is_u(s, k, k_error);
+    Passage {
+        s,
+        k,
+        k_error,
+        slack,
+        low_chord2: if is_u { inner.max(R::ZERO) } else { outer },
+        high_chord2: if is_u { outer } else { inner },
+        possible: outer >= R::ZERO && (inside || s >= -slack),
+        certain: inner >= R::ZERO && (inside || s > slack),
     }
-    if !known {
-        return Interval { low: R::ZERO, high: R::INFINITY };
-    }
-    let u = s.abs();
-    let u_low = (u + ((inner2 - m).max(R::ZERO) * ray.inv_a).sqrt()) - slack;
-    let u_high = (u + ((outer2 - m).max(R::ZERO) * ray.inv_a).sqrt()) + slack;
-    let k_low = (k.abs() - k_error) * ray.inv_a;
-    let k_high = (k.abs() + k_error) * ray.inv_a;
-    let is_u = !outside && s > R::ZERO;
-    let low = if is_u { u_low } else { k_low / u_high } * widening.narrower;
-    let high = if is_u { u_high } else { k_high / u_low } * widening.wider;
-    let certain = m <= inner2 && (inside || s > slack) && u_low > R::ZERO;
-    Interval { low, high: if certain { high } else { R::INFINITY } }
 }
 
 /// The visible root of a plane: `t = n_offset / (d·n)`, with `n_offset` known up to
@@ -188,6 +265,7 @@ pub fn propose<const PIXELS: bool>(
     widening: &Widening<f32>,
 ) -> u32 {
     let mut nearest = Nearest::NONE;
+    let mut nearest_passage = Passage::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
         let guard = GuardOf { inner2: sphere.inner2, outer2: sphere.outer2, slack: sphere.slack };
         let (l, k, k_error) = if PIXELS {
@@ -196,9 +274,15 @@ pub fn propose<const PIXELS: bool>(
             let l = (Vec3(sphere.center) - ray.origin) + (Vec3(sphere.center_low) - ray.origin_low);
             (l, dot3(l, l) - sphere.k, sphere.k_error)
         };
-        let root = sphere_interval::<f32, PIXELS>(ray, l, k, k_error, &guard, widening);
-        nearest = nearest.nearer(root, i as u32 + 1);
+        let passage = pass_by(ray, l, k, k_error, &guard);
+        let low = passage.root_low::<PIXELS>(ray, widening);
+        // The upper end waits until the nearest is known.
+        nearest = nearest.nearer(Interval { low, high: f32::INFINITY }, i as u32 + 1);
+        if nearest.id == i as u32 + 1 {
+            nearest_passage = passage;
+        }
     }
+    nearest.high = nearest_passage.root_high::<PIXELS>(ray, widening);
     for (i, plane) in planes.iter().enumerate() {
         let normal = Vec3(plane.normal);
         let (n_offset, n_offset_error) = if PIXELS {
