@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, visible_root};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
-use crate::kernel::certified::{GuardOf, Interval, UNDECIDED, pass_by, plane_interval};
+use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Timing, Wants};
@@ -186,17 +186,17 @@ impl<'a> Stage<'a> {
     /// The filter again, in f64: keeps the candidates that could be nearest.
     fn decide_f64(&self, index: usize) -> Decision {
         let ray = self.ray_f64(index);
-        let mut nearest_high = f64::INFINITY;
-        let mut candidates: Vec<(u32, Interval<f64>)> = Vec::new();
+        let mut nearest_low = 0.0;
+        let mut candidates: Vec<(u32, Nearness<f64>)> = Vec::new();
         for id in 1..=self.scene.n_objects() as u32 {
             let Some(object) = self.scene.object(id) else { continue };
-            let root = self.interval(&ray, object);
-            if root.low < f64::INFINITY && root.low <= nearest_high {
-                nearest_high = nearest_high.min(root.high);
+            let root = self.nearness(&ray, object);
+            if root.high > 0.0 && root.high >= nearest_low {
+                nearest_low = f64::max(nearest_low, root.low);
                 candidates.push((id, root));
             }
         }
-        candidates.retain(|(_, root)| root.low <= nearest_high);
+        candidates.retain(|(_, root)| root.high >= nearest_low);
         match candidates.as_slice() {
             [] => Decision::Decided(0),
             [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
@@ -204,38 +204,30 @@ impl<'a> Stage<'a> {
         }
     }
 
-    fn interval(&self, ray: &RayF64, object: Object) -> Interval<f64> {
-        let open = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
-        let miss = Interval { low: f64::INFINITY, high: f64::INFINITY };
-        if !self.usable {
-            return open;
-        }
+    fn nearness(&self, ray: &RayF64, object: Object) -> Nearness<f64> {
         match object {
-            Object::Sphere(sphere) if sphere.radius == 0.0 => miss,
+            _ if !self.usable => Nearness::OPEN,
+            Object::Sphere(sphere) if sphere.radius == 0.0 => Nearness::MISS,
+            Object::Plane(plane) if plane.normal == DVec3::ZERO => Nearness::MISS,
             Object::Sphere(sphere) => match self.sphere_foot(ray, sphere) {
-                Some(foot) => {
-                    let passage =
-                        pass_by(&ray.ray, foot.l, foot.k, foot.guard.k_error, &foot.guard_of());
-                    let widening = guard::widening_f64();
-                    Interval {
-                        low: passage.root_low::<false>(&ray.ray, &widening),
-                        high: passage.root_high::<false>(&ray.ray, &widening),
-                    }
+                Some(Foot { l, k, guard, .. }) => {
+                    let Guard { inner2, outer2, slack, k_error } = guard;
+                    let guard = GuardOf { inner2, outer2, slack };
+                    sphere_nearness(&ray.ray, l, &guard, k, k_error, &guard::widening_f64())
                 }
-                None => open,
+                None => Nearness::OPEN,
             },
-            Object::Plane(plane) if plane.normal == DVec3::ZERO => miss,
-            Object::Plane(plane) => self.plane_interval(ray, plane).unwrap_or(open),
+            Object::Plane(plane) => self.plane_nearness(ray, plane).unwrap_or(Nearness::OPEN),
         }
     }
 
-    fn plane_interval(&self, ray: &RayF64, plane: &Plane) -> Option<Interval<f64>> {
+    fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Option<Nearness<f64>> {
         let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
         let l = plane.point - ray.origin;
         let distance = l.length() * ABOVE_ONE;
         let n_length = normal.length() * ABOVE_ONE;
         guard::plane_in_range_f64(distance).then(|| {
-            plane_interval::<f64, false>(
+            plane_nearness_at(
                 &ray.ray,
                 dot3(l.into(), normal.into()),
                 guard::plane_offset_error(n_length, distance, guard::UNIT_F64, self.input),
@@ -258,17 +250,21 @@ impl<'a> Stage<'a> {
         Some(Foot { l, k: dot3(l, l) - r * r, r, distance, guard })
     }
 
-    /// The one f32 that both ends of the interval round to, if there is one: then it is the exact
-    /// root's nearest f32 as well.
-    fn to_f32(&self, ray: &RayF64, root: Interval<f64>) -> Option<f32> {
+    /// The one f32 that both ends of `t` round to, if there is one: then it is the exact root's
+    /// nearest f32 as well. `t = 1/(a·w)`, its rounding (`a` 3 + 2δ, product 1, quotient 2.5) once
+    /// more below the widening.
+    fn to_f32(&self, ray: &RayF64, root: Nearness<f64>) -> Option<f32> {
+        let widening = guard::widening_f64();
         let scale = 2f64.powi(-ray.exponent);
-        let (low, high) = ((root.low * scale) as f32, (root.high * scale) as f32);
-        (low == high && low > 0.0 && low.is_finite() && scale.is_normal()).then_some(low)
+        let low = (widening.narrower / (ray.ray.a * root.high) * scale) as f32;
+        let high = (widening.wider / (ray.ray.a * root.low) * scale) as f32;
+        let safe = root.low > 0.0 && low > 0.0 && high.is_finite() && scale.is_normal();
+        (safe && low == high).then_some(low)
     }
 
     /// `t` and normal in f64, or `None` where their bounds are too wide.
     fn surface_f64(&self, ray: &RayF64, object: Object) -> Option<Surface> {
-        let root = self.interval(ray, object);
+        let root = self.nearness(ray, object);
         let t = self.to_f32(ray, root)?;
         let normal = match object {
             Object::Sphere(sphere) => self.sphere_normal(ray, sphere)?,
@@ -372,13 +368,6 @@ struct Foot {
     r: f64,
     distance: f64,
     guard: Guard,
-}
-
-impl Foot {
-    fn guard_of(&self) -> GuardOf<f64> {
-        let Guard { inner2, outer2, slack, .. } = self.guard;
-        GuardOf { inner2, outer2, slack }
-    }
 }
 
 fn direction_of(pixels: &Pixels, index: usize) -> DVec3 {

@@ -35,14 +35,16 @@
 //! expressions: `((1 + 5.5 + 2δ + 1)/2 + 4.5)ε = (8.25 + δ)ε` relative, at most `(8.25 + δ)ε·r`.
 //!
 //! # The root
-//! Let `u = |s| + h`, which does not cancel. Outside (`k = |L|² − r² > 0`) the near root is
-//! `k/(a·u)`; inside, the far root is `u` where `s > 0` and `|k|/(a·u)` elsewhere. The absolute
-//! error of `u` is at most [`Guard::slack`]:
+//! Roots are compared by their nearness `w = 1/(a·t)`. Let `u = |s| + h`, which does not cancel.
+//! Outside (`k = |L|² − r² > 0`) both roots have the sign of `s`, and `w = (s + h)/k`, at most 0
+//! where the sphere lies behind. Inside, the far root has `w = 1/(a·u)` where `s > 0` and `u/|k|`
+//! elsewhere. The absolute error of `u` and of `s + h` is at most [`Guard::slack`]:
 //! `ε·((9.5 + λ + δ)ℓ + (8.25 + δ)r + 2(ℓ + r))` for `|d| ≥ 1`, the last term for two sums.
 //! The relative error of the rest (`k` 2, `ι` 5.5 + 2δ, two products 2, quotient 2.5) is below
 //! [`WIDENING`].
 //!
 //! # Planes
+//! `w = M/(a·N)` with `M = n·d` and `N = n·L`.
 //! `M = n·d` is off by at most `(3 + ½ + δ)ε|n||d|`, the ½ for rounding `n`; `N = n·L` for lists
 //! of rays by `(3 + ½ + λ)ε|n|ℓ`.
 //!
@@ -210,6 +212,18 @@ pub fn round_up(x: f64) -> f32 {
 pub fn widening_f32() -> Widening<f32> {
     let width = WIDENING * UNIT_F32;
     Widening { narrower: round_down(1.0 - width), wider: round_up(1.0 + width) }
+}
+
+/// Bounds in f32 of `1/x` with the widening in it, magnitudes rounded away from each other, with
+/// the sign of `x`; 0 for 0.
+pub fn inverse_f32(x: f64) -> (f32, f32) {
+    if x == 0.0 {
+        return (0.0, 0.0);
+    }
+    let inverse = 1.0 / x.abs();
+    let width = WIDENING * UNIT_F32;
+    let sign = if x < 0.0 { -1.0 } else { 1.0 };
+    (sign * round_down(inverse * (1.0 - width)), sign * round_up(inverse * (1.0 + width)))
 }
 
 /// `1 ∓ WIDENING·ε` in f64; both are exact.

@@ -36,6 +36,8 @@ pub struct Needs {
     pub n_planes: usize,
     /// Whether `t` and normals are wanted.
     pub surface: bool,
+    /// Whether a ray of the certified kernel may start inside a sphere, or on it.
+    pub inside: bool,
 }
 
 /// The objects in the form of one kernel, in id order.
@@ -142,6 +144,12 @@ impl Prepared {
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && self.kernel != Kernel::Certified,
+            inside: match &self.objects {
+                Objects::Certified(lists) => {
+                    self.source == Source::List || lists.spheres.iter().any(|s| s.q_low <= 0.0)
+                }
+                _ => false,
+            },
         }
     }
 }
@@ -280,10 +288,13 @@ impl Frame {
             Source::List => r * r,
         };
         if !(self.usable && guard::sphere_in_range_f32(r, distance) && offset_in_range(k)) {
+            // As seen from outside, this may be nearer than everything.
             return SphereCertified {
                 inner2: -1.0,
                 outer2: f32::MAX,
                 slack: f32::MAX,
+                q_low: 1.0,
+                q_high: 1.0,
                 k_error: f32::MAX,
                 ..SphereCertified::zeroed()
             };
@@ -291,16 +302,11 @@ impl Frame {
         let (center, center_low) = split(l);
         let [inner2, outer2, slack, k_error] =
             Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
-        SphereCertified {
-            center,
-            inner2,
-            center_low,
-            outer2,
-            k: k as f32,
-            k_error,
-            slack,
-            padding: 0.0,
-        }
+        let (q_low, q_high) = match self.source {
+            Source::Pixels => guard::inverse_f32(k),
+            Source::List => (0.0, k as f32),
+        };
+        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high, k_error }
     }
 
     /// `l·l − r²` with exact sign; in f64 where its error is small enough, else exactly.
@@ -331,10 +337,12 @@ impl Frame {
         };
         let in_range = guard::plane_in_range_f32(distance) && offset_in_range(n_offset);
         if !(self.usable && in_range) {
+            // As seen along the normal, this may be nearer than everything.
             return PlaneCertified {
-                n_offset: 1.0,
-                n_offset_error: f32::MAX,
+                q_low: 1.0,
+                q_high: 1.0,
                 direction_error: f32::MAX,
+                n_offset_error: f32::MAX,
                 ..PlaneCertified::zeroed()
             };
         }
@@ -344,13 +352,17 @@ impl Frame {
             guard::plane_direction_error(n_length, guard::UNIT_F32, self.input),
         ]
         .map(guard::round_up);
+        let (q_low, q_high) = guard::inverse_f32(n_offset.abs());
+        let away = if n_offset < 0.0 { -normal } else { normal };
         PlaneCertified {
             offset,
-            n_offset: n_offset as f32,
+            q_low,
             offset_low,
-            n_offset_error,
-            normal: normal.as_vec3().to_array(),
+            q_high,
+            normal: away.as_vec3().to_array(),
             direction_error,
+            n_offset_error,
+            padding: [0.0; 3],
         }
     }
 

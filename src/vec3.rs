@@ -24,6 +24,8 @@ pub trait Real:
     const FOUR: Self;
     /// +∞.
     const INFINITY: Self;
+    /// The largest finite number.
+    const LARGEST: Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -42,6 +44,7 @@ macro_rules! real {
             const TWO: Self = 2.0;
             const FOUR: Self = 4.0;
             const INFINITY: Self = $float::INFINITY;
+            const LARGEST: Self = $float::MAX;
             #[inline(always)]
             fn sqrt(self) -> Self {
                 $float::sqrt(self)

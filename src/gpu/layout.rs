@@ -51,6 +51,7 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: kernel != Kernel::Certified,
+            inside: true,
         };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -118,10 +119,10 @@ mod tests {
             inner2,
             center_low,
             outer2,
-            k,
-            k_error,
             slack,
-            padding
+            q_low,
+            q_high,
+            k_error
         );
         check!(
             Certified,
@@ -129,11 +130,12 @@ mod tests {
             certified::PlaneCertified,
             "PlaneCertified",
             offset,
-            n_offset,
+            q_low,
             offset_low,
-            n_offset_error,
+            q_high,
             normal,
-            direction_error
+            direction_error,
+            n_offset_error
         );
         check!(Stable, List, RayRecord, "RayRecord", origin, origin_low, direction);
     }
