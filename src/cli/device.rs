@@ -12,7 +12,7 @@ use kugelblitz::{Error, Result};
 use super::TalkArgs;
 use super::options::DeviceChoice;
 use super::output::human;
-use super::quiet::quietly;
+use super::quiet::{self, quietly};
 
 /// What traces the rays.
 pub enum Device {
@@ -38,10 +38,9 @@ impl Device {
         let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
         let start = Instant::now();
         let (opened, noise) = quietly(|| Gpu::open(&pick));
-        if opened.is_err() || talk.verbose {
-            for line in noise.lines() {
-                eprintln!("driver: {line}");
-            }
+        let falls_back = *choice == DeviceChoice::Auto;
+        if talk.verbose || opened.is_err() && !falls_back {
+            quiet::show(&noise, talk.verbose);
         }
         match opened {
             Ok(gpu) => {
@@ -54,7 +53,7 @@ impl Device {
                 ));
                 Ok(Device::Gpu(Arc::new(gpu)))
             }
-            Err(Error::NoAdapter(reason)) if *choice == DeviceChoice::Auto => {
+            Err(Error::NoAdapter(reason)) if falls_back => {
                 talk.warn(&format!("tracing on the CPU: {reason}"));
                 Ok(Device::Cpu)
             }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::ProbeArgs;
 use super::head::Head;
 use super::output::{bytes, print, print_json};
-use super::quiet::quietly;
+use super::quiet::{self, quietly};
 
 #[derive(Serialize)]
 struct Summary {
@@ -22,9 +22,7 @@ struct Summary {
 pub fn run(args: &ProbeArgs) -> Result<()> {
     let (adapters, noise) = quietly(list_adapters);
     if args.talk.verbose || adapters.is_empty() {
-        for line in noise.lines() {
-            eprintln!("driver: {line}");
-        }
+        quiet::show(&noise, args.talk.verbose);
     }
     let is_empty = adapters.is_empty();
     if args.talk.json {

@@ -45,3 +45,13 @@ pub fn quietly<T>(work: impl FnOnce() -> T) -> (T, String) {
     let result = work();
     (result, quiet.map_or_else(String::new, |mut quiet| quiet.caught()))
 }
+
+/// What Mesa says on machines without a desktop, where nothing is wrong.
+const HARMLESS: &str = "XDG_RUNTIME_DIR is invalid or not set";
+
+/// Shows what was caught: all of it, or what may explain a failure.
+pub fn show(noise: &str, all: bool) {
+    for line in noise.lines().filter(|line| all || !line.contains(HARMLESS)) {
+        eprintln!("driver: {line}");
+    }
+}
