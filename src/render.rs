@@ -8,9 +8,10 @@ use crate::error::{Error, Result};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
 use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
 
-/// Rays of a band: twice a picture of 1920 × 1080, so that ordinary pictures are one band, and at
-/// most 84 MiB of [`Hits`].
-const BAND_RAYS: u32 = 1 << 22;
+/// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
+/// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
+/// as long as Ctrl-C may take.
+const BAND_BYTES: u64 = 16 << 20;
 
 /// How a picture is cut into bands, and what that costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,9 +22,11 @@ pub struct Plan {
     pub bytes: u64,
 }
 
-/// Rows of a band for `pixels`: as many as [`BAND_RAYS`] allow, and at least one.
-pub fn band_rows(pixels: &Pixels) -> u32 {
-    (BAND_RAYS / pixels.width.max(1)).clamp(1, pixels.height.max(1))
+/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
+pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
+    let row_bytes = hits_bytes(u64::from(pixels.width), wants).max(1);
+    let n_rows = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX);
+    n_rows.clamp(1, pixels.height.max(1))
 }
 
 /// Bytes of [`Hits`] for `n_rays` rays.
@@ -48,7 +51,7 @@ pub fn plan(
     available_bytes: u64,
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
-    let mut n_band_rows = band_rows(pixels);
+    let mut n_band_rows = band_rows(pixels, wants);
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
         let writer =
@@ -215,12 +218,14 @@ mod tests {
 
     #[test]
     fn common_pictures_are_one_band_and_large_ones_are_bounded() {
-        assert_eq!(band_rows(&pixels(1920, 1080)), 1080);
+        let surface = Wants { surface: true, level: false };
+        assert_eq!(band_rows(&pixels(1920, 1080), Wants::default()), 1080);
+        assert_eq!(band_rows(&pixels(1920, 1080), surface), 436);
         let huge = pixels(32768, 32768);
-        assert_eq!(band_rows(&huge), 128);
+        assert_eq!(band_rows(&huge, Wants::default()), 128);
         for format in Format::ALL {
             let plan = plan(format, PictureOptions::default(), &huge, 9, u64::MAX).unwrap();
-            assert!(plan.bytes < 1 << 30, "{format}: {plan:?}");
+            assert!(plan.bytes < 256 << 20, "{format}: {plan:?}");
         }
     }
 
@@ -229,9 +234,9 @@ mod tests {
         let pixels = pixels(1000, 1000);
         let plan = |bytes| plan(Format::Exr, PictureOptions::default(), &pixels, 9, bytes);
         let all = plan(u64::MAX).unwrap();
-        assert_eq!(all.n_band_rows, 1000);
+        assert_eq!(all.n_band_rows, 838);
         let half = plan(all.bytes / 2).unwrap();
-        assert!(half.n_band_rows < 1000 && half.bytes <= all.bytes / 2, "{half:?}");
+        assert!(half.n_band_rows < 838 && half.bytes <= all.bytes / 2, "{half:?}");
         let error = plan(100_000).unwrap_err();
         assert_eq!(error.exit_code(), 7);
         assert!(error.to_string().contains("only 97 KiB are available"), "{error}");

@@ -4,8 +4,11 @@ use std::fmt;
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
+use kugelblitz::picture::OutputFile;
 use kugelblitz::scene::SceneError;
 use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode};
+
+use super::output::STDOUT;
 
 /// Prints what went wrong: a scene error with its place in the file, all else as one line.
 pub fn complain(error: &Error) {
@@ -13,7 +16,7 @@ pub fn complain(error: &Error) {
         Error::Scene(error) => complain_about_scene(error),
         // Nobody reads any more (`… | head`), so nobody misses anything.
         Error::Io { path, source }
-            if path.as_os_str() == super::output::STDOUT
+            if [OutputFile::STDOUT, STDOUT].iter().any(|name| path.as_os_str() == *name)
                 && source.kind() == ErrorKind::BrokenPipe => {}
         _ => eprintln!("error: {}", printable(&error.to_string())),
     }

@@ -121,7 +121,7 @@ fn truths(
 ) -> Result<Vec<Truth>> {
     let mut rest = samples;
     let mut first_ray = 0;
-    bands(pixels, band_rows(pixels))
+    bands(pixels, band_rows(pixels, WANTS))
         .map(|band| {
             let end = rest.partition_point(|&index| index < first_ray + band.len());
             let index = rest[..end].iter().map(|index| index - first_ray).collect();
@@ -154,7 +154,7 @@ fn of_kernel(
     let mut cpu_exact = AgainstExact::default();
     let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
     let mut first_ray = 0;
-    for (band, truth) in bands(pixels, band_rows(pixels)).zip(truths) {
+    for (band, truth) in bands(pixels, band_rows(pixels, WANTS)).zip(truths) {
         let rays = Rays::Pixels(band);
         cpu.trace(&rays, control, &mut on_cpu)?;
         cpu_exact.add(&compare_to_exact(&on_cpu, truth), first_ray);
@@ -237,7 +237,7 @@ fn table(results: &[OfKernel]) -> String {
 
 /// Two results of a band, one a device.
 fn refuse_what_cannot_fit(pixels: &Pixels) -> Result<()> {
-    let n_rays = u64::from(pixels.width) * u64::from(band_rows(pixels));
+    let n_rays = u64::from(pixels.width) * u64::from(band_rows(pixels, WANTS));
     let (needed, available) = (2 * hits_bytes(n_rays, WANTS), available_memory());
     if needed > available {
         return Err(Error::TooLarge(format!(
