@@ -33,6 +33,18 @@ impl Comparison {
     pub fn ids_differ(&self) -> u64 {
         self.hit_or_miss + self.other_object
     }
+
+    /// Adds another part of the same picture, whose rays begin at `first_ray`.
+    pub fn add(&mut self, other: &Comparison, first_ray: usize) {
+        self.rays += other.rays;
+        self.hit_or_miss += other.hit_or_miss;
+        self.other_object += other.other_object;
+        self.t_differs += other.t_differs;
+        self.t_ulp_max = self.t_ulp_max.max(other.t_ulp_max);
+        self.normal_differs += other.normal_differs;
+        self.normal_distance_max = self.normal_distance_max.max(other.normal_distance_max);
+        self.first = self.first.or(other.first.map(|index| first_ray + index));
+    }
 }
 
 /// Number of f32 values from one to the other; equal values are 0 apart, and so are ±0.

@@ -13,8 +13,10 @@ mod npy;
 pub mod picture;
 pub mod prepare;
 pub mod rays;
+pub mod render;
 pub mod scene;
 pub mod trace;
 pub mod vec3;
+pub mod verify;
 
 pub use error::{Error, Result};

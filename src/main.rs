@@ -1,3 +1,48 @@
-//! The program `kugelblitz`.
+//! The program `kugelblitz`: parse, run, print the error, exit code.
 
-fn main() {}
+mod cli;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Parser;
+use kugelblitz::trace::Control;
+
+use cli::{Cli, Command, Run};
+
+fn main() -> ExitCode {
+    let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
+    let cli = Cli::parse();
+    stop_on_interrupt(Arc::clone(&run.control));
+    let result = match cli.command {
+        Command::Render(args) => cli::render::run(&args, &run),
+        Command::Verify(args) => cli::verify::run(&args, &run),
+        Command::Check(args) => cli::check::run(&args),
+        Command::Trace(args) => cli::trace::run(&args, &run),
+        Command::Probe(args) => cli::probe::run(&args),
+        Command::Completions(args) => cli::completions::run(&args),
+        Command::Man(args) => cli::man::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            cli::complain::complain(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// The first Ctrl-C lets the work clean up behind itself; the second one ends it at once.
+fn stop_on_interrupt(control: Arc<Control>) {
+    let ask = move || {
+        if control.check().is_err() {
+            std::process::exit(i32::from(kugelblitz::Error::Interrupted.exit_code()));
+        }
+        control.cancel();
+    };
+    if let Err(error) = ctrlc::set_handler(ask) {
+        // The program does its work without it too; Ctrl-C then kills it.
+        eprintln!("warning: Ctrl-C can't be handled: {error}");
+    }
+}

@@ -1,10 +1,21 @@
 //! The scenes of `scenes/` show what their first line says.
 
-use std::path::Path;
+mod common;
 
+use std::f64::consts::{PI, SQRT_2};
+use std::path::Path;
+use std::sync::Arc;
+
+use common::{camera, gpu, plane, sphere};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::compare::compare;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::gpu::GpuTracer;
+use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
+use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::verify::{Truth, compare_to_exact};
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
@@ -138,4 +149,84 @@ fn inside_shows_no_background() {
     let count = census(&scene);
     assert_eq!(count[0], 0);
     assert!(count[1] > 1000, "{count:?}");
+}
+
+const KERNELS: [Kernel; 2] = [Kernel::Lecture, Kernel::Stable];
+
+/// What a kernel sees on both devices, which agree bit by bit.
+fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
+    let wants = Wants { surface: true, level: false };
+    let rays = Rays::Pixels(pixels);
+    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays).unwrap());
+    let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
+    let control = Control::default();
+    CpuTracer::new(Arc::clone(&prepared), wants).trace(&rays, &control, &mut on_cpu).unwrap();
+    GpuTracer::new(gpu(), prepared, wants).unwrap().trace(&rays, &control, &mut on_gpu).unwrap();
+    let comparison = compare(&on_cpu, &on_gpu);
+    assert!(comparison.is_equal(), "{}: {comparison:?}", kernel.name());
+    on_cpu
+}
+
+#[test]
+fn every_scene_is_the_same_on_both_devices_and_nearly_the_exact_one() {
+    let mut wrong = Vec::new();
+    for name in ["figure1", "figure2", "figure3", "figure4", "figure5", "inside"] {
+        let scene = Arc::new(scene(&format!("{name}.toml")));
+        let view = View::new(scene.camera.as_ref().unwrap());
+        let pixels = Pixels::whole(view, 160, 90);
+        let all = (0..pixels.len()).collect();
+        let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
+        for kernel in KERNELS {
+            let against = compare_to_exact(&traced(&scene, kernel, pixels), &truth);
+            assert!(against.t_ulp_max > 0.5, "{name}: compared with itself?");
+            if against.wrong_ids() > 0 {
+                wrong.push((name, kernel, against.wrong_ids()));
+            }
+        }
+    }
+    // Exact ids are not promised by these kernels. What they miss is written down here, so that a
+    // change shows.
+    assert_eq!(wrong, [("figure3", Kernel::Lecture, 1)]);
+}
+
+/// A sphere of radius r on the view axis at distance L has the outline of the cone of half-angle
+/// asin(r/L): a disc of R = r/√(L² − r²) · H/(2h) pixels. Unit squares around the n pixel centres
+/// in it lie within R + √½ and cover R − √½, so that |n − πR²| ≤ π(√2·R + ½).
+#[test]
+fn a_sphere_on_the_view_axis_covers_the_area_of_its_disc() {
+    let (distance, radius) = (5.0, 1.3);
+    let ball = sphere(DVec3::new(0.0, 0.0, -distance), radius);
+    let scene = Arc::new(common::scene(vec![ball], vec![]));
+    let view = View::new(&camera(DVec3::ZERO, DVec3::NEG_Z));
+    let pixels = Pixels::whole(view, 640, 480);
+    let tangent = radius / (distance * distance - radius * radius).sqrt();
+    let disc_px = tangent * 480.0 / (2.0 * view.h);
+    let area = PI * disc_px * disc_px;
+    let slack = PI * (SQRT_2 * disc_px + 0.5);
+    assert!(slack < area / 50.0, "{slack} of {area}");
+    for kernel in KERNELS {
+        let n_hits = traced(&scene, kernel, pixels).n_hits() as f64;
+        assert!((n_hits - area).abs() <= slack, "{}: {n_hits}, not {area}", kernel.name());
+    }
+}
+
+/// A camera that looks down by the angle p sees a horizontal plane below it in the rows whose ray
+/// goes down: d.y = −sin p + v·cos p < 0 with v = (1 − 2(y+½)/H)·h, so where v < tan p.
+#[test]
+fn a_plane_ends_at_its_horizon_row() {
+    let down = 0.2_f64;
+    let floor = plane(DVec3::ZERO, DVec3::new(0.0, 2.0, 0.0));
+    let scene = Arc::new(common::scene(vec![], vec![floor]));
+    let eye = DVec3::new(3.0, 1.5, -2.0);
+    let view = View::new(&camera(eye, eye + DVec3::new(0.0, -down.sin(), -down.cos())));
+    let pixels = Pixels::whole(view, 64, 400);
+    let horizon = (1.0 - down.tan() / view.h) * 200.0 - 0.5;
+    assert!((horizon - horizon.round()).abs() > 0.1, "{horizon} is too near a row");
+    for kernel in KERNELS {
+        let hits = traced(&scene, kernel, pixels);
+        for (index, &id) in hits.id.iter().enumerate() {
+            let row = f64::from(pixels.xy(index).1);
+            assert_eq!(id == 1, row > horizon, "{}, row {row}", kernel.name());
+        }
+    }
 }

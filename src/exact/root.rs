@@ -337,7 +337,7 @@ impl Ord for Root {
     /// The order of the numbers.
     ///
     /// `f₁(B₁ + s₁√D₁)/A₁ − f₂(B₂ + s₂√D₂)/A₂`, multiplied by `A₁·A₂ > 0`, is
-    /// `(f₁A₂B₁ − f₂A₁B₂) + s₁√(f₁²A₂²D₁) − s₂√(f₂²A₁²D₂)`, see [`sign_of_sum2`].
+    /// `(f₁A₂B₁ − f₂A₁B₂) + s₁√(f₁²A₂²D₁) − s₂√(f₂²A₁²D₂)`, see `sign_of_sum2`.
     ///
     /// Spheres that one ray meets share `A` and `f`: then multiplying by `A/f > 0` is enough.
     fn cmp(&self, other: &Root) -> Ordering {

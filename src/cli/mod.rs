@@ -1,0 +1,213 @@
+//! The command line's arguments.
+
+pub mod check;
+pub mod complain;
+pub mod completions;
+pub mod device;
+pub mod head;
+pub mod man;
+pub mod options;
+pub mod output;
+pub mod probe;
+pub mod progress;
+pub mod quiet;
+pub mod render;
+pub mod trace;
+pub mod verify;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::{Args, Parser, Subcommand};
+use kugelblitz::picture::Format;
+use kugelblitz::trace::{Control, Kernel};
+
+use options::{Crop, DEFAULT_KERNEL, DeviceChoice, Size, kernel_parser};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done                      5  the device was lost or timed out
+  1  failed otherwise          6  a comparison failed
+  2  wrong usage               7  does not fit the device's limits or memory
+  3  the scene is wrong      130  interrupted
+  4  no suitable adapter";
+
+/// A ray tracer for spheres and planes, on Vulkan and on the CPU.
+#[derive(Parser)]
+#[command(name = "kugelblitz", version, max_term_width = 100, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    Render(RenderArgs),
+    Verify(VerifyArgs),
+    Check(CheckArgs),
+    Trace(TraceArgs),
+    Probe(ProbeArgs),
+    Completions(CompletionsArgs),
+    Man(ManArgs),
+}
+
+/// What every command can be told.
+#[derive(Args, Clone, Copy)]
+pub struct TalkArgs {
+    /// Print a machine-readable summary (JSON) on standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing but warnings and errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say more, also what the driver prints
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// Where the rays are traced.
+#[derive(Args)]
+pub struct DeviceArgs {
+    /// auto, gpu, cpu, or a part of an adapter's name
+    ///
+    /// `auto` takes the best Vulkan adapter and falls back to the CPU where there is none; `gpu`
+    /// never falls back. Both take the adapter that WGPU_ADAPTER_NAME names, where it is set.
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = DeviceChoice::parse)]
+    pub device: DeviceChoice,
+}
+
+/// Which pixels are traced.
+#[derive(Args)]
+pub struct SizeArgs {
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Only this part of the picture: left column, top row, width, height
+    #[arg(long, value_name = "X,Y,W,H")]
+    pub crop: Option<Crop>,
+}
+
+/// Render one picture
+#[derive(Args)]
+pub struct RenderArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
+    #[arg(long)]
+    pub format: Option<Format>,
+    /// Bits a colour channel in PNG and PPM: 8 or 16 [default: 8]
+    #[arg(long, value_parser = ["8", "16"], hide_possible_values = true)]
+    pub bits: Option<String>,
+    /// Also write which level decided each pixel (EXR and NPY)
+    #[arg(long)]
+    pub certificates: bool,
+    /// Trace N times more and add their times to --json as `ms_runs`
+    #[arg(long, value_name = "N", requires = "json")]
+    pub repeat: Option<u32>,
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Compare GPU, CPU and exact arithmetic, pixel by pixel
+///
+/// Exact arithmetic takes some microseconds a pixel and object: with --size 320x180 a look at all
+/// pixels is quick. Exit code 6 where a kernel breaks what it promises.
+#[derive(Args)]
+pub struct VerifyArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536]
+    #[arg(long, value_name = "N")]
+    pub samples: Option<usize>,
+    /// Seed of the random draw
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+    /// Verify every kernel
+    #[arg(long, conflicts_with = "kernel")]
+    pub all_kernels: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Read a scene and say what it costs, without rendering
+#[derive(Args)]
+pub struct CheckArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Trace any rays of a NumPy file
+#[derive(Args)]
+pub struct TraceArgs {
+    /// Scene file (TOML); it needs no camera
+    pub scene: PathBuf,
+    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length
+    #[arg(long, value_name = "RAYS.npy")]
+    pub rays: PathBuf,
+    /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard
+    /// output
+    #[arg(short, long, value_name = "HITS.npy")]
+    pub output: PathBuf,
+    /// Also write which level decided each ray
+    #[arg(long)]
+    pub certificates: bool,
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// List the Vulkan adapters and their limits
+#[derive(Args)]
+pub struct ProbeArgs {
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Print a completion script for a shell
+#[derive(Args)]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Print the manual page (roff)
+#[derive(Args)]
+pub struct ManArgs {
+    /// Of one command
+    #[arg(value_name = "COMMAND")]
+    pub of: Option<String>,
+}
+
+/// What a run of the program has from its start.
+pub struct Run {
+    /// When it began.
+    pub start: Instant,
+    /// Counts its rays and stops it.
+    pub control: Arc<Control>,
+}

@@ -1,0 +1,167 @@
+//! The values that options take.
+
+use std::env;
+use std::path::Path;
+use std::str::FromStr;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use kugelblitz::camera::{Pixels, View};
+use kugelblitz::gpu::Pick;
+use kugelblitz::scene::{ImageSize, Scene};
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Error, Result};
+
+use super::SizeArgs;
+
+/// The kernel without --kernel.
+pub const DEFAULT_KERNEL: Kernel = Kernel::Stable;
+
+/// The kernels that --kernel names.
+pub const KERNELS: &[Kernel] = &[Kernel::Lecture, Kernel::Stable];
+
+/// The picture size where neither the command line nor the scene has one.
+const DEFAULT_SIZE: Size = Size { width: 1280, height: 720 };
+
+/// What every program that uses wgpu takes its adapter from.
+const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
+
+/// Takes the names of [`KERNELS`].
+pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
+    PossibleValuesParser::new(KERNELS.iter().map(|kernel| kernel.name())).map(|name| {
+        KERNELS.iter().copied().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
+    })
+}
+
+/// The value of --device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The best adapter, else the CPU.
+    Auto,
+    /// The best adapter.
+    Gpu,
+    /// The CPU.
+    Cpu,
+    /// The adapter with this in its name.
+    Named(String),
+}
+
+impl DeviceChoice {
+    /// Reads the value of --device.
+    pub fn parse(text: &str) -> Result<DeviceChoice, String> {
+        Ok(match text {
+            "auto" => DeviceChoice::Auto,
+            "gpu" => DeviceChoice::Gpu,
+            "cpu" => DeviceChoice::Cpu,
+            "" => return Err("give auto, gpu, cpu, or a part of an adapter's name".into()),
+            name => DeviceChoice::Named(name.into()),
+        })
+    }
+
+    /// The adapter to open; `None` for the CPU.
+    pub fn pick(&self) -> Option<Pick> {
+        match self {
+            DeviceChoice::Cpu => None,
+            DeviceChoice::Named(name) => Some(Pick::Named(name.clone())),
+            DeviceChoice::Auto | DeviceChoice::Gpu => match env::var(ADAPTER_VARIABLE) {
+                Ok(name) if !name.is_empty() => Some(Pick::Named(name)),
+                _ => Some(Pick::Best),
+            },
+        }
+    }
+}
+
+/// `WxH`, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    width: u32,
+    height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Size, String> {
+        let parts = text.split_once(['x', 'X', '×']);
+        let numbers = parts.and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        match numbers {
+            Some((width, height)) if width > 0 && height > 0 => Ok(Size { width, height }),
+            _ => Err("give width x height in whole pixels, e.g. 1920x1080".into()),
+        }
+    }
+}
+
+/// `X,Y,W,H`, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+}
+
+impl FromStr for Crop {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Crop, String> {
+        let numbers: Option<Vec<u32>> =
+            text.split(',').map(|number| number.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+                Ok(Crop { x, y, width, height })
+            }
+            _ => Err("give left column, top row, width and height in whole pixels, e.g. \
+                      100,50,640,360"
+                .into()),
+        }
+    }
+}
+
+impl SizeArgs {
+    /// The size of the whole picture: the command line's, else the scene's, else 1280 × 720.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]
+    fn whole(&self, scene: &Scene) -> Result<Size> {
+        let of_scene = scene.image.map(|image| Size { width: image.width, height: image.height });
+        let size = self.size.or(of_scene).unwrap_or(DEFAULT_SIZE);
+        if size.width.max(size.height) > ImageSize::MAX_SIDE {
+            return Err(Error::TooLarge(format!(
+                "--size {}x{}: a picture has at most {} pixels a side; render several with \
+                 different cameras",
+                size.width,
+                size.height,
+                ImageSize::MAX_SIDE
+            )));
+        }
+        Ok(size)
+    }
+
+    /// Cuts `pixels` down to --crop.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when it reaches beyond the picture.
+    fn cut(&self, pixels: Pixels) -> Result<Pixels> {
+        let Some(Crop { x, y, width, height }) = self.crop else { return Ok(pixels) };
+        let fits = |start: u32, length: u32, whole: u32| {
+            start.checked_add(length).is_some_and(|end| end <= whole)
+        };
+        if !fits(x, width, pixels.image_width) || !fits(y, height, pixels.image_height) {
+            return Err(Error::Usage(format!(
+                "--crop {x},{y},{width},{height} is not inside the picture of {}x{} pixels",
+                pixels.image_width, pixels.image_height
+            )));
+        }
+        Ok(Pixels { x, y, width, height, ..pixels })
+    }
+
+    /// The pixels that the options, else the scene at `path`, ask for.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] without a camera, [`Error::TooLarge`] and [`Error::Usage`] for a size or
+    /// crop that can't be.
+    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
+        let view = View::new(scene.require_camera(path)?);
+        let size = self.whole(scene)?;
+        self.cut(Pixels::whole(view, size.width, size.height))
+    }
+}

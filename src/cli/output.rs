@@ -1,0 +1,96 @@
+//! Data to standard output, talk to standard error.
+
+use std::io::Write;
+use std::time::Duration;
+
+use kugelblitz::scene::Scene;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::TalkArgs;
+
+/// What errors call standard output.
+pub const STDOUT: &str = "standard output";
+
+/// Prints data.
+///
+/// # Errors
+/// [`Error::Io`], for one when nobody reads any more.
+pub fn print(data: &[u8]) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(data).and_then(|()| stdout.flush()).map_err(Error::io(STDOUT))
+}
+
+/// Prints one JSON object.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(object: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_vec_pretty(object)
+        .map_err(std::io::Error::from)
+        .map_err(Error::io(STDOUT))?;
+    text.push(b'\n');
+    print(&text)
+}
+
+impl TalkArgs {
+    /// What is worth a line in every run.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    /// What only --verbose asks for.
+    pub fn note(&self, line: &str) {
+        if self.verbose {
+            eprintln!("note: {line}");
+        }
+    }
+
+    /// What the user must know even with --quiet.
+    pub fn warn(&self, line: &str) {
+        eprintln!("warning: {line}");
+    }
+}
+
+/// Milliseconds for reports, to the microsecond.
+pub fn ms(duration: Duration) -> f64 {
+    duration.as_micros() as f64 / 1e3
+}
+
+/// `24 ms`, `1.3 s`, `2 min 5 s`: as exact as a person wants it.
+pub fn human(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64();
+    if seconds < 0.01 {
+        format!("{:.1} ms", seconds * 1e3)
+    } else if seconds < 1.0 {
+        format!("{:.0} ms", seconds * 1e3)
+    } else if seconds < 120.0 {
+        format!("{seconds:.1} s")
+    } else {
+        let seconds = duration.as_secs();
+        format!("{} min {} s", seconds / 60, seconds % 60)
+    }
+}
+
+/// `3 spheres, 1 plane`
+pub fn objects(scene: &Scene) -> String {
+    format!("{}, {}", count(scene.spheres.len(), "sphere"), count(scene.planes.len(), "plane"))
+}
+
+/// `1 plane`, `2 planes`
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// `12 bytes`, `4.0 KiB`, `1.5 MiB`
+pub fn bytes(n: u64) -> String {
+    let n_f64 = n as f64;
+    match n {
+        0..1024 => format!("{n} bytes"),
+        1024..0x10_0000 => format!("{:.1} KiB", n_f64 / 1024.0),
+        0x10_0000..0x4000_0000 => format!("{:.1} MiB", n_f64 / f64::from(1 << 20)),
+        _ => format!("{:.1} GiB", n_f64 / f64::from(1 << 30)),
+    }
+}

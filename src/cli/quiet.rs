@@ -1,0 +1,57 @@
+//! Keeping what drivers print out of the user's sight.
+//!
+//! Mesa writes lines such as "error: XDG_RUNTIME_DIR is invalid or not set in the environment."
+//! straight to the standard error of the process, whether or not anything is wrong.
+
+use std::fs::File;
+use std::io::{Read, Seek, Write};
+use std::os::fd::OwnedFd;
+
+/// While this lives, standard error goes to a file; dropped, it is as it was, also on a panic.
+pub struct Quiet {
+    caught: File,
+    stderr: OwnedFd,
+}
+
+impl Quiet {
+    /// `None` where the system does not allow it: noise is no reason to fail.
+    pub fn start() -> Option<Quiet> {
+        let caught = tempfile::tempfile().ok()?;
+        let stderr = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stderr(), 3).ok()?;
+        rustix::stdio::dup2_stderr(&caught).ok()?;
+        Some(Quiet { caught, stderr })
+    }
+
+    fn caught(&mut self) -> String {
+        let mut bytes = Vec::new();
+        let read = self.caught.rewind().and_then(|()| self.caught.read_to_end(&mut bytes));
+        read.map_or_else(|_| String::new(), |_| String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+impl Drop for Quiet {
+    fn drop(&mut self) {
+        let _ = rustix::stdio::dup2_stderr(&self.stderr);
+        if std::thread::panicking() {
+            let text = self.caught();
+            let _ = std::io::stderr().write_all(text.as_bytes());
+        }
+    }
+}
+
+/// Runs `work` and gives its result, with what was printed to standard error meanwhile.
+pub fn quietly<T>(work: impl FnOnce() -> T) -> (T, String) {
+    let quiet = Quiet::start();
+    let result = work();
+    (result, quiet.map_or_else(String::new, |mut quiet| quiet.caught()))
+}
+
+/// What Mesa says on machines without a desktop, where nothing is wrong.
+const HARMLESS: &str = "XDG_RUNTIME_DIR is invalid or not set";
+
+/// Shows what was caught: all of it, or what may explain a failure.
+pub fn show(noise: &str, all: bool) {
+    for line in noise.lines().filter(|line| all || !line.contains(HARMLESS)) {
+        eprintln!("driver: {line}");
+    }
+}

@@ -1,0 +1,181 @@
+//! `kugelblitz render`
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use kugelblitz::camera::Pixels;
+use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::render::{self, available_memory};
+use kugelblitz::scene::read_scene;
+use kugelblitz::trace::Rays;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::device::{Device, Made};
+use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
+use super::output::{human, ms, objects, print_json};
+use super::progress::Progress;
+use super::{RenderArgs, Run};
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    head: Head,
+    #[serde(flatten)]
+    on: On,
+    kernel: &'static str,
+    size: [u32; 2],
+    objects: Objects,
+    rays: RayCounts,
+    hits: u64,
+    bytes_device: u64,
+    ms: Ms,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ms_runs: Option<Vec<MsStages>>,
+}
+
+/// Renders one picture.
+pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
+    let (format, options) = what_to_write(args)?;
+
+    let start = Instant::now();
+    let scene = Arc::new(read_scene(&args.scene)?);
+    let pixels = args.size.pixels(&scene, &args.scene)?;
+    let read = start.elapsed();
+    let plan = render::plan(format, options, &pixels, scene.n_objects(), available_memory())?;
+    // Early, so that a folder that isn't there is told before the work and not after it.
+    let file = OutputFile::create(&args.output, format.needs_seek())?;
+
+    let start = Instant::now();
+    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
+    let prepare = start.elapsed();
+    let device = Device::open(&args.device.device, &args.talk)?;
+    run.control.check()?;
+    let wants = format.wants(options.certificates);
+    let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
+
+    let n_rays = pixels.len() as u64;
+    let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let start = Instant::now();
+    let frame = Frame::from(&pixels);
+    let palette = scene.palette();
+    let mut writer = PictureWriter::create(format, options, frame, &palette, file, &args.output)?;
+    let mut write = start.elapsed();
+    let rendered =
+        render::render(&mut *tracer, &pixels, plan.n_band_rows, &mut writer, &run.control)?;
+    let start = Instant::now();
+    writer.finish()?.commit()?;
+    write += rendered.write + start.elapsed();
+    drop(progress);
+
+    let ms_runs = args
+        .repeat
+        .map(|n| {
+            let again = || {
+                render::trace_only(&mut *tracer, &pixels, plan.n_band_rows, &run.control)
+                    .map(MsStages::from)
+            };
+            std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>()
+        })
+        .transpose()?;
+
+    let tracing = rendered.timing;
+    if args.talk.json {
+        print_json(&Summary {
+            head: Head::new("render"),
+            on: On::from(&device),
+            kernel: args.kernel.name(),
+            size: [pixels.width, pixels.height],
+            objects: Objects::from(&*scene),
+            rays: RayCounts::from(rendered.counts),
+            hits: rendered.hits,
+            bytes_device: tracer.bytes_device(),
+            ms: Ms {
+                read: ms(read),
+                prepare: ms(prepare),
+                build: 0.0,
+                upload: ms(upload),
+                compile: ms(compile),
+                stages: MsStages::from(tracing),
+                write: ms(write),
+                total: ms(run.start.elapsed()),
+            },
+            ms_runs,
+        })?;
+    }
+    args.talk.say(&format!(
+        "{}: {}, {}, {} on {}, {} tracing",
+        name(&args.output),
+        size(&pixels),
+        objects(&scene),
+        args.kernel.name(),
+        device.label(),
+        human(tracing.trace + tracing.refine + tracing.decide + tracing.readback)
+    ));
+    args.talk.note(&format!(
+        "read {}, compiled {}, wrote {}, all in {}",
+        human(read),
+        human(compile),
+        human(write),
+        human(run.start.elapsed())
+    ));
+    Ok(())
+}
+
+/// The format and its options, checked against each other.
+fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
+    let output = &args.output;
+    let by_ending = Format::from_path(output);
+    let format = match (args.format, by_ending) {
+        (None, by_ending) => by_ending?,
+        (Some(format), Ok(ending)) if ending != format => {
+            return Err(Error::Usage(format!(
+                "{}: the name's ending says {ending}, but --format says {format}; change one of \
+                 them",
+                output.display()
+            )));
+        }
+        (Some(format), _) => format,
+    };
+    if args.talk.json && output == Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(
+            "the picture and --json can't both go to standard output; write the picture to a file"
+                .into(),
+        ));
+    }
+    let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
+    if args.certificates && holds_colours_only {
+        return Err(Error::Usage(format!(
+            "{format} has no place for --certificates; write .exr or .npy"
+        )));
+    }
+    let bits = match args.bits.as_deref() {
+        Some(bits) if !holds_colours_only => {
+            return Err(Error::Usage(format!(
+                "--bits {bits} is for png and ppm; {format} always holds 32-bit floats"
+            )));
+        }
+        Some("16") => Bits::Sixteen,
+        _ => Bits::Eight,
+    };
+    Ok((format, PictureOptions { bits, certificates: args.certificates }))
+}
+
+fn name(output: &Path) -> String {
+    if output == Path::new(OutputFile::STDOUT) {
+        return super::output::STDOUT.into();
+    }
+    output.display().to_string()
+}
+
+/// `1280×720`, and where it belongs if it is a part.
+pub fn size(pixels: &Pixels) -> String {
+    let Pixels { image_width, image_height, x, y, width, height, .. } = *pixels;
+    if (width, height) == (image_width, image_height) {
+        format!("{width}×{height}")
+    } else {
+        format!("{width}×{height} at {x},{y} of {image_width}×{image_height}")
+    }
+}

@@ -1,0 +1,125 @@
+//! `kugelblitz trace`
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use kugelblitz::picture::OutputFile;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{read_rays, write_hits};
+use kugelblitz::render::{available_memory, hits_bytes};
+use kugelblitz::scene::read_scene;
+use kugelblitz::trace::{Hits, Ray, Rays, Wants};
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::device::{Device, Made};
+use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
+use super::output::{bytes, count, human, ms, objects, print_json};
+use super::progress::Progress;
+use super::{Run, TraceArgs};
+
+/// Bytes of a ray in a file of float64.
+const FILE_RAY_BYTES: u64 = 48;
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    head: Head,
+    #[serde(flatten)]
+    on: On,
+    kernel: &'static str,
+    objects: Objects,
+    rays: RayCounts,
+    hits: u64,
+    bytes_device: u64,
+    ms: Ms,
+}
+
+/// Traces a file of rays into a file of hits.
+pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
+    if args.talk.json && args.output == Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(
+            "the hits and --json can't both go to standard output; write the hits to a file".into(),
+        ));
+    }
+    let wants = Wants { surface: true, level: args.certificates };
+    let start = Instant::now();
+    let scene = Arc::new(read_scene(&args.scene)?);
+    refuse_what_cannot_fit(&args.rays, wants)?;
+    let rays = Rays::List(read_rays(&args.rays)?);
+    let read = start.elapsed();
+    if rays.is_empty() {
+        return Err(Error::Input {
+            path: args.rays.clone(),
+            message: "there are no rays in it; give at least one row".into(),
+        });
+    }
+
+    let start = Instant::now();
+    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
+    let prepare = start.elapsed();
+    let device = Device::open(&args.device.device, &args.talk)?;
+    let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
+
+    let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
+    let mut hits = Hits::default();
+    let timing = tracer.trace(&rays, &run.control, &mut hits)?;
+    drop(progress);
+    run.control.check()?;
+    let start = Instant::now();
+    write_hits(&args.output, &hits)?;
+    let write = start.elapsed();
+
+    if args.talk.json {
+        print_json(&Summary {
+            head: Head::new("trace"),
+            on: On::from(&device),
+            kernel: args.kernel.name(),
+            objects: Objects::from(&*scene),
+            rays: RayCounts::from(hits.counts),
+            hits: hits.n_hits(),
+            bytes_device: tracer.bytes_device(),
+            ms: Ms {
+                read: ms(read),
+                prepare: ms(prepare),
+                build: 0.0,
+                upload: ms(upload),
+                compile: ms(compile),
+                stages: MsStages::from(timing),
+                write: ms(write),
+                total: ms(run.start.elapsed()),
+            },
+        })?;
+    }
+    args.talk.say(&format!(
+        "{}: {}, {} hits, {}, {} on {}, {} tracing",
+        args.output.display(),
+        count(rays.len(), "ray"),
+        hits.n_hits(),
+        objects(&scene),
+        args.kernel.name(),
+        device.label(),
+        human(timing.trace + timing.refine + timing.decide + timing.readback)
+    ));
+    Ok(())
+}
+
+/// A file of float64 needs a ray and a hit for each row; one of float32 needs twice that for its
+/// size, so this refuses only what is certain not to fit.
+fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
+    let n_rays = file_bytes / FILE_RAY_BYTES;
+    let needed = n_rays * size_of::<Ray>() as u64 + hits_bytes(n_rays, wants);
+    let available = available_memory();
+    if needed > available {
+        return Err(Error::TooLarge(format!(
+            "{}: its rays and their hits need at least {} of memory, but only {} are available; \
+             give the rays in parts",
+            rays.display(),
+            bytes(needed),
+            bytes(available)
+        )));
+    }
+    Ok(())
+}

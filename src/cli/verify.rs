@@ -1,0 +1,252 @@
+//! `kugelblitz verify`
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use kugelblitz::camera::Pixels;
+use kugelblitz::compare::{Comparison, compare};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::render::{available_memory, band_rows, bands, hits_bytes};
+use kugelblitz::scene::{Scene, read_scene};
+use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::device::Device;
+use super::head::{Head, Objects, On};
+use super::options::KERNELS;
+use super::output::{bytes, objects, print, print_json};
+use super::progress::Progress;
+use super::render::size;
+use super::{Run, VerifyArgs};
+
+/// Pixels that are compared with exact arithmetic without --samples.
+const DEFAULT_SAMPLES: usize = 1 << 16;
+
+const WANTS: Wants = Wants { surface: true, level: false };
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    head: Head,
+    #[serde(flatten)]
+    on: On,
+    size: [u32; 2],
+    objects: Objects,
+    rays: u64,
+    samples: usize,
+    seed: u64,
+    kernels: Vec<OfKernel>,
+}
+
+#[derive(Serialize)]
+struct OfKernel {
+    kernel: &'static str,
+    promise: &'static str,
+    /// `null` where only the CPU traced.
+    gpu_against_cpu: Option<Comparison>,
+    against_exact: AgainstExactOn,
+    broken: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct AgainstExactOn {
+    gpu: Option<AgainstExact>,
+    cpu: AgainstExact,
+}
+
+/// Compares the devices with each other and with exact arithmetic.
+pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
+    let scene = Arc::new(read_scene(&args.scene)?);
+    let pixels = args.size.pixels(&scene, &args.scene)?;
+    refuse_what_cannot_fit(&pixels)?;
+    let device = Device::open(&args.device.device, &args.talk)?;
+    run.control.check()?;
+
+    let one = [args.kernel];
+    let kernels = if args.all_kernels { KERNELS } else { &one };
+    let samples = sample(pixels.len(), args.samples.unwrap_or(DEFAULT_SAMPLES), args.seed);
+    let n_samples = samples.len();
+    let n_devices = if device.facts().is_some() { 2 } else { 1 };
+    let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
+    let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let truths = truths(&scene, &pixels, &samples, &run.control)?;
+    let bit_equal = device.facts().is_some_and(|facts| facts.passthrough);
+    let mut results = Vec::new();
+    for &kernel in kernels {
+        let result = of_kernel(&scene, &pixels, kernel, &device, &truths, &run.control)?;
+        results.push(judge(kernel, bit_equal, result));
+    }
+    drop(progress);
+
+    let broken: Vec<String> = results.iter().flat_map(|result| result.broken.clone()).collect();
+    if args.talk.json {
+        print_json(&Summary {
+            head: Head::new("verify"),
+            on: On::from(&device),
+            size: [pixels.width, pixels.height],
+            objects: Objects::from(&*scene),
+            rays: pixels.len() as u64,
+            samples: n_samples,
+            seed: args.seed,
+            kernels: results,
+        })?;
+    } else {
+        let share = match n_samples == pixels.len() {
+            true => "all pixels".to_string(),
+            false => format!("{n_samples} of {} pixels (seed {})", pixels.len(), args.seed),
+        };
+        let head = format!(
+            "{}: {}, {}, on {}; {share} against exact arithmetic\n",
+            args.scene.display(),
+            size(&pixels),
+            objects(&scene),
+            device.label()
+        );
+        print((head + &table(&results)).as_bytes())?;
+    }
+    match broken.is_empty() {
+        true => Ok(()),
+        false => Err(Error::Comparison(broken.join("; "))),
+    }
+}
+
+/// The truth about each band's part of the samples.
+fn truths(
+    scene: &Scene,
+    pixels: &Pixels,
+    samples: &[usize],
+    control: &Control,
+) -> Result<Vec<Truth>> {
+    let mut rest = samples;
+    let mut first_ray = 0;
+    bands(pixels, band_rows(pixels, WANTS))
+        .map(|band| {
+            let end = rest.partition_point(|&index| index < first_ray + band.len());
+            let index = rest[..end].iter().map(|index| index - first_ray).collect();
+            rest = &rest[end..];
+            first_ray += band.len();
+            Truth::of_pixels(scene, &band, index, control)
+        })
+        .collect()
+}
+
+/// GPU against CPU, then each against exact.
+type Result3 = (Option<Comparison>, Option<AgainstExact>, AgainstExact);
+
+fn of_kernel(
+    scene: &Arc<Scene>,
+    pixels: &Pixels,
+    kernel: Kernel,
+    device: &Device,
+    truths: &[Truth],
+    control: &Control,
+) -> Result<Result3> {
+    let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &Rays::Pixels(*pixels))?);
+    let mut cpu = Device::Cpu.tracer(&prepared, WANTS)?.tracer;
+    let mut gpu: Option<Box<dyn Tracer>> = match device {
+        Device::Gpu(_) => Some(device.tracer(&prepared, WANTS)?.tracer),
+        Device::Cpu => None,
+    };
+    let mut parity = gpu.as_ref().map(|_| Comparison::default());
+    let mut gpu_exact = gpu.as_ref().map(|_| AgainstExact::default());
+    let mut cpu_exact = AgainstExact::default();
+    let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
+    let mut first_ray = 0;
+    for (band, truth) in bands(pixels, band_rows(pixels, WANTS)).zip(truths) {
+        let rays = Rays::Pixels(band);
+        cpu.trace(&rays, control, &mut on_cpu)?;
+        cpu_exact.add(&compare_to_exact(&on_cpu, truth), first_ray);
+        if let Some(gpu) = &mut gpu {
+            gpu.trace(&rays, control, &mut on_gpu)?;
+            let against = compare_to_exact(&on_gpu, truth);
+            gpu_exact.get_or_insert_default().add(&against, first_ray);
+            parity.get_or_insert_default().add(&compare(&on_gpu, &on_cpu), first_ray);
+        }
+        first_ray += band.len();
+    }
+    Ok((parity, gpu_exact, cpu_exact))
+}
+
+fn judge(kernel: Kernel, bit_equal: bool, (parity, gpu, cpu): Result3) -> OfKernel {
+    let gpu_row = gpu.as_ref().map(|against| ("GPU", against));
+    let exact: Vec<_> = gpu_row.into_iter().chain([("CPU", &cpu)]).collect();
+    let broken = broken_promises(kernel, bit_equal, parity.as_ref(), &exact);
+    OfKernel {
+        kernel: kernel.name(),
+        promise: match (kernel, &parity) {
+            (Kernel::Lecture | Kernel::Stable, None) => "nothing that the CPU alone can show",
+            _ => promise(kernel, bit_equal),
+        },
+        gpu_against_cpu: parity,
+        against_exact: AgainstExactOn { gpu, cpu },
+        broken,
+    }
+}
+
+fn table(results: &[OfKernel]) -> String {
+    let mut text = String::new();
+    let parities: Vec<_> = results
+        .iter()
+        .filter_map(|result| Some((result.kernel, result.gpu_against_cpu.as_ref()?)))
+        .collect();
+    if !parities.is_empty() {
+        text += "\nGPU against CPU   rays  hit or miss  other object  t differs  ulp max  \
+                 normal differs  distance max\n";
+    }
+    for (kernel, c) in parities {
+        let _ = writeln!(
+            text,
+            "{kernel:<10} {:>11} {:>12} {:>13} {:>10} {:>8} {:>15} {:>13.2e}",
+            c.rays,
+            c.hit_or_miss,
+            c.other_object,
+            c.t_differs,
+            c.t_ulp_max,
+            c.normal_differs,
+            c.normal_distance_max
+        );
+    }
+    text += "\nagainst exact     rays   false hits  false misses  wrong object  t error, ulp  \
+             normal error\n";
+    for result in results {
+        let on = &result.against_exact;
+        for (device, c) in [("GPU", on.gpu.as_ref()), ("CPU", Some(&on.cpu))] {
+            let Some(c) = c else { continue };
+            let _ = writeln!(
+                text,
+                "{:<10} {device} {:>7} {:>12} {:>13} {:>13} {:>13.2} {:>13.2e}",
+                result.kernel,
+                c.rays,
+                c.false_hits,
+                c.false_misses,
+                c.wrong_object,
+                c.t_ulp_max,
+                c.normal_distance_max
+            );
+        }
+    }
+    text.push('\n');
+    for result in results {
+        let kept = if result.broken.is_empty() { "kept" } else { "BROKEN" };
+        let _ = writeln!(text, "{} promises: {}: {kept}", result.kernel, result.promise);
+    }
+    text
+}
+
+/// Two results of a band, one a device.
+fn refuse_what_cannot_fit(pixels: &Pixels) -> Result<()> {
+    let n_rays = u64::from(pixels.width) * u64::from(band_rows(pixels, WANTS));
+    let (needed, available) = (2 * hits_bytes(n_rays, WANTS), available_memory());
+    if needed > available {
+        return Err(Error::TooLarge(format!(
+            "comparing {} pixels at once needs {} of memory, but only {} are available; verify \
+             a smaller --size",
+            n_rays,
+            bytes(needed),
+            bytes(available)
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,273 @@
+//! Tracing a picture band by band, so that memory is bounded by a band and not by the picture.
+
+use std::io::{Seek, Write};
+use std::time::{Duration, Instant};
+
+use crate::camera::Pixels;
+use crate::error::{Error, Result};
+use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
+use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
+
+/// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
+/// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
+/// as long as Ctrl-C may take.
+const BAND_BYTES: u64 = 16 << 20;
+
+/// How a picture is cut into bands, and what that costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Rows of a band; the last one may have fewer.
+    pub n_band_rows: u32,
+    /// Memory for the hits of a band and for writing it.
+    pub bytes: u64,
+}
+
+/// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
+pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
+    let row_bytes = hits_bytes(u64::from(pixels.width), wants).max(1);
+    let n_rows = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX);
+    n_rows.clamp(1, pixels.height.max(1))
+}
+
+/// Bytes of [`Hits`] for `n_rays` rays.
+pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
+    let surface = size_of::<f32>() + size_of::<[f32; 3]>();
+    let ray_bytes = size_of::<u32>()
+        + if wants.surface { surface } else { 0 }
+        + usize::from(wants.level) * size_of::<u8>();
+    n_rays.saturating_mul(ray_bytes as u64)
+}
+
+/// Plans the bands of a picture of `n_objects` objects so that they fit `available_bytes`
+/// ([`available_memory`]). Allocates nothing.
+///
+/// # Errors
+/// Those of [`writer_bytes`], and [`Error::TooLarge`] when a band of one row is too much.
+pub fn plan(
+    format: Format,
+    options: PictureOptions,
+    pixels: &Pixels,
+    n_objects: usize,
+    available_bytes: u64,
+) -> Result<Plan> {
+    let wants = format.wants(options.certificates);
+    let mut n_band_rows = band_rows(pixels, wants);
+    loop {
+        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
+        let writer =
+            writer_bytes(format, options, Frame::from(pixels), n_band_rows, n_objects + 1)?;
+        let bytes = writer.saturating_add(hits_bytes(n_rays, wants));
+        if bytes <= available_bytes {
+            return Ok(Plan { n_band_rows, bytes });
+        }
+        if n_band_rows == 1 {
+            return Err(Error::TooLarge(format!(
+                "writing a {format} picture {} pixels wide needs {} KiB of memory, but only {} \
+                 KiB are available; free some, or render narrower parts with --crop",
+                pixels.width,
+                bytes.div_ceil(1 << 10),
+                available_bytes >> 10
+            )));
+        }
+        n_band_rows /= 2;
+    }
+}
+
+/// Bytes of memory that can still be used without swapping, also within a container's limit.
+/// `u64::MAX` where the system does not tell.
+pub fn available_memory() -> u64 {
+    let Ok(mut system) = sysinfo::System::new() else { return u64::MAX };
+    system.refresh_memory_specifics(sysinfo::MemoryRefreshKind::nothing().with_ram());
+    // A container's "free" memory leaves out what caches hold, which the system gives back.
+    let in_container = system
+        .cgroup_limits()
+        .map_or(u64::MAX, |limits| limits.total_memory.saturating_sub(limits.rss));
+    match system.available_memory() {
+        0 => in_container,
+        bytes => bytes.min(in_container),
+    }
+}
+
+/// The bands of a rectangle of pixels, from top to bottom.
+pub fn bands(pixels: &Pixels, n_band_rows: u32) -> impl Iterator<Item = Pixels> {
+    let pixels = *pixels;
+    let n_band_rows = n_band_rows.max(1);
+    (0..pixels.height)
+        .step_by(n_band_rows as usize)
+        .map(move |first| pixels.rows(first, n_band_rows.min(pixels.height - first)))
+}
+
+/// What tracing a picture came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rendered {
+    /// Rays that hit an object.
+    pub hits: u64,
+    /// How many rays each stage decided.
+    pub counts: StageCounts,
+    /// Time in the stages of tracing.
+    pub timing: Timing,
+    /// Time for encoding and writing.
+    pub write: Duration,
+}
+
+/// Traces `pixels` band by band and writes each band as soon as it is there. The caller ends the
+/// picture with [`PictureWriter::finish`].
+///
+/// # Errors
+/// Those of [`Tracer::trace`] and [`PictureWriter::rows`]; [`Error::Interrupted`] between bands as
+/// well.
+pub fn render<W: Write + Seek>(
+    tracer: &mut dyn Tracer,
+    pixels: &Pixels,
+    n_band_rows: u32,
+    writer: &mut PictureWriter<W>,
+    control: &Control,
+) -> Result<Rendered> {
+    let mut rendered = Rendered::default();
+    let mut hits = Hits::default();
+    for band in bands(pixels, n_band_rows) {
+        trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
+        let start = Instant::now();
+        writer.rows(&hits, band.height)?;
+        rendered.write += start.elapsed();
+    }
+    control.check()?;
+    Ok(rendered)
+}
+
+/// Traces `pixels` as [`render`] does, and forgets the result: for measuring.
+///
+/// # Errors
+/// Those of [`Tracer::trace`].
+pub fn trace_only(
+    tracer: &mut dyn Tracer,
+    pixels: &Pixels,
+    n_band_rows: u32,
+    control: &Control,
+) -> Result<Timing> {
+    let mut rendered = Rendered::default();
+    let mut hits = Hits::default();
+    for band in bands(pixels, n_band_rows) {
+        trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
+    }
+    Ok(rendered.timing)
+}
+
+fn trace_band(
+    tracer: &mut dyn Tracer,
+    band: &Pixels,
+    control: &Control,
+    hits: &mut Hits,
+    rendered: &mut Rendered,
+) -> Result<()> {
+    control.check()?;
+    let timing = tracer.trace(&Rays::Pixels(*band), control, hits)?;
+    rendered.timing.add(timing);
+    rendered.counts.add(hits.counts);
+    rendered.hits += hits.n_hits();
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::camera::View;
+    use crate::scene::{Camera, Color};
+
+    fn pixels(width: u32, height: u32) -> Pixels {
+        let camera = Camera {
+            position: DVec3::ZERO,
+            look_at: DVec3::NEG_Z,
+            up: DVec3::Y,
+            fov_degrees: 45.0,
+        };
+        Pixels::whole(View::new(&camera), width, height)
+    }
+
+    /// Every pixel hits the object 1; the time is one microsecond a band.
+    struct Wall {
+        n_calls: u64,
+        cancel_at: u64,
+    }
+
+    impl Tracer for Wall {
+        fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+            self.n_calls += 1;
+            hits.reset(rays.len(), Wants::default());
+            hits.id.fill(1);
+            hits.counts.f32 = rays.len() as u64;
+            if self.n_calls == self.cancel_at {
+                control.cancel();
+            }
+            Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
+        }
+        fn bytes_device(&self) -> u64 {
+            0
+        }
+    }
+
+    #[test]
+    fn bands_cover_the_rectangle_once_in_order() {
+        let mut pixels = pixels(100, 50);
+        (pixels.x, pixels.y, pixels.width, pixels.height) = (3, 7, 40, 23);
+        let bands: Vec<_> = bands(&pixels, 10).map(|band| (band.x, band.y, band.height)).collect();
+        assert_eq!(bands, [(3, 7, 10), (3, 17, 10), (3, 27, 3)]);
+    }
+
+    #[test]
+    fn common_pictures_are_one_band_and_large_ones_are_bounded() {
+        let surface = Wants { surface: true, level: false };
+        assert_eq!(band_rows(&pixels(1920, 1080), Wants::default()), 1080);
+        assert_eq!(band_rows(&pixels(1920, 1080), surface), 436);
+        let huge = pixels(32768, 32768);
+        assert_eq!(band_rows(&huge, Wants::default()), 128);
+        for format in Format::ALL {
+            let plan = plan(format, PictureOptions::default(), &huge, 9, u64::MAX).unwrap();
+            assert!(plan.bytes < 256 << 20, "{format}: {plan:?}");
+        }
+    }
+
+    #[test]
+    fn little_memory_means_small_bands_and_too_little_is_refused() {
+        let pixels = pixels(1000, 1000);
+        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), &pixels, 9, bytes);
+        let all = plan(u64::MAX).unwrap();
+        assert_eq!(all.n_band_rows, 838);
+        let half = plan(all.bytes / 2).unwrap();
+        assert!(half.n_band_rows < 838 && half.bytes <= all.bytes / 2, "{half:?}");
+        let error = plan(100_000).unwrap_err();
+        assert_eq!(error.exit_code(), 7);
+        assert!(error.to_string().contains("only 97 KiB are available"), "{error}");
+        assert!(available_memory() > 1 << 20);
+    }
+
+    #[test]
+    fn sums_are_of_all_bands_and_a_cancelled_run_stops_between_two() {
+        let pixels = pixels(10, 25);
+        let palette = [Color::BLACK, Color([1.0; 3])];
+        let draw = |cancel_at| {
+            let mut tracer = Wall { n_calls: 0, cancel_at };
+            let mut writer = PictureWriter::create(
+                Format::Ppm,
+                PictureOptions::default(),
+                Frame::from(&pixels),
+                &palette,
+                std::io::Cursor::new(Vec::new()),
+                "memory",
+            )?;
+            let control = Control::default();
+            let rendered = render(&mut tracer, &pixels, 10, &mut writer, &control)?;
+            writer.finish()?;
+            Ok(rendered)
+        };
+        let rendered = draw(u64::MAX).unwrap();
+        assert_eq!((rendered.hits, rendered.counts.total()), (250, 250));
+        assert_eq!(rendered.timing.trace, Duration::from_micros(3));
+        for cancel_at in [1, 3] {
+            let result: Result<Rendered> = draw(cancel_at);
+            assert!(matches!(result, Err(Error::Interrupted)), "{cancel_at}");
+        }
+    }
+}

@@ -1,0 +1,417 @@
+//! What a kernel saw against exact arithmetic, and whether it kept what it promises.
+
+use rayon::prelude::*;
+
+use crate::camera::Pixels;
+use crate::compare::Comparison;
+use crate::error::Result;
+use crate::exact::{self, ExactPixels, ExactRay, Shape};
+use crate::scene::Scene;
+use crate::trace::{Control, Hits, Kernel};
+
+/// Largest error of `t` of the kernel `certified`, in f32 steps at the exact `t` (contract §2).
+/// Halved, it would refuse correctly rounded values, which are off by up to half a step.
+const CERTIFIED_T_ULP: f64 = 1.0;
+
+/// What the exact `t`'s own rounding to f64 adds to that: 2⁻⁵³ of `t`, which is at most 2⁻²⁹ of a
+/// step.
+const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
+
+/// Largest distance of a normal of the kernel `certified` from the exact one.
+const CERTIFIED_NORMAL_DISTANCE: f64 = 1.0 / (1u64 << 23) as f64;
+
+/// What some of the rays see, exactly.
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// The rays, as indices into the [`Hits`] of all rays.
+    pub index: Vec<usize>,
+    /// Object ids, 0 for the background.
+    pub id: Vec<u32>,
+    /// The exact `t`, rounded to f64; +∞ on the background.
+    pub t: Vec<f64>,
+    /// The exact unit normals, each component rounded to f64; zero on the background.
+    pub normal: Vec<[f64; 3]>,
+}
+
+impl Truth {
+    /// What the pixels with these indices see; `control` counts each as a ray.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
+    pub fn of_pixels(
+        scene: &Scene,
+        pixels: &Pixels,
+        index: Vec<usize>,
+        control: &Control,
+    ) -> Result<Truth> {
+        let rays = ExactPixels::new(pixels);
+        let seen = index.par_iter().map(|&i| {
+            control.check()?;
+            let (x, y) = pixels.xy(i);
+            control.advance(1);
+            Ok(see(scene, &rays.ray(x, y)))
+        });
+        let seen: Vec<(u32, f64, [f64; 3])> = seen.collect::<Result<_>>()?;
+        Ok(Truth {
+            index,
+            id: seen.iter().map(|seen| seen.0).collect(),
+            t: seen.iter().map(|seen| seen.1).collect(),
+            normal: seen.iter().map(|seen| seen.2).collect(),
+        })
+    }
+}
+
+fn see(scene: &Scene, ray: &ExactRay) -> (u32, f64, [f64; 3]) {
+    let objects = (1..=scene.n_objects() as u32)
+        .filter_map(|id| scene.object(id).map(|object| (id, Shape::from(object))));
+    let Some(hit) = exact::nearest(ray, objects) else {
+        return (0, f64::INFINITY, [0.0; 3]);
+    };
+    let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
+    let normal = normal.map_or([0.0; 3], |normal| normal.map(|component| component.to_f64()));
+    (hit.id, hit.t_f64(), normal)
+}
+
+/// Where and how far a result is from the exact one.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct AgainstExact {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays that hit an object where there is none.
+    pub false_hits: u64,
+    /// Rays that miss an object that is there.
+    pub false_misses: u64,
+    /// Rays that hit another object than the visible one.
+    pub wrong_object: u64,
+    /// Largest error of `t` where the object is right, in f32 steps at the exact `t`.
+    pub t_ulp_max: f64,
+    /// Largest distance of a normal from the exact one where the object is right.
+    pub normal_distance_max: f64,
+    /// Index of the first ray with a wrong id.
+    pub first_wrong_id: Option<usize>,
+}
+
+impl AgainstExact {
+    /// Rays with a wrong id.
+    pub fn wrong_ids(&self) -> u64 {
+        self.false_hits + self.false_misses + self.wrong_object
+    }
+
+    /// Adds another part of the same picture, whose rays begin at `first_ray`.
+    pub fn add(&mut self, other: &AgainstExact, first_ray: usize) {
+        self.rays += other.rays;
+        self.false_hits += other.false_hits;
+        self.false_misses += other.false_misses;
+        self.wrong_object += other.wrong_object;
+        self.t_ulp_max = self.t_ulp_max.max(other.t_ulp_max);
+        self.normal_distance_max = self.normal_distance_max.max(other.normal_distance_max);
+        let first = other.first_wrong_id.map(|index| first_ray + index);
+        self.first_wrong_id = self.first_wrong_id.or(first);
+    }
+}
+
+/// Error of `t` in f32 steps at the exact `t`: `2^(e−23)` for an exact `t` in `2^e..2^(e+1)`, and
+/// not less than the smallest subnormal. +∞ where `t` is not finite.
+fn t_error_ulp(t: f32, exact: f64) -> f64 {
+    if f64::from(t) == exact {
+        return 0.0;
+    }
+    let exponent = ((exact.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    let error = (f64::from(t) - exact).abs() / 2f64.powi(exponent.max(-126) - 23);
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// Compares `hits` with the truth about some of its rays. `t` and normals are looked at where
+/// `hits` has them and the id is right. A ray that `hits` lacks counts as a wrong id.
+pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
+    let mut result = AgainstExact { rays: truth.index.len() as u64, ..AgainstExact::default() };
+    for (k, &index) in truth.index.iter().enumerate() {
+        let (found, expected) = (hits.id.get(index).copied(), truth.id[k]);
+        if found != Some(expected) {
+            match (found, expected) {
+                (Some(0) | None, _) => result.false_misses += 1,
+                (_, 0) => result.false_hits += 1,
+                _ => result.wrong_object += 1,
+            }
+            result.first_wrong_id.get_or_insert(index);
+            continue;
+        }
+        if let Some(&t) = hits.t.get(index) {
+            result.t_ulp_max = result.t_ulp_max.max(t_error_ulp(t, truth.t[k]));
+        }
+        if let Some(normal) = hits.normal.get(index) {
+            let difference = |axis: usize| f64::from(normal[axis]) - truth.normal[k][axis];
+            let squared: f64 = (0..3).map(|axis| difference(axis).powi(2)).sum();
+            let distance = if squared.is_nan() { f64::INFINITY } else { squared.sqrt() };
+            result.normal_distance_max = result.normal_distance_max.max(distance);
+        }
+    }
+    result
+}
+
+/// What a kernel promises, in words. `bit_equal` says whether the device's arithmetic is that of
+/// IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
+pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
+    match (kernel, bit_equal) {
+        (Kernel::Lecture | Kernel::Stable, true) => {
+            "GPU and CPU equal bit by bit; exactness is not promised"
+        }
+        (Kernel::Lecture | Kernel::Stable, false) => {
+            "nothing on this device, whose arithmetic is not known to be IEEE 754's"
+        }
+        (Kernel::Certified, _) => "ids exact on GPU and CPU, t within 1 ulp, normals within 2^-23",
+    }
+}
+
+/// The promises of `kernel` that these results break, one sentence each. `parity` compares GPU
+/// with CPU where both ran; `exact` has each device's name and result.
+pub fn broken_promises(
+    kernel: Kernel,
+    bit_equal: bool,
+    parity: Option<&Comparison>,
+    exact: &[(&str, &AgainstExact)],
+) -> Vec<String> {
+    let mut broken = Vec::new();
+    let name = kernel.name();
+    if let Some(parity) = parity {
+        if parity.ids_differ() > 0 && (bit_equal || kernel == Kernel::Certified) {
+            broken.push(format!(
+                "{name}: GPU and CPU see different objects in {} of {} rays",
+                parity.ids_differ(),
+                parity.rays
+            ));
+        } else if !parity.is_equal() && bit_equal && kernel != Kernel::Certified {
+            broken.push(format!(
+                "{name}: GPU and CPU are not equal bit by bit: t differs in {} of {} rays (by up \
+                 to {} ulp), the normal in {}",
+                parity.t_differs, parity.rays, parity.t_ulp_max, parity.normal_differs
+            ));
+        }
+    }
+    for (device, against) in exact {
+        if against.rays == 0 {
+            broken.push(format!("{name} on the {device}: no ray was compared"));
+        }
+        if kernel != Kernel::Certified {
+            continue;
+        }
+        if against.wrong_ids() > 0 {
+            broken.push(format!(
+                "{name} on the {device}: {} of {} ids are wrong",
+                against.wrong_ids(),
+                against.rays
+            ));
+        }
+        if against.t_ulp_max > CERTIFIED_T_ULP + T_REFERENCE_ULP {
+            broken.push(format!(
+                "{name} on the {device}: t is off by {:.3} ulp, promised is {CERTIFIED_T_ULP}",
+                against.t_ulp_max
+            ));
+        }
+        if against.normal_distance_max > CERTIFIED_NORMAL_DISTANCE {
+            broken.push(format!(
+                "{name} on the {device}: a normal is off by {:.3e}, promised is \
+                 {CERTIFIED_NORMAL_DISTANCE:.3e}",
+                against.normal_distance_max
+            ));
+        }
+    }
+    broken
+}
+
+/// `n` different indices below `total`, ascending, drawn at random from `seed`; all of them when
+/// `n` is not less.
+pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
+    if n >= total {
+        return (0..total).collect();
+    }
+    let mut state = seed;
+    // Floyd's algorithm: n draws, whatever the total.
+    let mut chosen = std::collections::BTreeSet::new();
+    for top in total - n..total {
+        let drawn = (u128::from(split_mix(&mut state)) * (top as u128 + 1)) >> 64;
+        if !chosen.insert(drawn as usize) {
+            chosen.insert(top);
+        }
+    }
+    chosen.into_iter().collect()
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014): good enough to choose pixels.
+fn split_mix(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::camera::View;
+    use crate::compare::compare;
+    use crate::scene::{Camera, Color, Plane, Sphere};
+
+    fn scene() -> (Scene, Pixels) {
+        let camera = Camera {
+            position: DVec3::new(0.0, 1.0, 6.0),
+            look_at: DVec3::new(0.0, 0.5, 0.0),
+            up: DVec3::Y,
+            fov_degrees: 40.0,
+        };
+        let pixels = Pixels::whole(View::new(&camera), 24, 16);
+        let sphere = |x, radius| Sphere {
+            name: None,
+            center: DVec3::new(x, 0.5, 0.0),
+            radius,
+            color: Color([1.0; 3]),
+        };
+        let floor =
+            Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color([0.5; 3]) };
+        let scene = Scene {
+            background: Color::BLACK,
+            camera: Some(camera),
+            image: None,
+            spheres: vec![sphere(-0.6, 0.7), sphere(0.9, 0.4)],
+            planes: vec![floor],
+        };
+        (scene, pixels)
+    }
+
+    /// The exact result, rounded: it keeps every promise.
+    fn rounded(truth: &Truth) -> Hits {
+        Hits {
+            id: truth.id.clone(),
+            t: truth.t.iter().map(|&t| t as f32).collect(),
+            normal: truth.normal.iter().map(|n| n.map(|c| c as f32)).collect(),
+            ..Hits::default()
+        }
+    }
+
+    fn truth() -> Truth {
+        let (scene, pixels) = scene();
+        let all = (0..pixels.len()).collect();
+        Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap()
+    }
+
+    fn broken(kernel: Kernel, hits: &Hits) -> Vec<String> {
+        let truth = truth();
+        let parity = compare(hits, &rounded(&truth));
+        let against = compare_to_exact(hits, &truth);
+        broken_promises(kernel, true, Some(&parity), &[("GPU", &against)])
+    }
+
+    #[test]
+    fn a_right_result_keeps_all_promises() {
+        let truth = truth();
+        for id in 0..=3 {
+            assert!(truth.id.contains(&id), "no ray sees {id}");
+        }
+        let hits = rounded(&truth);
+        let against = compare_to_exact(&hits, &truth);
+        assert_eq!(against.rays, 24 * 16);
+        assert_eq!(against.wrong_ids(), 0);
+        assert!(against.t_ulp_max > 0.25 && against.t_ulp_max <= 0.5, "{against:?}");
+        for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+            assert_eq!(broken(kernel, &hits), Vec::<String>::new());
+        }
+    }
+
+    /// Each wrong result is noticed, under the right name, by every promise it breaks.
+    #[test]
+    fn sabotage_is_noticed() {
+        let truth = truth();
+        let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
+        type Sabotage = (&'static str, fn(&mut Hits, usize));
+        let sabotages: [(u32, Sabotage); 7] = [
+            (0, ("false hit", |hits, i| hits.id[i] = 2)),
+            (1, ("false miss", |hits, i| hits.id[i] = 0)),
+            (1, ("wrong object", |hits, i| hits.id[i] = 3)),
+            (1, ("t", |hits, i| hits.t[i] = f32::from_bits(hits.t[i].to_bits() + 2))),
+            (1, ("t", |hits, i| hits.t[i] = f32::NAN)),
+            (0, ("t", |hits, i| hits.t[i] = 7.0)),
+            (3, ("normal", |hits, i| hits.normal[i][1] += 2.0 / (1 << 23) as f32)),
+        ];
+        for (id, (what, apply)) in sabotages {
+            let mut hits = rounded(&truth);
+            apply(&mut hits, on(id));
+            let against = compare_to_exact(&hits, &truth);
+            let noticed = match what {
+                "false hit" => against.false_hits == 1,
+                "false miss" => against.false_misses == 1,
+                "wrong object" => against.wrong_object == 1,
+                "t" => against.t_ulp_max > 1.0,
+                _ => against.normal_distance_max > CERTIFIED_NORMAL_DISTANCE,
+            };
+            assert!(noticed, "{what}: {against:?}");
+            let wrong_ids = u64::from(!matches!(what, "t" | "normal"));
+            assert_eq!(against.wrong_ids(), wrong_ids, "{what}");
+            assert_eq!(against.first_wrong_id, (wrong_ids > 0).then(|| on(id)), "{what}");
+            for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+                assert!(!broken(kernel, &hits).is_empty(), "{what}, {}", kernel.name());
+            }
+        }
+        let short = Hits::default();
+        assert_eq!(compare_to_exact(&short, &truth).wrong_ids(), truth.id.len() as u64);
+        assert!(!broken(Kernel::Certified, &short).is_empty());
+    }
+
+    /// The bounds are not wider than promised: one and a half of each is too much.
+    #[test]
+    fn the_tolerances_are_tight() {
+        for factor in [1.0, 1.5] {
+            let with = [
+                AgainstExact { rays: 1, t_ulp_max: factor, ..AgainstExact::default() },
+                AgainstExact {
+                    rays: 1,
+                    normal_distance_max: factor / (1 << 23) as f64,
+                    ..AgainstExact::default()
+                },
+            ];
+            for against in with {
+                let broken = broken_promises(Kernel::Certified, true, None, &[("CPU", &against)]);
+                assert_eq!(broken.is_empty(), factor == 1.0, "{broken:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
+        let parity = Comparison { rays: 9, other_object: 1, first: Some(3), ..Default::default() };
+        let wrong = AgainstExact { rays: 9, wrong_object: 1, ..AgainstExact::default() };
+        let stable = |bit_equal| {
+            broken_promises(Kernel::Stable, bit_equal, Some(&parity), &[("GPU", &wrong)])
+        };
+        assert!(stable(false).is_empty());
+        assert_eq!(stable(true).len(), 1);
+        let nothing = AgainstExact::default();
+        assert_eq!(broken_promises(Kernel::Stable, true, None, &[("CPU", &nothing)]).len(), 1);
+    }
+
+    #[test]
+    fn ulps_are_those_of_the_exact_value() {
+        assert_eq!(t_error_ulp(1.0, 1.0), 0.0);
+        assert_eq!(t_error_ulp(1.0 + 2.0 * f32::EPSILON, 1.0), 2.0);
+        assert_eq!(t_error_ulp(1.0 - f32::EPSILON / 2.0, 1.0), 0.5);
+        assert_eq!(t_error_ulp(f32::from_bits(1), 0.0), 1.0);
+        assert_eq!(t_error_ulp(f32::INFINITY, f64::INFINITY), 0.0);
+        assert_eq!(t_error_ulp(f32::INFINITY, 1.0), f64::INFINITY);
+        assert_eq!(t_error_ulp(1.0, f64::INFINITY), f64::INFINITY);
+    }
+
+    #[test]
+    fn samples_are_different_ascending_and_repeatable() {
+        let sample_of = |seed| sample(10_000, 500, seed);
+        let chosen = sample_of(7);
+        assert_eq!(chosen.len(), 500);
+        assert!(chosen.windows(2).all(|pair| pair[0] < pair[1]) && chosen[499] < 10_000);
+        assert_eq!(chosen, sample_of(7));
+        assert_ne!(chosen, sample_of(8));
+        let mean = chosen.iter().sum::<usize>() / 500;
+        assert!((4500..5500).contains(&mean), "{mean}");
+        assert_eq!(sample(3, 9, 0), [0, 1, 2]);
+    }
+}

@@ -1,0 +1,685 @@
+//! The program as its users meet it: the real binary, its files, its streams, its exit codes.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::gpu;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn scene(name: &str) -> String {
+    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The program in a surrounding that makes Mesa complain and has no preferred adapter.
+fn program(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+    command
+        .args(args)
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("WGPU_ADAPTER_NAME")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// A driver that isn't there.
+fn without_driver(args: &[&str]) -> Command {
+    let mut command = program(args);
+    command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    command
+}
+
+struct Ran {
+    code: i32,
+    stdout: Vec<u8>,
+    stderr: String,
+}
+
+impl Ran {
+    fn new(what: &Command, output: Output) -> Ran {
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!stderr.contains("panicked"), "{what:?}\n{stderr}");
+        assert!(!stderr.contains("XDG_RUNTIME_DIR"), "{what:?}\n{stderr}");
+        let code = output.status.code().unwrap_or_else(|| panic!("{what:?}: {}", output.status));
+        Ran { code, stdout: output.stdout, stderr }
+    }
+
+    fn text(&self) -> &str {
+        std::str::from_utf8(&self.stdout).unwrap()
+    }
+
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.stdout).unwrap_or_else(|e| panic!("{e}: {}", self.text()))
+    }
+}
+
+fn finish(mut command: Command) -> Ran {
+    let output = command.output().unwrap();
+    Ran::new(&command, output)
+}
+
+#[track_caller]
+fn run(args: &[&str], code: i32) -> Ran {
+    let ran = finish(program(args));
+    assert_eq!(ran.code, code, "{args:?}\n{}", ran.stderr);
+    ran
+}
+
+fn file(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().unwrap().to_owned()
+}
+
+fn names(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+}
+
+/// All keys of an object, nested ones as `outer.inner`; those of lists as `list[]`.
+fn keys(value: &Value, prefix: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(map) => {
+            for (key, value) in map {
+                let dot = if prefix.is_empty() { "" } else { "." };
+                let key = format!("{prefix}{dot}{key}");
+                keys(value, &key, found);
+                found.insert(key);
+            }
+        }
+        Value::Array(list) => {
+            for value in list {
+                keys(value, &format!("{prefix}[]"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[track_caller]
+fn assert_keys(value: &Value, expected: &str) {
+    let mut found = BTreeSet::new();
+    keys(value, "", &mut found);
+    let expected: BTreeSet<String> = expected.split_whitespace().map(str::to_owned).collect();
+    assert_eq!(found, expected);
+}
+
+const RENDER_KEYS: &str = "schema version command adapter device kernel size \
+    objects objects.spheres objects.planes rays rays.total rays.f32 rays.f64 rays.exact hits \
+    bytes_device ms ms.read ms.prepare ms.build ms.upload ms.compile ms.trace ms.refine \
+    ms.decide ms.readback ms.write ms.total";
+const ADAPTER_KEYS: &str = "adapter.name adapter.type adapter.driver";
+
+#[test]
+fn the_default_device_renders_and_says_what_it_did() {
+    let facts = gpu().facts.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let out = file(&folder, "figure1.png");
+    let ran = run(&["render", &scene("figure1"), "-o", &out], 0);
+    assert_eq!(ran.stdout, b"");
+    let line = ran.stderr.strip_suffix('\n').unwrap();
+    assert!(!line.contains('\n'), "{line}");
+    let start = format!("{out}: 1280×720, 6 spheres, 2 planes, stable on {}", facts.name);
+    assert!(line.starts_with(&start) && line.ends_with(" tracing"), "{line}");
+    assert_eq!(line.contains("(software)"), facts.is_software(), "{line}");
+
+    let picture = image::open(&out).unwrap().into_rgb8();
+    assert_eq!(picture.dimensions(), (1280, 720));
+    assert_eq!(picture.get_pixel(5, 5).0, [0xb8, 0xa6, 0x8f], "the back wall");
+    assert_eq!(picture.get_pixel(5, 700).0, [0x8c, 0x8c, 0x8c], "the floor");
+    assert_eq!(picture.get_pixel(400, 300).0, [0xd6, 0x27, 0x28], "the red sphere");
+}
+
+#[test]
+fn quiet_is_quiet_and_verbose_names_the_driver() {
+    let facts = gpu().facts.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let out = file(&folder, "a.png");
+    let ran = run(&["render", &scene("figure1"), "-o", &out, "--size", "16x9", "-q"], 0);
+    assert_eq!((ran.stdout.len(), ran.stderr.as_str()), (0, ""));
+    // Verbose shows the driver's own lines, so not by `run`, which forbids them.
+    let args = ["render", &scene("figure1"), "-o", &out, "--size", "16x9", "-v"];
+    let output = program(&args).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains(&format!("note: opened {}", facts.name)), "{stderr}");
+    assert!(stderr.contains(&facts.driver) && stderr.contains(facts.kind), "{stderr}");
+}
+
+#[test]
+fn both_devices_and_all_kernels_write_the_same_picture() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    for kernel in ["lecture", "stable"] {
+        let pictures = ["cpu", "gpu"].map(|device| {
+            let out = file(&folder, "a.npy");
+            let args = ["--device", device, "--kernel", kernel, "--size", "120x80", "-q"];
+            run(&[&["render", &scene("figure3"), "-o", &out][..], &args].concat(), 0);
+            fs::read(out).unwrap()
+        });
+        assert!(pictures[0] == pictures[1], "{kernel}");
+    }
+}
+
+#[test]
+fn render_json_has_the_keys_of_the_contract() {
+    let facts = gpu().facts.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let out = file(&folder, "a.png");
+    let scene = scene("figure2");
+    let start = ["render", &scene, "-o", &out, "--size", "160x90", "--json", "-q", "--device"];
+
+    let json = run(&[&start[..], &["gpu"]].concat(), 0).json();
+    assert_keys(&json, &format!("{RENDER_KEYS} {ADAPTER_KEYS}"));
+    assert_eq!(json["schema"], 1);
+    assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(json["command"], "render");
+    assert_eq!(json["adapter"]["name"], facts.name.as_str());
+    assert_eq!(json["adapter"]["type"], facts.kind);
+    assert_eq!(json["device"], "gpu");
+    assert_eq!(json["kernel"], "stable");
+    assert_eq!(json["size"], serde_json::json!([160, 90]));
+    assert_eq!(json["objects"], serde_json::json!({"spheres": 4, "planes": 0}));
+    assert_eq!(json["rays"]["total"], 160 * 90);
+    assert!(json["hits"].as_u64().is_some_and(|hits| hits > 1000 && hits < 160 * 90));
+    assert!(json["ms"]["trace"].as_f64().is_some_and(|ms| ms > 0.0));
+
+    let json = run(&[&start[..], &["cpu", "--repeat", "3"]].concat(), 0).json();
+    let runs = "ms_runs ms_runs[].trace ms_runs[].refine ms_runs[].decide ms_runs[].readback";
+    assert_keys(&json, &format!("{RENDER_KEYS} {runs}"));
+    assert_eq!(json["adapter"], Value::Null);
+    assert_eq!(json["device"], "cpu");
+    assert_eq!(json["ms_runs"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn every_format_is_written_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene("figure1");
+    let render = |name: &str, more: &[&str]| {
+        let out = file(&folder, name);
+        let args = ["render", &scene, "-o", &out, "--size", "64x36", "--device", "cpu"];
+        run(&[&args[..], more].concat(), 0);
+        out
+    };
+    let png = image::open(render("a.png", &[])).unwrap();
+    let ppm = image::open(render("a.ppm", &[])).unwrap();
+    assert_eq!(png.as_rgb8().unwrap().as_raw(), ppm.as_rgb8().unwrap().as_raw());
+    let deep = image::open(render("b.png", &["--bits", "16"])).unwrap();
+    let deep = deep.as_rgb16().unwrap();
+    assert_eq!(deep.get_pixel(1, 1).0, [0xb8 * 257, 0xa6 * 257, 0x8f * 257]);
+
+    let npy = fs::read(render("a.npy", &[])).unwrap();
+    let header_bytes = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    assert_eq!(npy.len() - header_bytes, 64 * 36 * 32);
+    assert_eq!(npy[header_bytes..header_bytes + 4], 8u32.to_ne_bytes(), "the back wall's id");
+
+    let exr = render("a.exr", &["--crop", "10,20,30,8", "--certificates"]);
+    let meta = exr::meta::MetaData::read_from_file(&exr, true).unwrap();
+    let header = &meta.headers[0];
+    let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(names, ["A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "id", "level"]);
+    assert_eq!(header.own_attributes.layer_position, exr::math::Vec2(10, 20));
+    assert_eq!(header.layer_size, exr::math::Vec2(30, 8));
+    assert_eq!(header.shared_attributes.display_window.size, exr::math::Vec2(64, 36));
+}
+
+#[test]
+fn a_crop_is_the_same_part_of_the_whole() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, part) = (file(&folder, "whole.png"), file(&folder, "part.png"));
+    for device in ["cpu", "gpu"] {
+        let render = |out: &str, more: &[&str]| {
+            let args = ["--size", "301x173", "--device", device];
+            let start = ["render", &scene("figure1"), "-o", out];
+            run(&[&start[..], &args, more].concat(), 0);
+            image::open(out).unwrap().into_rgb8()
+        };
+        let whole = render(&whole, &[]);
+        let part = render(&part, &["--crop", "80,40,150,99"]);
+        assert_eq!(part, image::imageops::crop_imm(&whole, 80, 40, 150, 99).to_image());
+    }
+}
+
+#[test]
+fn standard_output_takes_a_picture() {
+    let start = ["render", &scene("figure5"), "-o", "-", "--size", "31x17", "--device", "cpu"];
+    let ran = run(&[&start[..], &["--format", "ppm"]].concat(), 0);
+    assert!(ran.stderr.starts_with("standard output: 31×17, "), "{}", ran.stderr);
+    let picture = image::load_from_memory(&ran.stdout).unwrap();
+    assert_eq!((picture.width(), picture.height()), (31, 17));
+    let ran = run(&[&start[..], &["--format", "exr"]].concat(), 0);
+    let meta = exr::meta::MetaData::read_from_buffered(ran.stdout.as_slice(), true).unwrap();
+    assert_eq!(meta.headers[0].layer_size, exr::math::Vec2(31, 17));
+}
+
+#[test]
+fn wrong_usage_exits_2_and_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, png, exr) = (scene("figure1"), file(&folder, "a.png"), file(&folder, "a.exr"));
+    let jpg = file(&folder, "a.jpg");
+    let render = ["render", &scene, "--device", "cpu", "-o"];
+    let cases: [(&[&str], &str); 18] = [
+        (&[], "Usage"),
+        (&["rendr"], "render"),
+        (&["render", &scene], "--output"),
+        (&[&png, "--size", "0x5"], "1920x1080"),
+        (&[&png, "--size", "12"], "1920x1080"),
+        (&[&png, "--crop", "1,2,3"], "100,50,640,360"),
+        (&[&png, "--size", "20x20", "--crop", "10,10,11,5"], "picture of 20x20 pixels"),
+        (&[&png, "--kernel", "magic"], "stable"),
+        (&[&png, "--format", "exr"], "--format"),
+        (&[&png, "--certificates"], ".exr or .npy"),
+        (&[&png, "--bits", "12"], "8, 16"),
+        (&[&exr, "--bits", "16"], "32-bit floats"),
+        (&[&png, "--repeat", "2"], "--json"),
+        (&[&png, "-q", "-v"], "--verbose"),
+        (&[&jpg], ".png, .exr, .ppm or .npy"),
+        (&["-"], "--format png|exr|ppm|npy"),
+        (&["-", "--format", "ppm", "--json"], "standard output"),
+        (&["man", "rendr"], "--help"),
+    ];
+    for (args, expected) in cases {
+        let whole = match args.first() {
+            None | Some(&("rendr" | "render" | "man")) => args.to_vec(),
+            _ => [&render[..], args].concat(),
+        };
+        let ran = run(&whole, 2);
+        assert!(ran.stderr.contains(expected), "{whole:?}: {}", ran.stderr);
+        assert_eq!(ran.stdout, b"", "{whole:?}");
+    }
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn a_wrong_scene_exits_3_with_its_place_and_touches_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (wrong, out) = (file(&folder, "wrong.toml"), file(&folder, "out.png"));
+    fs::write(&out, "old").unwrap();
+    fs::write(&wrong, "[camera]\nposition = [0, 0, 0]\nlookat = [0, 0, -1]\n").unwrap();
+    let ran = run(&["render", &wrong, "-o", &out], 3);
+    for expected in [":3:1", "lookat = [0, 0, -1]", "did you mean `look_at`?"] {
+        assert!(ran.stderr.contains(expected), "{expected}: {}", ran.stderr);
+    }
+    assert!(!ran.stderr.contains('\x1b'), "colour in a pipe: {}", ran.stderr);
+
+    // What steers a terminal does not reach it.
+    fs::write(&wrong, "background = \"\x1b[31m\"\n").unwrap();
+    assert!(!run(&["check", &wrong], 3).stderr.contains('\x1b'));
+
+    fs::write(&wrong, "background = \"#123456\"\n").unwrap();
+    let ran = run(&["render", &wrong, "-o", &out], 3);
+    assert!(ran.stderr.contains("no [camera]"), "{}", ran.stderr);
+    let missing = file(&folder, "missing.toml");
+    let ran = run(&["render", &missing, "-o", &out], 3);
+    assert!(ran.stderr.contains("missing.toml: cannot read the scene"), "{}", ran.stderr);
+    assert_eq!(fs::read(&out).unwrap(), b"old");
+    assert_eq!(names(folder.path()).len(), 2);
+}
+
+/// One malformation of a scene's text.
+fn mutate(text: &str, rng: &mut impl Rng) -> Vec<u8> {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let line = rng.random_range(0..lines.len());
+    let values =
+        ["nan", "inf", "-1", "1e308", "-1e-320", "\"x\"", "true", "[]", "[1, 2]", "{}", "", "0"];
+    match rng.random_range(0..6) {
+        0 => drop(lines.remove(line)),
+        1 => {
+            let other = rng.random_range(0..lines.len());
+            lines.swap(line, other);
+        }
+        2 | 3 => {
+            if let Some((key, _)) = lines[line].clone().split_once('=') {
+                lines[line] = format!("{key}= {}", values[rng.random_range(0..values.len())]);
+            }
+        }
+        4 => {
+            let copy = lines[line].clone();
+            lines.insert(line, copy);
+        }
+        _ => {
+            let mut bytes = text.as_bytes().to_vec();
+            for _ in 0..rng.random_range(1..4) {
+                let at = rng.random_range(0..bytes.len());
+                bytes[at] = rng.random();
+            }
+            let end = rng.random_range(0..=bytes.len());
+            bytes.truncate(if rng.random_bool(0.3) { end } else { bytes.len() });
+            return bytes;
+        }
+    }
+    (lines.join("\n") + "\n").into_bytes()
+}
+
+#[test]
+fn three_hundred_malformed_scenes_never_panic_nor_touch_the_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, out) = (file(&folder, "scene.toml"), file(&folder, "out.ppm"));
+    let texts = ["figure1", "figure2", "figure5", "inside"].map(scene);
+    let texts = texts.map(|path| fs::read_to_string(path).unwrap());
+    let mut rng = ChaCha8Rng::seed_from_u64(300);
+    let mut n_refused = 0;
+    for i in 0..300 {
+        let mut bytes = mutate(&texts[i % texts.len()], &mut rng);
+        if rng.random_bool(0.3) {
+            bytes = mutate(&String::from_utf8_lossy(&bytes).replace('\0', "?"), &mut rng);
+        }
+        fs::write(&path, &bytes).unwrap();
+        fs::write(&out, "old").unwrap();
+        let args = ["render", &path, "-o", &out, "--device", "cpu", "--size", "16x9"];
+        let ran = finish(program(&args));
+        let text = String::from_utf8_lossy(&bytes);
+        let written = fs::read(&out).unwrap();
+        match ran.code {
+            0 => assert!(written.starts_with(b"P6\n16 9\n"), "mutant {i}:\n{text}"),
+            3 => {
+                n_refused += 1;
+                assert_eq!(written, b"old", "mutant {i}:\n{text}");
+            }
+            code => panic!("mutant {i}: exit {code}: {}\n{text}", ran.stderr),
+        }
+    }
+    assert!((100..300).contains(&n_refused), "{n_refused} of 300 refused");
+    assert_eq!(names(folder.path()).len(), 2);
+}
+
+#[test]
+fn no_adapter_exits_4_unless_the_device_is_auto() {
+    let adapter = gpu().facts.name.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, out) = (scene("figure5"), file(&folder, "a.png"));
+    let start = ["render", &scene, "-o", &out, "--size", "16x9", "--device"];
+    let with = |device: &'static str| [&start[..], &[device]].concat();
+
+    let ran = finish(without_driver(&with("gpu")));
+    assert_eq!(ran.code, 4, "{}", ran.stderr);
+    assert!(ran.stderr.contains("mesa-vulkan-drivers"), "{}", ran.stderr);
+    let ran = run(&with("no such adapter"), 4);
+    assert!(ran.stderr.contains(&adapter), "{}", ran.stderr);
+    let ran = finish(without_driver(&["probe"]));
+    assert_eq!((ran.code, ran.stdout.len()), (4, 0), "{}", ran.stderr);
+    assert!(!Path::new(&out).exists());
+
+    // With --quiet as well: what traced is not what was hoped for.
+    let auto = [&with("auto")[..], &["-q"]].concat();
+    let ran = finish(without_driver(&auto));
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+    assert!(ran.stderr.contains("on the CPU") && ran.stderr.contains("mesa-vulkan-drivers"));
+    assert!(Path::new(&out).exists());
+    // The CPU asks for no driver at all.
+    let cpu = [&with("cpu")[..], &["-q"]].concat();
+    let ran = finish(without_driver(&cpu));
+    assert_eq!((ran.code, ran.stderr.as_str()), (0, ""));
+}
+
+#[test]
+fn an_adapter_is_chosen_by_name() {
+    let adapter = gpu().facts.name.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, out) = (scene("figure5"), file(&folder, "a.png"));
+    let part = adapter.split_whitespace().next().unwrap().to_uppercase();
+    let start = ["render", &scene, "-o", &out, "--size", "16x9", "--json", "-q", "--device"];
+    let json = run(&[&start[..], &[&part]].concat(), 0).json();
+    assert_eq!(json["adapter"]["name"], adapter.as_str());
+
+    let in_environment = |device: &str, name: &str| {
+        let mut command = program(&[&start[..], &[device]].concat());
+        command.env("WGPU_ADAPTER_NAME", name);
+        finish(command)
+    };
+    assert_eq!(in_environment("gpu", &part).json()["adapter"]["name"], adapter.as_str());
+    assert_eq!(in_environment("gpu", "no such adapter").code, 4);
+    assert_eq!(in_environment("auto", "no such adapter").json()["device"], "cpu");
+    assert_eq!(in_environment(&part, "no such adapter").code, 0);
+}
+
+#[test]
+fn what_cannot_be_written_exits_1_and_what_cannot_fit_exits_7() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = file(&folder, "missing/a.png");
+    let ran = run(&["render", &scene("figure5"), "-o", &out, "--device", "cpu"], 1);
+    assert!(ran.stderr.contains("there is no folder"), "{}", ran.stderr);
+    let full = ["-o", "/dev/full", "--format", "ppm", "--device", "cpu"];
+    let ran = run(&[&["render", &scene("figure5")][..], &full].concat(), 1);
+    assert!(ran.stderr.starts_with("error: /dev/full: "), "{}", ran.stderr);
+
+    let out = file(&folder, "a.exr");
+    let ran = run(&["render", &scene("figure5"), "-o", &out, "--size", "70000x70000"], 7);
+    assert!(ran.stderr.contains("70000x70000") && ran.stderr.contains("32768"), "{}", ran.stderr);
+    assert!(names(folder.path()).is_empty());
+}
+
+/// Ctrl-C while a large picture is on its way to a file.
+fn interrupted(device: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = file(&folder, "large.ppm");
+    fs::write(&out, "old").unwrap();
+    let args = ["render", &scene("figure1"), "-o", &out, "--size", "20000x20000", "--device"];
+    let mut command = program(&[&args[..], &[device]].concat());
+    let mut child: Child = command.spawn().unwrap();
+    let start = Instant::now();
+    while names(folder.path()).len() < 2 {
+        assert!(start.elapsed() < Duration::from_secs(60), "no temporary file");
+        assert!(child.try_wait().unwrap().is_none(), "ended on its own");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let kill = format!("kill -INT {}", child.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    let start = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    let took = start.elapsed();
+    let ran = Ran::new(&command, output);
+    assert_eq!(ran.code, 130, "{}", ran.stderr);
+    assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
+    // A second is promised; the rest is for machines that run many tests at once.
+    assert!(took < Duration::from_secs(3), "{device}: ended after {took:?}");
+    assert_eq!(fs::read(&out).unwrap(), b"old");
+    assert_eq!(names(folder.path()).len(), 1, "a half file stayed");
+}
+
+#[test]
+fn ctrl_c_on_the_cpu_leaves_no_half_file() {
+    interrupted("cpu");
+}
+
+#[test]
+fn ctrl_c_on_the_gpu_leaves_no_half_file() {
+    gpu();
+    interrupted("gpu");
+}
+
+#[test]
+fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
+    let passthrough = gpu().facts.passthrough;
+    let scene = scene("figure5");
+    let start = ["verify", &scene, "--size", "160x90", "--all-kernels"];
+    let json = run(&[&start[..], &["--json"]].concat(), 0).json();
+    let parity = "rays hit_or_miss other_object t_differs t_ulp_max normal_differs \
+                  normal_distance_max first";
+    let exact = "rays false_hits false_misses wrong_object t_ulp_max normal_distance_max \
+                 first_wrong_id";
+    let mut expected = format!(
+        "schema version command adapter {ADAPTER_KEYS} device size objects objects.spheres \
+         objects.planes rays samples seed kernels kernels[].kernel kernels[].promise \
+         kernels[].gpu_against_cpu kernels[].against_exact kernels[].against_exact.gpu \
+         kernels[].against_exact.cpu kernels[].broken"
+    );
+    for key in parity.split_whitespace() {
+        expected += &format!(" kernels[].gpu_against_cpu.{key}");
+    }
+    for key in exact.split_whitespace() {
+        expected += &format!(" kernels[].against_exact.gpu.{key}");
+        expected += &format!(" kernels[].against_exact.cpu.{key}");
+    }
+    assert_keys(&json, &expected);
+    assert_eq!(json["samples"], 160 * 90);
+    for kernel in json["kernels"].as_array().unwrap() {
+        assert_eq!(kernel["gpu_against_cpu"]["rays"], 160 * 90);
+        assert_eq!(kernel["against_exact"]["cpu"]["rays"], 160 * 90);
+        if passthrough {
+            assert_eq!(kernel["gpu_against_cpu"]["first"], Value::Null);
+        }
+        // f32 kernels are not exact: a comparison that finds them so compares nothing.
+        if kernel["kernel"] != "certified" {
+            assert!(kernel["against_exact"]["cpu"]["t_ulp_max"].as_f64().unwrap() > 0.5);
+        }
+    }
+    let text = run(&start, 0);
+    for expected in ["all pixels against exact", "lecture", "stable", "GPU", "CPU", "kept"] {
+        assert!(text.text().contains(expected), "{expected}: {}", text.text());
+    }
+}
+
+#[test]
+fn verify_on_the_cpu_takes_a_seeded_share() {
+    let scene = scene("figure1");
+    let start = ["verify", &scene, "--device", "cpu", "--samples", "500", "--json", "--seed"];
+    let of_seed = |seed| run(&[&start[..], &[seed]].concat(), 0).json();
+    let json = of_seed("4");
+    assert_eq!(json["samples"], 500);
+    assert_eq!(json["seed"], 4);
+    assert_eq!(json["kernels"][0]["gpu_against_cpu"], Value::Null);
+    assert_eq!(json["kernels"][0]["against_exact"]["gpu"], Value::Null);
+    assert_eq!(json["kernels"][0]["against_exact"]["cpu"]["rays"], 500);
+    assert_eq!(json, of_seed("4"));
+    assert_ne!(json["kernels"], of_seed("5")["kernels"]);
+    let text = run(&["verify", &scene, "--device", "cpu", "--samples", "10"], 0);
+    assert!(text.text().contains("10 of 921600 pixels (seed 0)"), "{}", text.text());
+}
+
+#[test]
+fn check_says_what_a_scene_costs() {
+    let json = run(&["check", &scene("figure1"), "--size", "1920x1080", "--json"], 0).json();
+    for key in ["schema", "version", "command", "objects", "bytes_device", "picture"] {
+        assert!(json.get(key).is_some(), "{key}");
+    }
+    assert_eq!(json["objects"], serde_json::json!({"spheres": 6, "planes": 2}));
+    assert_eq!(json["picture"]["rays"], 1920 * 1080);
+    assert!(json["bytes_device"]["stable"].as_u64().unwrap() > 100);
+    assert!(json["picture"]["bytes_memory"]["exr"].as_u64().unwrap() > 1920 * 1080 * 36);
+    let text = run(&["check", &scene("figure1")], 0);
+    assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
+    assert_eq!(text.stderr, "");
+}
+
+#[test]
+fn probe_lists_the_adapters() {
+    let facts = gpu().facts.clone();
+    let json = run(&["probe", "--json"], 0).json();
+    assert_eq!(json["command"], "probe");
+    let first = &json["adapters"][0];
+    assert_eq!(first["name"], facts.name.as_str());
+    assert_eq!(first["type"], facts.kind);
+    assert_eq!(first["passthrough"], facts.passthrough);
+    assert_eq!(first["f64"], facts.f64);
+    let ran = run(&["probe"], 0);
+    assert!(ran.text().contains(&facts.name) && ran.text().contains("NoContraction"));
+    assert_eq!(ran.text().contains("software"), facts.is_software());
+    assert_eq!(ran.stderr, "");
+}
+
+fn write_rays(path: &str, rays: &[[f64; 6]]) {
+    let header =
+        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, 6), }}", rays.len());
+    let header = format!("{header:<117}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(rays.iter().flatten().flat_map(|value| value.to_le_bytes()));
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn trace_gives_the_hits_of_any_rays() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, rays) = (file(&folder, "no-camera.toml"), file(&folder, "rays.npy"));
+    let ball = "[[sphere]]\ncenter = [0, 0, -5]\nradius = 1\ncolor = \"#ffffff\"\n";
+    let floor = "[[plane]]\npoint = [0, -2, 0]\nnormal = [0, 3, 0]\ncolor = \"#888888\"\n";
+    fs::write(&scene, format!("{ball}{floor}")).unwrap();
+    write_rays(
+        &rays,
+        &[
+            [0.0, 0.0, 0.0, 0.0, 0.0, -2.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, -0.5, 0.0],
+            [0.0, 0.0, -5.0, 0.0, 0.0, -0.25],
+        ],
+    );
+    let up = [0.0_f32, 1.0, 0.0];
+    let expected = [
+        (1, 2.0_f32, [0.0, 0.0, 1.0]),
+        (0, f32::INFINITY, [0.0; 3]),
+        (2, 4.0, up),
+        (1, 4.0, [0.0, 0.0, 1.0]),
+    ];
+    for device in ["cpu", "gpu"] {
+        let out = file(&folder, "hits.npy");
+        let args = ["trace", &scene, "--rays", &rays, "-o", &out, "--device", device, "--json"];
+        let ran = run(&args, 0);
+        let json = ran.json();
+        assert_eq!(json["command"], "trace");
+        assert_eq!((&json["rays"]["total"], &json["hits"]), (&4.into(), &3.into()));
+        assert!(ran.stderr.contains("4 rays, 3 hits"), "{}", ran.stderr);
+
+        let bytes = fs::read(&out).unwrap();
+        let data = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        let header = String::from_utf8_lossy(&bytes[..data]).into_owned();
+        for part in ["'id'", "'<u4'", "'t'", "'normal'", "'<f4', (3,)", "'shape': (4,"] {
+            assert!(header.contains(part), "{part}: {header}");
+        }
+        let (records, rest) = bytes[data..].as_chunks::<20>();
+        assert_eq!((records.len(), rest.len()), (4, 0));
+        for (record, (id, t, normal)) in records.iter().zip(expected) {
+            let word = |i: usize| <[u8; 4]>::try_from(&record[4 * i..4 * i + 4]).unwrap();
+            assert_eq!(u32::from_ne_bytes(word(0)), id, "{device}");
+            assert_eq!(f32::from_ne_bytes(word(1)), t, "{device}");
+            let found = [2, 3, 4].map(|i| f32::from_ne_bytes(word(i)));
+            assert_eq!(found.map(|c| c + 0.0), normal, "{device}");
+        }
+        let piped = ["trace", &scene, "--rays", &rays, "-o", "-", "--device", device];
+        assert_eq!(run(&piped, 0).stdout, bytes);
+    }
+}
+
+#[test]
+fn trace_refuses_what_is_not_rays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rays, out) = (file(&folder, "rays.npy"), file(&folder, "hits.npy"));
+    let scene = scene("figure1");
+    let args = ["trace", &scene, "--rays", &rays, "-o", &out, "--device", "cpu"];
+    run(&args, 1);
+    fs::write(&rays, "x,y,z\n").unwrap();
+    assert!(run(&args, 1).stderr.contains("(N, 6)"));
+    write_rays(&rays, &[]);
+    assert!(run(&args, 1).stderr.contains("no rays"));
+    write_rays(&rays, &[[0.0; 6]]);
+    assert!(run(&args, 1).stderr.contains("row 0"));
+    assert!(!Path::new(&out).exists());
+}
+
+#[test]
+fn help_completions_and_manual_are_there() {
+    for command in ["render", "verify", "check", "trace", "probe", "completions", "man"] {
+        let help = run(&[command, "--help"], 0);
+        assert!(help.text().contains("Usage: kugelblitz"), "{command}");
+        let page = run(&["man", command], 0);
+        assert!(page.text().contains(&format!("kugelblitz\\-{command}")), "{}", page.text());
+    }
+    assert!(run(&["--version"], 0).text().contains(env!("CARGO_PKG_VERSION")));
+    assert!(run(&["--help"], 0).text().contains("130  interrupted"));
+    let page = run(&["man"], 0);
+    assert!(page.text().contains(".TH kugelblitz") && page.text().contains("verify"));
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        assert!(run(&["completions", shell], 0).text().contains("all-kernels"), "{shell}");
+    }
+}
