@@ -14,10 +14,10 @@ use kugelblitz::{Error, Result};
 use super::SizeArgs;
 
 /// The kernel without --kernel.
-pub const DEFAULT_KERNEL: Kernel = Kernel::Stable;
+pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
 /// The kernels that --kernel names.
-pub const KERNELS: &[Kernel] = &[Kernel::Lecture, Kernel::Stable];
+pub const KERNELS: &[Kernel] = &[Kernel::Lecture, Kernel::Stable, Kernel::Certified];
 
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: Size = Size { width: 1280, height: 720 };

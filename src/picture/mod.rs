@@ -470,13 +470,13 @@ impl ByteColors {
     fn new(bits: Bits, palette: &[Color]) -> ByteColors {
         match bits {
             Bits::Eight => {
-                ByteColors::Eight(palette.iter().map(|&color| shim::to_srgb8(color)).collect())
+                ByteColors::Eight(palette.iter().map(|&color| color.to_srgb8()).collect())
             }
             Bits::Sixteen => ByteColors::Sixteen(
                 palette
                     .iter()
                     .map(|&color| {
-                        let [r, g, b] = shim::to_srgb16(color).map(u16::to_be_bytes);
+                        let [r, g, b] = color.to_srgb16().map(u16::to_be_bytes);
                         [r[0], r[1], g[0], g[1], b[0], b[1]]
                     })
                     .collect(),
@@ -498,24 +498,6 @@ impl ByteColors {
             ByteColors::Eight(colors) => append(colors, ids, out),
             ByteColors::Sixteen(colors) => append(colors, ids, out),
         }
-    }
-}
-
-/// To be replaced by `Color::to_srgb8` and `Color::to_srgb16`.
-mod shim {
-    use crate::scene::Color;
-
-    fn encode(linear: f32) -> f64 {
-        let linear = f64::from(linear).clamp(0.0, 1.0);
-        if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-    }
-
-    pub fn to_srgb8(color: Color) -> [u8; 3] {
-        color.0.map(|c| (encode(c) * 255.0).round() as u8)
-    }
-
-    pub fn to_srgb16(color: Color) -> [u16; 3] {
-        color.0.map(|c| (encode(c) * 65535.0).round() as u16)
     }
 }
 
