@@ -38,6 +38,7 @@ struct SphereCertified {
     k_error: f32,
 }
 
+//#if near
 // The sphere at l = c − o seen from outside: 1 / (a t) = (s + h) q with q = 1 / k.
 fn outside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
@@ -50,7 +51,6 @@ fn outside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) ->
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 
-//#if inside
 // Seen from inside: t = s + h where s > 0, and 1 / (a t) = (h − s) / |k| elsewhere. On the surface
 // q is 0 and the roots are 0 and 2 s.
 fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> Nearness {
@@ -68,7 +68,6 @@ fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> 
     let open = q.high == 0.0 && abs(s) <= sphere.slack;
     return Nearness(select(low, 0.0, open), select(high, LARGEST, open));
 }
-//#end
 
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     //#if pixels
@@ -86,7 +85,6 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     );
     //#end
     let outside = outside_nearness(ray, l, sphere, q);
-    //#if inside
     let inside = inside_nearness(ray, l, sphere, Nearness(abs(q.low), abs(q.high)));
     let low = select(inside.low, outside.low, is_outside);
     let high = select(inside.high, outside.high, is_outside);
@@ -96,10 +94,22 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     //#else
     return Nearness(low, high);
     //#end
-    //#else
-    return outside;
-    //#end
 }
+//#else
+// As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
+// lower bound still lacks the factor FAR_NARROWER.
+fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
+    let l = sphere.center;
+    let s = dot3(ray.direction, l) * ray.inv_a;
+    let p = l - ray.direction * s;
+    let m = dot3(p, p);
+    let inner = sphere.inner2 - m;
+    let outer = sphere.outer2 - m;
+    let low = (s + sqrt(abs(inner) * ray.inv_a)) * sphere.q_high;
+    let high = (s + sqrt(abs(outer) * ray.inv_a)) * sphere.q_high;
+    return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
+}
+//#end
 //#end
 
 //#if planes
@@ -142,6 +152,10 @@ fn propose(ray: Ray) -> u32 {
     var nearest = Nearest(0.0, 0.0, 0.0, 0u);
     //#each sphere
     nearest = nearer(nearest, sphere_nearness(ray, spheres[INDEX]), INDEX + 1u);
+    //#end
+    //#if near
+    //#else
+    nearest.low *= FAR_NARROWER;
     //#end
     //#each plane
     nearest = nearer(nearest, plane_nearness(ray, planes[INDEX]), params.n_spheres + INDEX + 1u);

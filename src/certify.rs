@@ -40,7 +40,7 @@ pub fn finish(
     }
     let stage = Stage::new(&prepared.scene, rays);
     let start = Instant::now();
-    mark_out_of_range(rays, hits);
+    mark_out_of_range(prepared, rays, hits);
     hits.undecided =
         (0..hits.id.len() as u32).filter(|&i| hits.id[i as usize] == UNDECIDED).collect();
     let decisions = each_ray(&hits.undecided, control, |ray| stage.decide_f64(ray))?;
@@ -79,8 +79,12 @@ pub fn finish(
     Ok(timing)
 }
 
-/// Directions so short or long that `t` could leave f32's range: the f32 stage's word is not taken.
-fn mark_out_of_range(rays: &Rays, hits: &mut Hits) {
+/// Takes back the f32 stage's word where its bounds don't hold, or where `t` could leave f32's
+/// range because the direction is very short or long.
+fn mark_out_of_range(prepared: &Prepared, rays: &Rays, hits: &mut Hits) {
+    if !prepared.in_range {
+        hits.id.fill(UNDECIDED);
+    }
     if let Rays::List(rays) = rays {
         for (id, ray) in hits.id.iter_mut().zip(rays) {
             if exponent_of(ray.direction).abs() > guard::LARGEST_EXPONENT {

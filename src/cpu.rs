@@ -66,23 +66,23 @@ impl<const PIXELS: bool> Kernel for Stable<'_, PIXELS> {
 }
 
 /// The f32 stage alone: it gives ids, or "undecided".
-struct Certified<'a, const PIXELS: bool> {
+struct Certified<'a, const PIXELS: bool, const NEAR: bool> {
     objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>,
     widening: Widening<f32>,
 }
 
-impl<'a, const PIXELS: bool> Certified<'a, PIXELS> {
+impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
     fn new(objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>) -> Self {
         Certified { objects, widening: guard::widening_f32() }
     }
 }
 
-impl<const PIXELS: bool> Kernel for Certified<'_, PIXELS> {
+impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
     const GIVES_SURFACE: bool = false;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
-        let id = certified::propose::<PIXELS>(ray, spheres, planes, &self.widening);
+        let id = certified::propose::<PIXELS, NEAR>(ray, spheres, planes, &self.widening);
         Hit { id, ..Hit::MISS }
     }
     #[inline(always)]
@@ -129,11 +129,12 @@ impl Tracer for CpuTracer {
             (Objects::Lecture(lists), _) => run(&Lecture(lists), world),
             (Objects::Stable(lists), Rays::Pixels(_)) => run(&Stable::<true>(lists), Vec3::ZERO),
             (Objects::Stable(lists), Rays::List(_)) => run(&Stable::<false>(lists), Vec3::ZERO),
-            (Objects::Certified(lists), Rays::Pixels(_)) => {
-                run(&Certified::<true>::new(lists), Vec3::ZERO)
-            }
+            (Objects::Certified(lists), Rays::Pixels(_)) => match self.prepared.near {
+                true => run(&Certified::<true, true>::new(lists), Vec3::ZERO),
+                false => run(&Certified::<true, false>::new(lists), Vec3::ZERO),
+            },
             (Objects::Certified(lists), Rays::List(_)) => {
-                run(&Certified::<false>::new(lists), Vec3::ZERO)
+                run(&Certified::<false, true>::new(lists), Vec3::ZERO)
             }
         }?;
         let traced = Timing { trace: start.elapsed(), ..Timing::default() };

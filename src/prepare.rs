@@ -36,8 +36,8 @@ pub struct Needs {
     pub n_planes: usize,
     /// Whether `t` and normals are wanted.
     pub surface: bool,
-    /// Whether a ray of the certified kernel may start inside a sphere, or on it.
-    pub inside: bool,
+    /// Whether a ray of the certified kernel may start in, on or close to a sphere.
+    pub near: bool,
 }
 
 /// The objects in the form of one kernel, in id order.
@@ -101,6 +101,10 @@ pub struct Prepared {
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
+    /// Whether a ray of the certified kernel may start in, on or close to a sphere.
+    pub near: bool,
+    /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
+    pub in_range: bool,
 }
 
 impl Prepared {
@@ -114,6 +118,7 @@ impl Prepared {
             Rays::Pixels(pixels) => (Source::Pixels, pixels.view.position),
             Rays::List(rays) => (Source::List, middle_of_origins(rays)?),
         };
+        let (mut near, mut in_range) = (false, true);
         let objects = match kernel {
             Kernel::Lecture => {
                 Objects::Lecture(Lists::new(&scene, SphereLecture::new, PlaneLecture::new))
@@ -124,7 +129,8 @@ impl Prepared {
                 |plane| PlaneStable::new(plane, reference),
             )),
             Kernel::Certified => {
-                let frame = Frame::new(rays, reference);
+                let frame = Frame::new(rays, reference, &scene);
+                (near, in_range) = (frame.near, frame.in_range);
                 Objects::Certified(Lists::new(
                     &scene,
                     |sphere| frame.sphere(sphere),
@@ -132,7 +138,7 @@ impl Prepared {
                 ))
             }
         };
-        Ok(Prepared { scene, kernel, source, reference, objects })
+        Ok(Prepared { scene, kernel, source, reference, objects, near, in_range })
     }
 
     /// What a backend must be able to do for this scene.
@@ -144,12 +150,7 @@ impl Prepared {
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && self.kernel != Kernel::Certified,
-            inside: match &self.objects {
-                Objects::Certified(lists) => {
-                    self.source == Source::List || lists.spheres.iter().any(|s| s.q_low <= 0.0)
-                }
-                _ => false,
-            },
+            near: self.near,
         }
     }
 }
@@ -235,7 +236,9 @@ struct Frame {
     spread: f64,
     input: InputError,
     /// Whether the bounds hold for these rays at all.
-    usable: bool,
+    in_range: bool,
+    /// Whether a ray may start in, on or close to a sphere.
+    near: bool,
 }
 
 /// A little above 1: covers the rounding of a few f64 operations.
@@ -248,15 +251,21 @@ const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
 const SMALLEST_OFFSET: f64 = 1.0 / (1u128 << 100) as f64;
 
 impl Frame {
-    fn new(rays: &Rays, reference: DVec3) -> Frame {
+    fn new(rays: &Rays, reference: DVec3, scene: &Scene) -> Frame {
         match rays {
-            Rays::Pixels(pixels) => Frame {
-                source: Source::Pixels,
-                reference,
-                spread: 0.0,
-                input: guard::PIXELS,
-                usable: pixels.is_in_range(),
-            },
+            Rays::Pixels(pixels) => {
+                let frame = Frame {
+                    source: Source::Pixels,
+                    reference,
+                    spread: 0.0,
+                    input: guard::PIXELS,
+                    in_range: pixels.is_in_range(),
+                    near: false,
+                };
+                let longest = pixels.longest_direction();
+                let near = scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
+                Frame { near, ..frame }
+            }
             Rays::List(rays) => {
                 let spread =
                     rays.iter().map(|ray| (ray.origin - reference).length()).fold(0.0, f64::max);
@@ -265,10 +274,18 @@ impl Frame {
                     reference,
                     spread: spread * ABOVE_ONE,
                     input: guard::LIST,
-                    usable: spread.is_finite(),
+                    in_range: spread <= guard::LARGEST_F32,
+                    near: true,
                 }
             }
         }
+    }
+
+    fn is_far(&self, sphere: &Sphere, longest: f64) -> bool {
+        let r = sphere.radius.abs();
+        let l = sphere.center - self.reference;
+        let guard = Guard::new(r, l.length() * ABOVE_ONE, guard::UNIT_F32, self.input);
+        guard::is_far(&guard, self.sphere_k(sphere, l), longest)
     }
 
     /// Any ray, for exact statements about the reference point.
@@ -287,7 +304,7 @@ impl Frame {
             Source::Pixels => self.sphere_k(sphere, l),
             Source::List => r * r,
         };
-        if !(self.usable && guard::sphere_in_range_f32(r, distance) && offset_in_range(k)) {
+        if !(guard::sphere_in_range_f32(r, distance) && offset_in_range(k)) {
             // As seen from outside, this may be nearer than everything.
             return SphereCertified {
                 inner2: -1.0,
@@ -303,7 +320,8 @@ impl Frame {
         let [inner2, outer2, slack, k_error] =
             Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
         let (q_low, q_high) = match self.source {
-            Source::Pixels => guard::inverse_f32(k),
+            Source::Pixels if self.near => guard::inverse_f32(k),
+            Source::Pixels => (0.0, guard::far_inverse_f32(k)),
             Source::List => (0.0, k as f32),
         };
         SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high, k_error }
@@ -335,8 +353,7 @@ impl Frame {
             Source::Pixels => self.plane_offset(plane, l, normal, exponent),
             Source::List => 0.0,
         };
-        let in_range = guard::plane_in_range_f32(distance) && offset_in_range(n_offset);
-        if !(self.usable && in_range) {
+        if !(guard::plane_in_range_f32(distance) && offset_in_range(n_offset)) {
             // As seen along the normal, this may be nearer than everything.
             return PlaneCertified {
                 q_low: 1.0,

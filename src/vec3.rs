@@ -1,6 +1,6 @@
 //! Scalars and vectors that the kernels are generic over. Twin of `shaders/vec.wgsl`.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
 
 /// f32 or f64, with the operations that the kernels use. Each is one correctly rounded operation.
 pub trait Real:
@@ -11,6 +11,7 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + MulAssign
     + Send
     + Sync
 {

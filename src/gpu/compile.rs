@@ -71,7 +71,7 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.source == Source::Pixels, "pixels"),
         (needs.source == Source::List, "list"),
         (needs.kernel == Kernel::Certified, "certified"),
-        (needs.inside, "inside"),
+        (needs.near, "near"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -95,9 +95,10 @@ fn constants(needs: &Needs) -> String {
         text += &format!("alias PlaneRecord = Plane{kernel};\n");
     }
     if needs.kernel == Kernel::Certified {
-        let Widening { narrower, wider } = guard::widening_f32();
+        let Widening { narrower, wider, far_narrower } = guard::widening_f32();
         text += &format!("const UNDECIDED = {UNDECIDED}u;\n");
         text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
+        text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
     }
     text
@@ -284,7 +285,7 @@ mod tests {
             n_spheres: 0,
             n_planes: 0,
             surface: false,
-            inside: false,
+            near: false,
         };
         let part = Part { file: "shaders/broken.wgsl", text: part };
         match compile_parts(&[VEC, part], &needs) {

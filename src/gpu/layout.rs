@@ -51,7 +51,7 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: kernel != Kernel::Certified,
-            inside: true,
+            near: true,
         };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {

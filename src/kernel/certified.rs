@@ -27,7 +27,7 @@ pub struct SphereCertified {
     /// Pixels: lower bound of the magnitude of `q = 1/k`, with the sign of `k = l·l − r²`; 0 on
     /// the surface.
     pub q_low: f32,
-    /// Pixels: the same, upper bound. Lists: `r²`.
+    /// Pixels: the same, upper bound; where all spheres are far, the slack is in it. Lists: `r²`.
     pub q_high: f32,
     /// Lists: [`crate::guard::Guard::k_error`].
     pub k_error: f32,
@@ -116,6 +116,8 @@ pub struct Widening<R> {
     pub narrower: R,
     /// Above 1.
     pub wider: R,
+    /// For far spheres: takes the upper bound to the lower one.
+    pub far_narrower: R,
 }
 
 impl<R: Real> Widening<R> {
@@ -153,14 +155,39 @@ pub fn outside_nearness<R: Real>(
     let m = dot3(p, p);
     let inner = guard.inner2 - m;
     let outer = guard.outer2 - m;
-    if !(outer >= R::ZERO) {
+    if outer < R::ZERO {
         return Nearness::MISS;
     }
     let high = ((s + guard.slack) + (outer * ray.inv_a).sqrt()) * q.high;
-    if !(inner >= R::ZERO) {
+    if inner < R::ZERO {
         return Nearness { low: R::ZERO, high };
     }
     Nearness { low: ((s - guard.slack) + (inner * ray.inv_a).sqrt()) * q.low, high }
+}
+
+/// As from outside, where the slack is a small part of `s + h` for every sphere and is held in `q`.
+/// The lower bound still lacks the factor [`Widening::far_narrower`].
+#[inline(always)]
+pub fn far_nearness<R: Real>(
+    ray: &RayOf<R>,
+    l: Vec3<R>,
+    inner2: R,
+    outer2: R,
+    q: R,
+) -> Nearness<R> {
+    let s = dot3(ray.direction, l) * ray.inv_a;
+    let p = l - ray.direction * s;
+    let m = dot3(p, p);
+    let inner = inner2 - m;
+    let outer = outer2 - m;
+    if outer < R::ZERO {
+        return Nearness::MISS;
+    }
+    let high = (s + (outer * ray.inv_a).sqrt()) * q;
+    if inner < R::ZERO {
+        return Nearness { low: R::ZERO, high };
+    }
+    Nearness { low: (s + (inner * ray.inv_a).sqrt()) * q, high }
 }
 
 /// Seen from inside: `t = s + h` where `s > 0`, and `1/(a·t) = (h − s)/|k|` elsewhere. On the
@@ -250,14 +277,16 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
 
 /// A sphere of the device's list. With `PIXELS` all rays start at the reference point.
 #[inline(always)]
-fn record_nearness<const PIXELS: bool>(
+fn record_nearness<const PIXELS: bool, const NEAR: bool>(
     ray: &RayOf<f32>,
     sphere: &SphereCertified,
     widening: &Widening<f32>,
 ) -> Nearness<f32> {
     let &SphereCertified { inner2, outer2, slack, .. } = sphere;
     let guard = GuardOf { inner2, outer2, slack };
-    if PIXELS {
+    if !NEAR {
+        far_nearness(ray, Vec3(sphere.center), inner2, outer2, sphere.q_high)
+    } else if PIXELS {
         let l = Vec3(sphere.center);
         let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high.abs() };
         match sphere.q_low > 0.0 {
@@ -271,9 +300,10 @@ fn record_nearness<const PIXELS: bool>(
     }
 }
 
-/// The object of a ray, or [`UNDECIDED`]. With `PIXELS` all rays start at the reference point.
+/// The object of a ray, or [`UNDECIDED`]. With `PIXELS` all rays start at the reference point;
+/// without `NEAR` it is far from all spheres.
 #[inline(always)]
-pub fn propose<const PIXELS: bool>(
+pub fn propose<const PIXELS: bool, const NEAR: bool>(
     ray: &RayOf<f32>,
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -281,7 +311,11 @@ pub fn propose<const PIXELS: bool>(
 ) -> u32 {
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
-        nearest = nearest.nearer(record_nearness::<PIXELS>(ray, sphere, widening), i as u32 + 1);
+        nearest =
+            nearest.nearer(record_nearness::<PIXELS, NEAR>(ray, sphere, widening), i as u32 + 1);
+    }
+    if !NEAR {
+        nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
         let normal = Vec3(plane.normal);
