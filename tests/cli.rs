@@ -581,6 +581,10 @@ fn probe_lists_the_adapters() {
     assert_eq!(first["type"], facts.kind);
     assert_eq!(first["passthrough"], facts.passthrough);
     assert_eq!(first["f64"], facts.f64);
+    let arithmetic = gpu().arithmetic().unwrap();
+    assert_eq!(first["arithmetic"]["f32"], serde_json::to_value(arithmetic).unwrap());
+    assert_eq!(first["arithmetic"]["f64"].is_object(), facts.f64);
+    assert_eq!(first["arithmetic"]["certified_on_device"], arithmetic.suits_filter());
     let ran = run(&["probe"], 0);
     assert!(ran.text().contains(&facts.name) && ran.text().contains("NoContraction"));
     assert_eq!(ran.text().contains("software"), facts.is_software());

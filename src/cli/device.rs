@@ -89,6 +89,17 @@ impl Device {
         }
     }
 
+    /// Whether the device's f32 is that of the CPU, bit by bit.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic`].
+    pub fn is_ieee(&self) -> Result<bool> {
+        match self {
+            Device::Gpu(gpu) => Ok(gpu.arithmetic()?.is_ieee()),
+            Device::Cpu => Ok(true),
+        }
+    }
+
     /// `gpu` or `cpu`.
     pub fn kind(&self) -> &'static str {
         match self {

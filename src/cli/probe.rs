@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kugelblitz::gpu::{AdapterFacts, list_adapters};
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -15,12 +15,50 @@ use super::quiet::{self, quietly};
 struct Summary {
     #[serde(flatten)]
     head: Head,
-    adapters: Vec<AdapterFacts>,
+    adapters: Vec<Probed>,
+}
+
+/// An adapter and what its arithmetic really does.
+#[derive(Serialize)]
+struct Probed {
+    #[serde(flatten)]
+    facts: AdapterFacts,
+    arithmetic: Option<Measured>,
+    /// Why the arithmetic could not be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failure: Option<String>,
+}
+
+/// What the self-test found.
+#[derive(Serialize)]
+struct Measured {
+    f32: Arithmetic,
+    f64: Option<Arithmetic>,
+    /// Whether the certified kernel's f32 stage runs on this device, rather than on the CPU.
+    certified_on_device: bool,
+}
+
+impl Probed {
+    fn new(facts: AdapterFacts) -> Probed {
+        let (arithmetic, failure) = match measure(&facts) {
+            Ok(measured) => (Some(measured), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        Probed { facts, arithmetic, failure }
+    }
+}
+
+fn measure(facts: &AdapterFacts) -> Result<Measured> {
+    let gpu = Gpu::open(&Pick::Named(facts.name.clone()))?;
+    let f32 = gpu.arithmetic()?;
+    let f64 = gpu.arithmetic_f64()?;
+    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter() })
 }
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
-    let (adapters, noise) = quietly(list_adapters);
+    let (adapters, noise): (Vec<Probed>, _) =
+        quietly(|| list_adapters().into_iter().map(Probed::new).collect());
     if args.talk.verbose || adapters.is_empty() {
         quiet::show(&noise, args.talk.verbose);
     }
@@ -41,7 +79,8 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
     Ok(())
 }
 
-fn describe(facts: &AdapterFacts) -> String {
+fn describe(probed: &Probed) -> String {
+    let facts = &probed.facts;
     let kind = match facts.is_software() {
         true => "software: its shaders run on the CPU",
         false => facts.kind,
@@ -64,10 +103,57 @@ fn describe(facts: &AdapterFacts) -> String {
         ("workgroups an axis", facts.max_workgroups.to_string()),
     ];
     let mut text = format!("{}\n", facts.name);
-    for (what, value) in lines {
+    let arithmetic = match (&probed.arithmetic, &probed.failure) {
+        (Some(measured), _) => describe_arithmetic(measured),
+        (None, failure) => {
+            vec![("arithmetic", format!("not measured: {}", failure.as_deref().unwrap_or("?")))]
+        }
+    };
+    for (what, value) in lines.into_iter().chain(arithmetic) {
         let _ = writeln!(text, "  {what:<19} {value}");
     }
     text
+}
+
+fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
+    let certified = match measured.certified_on_device {
+        true => "f32 stage on this device",
+        false => "f32 stage on the CPU: this arithmetic does not suit the proof",
+    };
+    let mut lines = vec![
+        ("certified kernel", certified.to_string()),
+        ("f32, measured", in_words(&measured.f32)),
+    ];
+    if let Some(f64) = &measured.f64 {
+        lines.push(("f64, measured", in_words(f64)));
+    }
+    lines
+}
+
+fn in_words(arithmetic: &Arithmetic) -> String {
+    let &Arithmetic { no_contraction, fused_fma, subnormals, .. } = arithmetic;
+    let steps = [
+        ("+", arithmetic.sum_ulp),
+        ("×", arithmetic.product_ulp),
+        ("÷", arithmetic.quotient_ulp),
+        ("√", arithmetic.root_ulp),
+    ];
+    let off: Vec<String> = steps
+        .iter()
+        .filter(|(_, steps)| *steps > 0)
+        .map(|(operation, steps)| format!("{operation} off by up to {steps} ulp"))
+        .collect();
+    let rounding = match off.is_empty() {
+        true => "+ × ÷ √ correctly rounded".to_string(),
+        false => off.join(", "),
+    };
+    [
+        rounding.as_str(),
+        if no_contraction { "nothing rearranged" } else { "rearranged by the driver" },
+        if subnormals { "subnormals kept" } else { "subnormals flushed" },
+        if fused_fma { "fma rounds once" } else { "fma rounds twice" },
+    ]
+    .join("; ")
 }
 
 fn yes_or_no(yes: bool) -> &'static str {

@@ -72,7 +72,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
     let progress = Progress::start(&args.talk, &run.control, n_rays);
     let truths = truths(&scene, &pixels, &samples, &run.control)?;
-    let bit_equal = device.facts().is_some_and(|facts| facts.passthrough);
+    let bit_equal = device.facts().is_some() && device.is_ieee()?;
     let mut results = Vec::new();
     for &kernel in kernels {
         let result = of_kernel(&scene, &pixels, kernel, &device, &truths, &run.control)?;

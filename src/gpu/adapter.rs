@@ -1,7 +1,9 @@
 //! Finding and opening a Vulkan device.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::Duration;
 
+use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
 
 /// What to say when no device is there.
@@ -83,6 +85,7 @@ pub struct Gpu {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
+    arithmetic: OnceLock<Arithmetic>,
     /// What the adapter says about itself.
     pub facts: AdapterFacts,
 }
@@ -168,7 +171,7 @@ impl Gpu {
                 errors.push(format!("device lost: {message}"));
             }
         });
-        Ok(Gpu { device, queue, errors, facts })
+        Ok(Gpu { device, queue, errors, arithmetic: OnceLock::new(), facts })
     }
 
     /// Fails with the first error that the device has reported since it was opened.
@@ -181,5 +184,45 @@ impl Gpu {
             Some(error) => Err(Error::Device(format!("`{}`: {error}", self.facts.name))),
             None => Ok(()),
         }
+    }
+
+    /// What the device's f32 really does, measured at the first call (a few milliseconds).
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails the test's run.
+    pub fn arithmetic(&self) -> Result<Arithmetic> {
+        if let Some(known) = self.arithmetic.get() {
+            return Ok(*known);
+        }
+        let measured = self_test::test_f32(self)?;
+        Ok(*self.arithmetic.get_or_init(|| measured))
+    }
+
+    /// What the device's f64 really does; `None` where it has none.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails the test's run.
+    pub fn arithmetic_f64(&self) -> Result<Option<Arithmetic>> {
+        self.facts.f64.then(|| self_test::test_f64(self)).transpose()
+    }
+
+    /// Waits for everything submitted and maps the first `bytes` of a buffer.
+    pub(super) fn map(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+        timeout: Duration,
+    ) -> Result<wgpu::BufferView, String> {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
+            // The receiver is gone only when the wait below has failed already.
+            let _ = sender.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(timeout) };
+        self.device.poll(wait).map_err(|error| error.to_string())?;
+        // Another thread that polls the same device may be the one that runs the callback.
+        let mapped = receiver.recv_timeout(timeout).map_err(|error| error.to_string())?;
+        mapped.map_err(|error| error.to_string())?;
+        buffer.get_mapped_range(..bytes).map_err(|error| error.to_string())
     }
 }

@@ -34,6 +34,7 @@ const LECTURE: Part = part!("lecture.wgsl");
 const STABLE: Part = part!("stable.wgsl");
 const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
+const SELF_TEST: Part = part!("self_test.wgsl");
 
 /// A validated shader.
 pub struct Shader {
@@ -60,7 +61,30 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
         Kernel::Certified => CERTIFIED,
     });
     parts.push(RENDER);
-    compile_parts(&parts, needs)
+    compile_parts(&parts, &Choices::new(needs))
+}
+
+/// The shader that looks at the arithmetic of a WGSL float type.
+pub fn compile_self_test(float: &str) -> Result<Shader> {
+    let constants = format!("alias FLOAT = {float};\n");
+    compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
+}
+
+/// What the directives and the parts ask for.
+#[derive(Default)]
+struct Choices {
+    flags: Vec<&'static str>,
+    n_spheres: usize,
+    n_planes: usize,
+    /// WGSL for the facts whose home is Rust.
+    constants: String,
+}
+
+impl Choices {
+    fn new(needs: &Needs) -> Choices {
+        let &Needs { n_spheres, n_planes, .. } = needs;
+        Choices { flags: flags(needs), n_spheres, n_planes, constants: constants(needs) }
+    }
 }
 
 fn flags(needs: &Needs) -> Vec<&'static str> {
@@ -78,7 +102,6 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
     .collect()
 }
 
-/// WGSL for the facts whose home is Rust.
 fn constants(needs: &Needs) -> String {
     let [width, height] = WORKGROUP;
     let kernel = match needs.kernel {
@@ -104,12 +127,12 @@ fn constants(needs: &Needs) -> String {
     text
 }
 
-fn compile_parts(parts: &[Part], needs: &Needs) -> Result<Shader> {
-    let mut wgsl = constants(needs);
+fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
+    let mut wgsl = choices.constants.clone();
     let mut starts = vec![("constants", 1)];
     for part in parts {
         starts.push((part.file, wgsl.matches('\n').count() + 1));
-        wgsl += &expand(part, needs)?;
+        wgsl += &expand(part, choices)?;
     }
     let wgsl = number_bindings(&wgsl);
     let place = |line: usize| {
@@ -147,22 +170,21 @@ enum Block {
 /// Carries out the directives of a part, keeping its line numbers:
 /// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for;
 /// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index.
-fn expand(part: &Part, needs: &Needs) -> Result<String> {
-    let flags = flags(needs);
+fn expand(part: &Part, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();
     let mut text = String::new();
     for (index, line) in part.text.lines().enumerate() {
         let wrong = |what: &str| Error::Shader(format!("{}:{}: {what}", part.file, index + 1));
         let directive = line.trim().strip_prefix("//#");
         match directive.map(|d| d.split_whitespace().collect::<Vec<_>>()).as_deref() {
-            Some(["if", flag]) => open.push(Block::If(flags.contains(flag))),
+            Some(["if", flag]) => open.push(Block::If(choices.flags.contains(flag))),
             Some(["else"]) => match open.last_mut() {
                 Some(Block::If(keep)) => *keep = !*keep,
                 _ => return Err(wrong("no //#if is open here")),
             },
             Some(["each", kind]) => open.push(match *kind {
-                "sphere" => each("spheres", needs.n_spheres),
-                "plane" => each("planes", needs.n_planes),
+                "sphere" => each("spheres", choices.n_spheres),
+                "plane" => each("planes", choices.n_planes),
                 _ => return Err(wrong("unknown kind of object")),
             }),
             Some(["end"]) => match open.pop() {
@@ -279,16 +301,8 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
-        let needs = Needs {
-            kernel: Kernel::Stable,
-            source: Source::Pixels,
-            n_spheres: 0,
-            n_planes: 0,
-            surface: false,
-            near: false,
-        };
         let part = Part { file: "shaders/broken.wgsl", text: part };
-        match compile_parts(&[VEC, part], &needs) {
+        match compile_parts(&[VEC, part], &Choices::default()) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }

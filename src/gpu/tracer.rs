@@ -4,10 +4,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::adapter::Gpu;
-use super::compile::{Shader, WORKGROUP, compile};
+use super::compile::{WORKGROUP, compile};
 use super::layout::Params;
+use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::camera::{CameraF32, Pixels};
 use crate::certify;
+use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
@@ -37,6 +39,8 @@ pub struct GpuTracer {
     objects: Vec<wgpu::Buffer>,
     results: Option<Results>,
     tile_rays: usize,
+    /// Takes the certified kernel's f32 stage where the device's arithmetic doesn't suit it.
+    stand_in: Option<CpuTracer>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
@@ -63,10 +67,12 @@ impl GpuTracer {
     /// device fails, [`Error::Shader`] when it refuses the shader.
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         check_limits(&gpu, &prepared)?;
+        let unsuited = prepared.kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+        let stand_in = unsuited.then(|| CpuTracer::new(Arc::clone(&prepared), wants));
         let start = Instant::now();
         let shader = compile(&prepared.needs(wants))?;
         let bind_group_layout = bind_group_layout(&gpu.device, &shader);
-        let pipeline = pipeline(&gpu, &shader, &bind_group_layout)?;
+        let pipeline = pipeline(&gpu, &shader, "render", &bind_group_layout)?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -95,6 +101,7 @@ impl GpuTracer {
             objects,
             results: None,
             tile_rays,
+            stand_in,
             compile_time,
             upload_time: start.elapsed(),
         })
@@ -135,94 +142,11 @@ fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
     buffer
 }
 
-/// The layout that the shader itself asks for: naga's bindings are the only list of them.
-fn bind_group_layout(device: &wgpu::Device, shader: &Shader) -> wgpu::BindGroupLayout {
-    let mut entries: Vec<_> = shader
-        .module
-        .global_variables
-        .iter()
-        .filter_map(|(_, variable)| {
-            let ty = match variable.space {
-                naga::AddressSpace::Uniform => wgpu::BufferBindingType::Uniform,
-                naga::AddressSpace::Storage { access } => wgpu::BufferBindingType::Storage {
-                    read_only: !access.contains(naga::StorageAccess::STORE),
-                },
-                _ => return None,
-            };
-            Some(wgpu::BindGroupLayoutEntry {
-                binding: variable.binding.as_ref()?.binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-        })
-        .collect();
-    entries.sort_by_key(|entry| entry.binding);
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("kugelblitz"),
-        entries: &entries,
-    })
-}
-
-fn pipeline(
-    gpu: &Gpu,
-    shader: &Shader,
-    bind_group_layout: &wgpu::BindGroupLayout,
-) -> Result<wgpu::ComputePipeline> {
-    let device = &gpu.device;
-    let entry_point = "render";
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = if gpu.facts.passthrough {
-        pass_through(device, &shader.spirv()?, entry_point)
-    } else {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(entry_point),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
-        })
-    };
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(entry_point),
-        bind_group_layouts: &[Some(bind_group_layout)],
-        immediate_size: 0,
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry_point),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(entry_point),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    match pollster::block_on(scope.pop()) {
-        Some(error) => Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name))),
-        None => Ok(pipeline),
-    }
-}
-
-#[allow(unsafe_code)]
-fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu::ShaderModule {
-    let [width, height] = WORKGROUP;
-    let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
-        label: Some(entry_point),
-        entry_points: std::borrow::Cow::Owned(vec![wgpu::PassthroughShaderEntryPoint {
-            name: entry_point.into(),
-            workgroup_size: (width, height, 1),
-        }]),
-        spirv: Some(spirv.into()),
-        ..Default::default()
-    };
-    // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
-    // were added, which change no memory access. All indices stay below lengths that the host
-    // passes along with the buffers.
-    unsafe { device.create_shader_module_passthrough(descriptor) }
-}
-
 impl Tracer for GpuTracer {
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        if let Some(cpu) = &mut self.stand_in {
+            return cpu.trace(rays, control, hits);
+        }
         hits.reset(rays.len(), self.wants);
         let mut timing = Timing::default();
         let mut first = 0;
@@ -332,25 +256,13 @@ impl GpuTracer {
             offset += bytes;
         }
         queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        results.staging.map_async(wgpu::MapMode::Read, ..offset, move |result| {
-            // The receiver is gone only when the wait below has failed already.
-            let _ = sender.send(result);
-        });
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
-        device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
+        let mapped = self.gpu.map(&results.staging, offset, TILE_TIMEOUT);
         self.gpu.check()?;
-        // Another thread that polls the same device may be the one that runs the callback.
-        let mapped = receiver.recv_timeout(TILE_TIMEOUT).map_err(|_| self.lost("no answer"))?;
-        mapped.map_err(|error| self.lost(&error.to_string()))?;
+        let view = mapped.map_err(|reason| self.lost(&reason))?;
         let trace = start.elapsed();
 
         let start = Instant::now();
         {
-            let view = results
-                .staging
-                .get_mapped_range(..offset)
-                .map_err(|error| self.lost(&error.to_string()))?;
             let place = tile.first..tile.first + tile.n_rays;
             hits.id[place.clone()].copy_from_slice(bytemuck::cast_slice(&view[ranges[0].clone()]));
             if ranges.len() > 1 {
@@ -363,6 +275,7 @@ impl GpuTracer {
                 }
             }
         }
+        drop(view);
         results.staging.unmap();
         Ok(Timing { trace, readback: start.elapsed(), ..Timing::default() })
     }
@@ -447,21 +360,9 @@ impl GpuTracer {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             buffer("rays", size_of::<RayRecord>(), usage)
         });
-        let bound = std::iter::once(&self.params)
-            .chain(&device_buffers)
-            .chain(&self.objects)
-            .chain(&rays)
-            .enumerate()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding: binding as u32,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect::<Vec<_>>();
-        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("kugelblitz"),
-            layout: &self.bind_group_layout,
-            entries: &bound,
-        });
+        let buffers =
+            std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);
+        let bind_group = bind_group(device, &self.bind_group_layout, buffers);
         self.gpu.check()?;
         self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
         Ok(())
