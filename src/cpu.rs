@@ -9,7 +9,7 @@ use crate::camera::{CameraF32, Pixels};
 use crate::certify;
 use crate::error::Result;
 use crate::guard;
-use crate::kernel::certified::{self, Widening};
+use crate::kernel::certified::{self, PACKET, Widening};
 use crate::kernel::{Hit, RayOf, lecture, stable};
 use crate::prepare::{Lists, Objects, Prepared};
 use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
@@ -36,6 +36,10 @@ trait Kernel: Sync {
     /// Whether the kernel itself gives `t` and normals.
     const GIVES_SURFACE: bool = true;
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32>;
+    /// The ids of a packet of pixels' rays, where the kernel has a quicker way for them.
+    fn packet(&self, _: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
+        None
+    }
     fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32>;
 }
 
@@ -84,6 +88,11 @@ impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR
         let Lists { spheres, planes } = self.objects;
         let id = certified::propose::<PIXELS, NEAR>(ray, spheres, planes, &self.widening);
         Hit { id, ..Hit::MISS }
+    }
+    #[inline(always)]
+    fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
+        let Lists { spheres, planes } = self.objects;
+        (PIXELS && !NEAR).then(|| certified::propose_packet(rays, spheres, planes, &self.widening))
     }
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
@@ -195,11 +204,23 @@ fn trace_row<K: Kernel>(
     slice: &mut HitsSlice,
 ) {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
-    for column in 0..pixels.width {
-        let i = offset_i + 2 * i64::from(column);
+    let ray_at = |column: usize| {
+        let i = offset_i + 2 * column as i64;
         let direction = camera.camera_direction(i as f32, j as f32);
-        let ray = RayOf::new(origin, Vec3::ZERO, direction);
-        slice.put(column as usize, kernel, &ray, kernel.closest(&ray), 1.0);
+        RayOf::new(origin, Vec3::ZERO, direction)
+    };
+    let width = pixels.width as usize;
+    let mut column = 0;
+    while column + PACKET <= width {
+        let Some(ids) = kernel.packet(&std::array::from_fn(|lane| ray_at(column + lane))) else {
+            break;
+        };
+        slice.id[column..column + PACKET].copy_from_slice(&ids);
+        column += PACKET;
+    }
+    for column in column..width {
+        let ray = ray_at(column);
+        slice.put(column, kernel, &ray, kernel.closest(&ray), 1.0);
     }
 }
 

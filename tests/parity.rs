@@ -119,3 +119,34 @@ fn an_empty_scene_is_background() {
         assert!(on_gpu.t.iter().all(|&t| t == f32::INFINITY));
     }
 }
+
+/// The CPU takes eight pixels of a row at a time and the rest one by one; rectangles of one column
+/// have no eight.
+#[test]
+fn packets_give_what_single_rays_give() {
+    for seed in 20..26 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let scene = random_scene(&mut rng, 30, 1);
+        let camera = camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+        let whole = Pixels::whole(View::new(&camera), 67, 50);
+        let on_cpu = |pixels: Pixels| {
+            let rays = Rays::Pixels(pixels);
+            let prepared =
+                Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
+            let mut hits = Hits::default();
+            let wants = Wants { surface: false, level: true };
+            CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();
+            hits
+        };
+        let packets = on_cpu(whole);
+        assert!(packets.n_hits() > 0);
+        for x in 0..67 {
+            let single = on_cpu(Pixels { x, width: 1, ..whole });
+            for y in 0..50 {
+                let index = y * 67 + x as usize;
+                assert_eq!(single.id[y], packets.id[index], "seed {seed}, pixel {x}, {y}");
+                assert_eq!(single.level[y], packets.level[index], "seed {seed}, pixel {x}, {y}");
+            }
+        }
+    }
+}

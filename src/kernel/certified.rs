@@ -94,11 +94,13 @@ impl<R: Real> Nearest<R> {
     /// Takes one more object into account.
     #[inline(always)]
     pub fn nearer(self, root: Nearness<R>, id: u32) -> Self {
-        if root.high > self.high {
-            let second_high = self.second_high.max(self.high);
-            Nearest { low: root.low, high: root.high, second_high, id }
-        } else {
-            Nearest { second_high: self.second_high.max(root.high), ..self }
+        let is_nearer = root.high > self.high;
+        let farther = if is_nearer { self.high } else { root.high };
+        Nearest {
+            low: if is_nearer { root.low } else { self.low },
+            high: if is_nearer { root.high } else { self.high },
+            second_high: if farther > self.second_high { farther } else { self.second_high },
+            id: if is_nearer { id } else { self.id },
         }
     }
 
@@ -180,14 +182,12 @@ pub fn far_nearness<R: Real>(
     let m = dot3(p, p);
     let inner = inner2 - m;
     let outer = outer2 - m;
-    if outer < R::ZERO {
-        return Nearness::MISS;
+    let low = (s + (inner.abs() * ray.inv_a).sqrt()) * q;
+    let high = (s + (outer.abs() * ray.inv_a).sqrt()) * q;
+    Nearness {
+        low: if inner >= R::ZERO { low } else { R::ZERO },
+        high: if outer >= R::ZERO { high } else { R::ZERO },
     }
-    let high = (s + (outer * ray.inv_a).sqrt()) * q;
-    if inner < R::ZERO {
-        return Nearness { low: R::ZERO, high };
-    }
-    Nearness { low: (s + (inner * ray.inv_a).sqrt()) * q, high }
 }
 
 /// Seen from inside: `t = s + h` where `s > 0`, and `1/(a·t) = (h − s)/|k|` elsewhere. On the
@@ -300,6 +300,24 @@ fn record_nearness<const PIXELS: bool, const NEAR: bool>(
     }
 }
 
+/// A plane of the device's list.
+#[inline(always)]
+fn plane_record_nearness<const PIXELS: bool>(
+    ray: &RayOf<f32>,
+    plane: &PlaneCertified,
+    widening: &Widening<f32>,
+) -> Nearness<f32> {
+    let normal = Vec3(plane.normal);
+    let error = plane.direction_error;
+    if PIXELS {
+        let q = Nearness { low: plane.q_low, high: plane.q_high };
+        plane_nearness(ray, dot3(ray.direction, normal), error, q)
+    } else {
+        let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
+        plane_nearness_at(ray, n_offset, plane.n_offset_error, normal, error, widening)
+    }
+}
+
 /// The object of a ray, or [`UNDECIDED`]. With `PIXELS` all rays start at the reference point;
 /// without `NEAR` it is far from all spheres.
 #[inline(always)]
@@ -318,16 +336,64 @@ pub fn propose<const PIXELS: bool, const NEAR: bool>(
         nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
-        let normal = Vec3(plane.normal);
-        let error = plane.direction_error;
-        let root = if PIXELS {
-            let q = Nearness { low: plane.q_low, high: plane.q_high };
-            plane_nearness(ray, dot3(ray.direction, normal), error, q)
-        } else {
-            let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
-            plane_nearness_at(ray, n_offset, plane.n_offset_error, normal, error, widening)
-        };
+        let root = plane_record_nearness::<PIXELS>(ray, plane, widening);
         nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
     }
     nearest.decide()
+}
+
+/// Rays that [`propose_packet`] takes at a time: two registers of four, or one of eight.
+pub const PACKET: usize = 8;
+
+/// [`propose`] for a packet of pixels' rays far from all spheres. The same operations, ordered so
+/// that the compiler finds them side by side; a test holds the two against each other.
+#[inline(always)]
+pub fn propose_packet(
+    rays: &[RayOf<f32>; PACKET],
+    spheres: &[SphereCertified],
+    planes: &[PlaneCertified],
+    widening: &Widening<f32>,
+) -> [u32; PACKET] {
+    let mut low = [0.0; PACKET];
+    let mut high = [0.0; PACKET];
+    let mut second_high = [0.0; PACKET];
+    let mut id = [0; PACKET];
+    let direction: [[f32; PACKET]; 3] =
+        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
+    let inv_a = rays.map(|ray| ray.inv_a);
+    for (i, sphere) in spheres.iter().enumerate() {
+        let &SphereCertified { center, inner2, outer2, q_high, .. } = sphere;
+        for lane in 0..PACKET {
+            let ray = RayOf {
+                direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
+                inv_a: inv_a[lane],
+                ..rays[lane]
+            };
+            let root = far_nearness(&ray, Vec3(center), inner2, outer2, q_high);
+            let nearest = Nearest {
+                low: low[lane],
+                high: high[lane],
+                second_high: second_high[lane],
+                id: id[lane],
+            }
+            .nearer(root, i as u32 + 1);
+            low[lane] = nearest.low;
+            high[lane] = nearest.high;
+            second_high[lane] = nearest.second_high;
+            id[lane] = nearest.id;
+        }
+    }
+    std::array::from_fn(|lane| {
+        let mut nearest = Nearest {
+            low: low[lane] * widening.far_narrower,
+            high: high[lane],
+            second_high: second_high[lane],
+            id: id[lane],
+        };
+        for (i, plane) in planes.iter().enumerate() {
+            let root = plane_record_nearness::<true>(&rays[lane], plane, widening);
+            nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
+        }
+        nearest.decide()
+    })
 }
