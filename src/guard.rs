@@ -188,12 +188,15 @@ pub fn plane_in_range_f64(l: f64) -> bool {
     l <= LARGEST_F64
 }
 
+/// Largest picture side, px: twice a pixel's offset from the centre is exact in f32.
+const LARGEST_SIDE: u32 = 1 << 23;
+
 /// Largest `|d|` of a camera's ray.
 const LARGEST_DIRECTION: f64 = (1u64 << 30) as f64;
 
 impl Pixels {
     /// Whether the bounds hold for these rays: a frame orthonormal to `2⁻¹⁰`, as the direction's
-    /// bound assumes, and no direction longer than `2³⁰`.
+    /// bound assumes, pixel offsets that f32 holds exactly, no direction longer than `2³⁰`.
     pub fn is_in_range(&self) -> bool {
         let View { forward, right, true_up, .. } = self.view;
         let tolerance = 2f64.powi(-10);
@@ -202,7 +205,8 @@ impl Pixels {
             && [forward.dot(right), right.dot(true_up), true_up.dot(forward)]
                 .iter()
                 .all(|dot| dot.abs() < tolerance);
-        orthonormal && self.longest_direction() <= LARGEST_DIRECTION
+        let exact_offsets = self.image_width.max(self.image_height) <= LARGEST_SIDE;
+        orthonormal && exact_offsets && self.longest_direction() <= LARGEST_DIRECTION
     }
 
     /// A bound of `|d|` over the whole picture, for an orthonormal frame.

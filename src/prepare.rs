@@ -281,11 +281,17 @@ impl Frame {
         }
     }
 
+    /// Whether the lean filter suits a sphere; one that is out of range needs the full one, where
+    /// its slack can say so.
     fn is_far(&self, sphere: &Sphere, longest: f64) -> bool {
         let r = sphere.radius.abs();
         let l = sphere.center - self.reference;
-        let guard = Guard::new(r, l.length() * ABOVE_ONE, guard::UNIT_F32, self.input);
-        guard::is_far(&guard, self.sphere_k(sphere, l), longest)
+        let distance = l.length() * ABOVE_ONE;
+        let k = self.sphere_k(sphere, l);
+        r == 0.0
+            || guard::sphere_in_range_f32(r, distance)
+                && offset_in_range(k)
+                && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
     }
 
     /// Any ray, for exact statements about the reference point.

@@ -126,13 +126,21 @@ fn an_empty_scene_is_background() {
 fn packets_give_what_single_rays_give() {
     for seed in 20..26 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let scene = random_scene(&mut rng, 30, 1);
-        let camera = camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+        let spheres = (0..30)
+            .map(|_| {
+                let distance = log_uniform(&mut rng, 5.0, 1e3).abs();
+                sphere(in_cube(&mut rng).normalize() * distance, distance * 0.2)
+            })
+            .collect();
+        let floor = plane(DVec3::new(0.0, -2.0, 0.0), DVec3::new(0.1, 1.0, 0.0));
+        let scene = Arc::new(scene(spheres, vec![floor]));
+        let camera = camera(DVec3::ZERO, in_cube(&mut rng));
         let whole = Pixels::whole(View::new(&camera), 67, 50);
         let on_cpu = |pixels: Pixels| {
             let rays = Rays::Pixels(pixels);
             let prepared =
                 Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
+            assert!(!prepared.near, "no packets here");
             let mut hits = Hits::default();
             let wants = Wants { surface: false, level: true };
             CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();
