@@ -46,8 +46,8 @@ fn outside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) ->
     let m = dot3(p, p);
     let inner = sphere.inner2 - m;
     let outer = sphere.outer2 - m;
-    let low = ((s - sphere.slack) + sqrt(abs(inner) * ray.inv_a)) * q.low;
-    let high = ((s + sphere.slack) + sqrt(abs(outer) * ray.inv_a)) * q.high;
+    let low = ((s - sphere.slack) + sqrt(max(inner, 0.0) * ray.inv_a)) * q.low;
+    let high = ((s + sphere.slack) + sqrt(max(outer, 0.0) * ray.inv_a)) * q.high;
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 
