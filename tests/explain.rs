@@ -208,6 +208,16 @@ fn spheres_behind_around_and_at_the_origin() {
 }
 
 #[test]
+fn a_ray_without_a_direction_meets_nothing() {
+    let around = scene(vec![sphere(DVec3::ZERO, 2.0)], vec![]);
+    let nowhere = of_ray(around, [0.0; 3], [0.0; 3]);
+    assert_eq!(object(&nowhere, 1).reason, Reason::Degenerate);
+    let why = &object(&nowhere, 1).why[0];
+    assert_eq!(why, "a number here can't be calculated with: no hit");
+    assert!(nowhere.winner.is_none());
+}
+
+#[test]
 fn planes_behind_parallel_and_too_far() {
     let at = |y, normal| scene(vec![], vec![plane(DVec3::new(0.0, y, 0.0), normal)]);
     let down = [0.0, -2.0, 0.0];
@@ -295,9 +305,8 @@ fn errors_are_those_calculated_by_hand() {
     assert_eq!(wrong, ["lecture"]);
 }
 
-/// 0.1 as f64 lies 2⁻⁵⁴/5·(…) above 1/10; as f32 it is 13421773·2⁻²⁷. For t = 0.1/1 of a plane:
-/// the f32 number less the f64 one, 0.100000001490116119384765625 − 0.1000000000000000055511…,
-/// is 1.4901161138…·10⁻⁹, and an ulp there is 2⁻²⁷ = 7.450580596923828125·10⁻⁹: one fifth.
+/// A plane at t = 0.1: as f32 that is 13421773·2⁻²⁷ = 0.100000001490116…, which is 1.490116…·10⁻⁹
+/// more than the f64 that the scene means, and an ulp there is 2⁻²⁷ = 7.450580…·10⁻⁹: one fifth.
 #[test]
 fn the_error_of_a_rounded_number_is_a_fraction_of_an_ulp() {
     let wall = scene(vec![], vec![plane(DVec3::new(0.0, 0.0, -0.1), DVec3::Z)]);

@@ -148,8 +148,8 @@ pub enum Reason {
     Parallel,
     /// `t` is larger than f32 can tell.
     TooFar,
-    /// A number of the ray or of the object can't be calculated with: not finite, or a zero
-    /// direction, radius or normal.
+    /// The equation has no solution to speak of: the ray's direction is zero. (No command takes
+    /// such a ray.)
     Degenerate,
 }
 
