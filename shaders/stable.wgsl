@@ -14,6 +14,8 @@ struct Approach {
     p: vec3f,
     // d·l
     b: f32,
+    // r² − p·p
+    delta: f32,
     // √(a (r² − p·p)); negative for a miss.
     h: f32,
 }
@@ -23,21 +25,23 @@ fn approach(ray: Ray, l: vec3f, r: f32) -> Approach {
     let b = dot3(ray.direction, l);
     let p = l - ray.direction * (b * ray.inv_a);
     let delta = r * r - dot3(p, p);
-    return Approach(p, b, select(-1.0, sqrt(ray.a * delta), delta >= 0.0));
+    return Approach(p, b, delta, select(-1.0, sqrt(ray.a * delta), delta >= 0.0));
 }
 
-// Roots without cancellation: q and k/q (Press et al., Numerical Recipes, 5.6).
-// Smallest positive root, or 0 for none.
-fn sphere_stable(ray: Ray, l: vec3f, r: f32, k: f32) -> f32 {
-    let closest_approach = approach(ray, l, r);
-    let b = closest_approach.b;
-    let h = closest_approach.h;
+// Near and far root without cancellation: q and k/q (Press et al., Numerical Recipes, 5.6).
+fn roots_stable(ray: Ray, b: f32, h: f32, k: f32) -> vec2f {
     let q = select(b - h, b + h, b > 0.0);
     let t0 = k / q;
     let t1 = q * ray.inv_a;
-    let near = select(t1, t0, b > 0.0);
-    let far = select(t0, t1, b > 0.0);
-    let t = select(select(0.0, far, far > 0.0), near, near > 0.0);
+    return select(vec2f(t1, t0), vec2f(t0, t1), b > 0.0);
+}
+
+// Smallest positive root, or 0 for none.
+fn sphere_stable(ray: Ray, l: vec3f, r: f32, k: f32) -> f32 {
+    let closest_approach = approach(ray, l, r);
+    let h = closest_approach.h;
+    let roots = roots_stable(ray, closest_approach.b, h, k);
+    let t = select(select(0.0, roots.y, roots.y > 0.0), roots.x, roots.x > 0.0);
     return select(0.0, t, h >= 0.0);
 }
 

@@ -6,6 +6,7 @@ pub mod compare;
 pub mod cpu;
 pub mod error;
 pub mod exact;
+pub mod explain;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;

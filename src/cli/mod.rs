@@ -4,6 +4,7 @@ pub mod check;
 pub mod complain;
 pub mod completions;
 pub mod device;
+pub mod explain;
 pub mod head;
 pub mod man;
 pub mod options;
@@ -23,7 +24,7 @@ use clap::{Args, Parser, Subcommand};
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Control, Kernel};
 
-use options::{Crop, DEFAULT_KERNEL, DeviceChoice, Size, kernel_parser};
+use options::{Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -47,6 +48,7 @@ pub enum Command {
     Verify(VerifyArgs),
     Check(CheckArgs),
     Trace(TraceArgs),
+    Explain(ExplainArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -178,6 +180,46 @@ pub struct TraceArgs {
     pub kernel: Kernel,
     #[command(flatten)]
     pub device: DeviceArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Show the lecture's formulas with one ray's numbers in them
+///
+/// For each object: a, b, k, D and the roots (for a plane the quotient) in f32 as the kernels
+/// lecture and stable calculate them, in f64 and exactly, with the error of each; why the object is
+/// seen or not; and what every kernel shows, on the GPU too.
+#[derive(Args)]
+pub struct ExplainArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// The pixel, counted from 0 at the top left of the whole picture
+    #[arg(
+        long,
+        value_name = "X,Y",
+        allow_hyphen_values = true,
+        required_unless_present = "ray",
+        conflicts_with = "ray"
+    )]
+    pub pixel: Option<PixelAt>,
+    /// A ray in place of a pixel: its origin and its direction, of any length
+    #[arg(
+        long,
+        value_name = "OX,OY,OZ,DX,DY,DZ",
+        allow_hyphen_values = true,
+        conflicts_with_all = ["size", "crop"]
+    )]
+    pub ray: Option<RayOf>,
+    /// Explain all objects [default: the nearest 20]
+    #[arg(long)]
+    pub all: bool,
+    /// Print the formulas as LaTeX (amsmath)
+    #[arg(long, conflicts_with = "json")]
+    pub latex: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

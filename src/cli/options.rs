@@ -5,10 +5,11 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::gpu::Pick;
 use kugelblitz::scene::{ImageSize, Scene};
-use kugelblitz::trace::Kernel;
+use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
 
 use super::SizeArgs;
@@ -112,6 +113,48 @@ impl FromStr for Crop {
             _ => Err("give left column, top row, width and height in whole pixels, e.g. \
                       100,50,640,360"
                 .into()),
+        }
+    }
+}
+
+/// `X,Y`, in pixels; whether it is in the picture shows later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelAt {
+    pub x: i64,
+    pub y: i64,
+}
+
+impl FromStr for PixelAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<PixelAt, String> {
+        let numbers = text
+            .split_once(',')
+            .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
+        match numbers {
+            Some((x, y)) => Ok(PixelAt { x, y }),
+            None => Err("give column and row in whole pixels, e.g. 640,360".into()),
+        }
+    }
+}
+
+/// `OX,OY,OZ,DX,DY,DZ`; whether it points anywhere shows later.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayOf(pub Ray);
+
+impl FromStr for RayOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<RayOf, String> {
+        let numbers: Option<Vec<f64>> =
+            text.split(',').map(|number| number.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[ox, oy, oz, dx, dy, dz]) => {
+                Ok(RayOf(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) }))
+            }
+            _ => {
+                Err("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1".into())
+            }
         }
     }
 }

@@ -20,6 +20,7 @@ use glam::DVec3;
 pub use number::{Real, real, signum};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
+pub(crate) use root::layout;
 
 use crate::scene::{Object, Plane, Sphere};
 use number::{double, integer, product3, real3};
@@ -281,6 +282,11 @@ pub struct SphereNumbers {
     pub k: Root,
     /// `D = b² − 4ak`.
     pub discriminant: Root,
+    /// `D/4a`, which is `r²` less the squared distance of the line from the centre. `None` where
+    /// `d = 0`.
+    pub delta: Option<Root>,
+    /// `√D/2`. `None` where `D < 0`.
+    pub half_root: Option<Root>,
     /// Near and far root, of any sign and size; equal where `D = 0`. `None` where `D < 0` or
     /// `d = 0`.
     pub roots: Option<[Root; 2]>,
@@ -302,6 +308,8 @@ pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<Sphe
     });
     Some(SphereNumbers {
         a: Root::quotient(a.clone(), h2.clone(), 1),
+        delta: (signum(a) > 0).then(|| Root::quotient(d.clone(), a.clone(), 1)),
+        half_root: (signum(&d) >= 0).then(|| Root::new(Real::zero(), 1, d.clone(), h.clone(), 1)),
         b: Root::quotient(-double(&half_b.b), h, 1),
         k: Root::from(half_b.k),
         discriminant: Root::quotient(double(&double(&d)), h2, 1),

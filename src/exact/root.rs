@@ -84,6 +84,17 @@ impl Root {
         sign_of_sum(&(b - x * &self.a), self.s, &d).cmp(&0)
     }
 
+    /// `numerator/denominator`; a denominator of 0 counts as 1.
+    pub fn ratio(numerator: Real, denominator: u32) -> Root {
+        Root::quotient(numerator, integer(i64::from(denominator.max(1))), 1)
+    }
+
+    /// This number less `x`.
+    pub fn minus(&self, x: &Real) -> Root {
+        let (b, d) = self.folded();
+        Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
+    }
+
     /// An approximation with a relative error below `2^(4 − precision)`; 0 for 0 only.
     ///
     /// Where `B` and `s` have opposite signs the numerator is rewritten as
@@ -247,7 +258,7 @@ impl Root {
 
 /// Writes `d.ddd·10^leading`, where `mantissa` is `dddd`: plainly if that takes few zeros, else
 /// with an exponent.
-fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
+pub(crate) fn layout(negative: bool, mantissa: &str, leading: isize, digits: usize) -> String {
     let sign = if negative { "-" } else { "" };
     let n = mantissa.len() as isize;
     if leading < -5 || leading >= (digits as isize).max(6) {

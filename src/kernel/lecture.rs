@@ -33,17 +33,41 @@ pub struct PlaneLecture {
     pub pad1: f32,
 }
 
-/// Lecture, section 6: `a·t² + b·t + k = 0`. The smallest positive root, or 0 for none.
+/// The numbers of the quadratic equation `a·t² + b·t + k = 0`.
+#[derive(Clone, Copy, Debug)]
+pub struct Quadratic<R> {
+    /// `d·d`
+    pub a: R,
+    /// `2·d·(o − c)`
+    pub b: R,
+    /// `(o − c)·(o − c) − r²`
+    pub k: R,
+    /// `b² − 4ak`
+    pub discriminant: R,
+}
+
+/// Lecture, section 6: the sphere's equation with the ray put in.
 #[inline(always)]
-pub fn sphere_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, c: Vec3<R>, r: R) -> R {
+pub fn quadratic<R: Real>(o: Vec3<R>, d: Vec3<R>, c: Vec3<R>, r: R) -> Quadratic<R> {
     let a = dot3(d, d);
     let b = R::TWO * dot3(d, o - c);
     let k = dot3(o - c, o - c) - r * r;
-    let discriminant = b * b - R::FOUR * a * k;
-    if discriminant >= R::ZERO {
-        let root = discriminant.sqrt();
-        let near = (-b - root) / (R::TWO * a);
-        let far = (-b + root) / (R::TWO * a);
+    Quadratic { a, b, k, discriminant: b * b - R::FOUR * a * k }
+}
+
+/// Near and far root of an equation whose discriminant is not negative.
+#[inline(always)]
+pub fn quadratic_roots<R: Real>(q: Quadratic<R>) -> [R; 2] {
+    let root = q.discriminant.sqrt();
+    [(-q.b - root) / (R::TWO * q.a), (-q.b + root) / (R::TWO * q.a)]
+}
+
+/// Lecture, section 6. The smallest positive root, or 0 for none.
+#[inline(always)]
+pub fn sphere_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, c: Vec3<R>, r: R) -> R {
+    let q = quadratic(o, d, c, r);
+    if q.discriminant >= R::ZERO {
+        let [near, far] = quadratic_roots(q);
         if near > R::ZERO {
             near
         } else if far > R::ZERO {

@@ -48,6 +48,8 @@ pub struct Approach<R> {
     pub p: Vec3<R>,
     /// `d·l`
     pub b: R,
+    /// `r² − p·p`
+    pub delta: R,
     /// `√(a·(r² − p·p))`; negative for a miss.
     pub h: R,
 }
@@ -59,22 +61,28 @@ pub fn approach<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R) -> Approach<R> {
     let p = l - ray.direction * (b * ray.inv_a);
     let delta = r * r - dot3(p, p);
     let h = if delta >= R::ZERO { (ray.a * delta).sqrt() } else { -R::ONE };
-    Approach { p, b, h }
+    Approach { p, b, delta, h }
 }
 
-/// Roots without cancellation: `q` and `k/q` (Press et al., Numerical Recipes, 5.6), with
-/// `k = l·l − r²`. The smallest positive root, or 0 for none.
+/// Near and far root without cancellation: `q` and `k/q` (Press et al., Numerical Recipes, 5.6),
+/// with `k = l·l − r²` and `h ≥ 0`.
+#[inline(always)]
+pub fn roots_stable<R: Real>(ray: &RayOf<R>, b: R, h: R, k: R) -> [R; 2] {
+    if b > R::ZERO {
+        let q = b + h;
+        [k / q, q * ray.inv_a]
+    } else {
+        let q = b - h;
+        [q * ray.inv_a, k / q]
+    }
+}
+
+/// The smallest positive root, or 0 for none.
 #[inline(always)]
 pub fn sphere_stable<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R, k: R) -> R {
     let Approach { b, h, .. } = approach(ray, l, r);
     if h >= R::ZERO {
-        let (near, far) = if b > R::ZERO {
-            let q = b + h;
-            (k / q, q * ray.inv_a)
-        } else {
-            let q = b - h;
-            (q * ray.inv_a, k / q)
-        };
+        let [near, far] = roots_stable(ray, b, h, k);
         if near > R::ZERO {
             near
         } else if far > R::ZERO {
@@ -94,18 +102,21 @@ pub fn plane_stable<R: Real>(d: Vec3<R>, n_offset: R, n: Vec3<R>) -> R {
     if t > R::ZERO { t } else { R::ZERO }
 }
 
+/// `l = c − o` for a ray: the stored offset where all rays start at the reference point.
 #[inline(always)]
-fn offset<const PIXELS: bool>(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
+pub fn offset<const PIXELS: bool>(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
     if PIXELS { Vec3(high) } else { (Vec3(high) - ray.origin) + (Vec3(low) - ray.origin_low) }
 }
 
+/// `l·l − r²`, from the host's f64 where all rays share their origin.
 #[inline(always)]
-fn sphere_k<const PIXELS: bool>(l: Vec3<f32>, sphere: &SphereStable) -> f32 {
+pub fn sphere_k<const PIXELS: bool>(l: Vec3<f32>, sphere: &SphereStable) -> f32 {
     if PIXELS { sphere.k } else { dot3(l, l) - sphere.radius * sphere.radius }
 }
 
+/// `(a − o)·n`, from the host's f64 where all rays share their origin.
 #[inline(always)]
-fn plane_n_offset<const PIXELS: bool>(ray: &RayOf<f32>, plane: &PlaneStable) -> f32 {
+pub fn plane_n_offset<const PIXELS: bool>(ray: &RayOf<f32>, plane: &PlaneStable) -> f32 {
     if PIXELS {
         plane.n_offset
     } else {

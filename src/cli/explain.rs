@@ -1,0 +1,92 @@
+//! `kugelblitz explain`
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::camera::Pixels;
+use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, explain, latex, text};
+use kugelblitz::scene::read_scene;
+use kugelblitz::trace::{Ray, Rays};
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::device::Device;
+use super::head::{Head, Objects, On};
+use super::options::PixelAt;
+use super::output::{print, print_json};
+use super::{ExplainArgs, Run};
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    #[serde(flatten)]
+    head: Head,
+    #[serde(flatten)]
+    on: On,
+    objects: Objects,
+    explanation: &'a Explanation,
+}
+
+/// Shows the formulas of one ray with its numbers in them.
+pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
+    let scene = Arc::new(read_scene(&args.scene)?);
+    let rays = match (args.pixel, args.ray) {
+        (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
+        (None, Some(ray)) => Rays::List(vec![usable(ray.0)?]),
+        (None, None) => {
+            return Err(Error::Usage("give a pixel (--pixel X,Y) or a ray (--ray)".into()));
+        }
+    };
+    let limit = if args.all { None } else { Some(DEFAULT_OBJECTS) };
+    let mut explanation = explain(&scene, &rays, limit)?;
+    run.control.check()?;
+    let device = Device::open(&args.device.device, &args.talk)?;
+    if let Device::Gpu(_) = device {
+        let make = |prepared: &_, wants| Ok(device.tracer(prepared, wants)?.tracer);
+        explanation.add_device(&scene, &rays, make)?;
+    }
+    run.control.check()?;
+    if args.talk.json {
+        return print_json(&Summary {
+            head: Head::new("explain"),
+            on: On::from(&device),
+            objects: Objects::from(&*scene),
+            explanation: &explanation,
+        });
+    }
+    if args.latex {
+        return print(latex::latex(&explanation).as_bytes());
+    }
+    let mut shown = text::text(&explanation);
+    if explanation.objects.len() < explanation.n_objects {
+        shown += "--all shows all objects.\n";
+    }
+    print(shown.as_bytes())
+}
+
+/// The pixel alone, as part of its picture.
+fn one_pixel(pixels: Pixels, PixelAt { x, y }: PixelAt) -> Result<Pixels> {
+    let inside = |at: i64, start: u32, length: u32| {
+        let end = i64::from(start) + i64::from(length);
+        (i64::from(start)..end).contains(&at).then_some(at as u32)
+    };
+    match (inside(x, pixels.x, pixels.width), inside(y, pixels.y, pixels.height)) {
+        (Some(x), Some(y)) => Ok(Pixels { x, y, width: 1, height: 1, ..pixels }),
+        _ => Err(Error::Usage(format!(
+            "--pixel {x},{y} is not in the picture: X goes from {} to {}, Y from {} to {}",
+            pixels.x,
+            u64::from(pixels.x) + u64::from(pixels.width) - 1,
+            pixels.y,
+            u64::from(pixels.y) + u64::from(pixels.height) - 1
+        ))),
+    }
+}
+
+fn usable(ray: Ray) -> Result<Ray> {
+    if !ray.origin.is_finite() || !ray.direction.is_finite() {
+        return Err(Error::Usage("--ray has a number that is not finite".into()));
+    }
+    if ray.direction == DVec3::ZERO {
+        return Err(Error::Usage("--ray has the direction (0, 0, 0), which points nowhere".into()));
+    }
+    Ok(ray)
+}

@@ -1,0 +1,386 @@
+//! One ray in numbers: the lecture's formulas at work, and what f32 makes of them.
+//!
+//! [`explain`] computes an [`Explanation`] and prints nothing; [`text`] and [`latex`] write it
+//! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
+//! is what the kernel worked with, bit by bit; every error is that number less the exact one.
+
+pub mod latex;
+mod numbers;
+mod ray;
+mod reason;
+pub mod text;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub use numbers::{Entry, Exact, Quantity, Short};
+
+use crate::cpu::CpuTracer;
+use crate::error::Result;
+use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
+use crate::prepare::Prepared;
+use crate::scene::{Object, Scene};
+use crate::trace::{Control, Hits, Kernel, Level, Rays, Tracer, Wants};
+use ray::Numbers;
+
+/// How many objects are explained where nobody asks for all.
+pub const DEFAULT_OBJECTS: usize = 20;
+
+/// The kernels, in the order in which they are told.
+const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
+
+/// Longest name of an object that is told whole.
+const NAME_CHARS: usize = 30;
+
+/// One ray and what it meets.
+#[derive(Clone, Debug, Serialize)]
+pub struct Explanation {
+    /// The pixel, where the ray belongs to one.
+    pub pixel: Option<PixelOf>,
+    /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
+    /// number for `o`.
+    pub ray: Vec<Quantity>,
+    /// The objects: those that the ray hits, the nearest first, then those that it misses, the
+    /// ones that it passes nearest first.
+    pub objects: Vec<ObjectExplanation>,
+    /// Objects of the whole scene.
+    pub n_objects: usize,
+    /// What the ray sees, exactly; `None` for the background.
+    pub winner: Option<Winner>,
+    /// The level at which the kernel `certified` decided the ray.
+    pub level: &'static str,
+    /// What each kernel sees, on the CPU and then on the device, where there is one.
+    pub seen: Vec<Seen>,
+}
+
+/// A pixel of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct PixelOf {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// Width of the whole picture.
+    pub width: u32,
+    /// Height of the whole picture.
+    pub height: u32,
+}
+
+/// One object as the ray meets it.
+#[derive(Clone, Debug, Serialize)]
+pub struct ObjectExplanation {
+    /// Object id.
+    pub id: u32,
+    /// `sphere 3 (red giant)`, without anything that would steer a terminal.
+    pub label: String,
+    /// The lecture's formula with the exact numbers put in.
+    pub terms: Terms,
+    /// The numbers of the formula in each arithmetic.
+    pub quantities: Vec<Quantity>,
+    /// Why the object won or lost, exactly.
+    pub reason: Reason,
+    /// The same in words, and what else is worth a remark.
+    pub why: Vec<String>,
+    /// How far from the object the ray passes, world units, where it misses.
+    pub gap: Option<f64>,
+}
+
+/// The numbers that the lecture's formulas take, rounded to a few digits.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "shape", rename_all = "snake_case")]
+pub enum Terms {
+    /// Sphere.
+    Sphere {
+        /// Centre.
+        center: [Short; 3],
+        /// Radius.
+        radius: Short,
+        /// `o − c`
+        offset: [Short; 3],
+        /// The squares of the components of `d`, whose sum is `a`.
+        squares: [Short; 3],
+        /// `dᵢ·(oᵢ − cᵢ)`, whose doubled sum is `b`.
+        products: [Short; 3],
+        /// `(o − c)·(o − c)`
+        offset_squared: Short,
+        /// `r²`
+        radius_squared: Short,
+    },
+    /// Plane.
+    Plane {
+        /// A point of the plane.
+        point: [Short; 3],
+        /// Normal of any length.
+        normal: [Short; 3],
+        /// `a − o`
+        offset: [Short; 3],
+        /// `(aᵢ − oᵢ)·nᵢ`, whose sum is the numerator.
+        numerator: [Short; 3],
+        /// `dᵢ·nᵢ`, whose sum is the denominator.
+        denominator: [Short; 3],
+    },
+}
+
+/// Why an object is seen, or isn't.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Reason {
+    /// The nearest positive `t`.
+    Visible,
+    /// There is a nearer one.
+    Farther {
+        /// Id of the visible object.
+        than: u32,
+    },
+    /// Another object has the same `t` and a lower id.
+    TieLost {
+        /// Its id.
+        to: u32,
+    },
+    /// `D < 0`.
+    Missed,
+    /// No root is positive.
+    Behind,
+    /// `d·n = 0`.
+    Parallel,
+    /// `t` is larger than f32 can tell.
+    TooFar,
+    /// The equation has no solution to speak of: the ray's direction is zero. (No command takes
+    /// such a ray.)
+    Degenerate,
+}
+
+/// What a ray sees, exactly.
+#[derive(Clone, Debug, Serialize)]
+pub struct Winner {
+    /// Object id.
+    pub id: u32,
+    /// As [`ObjectExplanation::label`].
+    pub label: String,
+    /// `t`, to 20 digits.
+    pub t: String,
+    /// `t`, correctly rounded.
+    pub t_f32: f32,
+    /// Unit normal that faces the ray, to 20 digits.
+    pub normal: [String; 3],
+    /// `front` or `back`.
+    pub side: &'static str,
+}
+
+/// What a kernel sees on one device.
+#[derive(Clone, Debug, Serialize)]
+pub struct Seen {
+    /// The kernel's name.
+    pub kernel: &'static str,
+    /// `cpu` or `gpu`.
+    pub device: &'static str,
+    /// Object id; 0 is the background.
+    pub id: u32,
+    /// As [`ObjectExplanation::label`], or `background`.
+    pub label: String,
+    /// Ray parameter; +∞ on the background.
+    pub t: f32,
+    /// Unit normal; zero on the background.
+    pub normal: [f32; 3],
+    /// Whether the id is the exact one.
+    pub right: bool,
+    /// Error of `t` in f32 steps, where the right object is hit.
+    pub t_error_ulp: Option<f64>,
+}
+
+/// Explains one ray; the first `limit` objects of those that matter, or all.
+///
+/// # Errors
+/// [`Error::Usage`] where `rays` is not one ray.
+pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
+    let numbers = Numbers::new(scene, rays)?;
+    let ids: Vec<u32> = (1..=scene.n_objects() as u32).collect();
+    let objects = ids.iter().filter_map(|&id| Some((id, scene.object(id)?)));
+    let hit = nearest(&numbers.exact, objects);
+    let ranked = ranked(scene, &numbers, &ids, limit);
+    let objects: Vec<ObjectExplanation> =
+        ranked.iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
+
+    let pixel = match rays {
+        Rays::Pixels(p) => {
+            Some(PixelOf { x: p.x, y: p.y, width: p.image_width, height: p.image_height })
+        }
+        Rays::List(_) => None,
+    };
+    let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers.exact, hit));
+    let mut explanation = Explanation {
+        pixel,
+        ray: numbers.ray(),
+        objects,
+        n_objects: scene.n_objects(),
+        winner,
+        level: "f32",
+        seen: Vec::new(),
+    };
+    for kernel in KERNELS {
+        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+        let wants = Wants { surface: true, level: true };
+        let mut tracer = CpuTracer::new(prepared, wants);
+        let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
+        if kernel == Kernel::Certified {
+            explanation.level = level;
+        }
+    }
+    Ok(explanation)
+}
+
+impl Explanation {
+    /// Adds what a device sees, kernel by kernel; `make` gives a tracer with `t` and normals.
+    ///
+    /// # Errors
+    /// Those of `make` and of the tracer.
+    pub fn add_device(
+        &mut self,
+        scene: &Arc<Scene>,
+        rays: &Rays,
+        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Box<dyn Tracer>>,
+    ) -> Result<()> {
+        for kernel in KERNELS {
+            let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+            let mut tracer = make(&prepared, Wants { surface: true, level: false })?;
+            self.add_seen(scene, rays, kernel, "gpu", &mut *tracer)?;
+        }
+        Ok(())
+    }
+
+    fn add_seen(
+        &mut self,
+        scene: &Scene,
+        rays: &Rays,
+        kernel: Kernel,
+        device: &'static str,
+        tracer: &mut dyn Tracer,
+    ) -> Result<&'static str> {
+        let mut hits = Hits::default();
+        tracer.trace(rays, &Control::default(), &mut hits)?;
+        let id = hits.id.first().copied().unwrap_or(0);
+        let t = hits.t.first().copied().unwrap_or(f32::INFINITY);
+        let normal = hits.normal.first().copied().unwrap_or([0.0; 3]);
+        let right = id == self.winner.as_ref().map_or(0, |winner| winner.id);
+        let exact = self.winner.as_ref().filter(|_| right).and_then(|winner| {
+            self.objects.iter().find(|object| object.id == winner.id)?.visible_t()
+        });
+        self.seen.push(Seen {
+            kernel: kernel.name(),
+            device,
+            id,
+            label: label(scene, id),
+            t,
+            normal,
+            right,
+            t_error_ulp: exact.map(|exact| exact.error_of_f32(t)),
+        });
+        Ok(match hits.level.first() {
+            Some(&level) if level == Level::Exact as u8 => "exact",
+            Some(&level) if level == Level::F64 as u8 => "f64",
+            _ => "f32",
+        })
+    }
+}
+
+impl ObjectExplanation {
+    /// The exact root that counts: the smallest positive one.
+    fn visible_t(&self) -> Option<&Exact> {
+        self.roots().filter_map(|root| root.exact.as_ref()).find(|exact| exact.signum > 0)
+    }
+
+    /// The rows of the roots, the near one first.
+    fn roots(&self) -> impl Iterator<Item = &Quantity> {
+        self.quantities.iter().filter(|quantity| quantity.symbol.starts_with('t'))
+    }
+
+    /// The row of a symbol.
+    fn exact(&self, symbol: &str) -> Option<&Exact> {
+        self.quantities.iter().find(|row| row.symbol == symbol)?.exact.as_ref()
+    }
+}
+
+/// `sphere 3 (red giant)`
+fn label(scene: &Scene, id: u32) -> String {
+    let (kind, object) = match scene.object(id) {
+        None => return "background".into(),
+        Some(object @ Object::Sphere(_)) => ("sphere", object),
+        Some(object @ Object::Plane(_)) => ("plane", object),
+    };
+    let Some(name) = object.name() else { return format!("{kind} {id}") };
+    let mut shown: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARS).collect();
+    if name.chars().count() > NAME_CHARS {
+        shown.pop();
+        shown.push('…');
+    }
+    format!("{kind} {id} ({shown})")
+}
+
+fn winner(scene: &Scene, ray: &ExactRay, hit: &ExactHit) -> Option<Winner> {
+    let shape = Shape::from(scene.object(hit.id)?);
+    Some(Winner {
+        id: hit.id,
+        label: label(scene, hit.id),
+        t: hit.t_decimal(numbers::DIGITS),
+        t_f32: hit.t_f32(),
+        normal: hit.normal(ray, &shape)?.map(|component| component.to_decimal(numbers::DIGITS)),
+        side: match hit.side {
+            Side::Front => "front",
+            Side::Back => "back",
+        },
+    })
+}
+
+/// An object's place in the list.
+struct Rank {
+    id: u32,
+    root: Option<Root>,
+    /// `t` rounded, or the distance by which the ray passes.
+    key: f64,
+}
+
+/// The objects in the order of [`Explanation::objects`], the first `limit` of them.
+fn ranked(scene: &Scene, numbers: &Numbers, ids: &[u32], limit: Option<usize>) -> Vec<Rank> {
+    let rank = |&id: &u32| {
+        let object = scene.object(id)?;
+        let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);
+        let key = match &root {
+            Some(root) => root.to_f64(),
+            None => gap(numbers.origin, numbers.direction, object),
+        };
+        Some(Rank { id, root, key })
+    };
+    let mut ranks: Vec<Rank> = ids.par_iter().filter_map(rank).collect();
+    ranks.sort_by(|a, b| {
+        // Rounding keeps the order, so only equal f64 need the exact comparison.
+        let exact = || match (&a.root, &b.root) {
+            (Some(a), Some(b)) => a.cmp(b),
+            _ => std::cmp::Ordering::Equal,
+        };
+        (a.root.is_none().cmp(&b.root.is_none()))
+            .then(a.key.total_cmp(&b.key))
+            .then_with(exact)
+            .then(a.id.cmp(&b.id))
+    });
+    ranks.truncate(limit.unwrap_or(usize::MAX));
+    ranks
+}
+
+/// How far the half line passes from a surface that it misses; only for order and for the eye.
+fn gap(origin: DVec3, direction: DVec3, object: Object) -> f64 {
+    let gap = match object {
+        Object::Sphere(sphere) => {
+            let l = sphere.center - origin;
+            let s = direction.dot(l) / direction.length_squared();
+            let nearest = if s > 0.0 { l - direction * s } else { l };
+            nearest.length() - sphere.radius
+        }
+        Object::Plane(plane) => {
+            ((plane.point - origin).dot(plane.normal) / plane.normal.length()).abs()
+        }
+    };
+    gap.max(0.0)
+}

@@ -1,0 +1,194 @@
+//! Numbers beside the exact ones.
+
+use serde::Serialize;
+
+use crate::exact::{Root, layout, real};
+
+/// Digits of an exact number.
+pub const DIGITS: usize = 20;
+
+/// Digits of the numbers that are put into a formula.
+const SHORT_DIGITS: usize = 6;
+
+/// Digits that tell a rounded number from one that is written out whole.
+const MANY_DIGITS: usize = 60;
+
+/// A number rounded for a formula.
+#[derive(Clone, Debug, Serialize)]
+pub struct Short {
+    /// Six digits at most.
+    pub text: String,
+    /// Whether digits are missing.
+    pub rounded: bool,
+}
+
+impl From<&Root> for Short {
+    fn from(root: &Root) -> Short {
+        let text = root.to_decimal(SHORT_DIGITS);
+        Short { rounded: text != root.to_decimal(MANY_DIGITS), text }
+    }
+}
+
+/// A number as it is.
+#[derive(Clone, Debug, Serialize)]
+pub struct Exact {
+    /// To 20 digits.
+    pub decimal: String,
+    /// -1, 0 or 1.
+    pub signum: i32,
+    #[serde(skip)]
+    pub(super) short: Short,
+    #[serde(skip)]
+    root: Root,
+}
+
+impl From<&Root> for Exact {
+    fn from(root: &Root) -> Exact {
+        Exact {
+            decimal: root.to_decimal(DIGITS),
+            signum: root.signum(),
+            short: Short::from(root),
+            root: root.clone(),
+        }
+    }
+}
+
+impl Exact {
+    /// Error of `value` in steps of f32 at the exact number; +∞ where `value` is not finite, and
+    /// where it should be 0 and isn't.
+    pub fn error_of_f32(&self, value: f32) -> f64 {
+        self.error_ulp(f64::from(value), Format::Single)
+    }
+
+    fn error_ulp(&self, value: f64, format: Format) -> f64 {
+        let Some(exact_value) = real(value) else { return f64::INFINITY };
+        let error = self.root.minus(&exact_value).to_f64().abs();
+        if error == 0.0 {
+            return 0.0;
+        }
+        if self.signum == 0 {
+            return f64::INFINITY;
+        }
+        error / format.ulp(self.root.to_f64())
+    }
+}
+
+/// What a column calculates in.
+#[derive(Clone, Copy)]
+enum Format {
+    Single,
+    Double,
+}
+
+impl Format {
+    /// The distance of the format's numbers at `x`, and not less than its smallest subnormal.
+    fn ulp(self, x: f64) -> f64 {
+        let (lowest, fraction_bits) = match self {
+            Format::Single => (-126, 23),
+            Format::Double => (-1022, 52),
+        };
+        let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        power_of_two(exponent.max(lowest) - fraction_bits)
+    }
+}
+
+/// `2^exponent` from the smallest subnormal number on, where `powi` gives 0.
+fn power_of_two(exponent: i32) -> f64 {
+    match exponent {
+        -1022.. => 2f64.powi(exponent),
+        _ => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
+    }
+}
+
+/// `x·2^exponent`: a number for a scaled direction as one for the ray's own.
+pub fn scaled(x: f32, exponent: i32) -> f64 {
+    let half = exponent / 2;
+    f64::from(x) * 2f64.powi(half) * 2f64.powi(exponent - half)
+}
+
+/// A number as one arithmetic has it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Entry {
+    /// `None` where there is none: the root of a line that is taken for a miss.
+    pub value: Option<f64>,
+    /// Its error in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
+    /// the value isn't finite, or where it should be 0 and isn't. `None` where one of the two
+    /// numbers doesn't exist.
+    pub error_ulp: Option<f64>,
+    /// Whether its sign is not the exact one's.
+    pub wrong_sign: bool,
+}
+
+/// One number of a formula, in each arithmetic.
+#[derive(Clone, Debug, Serialize)]
+pub struct Quantity {
+    /// As in the formula.
+    pub symbol: &'static str,
+    /// In f32, as the kernel `lecture` has it; `None` where it has no such number.
+    pub lecture: Option<Entry>,
+    /// In f32, as the kernel `stable` has it; `None` where it has no such number.
+    pub stable: Option<Entry>,
+    /// The lecture's formula in f64; `None` where it has no such number.
+    pub f64: Option<Entry>,
+    /// `None` where there is no such number.
+    pub exact: Option<Exact>,
+}
+
+/// The numbers of a row: `None` for no such number in this column, `Some(None)` for no root.
+#[derive(Clone, Copy)]
+pub struct Columns {
+    pub lecture: Option<Option<f64>>,
+    pub stable: Option<Option<f64>>,
+    pub double: Option<Option<f64>>,
+}
+
+impl Columns {
+    /// The row, with errors against the exact number.
+    pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
+        let exact = exact.map(Exact::from);
+        let entry = |value: Option<f64>, format| Entry {
+            value,
+            error_ulp: value.zip(exact.as_ref()).map(|(x, exact)| exact.error_ulp(x, format)),
+            wrong_sign: value.zip(exact.as_ref()).is_some_and(|(x, exact)| {
+                let signum = i32::from(x > 0.0) - i32::from(x < 0.0);
+                signum != exact.signum
+            }),
+        };
+        Quantity {
+            symbol,
+            lecture: self.lecture.map(|value| entry(value, Format::Single)),
+            stable: self.stable.map(|value| entry(value, Format::Single)),
+            f64: self.double.map(|value| entry(value, Format::Double)),
+            exact,
+        }
+    }
+}
+
+/// The shortest decimal that gives this f32 back. A number beyond f32's range, which stands for
+/// one of a scaled direction, has 24 bits as well: nine digits tell it.
+pub fn decimal_f32(x: f64) -> String {
+    let single = x as f32;
+    let text = if f64::from(single) == x { format!("{single:e}") } else { format!("{x:.8e}") };
+    decimal(&text, 9)
+}
+
+/// The shortest decimal that gives this f64 back.
+pub fn decimal_f64(x: f64) -> String {
+    decimal(&format!("{x:e}"), 17)
+}
+
+/// Rust's `d.ddde±n`, written as the exact numbers are.
+fn decimal(scientific: &str, digits: usize) -> String {
+    let plain = || {
+        let (mantissa, exponent) = scientific.split_once('e')?;
+        let negative = mantissa.starts_with('-');
+        let mantissa: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+        let mantissa = mantissa.trim_end_matches('0');
+        if mantissa.is_empty() {
+            return Some("0".to_owned());
+        }
+        Some(layout(negative, mantissa, exponent.parse().ok()?, digits))
+    };
+    // NaN and infinities have no exponent.
+    plain().unwrap_or_else(|| scientific.replace("inf", "∞"))
+}

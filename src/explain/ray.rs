@@ -1,0 +1,288 @@
+//! One ray's numbers as the kernels have them, in f64, and exactly.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::numbers::{Columns, Quantity, Short, scaled};
+use super::{ObjectExplanation, Rank, Reason, Terms, label};
+use crate::camera::CameraF32;
+use crate::error::{Error, Result};
+use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
+use crate::kernel::stable::{self, PlaneStable, SphereStable, approach, roots_stable};
+use crate::kernel::{RayOf, lecture};
+use crate::prepare::{Lists, Objects, Prepared, exponent_of};
+use crate::scene::{Object, Plane, Scene, Sphere};
+use crate::trace::{Kernel, Ray, Rays};
+use crate::vec3::{Vec3, dot3};
+
+/// A ray's numbers as the kernels have them.
+pub struct Numbers {
+    pub exact: ExactRay,
+    pub origin: DVec3,
+    pub direction: DVec3,
+    lecture: RayOf<f32>,
+    stable: RayOf<f32>,
+    /// `direction = 2^exponent · stable.direction`.
+    exponent: i32,
+    from_pixel: bool,
+    lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
+    stable_objects: Lists<SphereStable, PlaneStable>,
+}
+
+impl Numbers {
+    pub fn new(scene: &Arc<Scene>, rays: &Rays) -> Result<Numbers> {
+        let one = || Error::Usage("one ray is explained at a time".into());
+        if rays.len() != 1 {
+            return Err(one());
+        }
+        let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
+        let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
+        let (lecture, _) = kernel_ray(&on_lecture, rays).ok_or_else(one)?;
+        let (stable, exponent) = kernel_ray(&on_stable, rays).ok_or_else(one)?;
+        let (exact, origin, direction) = match rays {
+            Rays::Pixels(p) => {
+                (ExactRay::from_pixel(p, p.x, p.y), p.view.position, p.direction(p.x, p.y))
+            }
+            Rays::List(rays) => {
+                let ray: &Ray = rays.first().ok_or_else(one)?;
+                (ExactRay::new(ray), ray.origin, ray.direction)
+            }
+        };
+        let (Objects::Lecture(lecture_objects), Objects::Stable(stable_objects)) =
+            (on_lecture.objects, on_stable.objects)
+        else {
+            return Err(one());
+        };
+        let from_pixel = matches!(rays, Rays::Pixels(_));
+        Ok(Numbers {
+            exact,
+            origin,
+            direction,
+            lecture,
+            stable,
+            exponent,
+            from_pixel,
+            lecture_objects,
+            stable_objects,
+        })
+    }
+
+    pub fn ray(&self) -> Vec<Quantity> {
+        let h = self.exact.t_factor();
+        let mut rows = Vec::new();
+        for (axis, symbol) in ["o.x", "o.y", "o.z"].into_iter().enumerate() {
+            rows.push(
+                Columns {
+                    lecture: Some(Some(f64::from(self.lecture.origin.0[axis]))),
+                    stable: None,
+                    double: Some(Some(self.origin[axis])),
+                }
+                .against(symbol, Some(&Root::from(self.exact.origin()[axis].clone()))),
+            );
+        }
+        for (axis, symbol) in ["d.x", "d.y", "d.z"].into_iter().enumerate() {
+            rows.push(
+                Columns {
+                    lecture: Some(Some(f64::from(self.lecture.direction.0[axis]))),
+                    stable: Some(Some(scaled(self.stable.direction.0[axis], self.exponent))),
+                    double: Some(Some(self.direction[axis])),
+                }
+                .against(symbol, Some(&Root::ratio(self.exact.direction()[axis].clone(), h))),
+            );
+        }
+        rows
+    }
+
+    pub fn object(
+        &self,
+        scene: &Scene,
+        rank: &Rank,
+        hit: Option<&ExactHit>,
+    ) -> Option<ObjectExplanation> {
+        let id = rank.id;
+        let index = id as usize - 1;
+        let object = scene.object(id)?;
+        let (terms, quantities) = match object {
+            Object::Sphere(sphere) => (self.sphere_terms(sphere)?, self.sphere(sphere, index)?),
+            Object::Plane(plane) => (
+                self.plane_terms(plane)?,
+                self.plane(plane, index - self.lecture_objects.spheres.len())?,
+            ),
+        };
+        let mut explanation = ObjectExplanation {
+            id,
+            label: label(scene, id),
+            terms,
+            quantities,
+            reason: Reason::Degenerate,
+            why: Vec::new(),
+            gap: rank.root.is_none().then_some(rank.key),
+        };
+        explanation.reason = explanation.reason(rank.root.as_ref(), hit);
+        explanation.why = explanation.why(scene, rank.root.is_some(), hit, self);
+        Some(explanation)
+    }
+
+    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<Vec<Quantity>> {
+        let exact = sphere_numbers(&self.exact, sphere.center, sphere.radius)?;
+        let of_lecture = self.lecture_objects.spheres.get(index)?;
+        let RayOf { origin, direction, .. } = self.lecture;
+        let single =
+            lecture::quadratic(origin, direction, Vec3(of_lecture.center), of_lecture.radius);
+        let double = lecture::quadratic::<f64>(
+            self.origin.into(),
+            self.direction.into(),
+            sphere.center.into(),
+            sphere.radius,
+        );
+        let single_roots = (single.discriminant >= 0.0).then(|| lecture::quadratic_roots(single));
+        let double_roots = (double.discriminant >= 0.0).then(|| lecture::quadratic_roots(double));
+
+        let of_stable = self.stable_objects.spheres.get(index)?;
+        let l = match self.from_pixel {
+            true => stable::offset::<true>(&self.stable, of_stable.center, of_stable.center_low),
+            false => stable::offset::<false>(&self.stable, of_stable.center, of_stable.center_low),
+        };
+        let k = match self.from_pixel {
+            true => stable::sphere_k::<true>(l, of_stable),
+            false => stable::sphere_k::<false>(l, of_stable),
+        };
+        let chord = approach(&self.stable, l, of_stable.radius);
+        let stable_roots =
+            (chord.h >= 0.0).then(|| roots_stable(&self.stable, chord.b, chord.h, k));
+
+        let e = self.exponent;
+        let all = |single: f32, stable: f64, double: f64| Columns {
+            lecture: Some(Some(f64::from(single))),
+            stable: Some(Some(stable)),
+            double: Some(Some(double)),
+        };
+        let stable_only =
+            |value: Option<f64>| Columns { lecture: None, stable: Some(value), double: None };
+        let root = |i: usize| Columns {
+            lecture: Some(single_roots.map(|roots| f64::from(roots[i]))),
+            stable: Some(stable_roots.map(|roots| f64::from(scaled(roots[i], -e) as f32))),
+            double: Some(double_roots.map(|roots| roots[i])),
+        };
+        let roots = exact.roots.as_ref();
+        Some(vec![
+            all(single.a, scaled(self.stable.a, 2 * e), double.a).against("a", Some(&exact.a)),
+            all(single.b, -2.0 * scaled(chord.b, e), double.b).against("b", Some(&exact.b)),
+            all(single.k, f64::from(k), double.k).against("k", Some(&exact.k)),
+            Columns { stable: None, ..all(single.discriminant, 0.0, double.discriminant) }
+                .against("D", Some(&exact.discriminant)),
+            stable_only(Some(f64::from(chord.delta))).against("r²−P·P", exact.delta.as_ref()),
+            stable_only((chord.h >= 0.0).then(|| scaled(chord.h, e)))
+                .against("h", exact.half_root.as_ref()),
+            root(0).against("t₁", roots.map(|roots| &roots[0])),
+            root(1).against("t₂", roots.map(|roots| &roots[1])),
+        ])
+    }
+
+    fn plane(&self, plane: &Plane, index: usize) -> Option<Vec<Quantity>> {
+        let exact = plane_numbers(&self.exact, plane.point, plane.normal)?;
+        let of_lecture = self.lecture_objects.planes.get(index)?;
+        let RayOf { origin, direction, .. } = self.lecture;
+        let normal = Vec3(of_lecture.normal);
+        let single = [dot3(Vec3(of_lecture.point) - origin, normal), dot3(direction, normal)];
+        let normal = Vec3::<f64>::from(plane.normal);
+        let double = [
+            dot3(Vec3::<f64>::from(plane.point) - self.origin.into(), normal),
+            dot3(self.direction.into(), normal),
+        ];
+        let of_stable = self.stable_objects.planes.get(index)?;
+        let offset = match self.from_pixel {
+            true => stable::plane_n_offset::<true>(&self.stable, of_stable),
+            false => stable::plane_n_offset::<false>(&self.stable, of_stable),
+        };
+        let stable = [offset, dot3(self.stable.direction, Vec3(of_stable.normal))];
+        let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
+        let row = |i: usize, exponent: i32| Columns {
+            lecture: Some(Some(f64::from(single[i]))),
+            stable: Some(Some(scaled(stable[i], exponent))),
+            double: Some(Some(double[i])),
+        };
+        // A quotient by 0 is an infinity or NaN: no root.
+        let quotient = |t: f64| t.is_finite().then_some(t);
+        let t = Columns {
+            lecture: Some(quotient(f64::from(single[0] / single[1]))),
+            stable: Some(quotient(f64::from(scaled(stable[0] / stable[1], -e) as f32))),
+            double: Some(quotient(double[0] / double[1])),
+        };
+        Some(vec![
+            row(0, of_normal).against("(a−o)·n", Some(&exact.numerator)),
+            row(1, of_normal + e).against("d·n", Some(&exact.denominator)),
+            t.against("t", exact.root.as_ref()),
+        ])
+    }
+
+    /// `d·v` component by component.
+    fn along(&self, v: &[Real; 3]) -> [Short; 3] {
+        std::array::from_fn(|i| {
+            Short::from(&Root::ratio(&self.exact.direction()[i] * &v[i], self.exact.t_factor()))
+        })
+    }
+
+    fn sphere_terms(&self, sphere: &Sphere) -> Option<Terms> {
+        let center = real3(sphere.center)?;
+        let radius = real(sphere.radius)?;
+        let offset: [Real; 3] = std::array::from_fn(|i| &self.exact.origin()[i] - &center[i]);
+        let squares: [Real; 3] = std::array::from_fn(|i| &offset[i] * &offset[i]);
+        let h = self.exact.t_factor();
+        Some(Terms::Sphere {
+            squares: std::array::from_fn(|i| {
+                let d = &self.exact.direction()[i];
+                Short::from(&Root::ratio(d * d, h * h))
+            }),
+            products: self.along(&offset),
+            offset_squared: short(&squares[0] + &squares[1] + &squares[2]),
+            radius_squared: short(&radius * &radius),
+            center: center.map(short),
+            radius: short(radius),
+            offset: offset.map(short),
+        })
+    }
+
+    fn plane_terms(&self, plane: &Plane) -> Option<Terms> {
+        let (point, normal) = (real3(plane.point)?, real3(plane.normal)?);
+        let offset: [Real; 3] = std::array::from_fn(|i| &point[i] - &self.exact.origin()[i]);
+        Some(Terms::Plane {
+            numerator: std::array::from_fn(|i| short(&offset[i] * &normal[i])),
+            denominator: self.along(&normal),
+            point: point.map(short),
+            normal: normal.map(short),
+            offset: offset.map(short),
+        })
+    }
+}
+
+fn short(x: Real) -> Short {
+    Short::from(&Root::from(x))
+}
+
+fn real3(v: DVec3) -> Option<[Real; 3]> {
+    Some([real(v.x)?, real(v.y)?, real(v.z)?])
+}
+
+/// The ray as the kernel of `prepared` has it, and the exponent of its scale: what
+/// [`CpuTracer`] does for every ray.
+fn kernel_ray(prepared: &Prepared, rays: &Rays) -> Option<(RayOf<f32>, i32)> {
+    match rays {
+        Rays::Pixels(pixels) => {
+            let origin = match prepared.kernel {
+                Kernel::Lecture => prepared.reference.into(),
+                Kernel::Stable | Kernel::Certified => Vec3::ZERO,
+            };
+            let (i, j) = pixels.offset2(pixels.x, pixels.y);
+            let direction = CameraF32::new(pixels).camera_direction(i as f32, j as f32);
+            Some((RayOf::new(origin, Vec3::ZERO, direction), 0))
+        }
+        Rays::List(rays) => {
+            let (record, exponent) = prepared.ray_record(rays.first()?);
+            let direction = Vec3(record.direction);
+            let ray = RayOf::new(Vec3(record.origin), Vec3(record.origin_low), direction);
+            Some((ray, exponent))
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! An [`Explanation`] as plain text of at most [`WIDTH`] columns.
+
+use std::fmt::Write;
+
+use super::numbers::{decimal_f32, decimal_f64};
+use super::{Entry, Exact, Explanation, ObjectExplanation, Quantity, Seen, Short, Terms, Winner};
+
+/// Columns that the text takes at most.
+pub const WIDTH: usize = 100;
+
+const NOTES: &str = "\
+Formulas: exact numbers, rounded to 6 digits (≈ where digits are missing). Tables: every f32 is the
+one that the kernel works with. A line of errors follows where a number is not exact: in ulp, the
+distance of neighbouring f32 numbers (f64 column: of f64 numbers) at the exact value.
+stable, with L = c − o: b = −2·d·L, k = L·L − r², P = L − (d·L/a)·d, r² − P·P = D/4a,
+h = √(a·(r² − P·P)) = √D/2; its roots are q/a and k/q with q = d·L ± h.
+";
+
+/// The whole explanation.
+pub fn text(explanation: &Explanation) -> String {
+    let mut text = match &explanation.pixel {
+        Some(p) => format!(
+            "Pixel ({}, {}) of {}×{}: the ray p(t) = o + t·d\n",
+            p.x, p.y, p.width, p.height
+        ),
+        None => "The ray p(t) = o + t·d\n".to_owned(),
+    };
+    table(&explanation.ray, &mut text);
+    for object in &explanation.objects {
+        text.push('\n');
+        text.push_str(&of_object(object));
+    }
+    let left_out = explanation.n_objects - explanation.objects.len().min(explanation.n_objects);
+    if left_out > 0 {
+        let _ = writeln!(text, "\nLeft out: {left_out} more of {} objects", explanation.n_objects);
+    }
+    text.push('\n');
+    verdict(explanation, &mut text);
+    text.push('\n');
+    text + NOTES
+}
+
+/// One object: why, formula, numbers.
+pub fn of_object(object: &ObjectExplanation) -> String {
+    let mut text = format!("{}\n", object.label);
+    for (i, why) in object.why.iter().enumerate() {
+        let gap = object.gap.filter(|gap| i == 0 && *gap > 0.0);
+        let gap = gap.map(|gap| format!("; it passes at a distance of {}", four_digits(gap)));
+        let _ = writeln!(text, "  → {why}{}", gap.unwrap_or_default());
+    }
+    let mut lines = String::new();
+    formula(object, &mut lines);
+    for line in lines.lines() {
+        broken(line, &mut text);
+    }
+    table(&object.quantities, &mut text);
+    text
+}
+
+/// A line of a formula, continued on the next one where it is too wide.
+fn broken(line: &str, text: &mut String) {
+    let relation = [" = ", " ≈ "].into_iter().filter_map(|relation| line.rfind(relation)).max();
+    match relation {
+        Some(at) if line.chars().count() > WIDTH => {
+            let _ = writeln!(text, "{}\n     {}", &line[..at], &line[at..]);
+        }
+        _ => {
+            let _ = writeln!(text, "{line}");
+        }
+    }
+}
+
+/// `=`, or `≈` where digits are missing.
+fn equals<'a>(numbers: impl IntoIterator<Item = &'a Short>) -> char {
+    if numbers.into_iter().any(|number| number.rounded) { '≈' } else { '=' }
+}
+
+fn vector(v: &[Short; 3]) -> String {
+    format!("({}, {}, {})", v[0].text, v[1].text, v[2].text)
+}
+
+/// `1 + 2 − 3`
+fn sum(terms: &[Short; 3]) -> String {
+    let mut text = terms[0].text.clone();
+    for term in &terms[1..] {
+        match term.text.strip_prefix('-') {
+            Some(magnitude) => text = format!("{text} − {magnitude}"),
+            None => text = format!("{text} + {}", term.text),
+        }
+    }
+    text
+}
+
+/// A factor: negative numbers in parentheses.
+fn factor(number: &str) -> String {
+    if number.starts_with('-') { format!("({number})") } else { number.to_owned() }
+}
+
+fn negated(number: &str) -> String {
+    match number.strip_prefix('-') {
+        Some(magnitude) => magnitude.to_owned(),
+        None if number == "0" => "0".to_owned(),
+        None => format!("-{number}"),
+    }
+}
+
+fn formula(object: &ObjectExplanation, text: &mut String) {
+    let number = |symbol| object.exact(symbol).map(|exact| &exact.short);
+    match &object.terms {
+        Terms::Sphere {
+            center,
+            radius,
+            offset,
+            squares,
+            products,
+            offset_squared,
+            radius_squared,
+        } => {
+            let (Some(a), Some(b), Some(k), Some(d)) =
+                (number("a"), number("b"), number("k"), number("D"))
+            else {
+                return;
+            };
+            let _ = writeln!(
+                text,
+                "  c {} {}, r {} {}",
+                equals(center),
+                vector(center),
+                equals([radius]),
+                radius.text
+            );
+            let _ = writeln!(text, "  o − c {} {}", equals(offset), vector(offset));
+            let eq = equals(squares.iter().chain([a]));
+            let _ = writeln!(text, "  a = d·d {eq} {} {eq} {}", sum(squares), a.text);
+            let eq = equals(products.iter().chain([b]));
+            let _ = writeln!(text, "  b = 2·d·(o − c) {eq} 2·({}) {eq} {}", sum(products), b.text);
+            let eq = equals([offset_squared, radius_squared, k]);
+            let _ = writeln!(
+                text,
+                "  k = (o − c)·(o − c) − r² {eq} {} − {} {eq} {}",
+                offset_squared.text, radius_squared.text, k.text
+            );
+            let eq = equals([a, b, k, d]);
+            let _ = writeln!(
+                text,
+                "  D = b² − 4·a·k {eq} {}² − 4·{}·{} {eq} {}",
+                factor(&b.text),
+                a.text,
+                factor(&k.text),
+                d.text
+            );
+            let Some([near, far]) = number("t₁").zip(number("t₂")).map(<[&Short; 2]>::from)
+            else {
+                return;
+            };
+            let eq = equals([a, b, d, near, far]);
+            let roots = match d.text.as_str() {
+                "0" => near.text.clone(),
+                _ => format!("{} and {}", near.text, far.text),
+            };
+            let _ = writeln!(
+                text,
+                "  t = (−b ± √D) / (2·a) {eq} ({} ± √{}) / (2·{}) {eq} {roots}",
+                negated(&b.text),
+                d.text,
+                a.text
+            );
+        }
+        Terms::Plane { point, normal, offset, numerator, denominator } => {
+            let (Some(above), Some(below)) = (number("(a−o)·n"), number("d·n")) else { return };
+            let _ = writeln!(text, "  a {} {}", equals(point), vector(point));
+            let _ = writeln!(text, "  n {} {}", equals(normal), vector(normal));
+            let _ = writeln!(text, "  a − o {} {}", equals(offset), vector(offset));
+            let eq = equals(numerator.iter().chain([above]));
+            let _ = writeln!(text, "  (a − o)·n {eq} {} {eq} {}", sum(numerator), above.text);
+            let eq = equals(denominator.iter().chain([below]));
+            let _ = writeln!(text, "  d·n {eq} {} {eq} {}", sum(denominator), below.text);
+            if let Some(t) = number("t") {
+                let eq = equals([above, below, t]);
+                let _ = writeln!(
+                    text,
+                    "  t = ((a − o)·n) / (d·n) {eq} {} / {} {eq} {}",
+                    above.text,
+                    factor(&below.text),
+                    t.text
+                );
+            }
+        }
+    }
+}
+
+/// A row of the table, right-aligned; columns that are blank at the end leave no blanks behind.
+fn line(symbol: &str, cells: [String; 4], text: &mut String) {
+    let [lecture, stable, double, exact] = cells;
+    let row = format!("  {symbol:<7} {lecture:>16} {stable:>16} {double:>25} {exact:>28}");
+    text.push_str(row.trim_end());
+    text.push('\n');
+}
+
+fn table(quantities: &[Quantity], text: &mut String) {
+    line("", ["f32 lecture", "f32 stable", "f64", "exact"].map(str::to_owned), text);
+    for row in quantities {
+        let columns = [(row.lecture, false), (row.stable, false), (row.f64, true)];
+        let value = |(entry, double): (Option<Entry>, bool)| match entry {
+            None => String::new(),
+            Some(Entry { value: None, .. }) => "none".into(),
+            Some(Entry { value: Some(x), .. }) if double => decimal_f64(x),
+            Some(Entry { value: Some(x), .. }) => decimal_f32(x),
+        };
+        let [lecture, stable, double] = columns.map(value);
+        let exact = row.exact.as_ref().map_or("none".into(), |exact| exact.decimal.clone());
+        line(row.symbol, [lecture, stable, double, exact], text);
+        let wrong = |entry: &Entry| {
+            entry.value.is_some() != row.exact.is_some() || entry.error_ulp != Some(0.0)
+        };
+        let both_none = |entry: &Entry| entry.value.is_none() && row.exact.is_none();
+        let entries = columns.map(|(entry, _)| entry);
+        if entries.iter().flatten().any(|entry| wrong(entry) && !both_none(entry)) {
+            let [lecture, stable, double] = entries.map(|entry| match entry {
+                Some(Entry { value: Some(_), .. }) if row.exact.is_none() => "no root".into(),
+                Some(Entry { value: None, .. }) if row.exact.is_some() => "root lost".into(),
+                Some(entry) => error(&entry),
+                None => String::new(),
+            });
+            line("", [lecture, stable, double, String::new()], text);
+        }
+    }
+}
+
+/// `0.31 ulp`, `sign! 3.1e6 ulp` where the sign is wrong.
+fn error(entry: &Entry) -> String {
+    match entry.error_ulp {
+        None => String::new(),
+        Some(0.0) => "exact".into(),
+        Some(error) if error.is_infinite() && entry.value.is_some_and(f64::is_finite) => {
+            "should be 0".into()
+        }
+        Some(error) if error.is_infinite() => "overflow".into(),
+        Some(error) => {
+            let sign = if entry.wrong_sign { "sign! " } else { "" };
+            format!("{sign}{} ulp", rough(error))
+        }
+    }
+}
+
+/// Two or three digits: what an error is worth.
+pub(super) fn rough(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        ..0.005 => "<0.01".into(),
+        0.005..9.995 => format!("{x:.2}"),
+        9.995..99999.5 => format!("{x:.0}"),
+        _ => format!("{x:.1e}"),
+    }
+}
+
+fn verdict(explanation: &Explanation, text: &mut String) {
+    match &explanation.winner {
+        None => text.push_str("The ray sees the background.\n"),
+        Some(Winner { label, t, normal, side, .. }) => {
+            let _ = writeln!(text, "The ray sees {label}: t = {t}");
+            let _ = writeln!(text, "  its {side}; the unit normal that faces the ray:");
+            for (axis, component) in ["n.x", "n.y", "n.z"].into_iter().zip(normal) {
+                let _ = writeln!(text, "  {axis} = {component}");
+            }
+        }
+    }
+    let stage = match explanation.level {
+        "exact" => "exact arithmetic",
+        other => other,
+    };
+    let _ = writeln!(text, "The kernel certified decided this ray in {stage}.\n");
+    let _ = writeln!(
+        text,
+        "  {:<9} {:<3} {:<25} {:>15} {:>11}  normal",
+        "kernel", "on", "shows", "t", "error"
+    );
+    for seen in &explanation.seen {
+        of_seen(seen, text);
+    }
+    if explanation.seen.iter().all(|seen| seen.device != "gpu") {
+        text.push_str("  No GPU took part: these are the CPU's results alone.\n");
+    }
+}
+
+fn of_seen(seen: &Seen, text: &mut String) {
+    let mut label: String = seen.label.chars().take(25).collect();
+    if seen.label.chars().count() > 25 {
+        label.pop();
+        label.push('…');
+    }
+    let (t, normal) = match seen.id {
+        0 => (String::new(), String::new()),
+        _ => (
+            decimal_f32(f64::from(seen.t)),
+            seen.normal.map(|component| format!("{component:.4}")).join(" "),
+        ),
+    };
+    let error = match (seen.right, seen.t_error_ulp) {
+        (false, _) => "WRONG".into(),
+        (true, Some(error)) if error.is_infinite() => "∞".into(),
+        (true, Some(error)) => format!("{} ulp", rough(error)),
+        (true, None) => String::new(),
+    };
+    let device = seen.device.to_uppercase();
+    let row = format!("  {:<9} {device:<3} {label:<25} {t:>15} {error:>11}  {normal}", seen.kernel);
+    text.push_str(row.trim_end());
+    text.push('\n');
+}
+
+/// Four digits, without zeros that say nothing.
+fn four_digits(x: f64) -> String {
+    format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
+}
+
+/// For [`super::latex`]: the number of a symbol.
+pub(super) fn short<'a>(object: &'a ObjectExplanation, symbol: &str) -> Option<&'a Short> {
+    object.exact(symbol).map(|exact: &Exact| &exact.short)
+}
