@@ -125,7 +125,7 @@ fn the_default_device_renders_and_says_what_it_did() {
     assert_eq!(ran.stdout, b"");
     let line = ran.stderr.strip_suffix('\n').unwrap();
     assert!(!line.contains('\n'), "{line}");
-    let start = format!("{out}: 1280×720, 6 spheres, 2 planes, stable on {}", facts.name);
+    let start = format!("{out}: 1280×720, 6 spheres, 2 planes, certified on {}", facts.name);
     assert!(line.starts_with(&start) && line.ends_with(" tracing"), "{line}");
     assert_eq!(line.contains("(software)"), facts.is_software(), "{line}");
 
@@ -182,7 +182,7 @@ fn render_json_has_the_keys_of_the_contract() {
     assert_eq!(json["adapter"]["name"], facts.name.as_str());
     assert_eq!(json["adapter"]["type"], facts.kind);
     assert_eq!(json["device"], "gpu");
-    assert_eq!(json["kernel"], "stable");
+    assert_eq!(json["kernel"], "certified");
     assert_eq!(json["size"], serde_json::json!([160, 90]));
     assert_eq!(json["objects"], serde_json::json!({"spheres": 4, "planes": 0}));
     assert_eq!(json["rays"]["total"], 160 * 90);
