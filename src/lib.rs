@@ -1,4 +1,110 @@
 //! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees.
+//!
+//! A [`Scene`](scene::Scene) and [`Rays`](trace::Rays) go into a [`Tracer`](trace::Tracer), on a
+//! Vulkan device or on the CPU; [`Hits`](trace::Hits) come out. With
+//! [`Kernel::Certified`](trace::Kernel::Certified) the object of every hit is the one that exact
+//! arithmetic sees.
+//!
+//! ```
+//! use std::io::Cursor;
+//! use std::path::Path;
+//! use std::sync::Arc;
+//!
+//! use kugelblitz::camera::{Pixels, View};
+//! use kugelblitz::cpu::CpuTracer;
+//! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
+//! use kugelblitz::prepare::Prepared;
+//! use kugelblitz::scene::parse_scene;
+//! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
+//!
+//! fn main() -> kugelblitz::Result<()> {
+//!     let path = Path::new("ball.toml"); // only for messages
+//!     let text = r##"
+//!         [camera]
+//!         position = [0.0, 0.0, 5.0]
+//!         look_at  = [0.0, 0.0, 0.0]
+//!
+//!         [[sphere]]
+//!         center = [0.0, 0.0, 0.0]
+//!         radius = 1.0
+//!         color  = "#d62728"
+//!     "##;
+//!     let scene = Arc::new(parse_scene(text, path)?);
+//!     let view = View::new(scene.require_camera(path)?);
+//!     let pixels = Pixels::whole(view, 161, 121);
+//!     let rays = Rays::Pixels(pixels);
+//!
+//!     let prepared = Arc::new(Prepared::new(scene.clone(), Kernel::Certified, &rays)?);
+//!     let wants = Format::Png.wants(false); // ids alone: a PNG shows no depth
+//!     let mut tracer = CpuTracer::new(prepared, wants);
+//!     let mut hits = Hits::default();
+//!     tracer.trace(&rays, &Control::default(), &mut hits)?;
+//!     assert_eq!(hits.id[60 * 161 + 80], 1); // the centre pixel sees object 1, the sphere
+//!     assert_eq!(hits.id[0], 0); // the corner sees the background
+//!
+//!     let (options, frame) = (PictureOptions::default(), Frame::from(&pixels));
+//!     let (palette, sink) = (scene.palette(), Cursor::new(Vec::new()));
+//!     let mut writer =
+//!         PictureWriter::create(Format::Png, options, frame, &palette, sink, "ball.png")?;
+//!     writer.rows(&hits, pixels.height)?;
+//!     let png = writer.finish()?.into_inner();
+//!     assert!(png.starts_with(b"\x89PNG"));
+//!     Ok(())
+//! }
+//! ```
+//!
+//! On a Vulkan device, the tracer is [`gpu::GpuTracer`], made with an open [`gpu::Gpu`] and the
+//! same other arguments.
+//!
+//! # Conventions
+//! - **Numbers.** A scene's numbers are f64. What a scene means is exact real arithmetic on them;
+//!   every kernel is an approximation of that meaning and is judged by it.
+//! - **World.** Right-handed; any unit of length, the same everywhere.
+//! - **Ray.** `p(t) = o + t·d`, where `d` is not zero and not normalised. So `t` is a length only
+//!   where `d` is a unit vector.
+//! - **Camera.** `forward = normalize(look_at − position)`, `right = normalize(forward × up)`,
+//!   `true_up = right × forward`, `h = tan(fov/2)` with the vertical field of view. They are
+//!   computed once in f64, and those f64 numbers then are the camera: [`camera::View`].
+//! - **Pixel.** Column `x` from the left, row `y` from the top, both from 0. Its ray goes through
+//!   its centre: `d = forward + (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`. As
+//!   `d·forward = 1`, `t` is the depth along the view axis.
+//! - **Sphere.** `‖p − c‖ = r` with `r > 0`. The roots of `a·t² + b·t + k = 0` with `a = d·d`,
+//!   `b = 2·d·(o − c)`, `k = (o − c)·(o − c) − r²`. The discriminant is `D = b² − 4ak`; `D = 0`, a
+//!   tangent ray, is a hit.
+//! - **Plane.** Point `a`, normal `n` of any length but zero: `t = ((a − o)·n) / (d·n)`. A ray in
+//!   or along the plane, `d·n = 0`, is no hit.
+//! - **Visible.** The smallest `t > 0` over all objects. What is at `t ≤ 0` is behind the origin or
+//!   at it. From inside a sphere its far wall is seen. A `t` that rounds beyond the largest f32 is
+//!   no hit.
+//! - **Id.** Spheres in file order, then planes, counted from 1; 0 is the background. Of equal `t`,
+//!   the lower id wins.
+//! - **Normal.** Unit length, turned to face the ray.
+//! - **Colour.** Linear inside, sRGB in scene files, PNG and PPM.
+//!
+//! # Modules, along the way of the data
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`scene`] | what the user wrote, in f64, checked; the TOML reader and its errors |
+//! | [`camera`] | pixel → ray |
+//! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
+//! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
+//! | [`prepare`] | scene → the plain numbers that a backend traces |
+//! | [`guard`] | the error bounds of the certified kernel, with their derivation |
+//! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
+//! | [`vec3`] | scalars and vectors that the kernels are generic over |
+//! | [`gpu`] | the Vulkan backend |
+//! | [`cpu`] | the CPU backend |
+//! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`render`] | pictures band by band, in bounded memory |
+//! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`compare`] | two results of the same rays |
+//! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`error`] | what can go wrong, with the program's exit code for it |
+//!
+//! # What is not promised
+//! The kernels `lecture` and `stable` promise no object. A number that is not finite has no
+//! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
+//! version 1.0, the interface may change with each minor version.
 
 pub mod camera;
 mod certify;

@@ -19,7 +19,9 @@ pub fn gpu() -> Arc<Gpu> {
     let test = std::thread::current().name().unwrap_or("?").to_string();
     let log = concat!(env!("CARGO_TARGET_TMPDIR"), "/../gpu-tests.log");
     let mut log = std::fs::OpenOptions::new().create(true).append(true).open(log).expect("log");
-    writeln!(log, "{test} on {} ({})", gpu.facts.name, gpu.facts.driver).expect("log");
+    // One write a line: tests run side by side.
+    let line = format!("{test} on {} ({})\n", gpu.facts.name, gpu.facts.driver);
+    log.write_all(line.as_bytes()).expect("log");
     Arc::clone(gpu)
 }
 

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# All checks of the repository, on a Debian machine with Rust and nothing else prepared.
+# A second run rebuilds nothing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+exec </dev/null
+
+# A shell without a login does not read what rustup wrote into the profile.
+command -v cargo >/dev/null || PATH="${CARGO_HOME:-${HOME:-/root}/.cargo}/bin:$PATH"
+
+step() {
+    printf '\n== %s\n' "$*"
+    "$@"
+}
+
+step ci/setup.sh
+
+# Mesa complains where this is missing, which is usual on machines without a desktop.
+if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
+    XDG_RUNTIME_DIR=$(mktemp -d)
+    export XDG_RUNTIME_DIR
+    trap 'rm -rf "$XDG_RUNTIME_DIR"' EXIT
+fi
+
+# One profile and one lock file for everything, so that nothing is built twice.
+step cargo fmt --check
+step cargo clippy --release --locked --all-targets -- -D warnings
+step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+step cargo build --release --locked
+
+target=$(cargo metadata --format-version 1 --no-deps --locked |
+    sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+[ -d "$target" ] || { echo "ci/test.sh: cargo metadata names no target directory" >&2; exit 1; }
+
+# A driver may be installed for a device that this machine does not have.
+probe=0
+step "$target/release/kugelblitz" probe || probe=$?
+if [ "$probe" -eq 4 ]; then
+    step ci/setup.sh --software-driver
+    step "$target/release/kugelblitz" probe
+elif [ "$probe" -ne 0 ]; then
+    exit "$probe"
+fi
+
+gpu_log="$target/gpu-tests.log"
+rm -f "$gpu_log"
+tests=0
+step cargo test --release --locked --no-fail-fast || tests=$?
+
+# Each line: a test, "on", its adapter. Absence is a failure.
+printf '\n== GPU tests\n'
+if [ ! -s "$gpu_log" ]; then
+    echo "0 GPU tests ran: no Vulkan device was opened" >&2
+    exit 1
+fi
+printf '%s GPU tests ran on %s\n' "$(cut -d' ' -f1 "$gpu_log" | sort -u | wc -l)" \
+    "$(cut -d' ' -f3- "$gpu_log" | sort -u | paste -sd ';')"
+if [ "$tests" -ne 0 ]; then
+    echo "tests failed; the list is above" >&2
+    exit "$tests"
+fi
+echo "all green"

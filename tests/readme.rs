@@ -1,0 +1,245 @@
+//! The README is run: its commands, its scene, its example, its tables.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use kugelblitz::picture::Format;
+use kugelblitz::scene::{Color, parse_scene};
+use tempfile::TempDir;
+
+const README: &str = include_str!("../README.md");
+const CRATE_DOCS: &str = include_str!("../src/lib.rs");
+const CARGO_RUN: &str = "cargo run --release -- ";
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The texts of the fenced blocks of a language.
+fn blocks(language: &str) -> Vec<&'static str> {
+    let fence = format!("\n```{language}\n");
+    let blocks: Vec<_> = README
+        .split(&fence)
+        .skip(1)
+        .map(|rest| rest.split_once("```").expect("a closed block").0)
+        .collect();
+    assert!(!blocks.is_empty(), "the README has no {language} block");
+    blocks
+}
+
+/// The cells of the table whose head begins with `first`.
+fn table(first: &str) -> Vec<Vec<&'static str>> {
+    let head = format!("| {first} |");
+    let rows: Vec<_> = README
+        .lines()
+        .skip_while(|line| !line.starts_with(&head))
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.trim_matches('|').split(" | ").map(str::trim).collect())
+        .collect();
+    assert!(!rows.is_empty(), "the README has no table that begins with {first}");
+    rows
+}
+
+/// `x` of "`x`".
+fn code(cell: &str) -> &str {
+    cell.strip_prefix('`').and_then(|rest| rest.split_once('`')).expect("code").0
+}
+
+/// Runs a line of shell in `folder`, with the program in the path.
+fn shell(line: &str, folder: &Path) -> Output {
+    let program = Path::new(env!("CARGO_BIN_EXE_kugelblitz")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), env::var("PATH").unwrap());
+    Command::new("sh")
+        .args(["-e", "-c", line])
+        .current_dir(folder)
+        .env("PATH", path)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+fn run(line: &str, folder: &Path) -> String {
+    let output = shell(line, folder);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{line}: {}\n{stderr}", output.status);
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// A folder with what the README's lines find in the repository, and a file of rays.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for name in ["scenes", "docs"] {
+        fs::create_dir(path.join(name)).unwrap();
+    }
+    for entry in fs::read_dir(root().join("scenes")).unwrap() {
+        let from = entry.unwrap().path();
+        fs::copy(&from, path.join("scenes").join(from.file_name().unwrap())).unwrap();
+    }
+    // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 6), }";
+    let mut rays = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    rays.extend(format!("{header:<117}\n").bytes());
+    for number in [0.0f64, 0.0, 0.0, 1.6, 0.3, -12.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        rays.extend(number.to_le_bytes());
+    }
+    fs::write(path.join("rays.npy"), rays).unwrap();
+    folder
+}
+
+/// All lines of shell in the README.
+fn shell_lines() -> impl Iterator<Item = &'static str> {
+    blocks("sh").into_iter().flat_map(str::lines)
+}
+
+#[test]
+fn every_command_does_what_it_says() {
+    let folder = folder();
+    let mut n_lines = 0;
+    for line in shell_lines() {
+        // What installs and what builds is for ci/test.sh, which runs before this and calls this.
+        let line = line.strip_prefix("ci/setup.sh && ").unwrap_or(line);
+        if line == "ci/test.sh" {
+            continue;
+        }
+        let line = line.replace(CARGO_RUN, "kugelblitz ");
+        assert!(line.starts_with("kugelblitz "), "what should the test do with: {line}");
+        let stdout = run(&line, folder.path());
+        if line.ends_with("--json") {
+            serde_json::from_str::<serde_json::Value>(&stdout).expect(&line);
+        }
+        // Each file that a line names is there afterwards.
+        let files = line.split_whitespace().filter(|word| {
+            let path = Path::new(word);
+            path.extension().is_some_and(|ending| ending != "toml")
+        });
+        for file in files {
+            let path = folder.path().join(file);
+            let bytes = fs::read(&path).unwrap_or_else(|error| panic!("{line}: {file}: {error}"));
+            assert!(!bytes.is_empty(), "{line}: {file}");
+            if Format::from_path(&path).is_ok_and(|format| format == Format::Png) {
+                image::load_from_memory(&bytes).unwrap_or_else(|error| panic!("{line}: {error}"));
+            }
+        }
+        n_lines += 1;
+    }
+    assert!(n_lines >= 10, "only {n_lines} lines were run");
+}
+
+#[test]
+fn the_first_command_ends_with_a_picture_and_the_second_is_ci() {
+    assert!(shell_lines().any(|line| line
+        == format!("ci/setup.sh && {CARGO_RUN}render scenes/figure1.toml -o figure1.png")));
+    assert!(shell_lines().any(|line| line == "ci/test.sh"));
+    for script in ["ci/setup.sh", "ci/test.sh", ".ci/run"] {
+        let mode = fs::metadata(root().join(script)).expect(script).permissions().mode();
+        assert_eq!(mode & 0o111, 0o111, "{script} can't be executed");
+        run(&format!("bash -n {script}"), root());
+    }
+}
+
+#[test]
+fn the_picture_is_the_one_that_its_command_draws() {
+    let folder = folder();
+    let line = shell_lines().find(|line| line.contains("-o docs/")).expect("a line that draws it");
+    run(line, folder.path());
+    let open = |root: &Path| image::open(root.join("docs/figure1.png")).unwrap().into_rgb8();
+    assert!(open(folder.path()) == open(root()), "docs/figure1.png is out of date; run: {line}");
+}
+
+#[test]
+fn the_scene_is_as_explained() {
+    let [text] = blocks("toml")[..] else { panic!("one scene") };
+    let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
+    assert_eq!(scene.object(1).unwrap().name(), Some("red giant"));
+    assert_eq!(scene.background, Color::from_hex("#20242c").unwrap());
+    let without = |key: &str| {
+        let lines: Vec<_> = text.lines().filter(|line| !line.starts_with(key)).collect();
+        parse_scene(&lines.join("\n"), Path::new("README.md")).unwrap()
+    };
+    assert_eq!(without("up ").camera, scene.camera, "the default up");
+    assert_eq!(without("fov").camera.unwrap().fov_degrees, 45.0);
+    assert_eq!(without("background").background, Color::BLACK);
+
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("readme.toml"), text).unwrap();
+    run("kugelblitz render readme.toml -o readme.png --device cpu", folder.path());
+    let picture = image::open(folder.path().join("readme.png")).unwrap().into_rgb8();
+    assert_eq!(picture.dimensions(), (640, 360));
+    let at = |x, y| picture.get_pixel(x, y).0;
+    assert_eq!(at(320, 180), [0xd6, 0x27, 0x28], "the red giant in the middle");
+    assert_eq!(at(402, 213), scene.spheres[1].color.to_srgb8(), "object 2 before it");
+    assert_eq!(at(5, 355), [0x8c, 0x8c, 0x8c], "the floor");
+    assert_eq!(at(5, 5), [0x20, 0x24, 0x2c], "the background");
+}
+
+#[test]
+fn the_example_is_the_doc_test() {
+    let [example] = blocks("rust")[..] else { panic!("one example") };
+    let docs: Vec<_> = CRATE_DOCS
+        .lines()
+        .map_while(|line| line.strip_prefix("//!"))
+        .map(|line| line.strip_prefix(' ').unwrap_or(line))
+        .collect();
+    let docs = docs.join("\n");
+    let tested = docs.split("```\n").nth(1).expect("a doc test");
+    assert_eq!(example, tested);
+}
+
+#[test]
+fn commands_options_and_exit_codes_are_those_of_the_program() {
+    let help = run("kugelblitz --help", root());
+    let commands: BTreeSet<&str> = help
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .map_while(|line| line.split_whitespace().next())
+        .filter(|command| *command != "help")
+        .collect();
+    let listed = table("command");
+    let listed: BTreeSet<&str> =
+        listed.iter().map(|row| code(row[0]).split(' ').next().unwrap()).collect();
+    assert_eq!(listed, commands);
+    for row in table("exit code") {
+        let line = format!("{:>3}  {}", row[0], row[1]);
+        assert!(help.contains(&line), "{line}\n{help}");
+    }
+    let kernels: Vec<String> = table("kernel").iter().map(|row| code(row[0]).into()).collect();
+    let help = run("kugelblitz render --help", root());
+    assert!(help.contains(&format!("[possible values: {}]", kernels.join(", "))), "{help}");
+    let options = README.split("Common options:").nth(1).unwrap().split_once("\n\n").unwrap().0;
+    for option in options.split('`').filter(|word| word.starts_with('-')) {
+        let option = option.split(' ').next().unwrap();
+        assert!(help.contains(option), "{option}\n{help}");
+    }
+}
+
+#[test]
+fn formulas_and_links_lead_somewhere() {
+    let mut n_links = 0;
+    for link in README.split("](").skip(1).map(|rest| rest.split_once(')').unwrap().0) {
+        assert!(link.starts_with("https://") || root().join(link).is_file(), "{link}");
+        n_links += 1;
+    }
+    assert!(n_links > 30);
+    let rows: Vec<_> = table("section");
+    let rows: Vec<_> = rows.iter().filter(|row| row.len() >= 4).collect();
+    assert!(rows.len() >= 12, "{rows:?}");
+    for row in rows {
+        let function = code(row[2]);
+        for cell in &row[3..] {
+            let Some(file) = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()) else {
+                continue;
+            };
+            let text = fs::read_to_string(root().join(code(file))).unwrap();
+            let defined = ["(", "<"].map(|after| format!("fn {function}{after}"));
+            assert!(defined.iter().any(|fn_| text.contains(fn_)), "{function} in {file}");
+        }
+    }
+}
