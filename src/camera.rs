@@ -32,7 +32,8 @@ impl View {
             forward,
             right,
             true_up: right.cross(forward),
-            h: (camera.fov_degrees.to_radians() / 2.0).tan(),
+            // The system's tangent may differ in its last bit from one machine to the next.
+            h: libm::tan(camera.fov_degrees.to_radians() / 2.0),
         }
     }
 }
