@@ -72,7 +72,7 @@ pub fn batch(seed: u64, index: u64) -> Batch {
     let family = (index % n) as usize;
     let source = SOURCES[(index / n % 3) as usize];
     let mut setup = FAMILIES[family].1(&mut rng);
-    move_and_scale(&mut rng, &mut setup, source);
+    move_and_scale(&mut rng, &mut setup);
     let rays = match source {
         Source::Pixels => Rays::Pixels(picture(&mut rng, &setup)),
         _ => Rays::List(list(&mut rng, &setup, source)),
@@ -133,30 +133,8 @@ fn moved(shape: Shape, by: DVec3) -> Shape {
     }
 }
 
-/// Largest distance between the origins of one list.
-const LARGEST_SPREAD: f64 = (1u64 << 58) as f64;
-
-/// How far apart the origins of a list may come to lie.
-fn spread(setup: &Setup) -> f64 {
-    let eye = setup.aims[0].origin;
-    let reach = |aim: &Ray| aim.origin.distance(eye) + 2.0 * aim.direction.length();
-    setup.aims.iter().map(reach).fold(0.0, f64::max)
-}
-
-/// Smallest distance of a plane's point from the eye, other than 0.
-const SMALLEST_PLANE_DISTANCE: f64 = 1e-34;
-
-fn plane_distance(setup: &Setup) -> f64 {
-    let eye = setup.aims[0].origin;
-    let distance = |shape: &Shape| match *shape {
-        Shape::Plane { point, .. } if point != eye => point.distance(eye),
-        _ => f64::INFINITY,
-    };
-    setup.shapes.iter().map(distance).fold(f64::INFINITY, f64::min)
-}
-
 /// Coordinates between 10⁻³⁰ and 10³⁰, and scenes far from the origin of the coordinates.
-fn move_and_scale(rng: &mut impl Rng, setup: &mut Setup, source: Source) {
+fn move_and_scale(rng: &mut impl Rng, setup: &mut Setup) {
     let by = match rng.random_range(0..4) {
         0 | 1 => DVec3::ZERO,
         // Mostly exact for setups of integers.
@@ -169,11 +147,6 @@ fn move_and_scale(rng: &mut impl Rng, setup: &mut Setup, source: Source) {
         2 => power_of_two(rng, -20, 20),
         _ => power_of_ten(rng, -30.0, 30.0),
     };
-    let scale = match source {
-        Source::ManyOrigins => scale.min(LARGEST_SPREAD / spread(setup)),
-        _ => scale,
-    };
-    let scale = scale.max(SMALLEST_PLANE_DISTANCE / plane_distance(setup));
     let place = |v: DVec3| (v + by) * scale;
     for shape in &mut setup.shapes {
         *shape = scaled(moved(*shape, by), scale);
@@ -207,11 +180,7 @@ fn list(rng: &mut impl Rng, setup: &Setup, source: Source) -> Vec<Ray> {
             if source == Source::ManyOrigins {
                 origin = match rng.random_range(0..4) {
                     0 => origin,
-                    1 => dvec3(
-                        nudged_off_zero(rng, origin.x),
-                        nudged_off_zero(rng, origin.y),
-                        nudged_off_zero(rng, origin.z),
-                    ),
+                    1 => dvec3(nudged(rng, origin.x), nudged(rng, origin.y), nudged(rng, origin.z)),
                     2 => origin + direction * (power_of_two(rng, -40, 0) * sign(rng)),
                     _ => origin + unit(rng) * (direction.length() * power_of_two(rng, -50, -1)),
                 };
@@ -226,11 +195,6 @@ fn list(rng: &mut impl Rng, setup: &Setup, source: Source) -> Vec<Ray> {
             Ray { origin, direction }
         })
         .collect()
-}
-
-/// [`nudged`], but 0 stays 0: its neighbours are subnormal.
-fn nudged_off_zero(rng: &mut impl Rng, x: f64) -> f64 {
-    if x == 0.0 { x } else { nudged(rng, x) }
 }
 
 fn beside(rng: &mut impl Rng, direction: DVec3) -> DVec3 {
