@@ -228,13 +228,19 @@ impl<'a> Stage<'a> {
     fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Option<Nearness<f64>> {
         let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
         let l = plane.point - ray.origin;
-        let distance = l.length() * ABOVE_ONE;
-        let n_length = normal.length() * ABOVE_ONE;
+        let distance = guard::length_bound(l);
+        let n_length = guard::length_bound(normal);
         guard::plane_in_range_f64(distance).then(|| {
             plane_nearness_at(
                 &ray.ray,
                 dot3(l.into(), normal.into()),
-                guard::plane_offset_error(n_length, distance, guard::UNIT_F64, self.input),
+                guard::plane_offset_error(
+                    n_length,
+                    distance,
+                    guard::UNIT_F64,
+                    self.input,
+                    guard::TINY_F64,
+                ),
                 normal.into(),
                 guard::plane_direction_error(n_length, guard::UNIT_F64, self.input),
                 &guard::widening_f64(),
@@ -245,7 +251,7 @@ impl<'a> Stage<'a> {
     fn sphere_foot(&self, ray: &RayF64, sphere: &Sphere) -> Option<Foot> {
         let r = sphere.radius.abs();
         let offset = sphere.center - ray.origin;
-        let distance = offset.length() * ABOVE_ONE;
+        let distance = guard::length_bound(offset);
         if !guard::sphere_in_range_f64(r, distance) {
             return None;
         }
@@ -361,9 +367,6 @@ impl<'a> Stage<'a> {
         }
     }
 }
-
-/// A little above 1: covers the rounding of a few f64 operations.
-const ABOVE_ONE: f64 = 1.0 + 16.0 * guard::UNIT_F64;
 
 /// A sphere seen from a ray's origin.
 struct Foot {

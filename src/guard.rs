@@ -59,6 +59,8 @@
 //! below the slack of the constants, and nothing overflows. Objects outside that range are
 //! undecided, never wrong.
 
+use glam::DVec3;
+
 use crate::camera::{Pixels, View};
 use crate::kernel::certified::Widening;
 
@@ -155,8 +157,24 @@ pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
 }
 
 /// Bound of `|N̂ − N|` for a plane with the normal's length `n` and a point at distance up to `l`.
-pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError) -> f64 {
-    unit * (3.01 + 0.501 + input.offset) * n * l
+/// `tiny` is for what underflows: the distance itself may be as small as it likes.
+pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f64) -> f64 {
+    unit * (3.01 + 0.501 + input.offset) * n * l + tiny
+}
+
+/// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero.
+pub const TINY_F32: f64 = 1.0 / (1u128 << 120) as f64;
+
+/// The same for f64, which keeps subnormals, and so far above `2⁻¹⁰²²` that `1/N` stays finite.
+pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
+
+/// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
+pub fn length_bound(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest < 1.0 / LARGEST_F64 {
+        return 1.8 * largest;
+    }
+    v.length() * (1.0 + 16.0 * UNIT_F64)
 }
 
 /// Largest distance and radius with which the filter's f32 stays in range.

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::exact::{ExactRay, plane_numbers, sphere_numbers};
+use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{PlaneCertified, SphereCertified};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
@@ -241,14 +241,14 @@ struct Frame {
     near: bool,
 }
 
-/// A little above 1: covers the rounding of a few f64 operations.
-const ABOVE_ONE: f64 = 1.0 + 16.0 * guard::UNIT_F64;
-
 /// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
 const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// Smallest magnitude of `k` and of `(a − o)·n` that leaves f32 room above its subnormals.
 const SMALLEST_OFFSET: f64 = 1.0 / (1u128 << 100) as f64;
+
+/// Largest magnitude of them: that of `k` at the largest distance.
+const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
 
 impl Frame {
     fn new(rays: &Rays, reference: DVec3, scene: &Scene) -> Frame {
@@ -272,7 +272,7 @@ impl Frame {
                 Frame {
                     source: Source::List,
                     reference,
-                    spread: spread * ABOVE_ONE,
+                    spread,
                     input: guard::LIST,
                     in_range: spread <= guard::LARGEST_F32,
                     near: true,
@@ -286,11 +286,11 @@ impl Frame {
     fn is_far(&self, sphere: &Sphere, longest: f64) -> bool {
         let r = sphere.radius.abs();
         let l = sphere.center - self.reference;
-        let distance = l.length() * ABOVE_ONE;
+        let distance = guard::length_bound(l);
         let k = self.sphere_k(sphere, l);
         r == 0.0
             || guard::sphere_in_range_f32(r, distance)
-                && offset_in_range(k)
+                && k_in_range(k, r + distance)
                 && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
     }
 
@@ -305,12 +305,12 @@ impl Frame {
             return SphereCertified { inner2: -1.0, outer2: -1.0, ..SphereCertified::zeroed() };
         }
         let l = sphere.center - self.reference;
-        let distance = l.length() * ABOVE_ONE + self.spread;
+        let distance = guard::length_bound(l) + self.spread;
         let k = match self.source {
             Source::Pixels => self.sphere_k(sphere, l),
             Source::List => r * r,
         };
-        if !(guard::sphere_in_range_f32(r, distance) && offset_in_range(k)) {
+        if !(guard::sphere_in_range_f32(r, distance) && k_in_range(k, r + distance)) {
             // As seen from outside, this may be nearer than everything.
             return SphereCertified {
                 inner2: -1.0,
@@ -333,7 +333,7 @@ impl Frame {
         SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high, k_error }
     }
 
-    /// `l·l − r²` with exact sign; in f64 where its error is small enough, else exactly.
+    /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.
     fn sphere_k(&self, sphere: &Sphere, l: DVec3) -> f64 {
         let (l2, r2) = (l.length_squared(), sphere.radius * sphere.radius);
         let k = l2 - r2;
@@ -343,7 +343,7 @@ impl Frame {
             return k;
         }
         sphere_numbers(&self.exact_ray(), sphere.center, sphere.radius)
-            .map_or(f64::NAN, |numbers| numbers.k.to_f64())
+            .map_or(f64::NAN, |numbers| with_exact_sign(&numbers.k))
     }
 
     fn plane(&self, plane: &Plane) -> PlaneCertified {
@@ -352,9 +352,9 @@ impl Frame {
         }
         let exponent = exponent_of(plane.normal);
         let normal = scale_by_power_of_two(plane.normal, -exponent);
-        let n_length = normal.length() * ABOVE_ONE;
+        let n_length = guard::length_bound(normal);
         let l = plane.point - self.reference;
-        let distance = l.length() * ABOVE_ONE + self.spread;
+        let distance = guard::length_bound(l) + self.spread;
         let n_offset = match self.source {
             Source::Pixels => self.plane_offset(plane, l, normal, exponent),
             Source::List => 0.0,
@@ -371,7 +371,13 @@ impl Frame {
         }
         let (offset, offset_low) = split(l);
         let [n_offset_error, direction_error] = [
-            guard::plane_offset_error(n_length, distance, guard::UNIT_F32, self.input),
+            guard::plane_offset_error(
+                n_length,
+                distance,
+                guard::UNIT_F32,
+                self.input,
+                guard::TINY_F32,
+            ),
             guard::plane_direction_error(n_length, guard::UNIT_F32, self.input),
         ]
         .map(guard::round_up);
@@ -389,22 +395,38 @@ impl Frame {
         }
     }
 
-    /// `(a − o)·n` with exact sign; in f64 where its error is small enough, else exactly.
+    /// `(a − o)·n` with exact sign or NaN; in f64 where its error is small enough, else exactly.
     fn plane_offset(&self, plane: &Plane, l: DVec3, normal: DVec3, exponent: i32) -> f64 {
         let n_offset = l.dot(normal);
-        // One rounding in l, three in the dot product.
-        let error = 4.0 * guard::UNIT_F64 * l.length() * normal.length();
+        // One rounding in l, three in the dot product; and what underflows.
+        let error = 4.0 * guard::UNIT_F64 * guard::length_bound(l) * guard::length_bound(normal)
+            + f64::MIN_POSITIVE;
         if error <= OFFSET_TOLERANCE * n_offset.abs() {
             return n_offset;
         }
-        plane_numbers(&self.exact_ray(), plane.point, plane.normal)
-            .map_or(f64::NAN, |numbers| numbers.numerator.to_f64() * 2f64.powi(-exponent))
+        plane_numbers(&self.exact_ray(), plane.point, plane.normal).map_or(f64::NAN, |numbers| {
+            let numerator = with_exact_sign(&numbers.numerator);
+            let scaled = numerator * 2f64.powi(-exponent);
+            if scaled == 0.0 && numerator != 0.0 { f64::NAN } else { scaled }
+        })
+    }
+}
+
+/// The number in f64; NaN where it is not 0 but f64 says so.
+fn with_exact_sign(exact: &Root) -> f64 {
+    match exact.to_f64() {
+        0.0 if exact.signum() != 0 => f64::NAN,
+        rounded => rounded,
     }
 }
 
 fn offset_in_range(offset: f64) -> bool {
-    offset == 0.0
-        || (SMALLEST_OFFSET..=guard::LARGEST_F32 * guard::LARGEST_F32).contains(&offset.abs())
+    offset == 0.0 || (SMALLEST_OFFSET..=LARGEST_OFFSET).contains(&offset.abs())
+}
+
+/// Whether neither `k` nor a nearness `u/k`, with `u` up to `reach`, leaves f32's range.
+fn k_in_range(k: f64, reach: f64) -> bool {
+    k == 0.0 || offset_in_range(k) && reach <= k.abs() / SMALLEST_OFFSET
 }
 
 /// A ray of a list as the device sees it.

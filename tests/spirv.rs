@@ -1,0 +1,221 @@
+//! The SPIR-V that the program hands to the driver: nothing that the scene does not need, and
+//! `NoContraction` on every float result. The words are walked here independently of the code that
+//! decorates them.
+
+use std::collections::HashSet;
+
+use kugelblitz::gpu::{Shader, compile};
+use kugelblitz::prepare::{Needs, Source};
+use kugelblitz::trace::Kernel;
+
+const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
+
+/// `(opcode, operands)` of each instruction.
+fn walk(words: &[u32]) -> Vec<(u32, &[u32])> {
+    assert_eq!(words[0], 0x0723_0203, "SPIR-V's magic number");
+    let mut rest = &words[5..];
+    let mut found = Vec::new();
+    while let [first, ..] = rest {
+        let length = (first >> 16) as usize;
+        assert!(length > 0 && length <= rest.len(), "a length of {length} words");
+        found.push((first & 0xffff, &rest[1..length]));
+        rest = &rest[length..];
+    }
+    found
+}
+
+/// Instructions with a float result that round nothing, by the numbers of the SPIR-V specification.
+fn is_exact(op: u32, operands: &[u32]) -> bool {
+    match op {
+        // Undef, constants, function, parameter and call, loads, composites, conversions (their
+        // rounding is not a contraction), bitcast, select, phi.
+        1 | 43..=46 | 48..=52 | 54 | 55 | 57 | 61 | 77..=84 | 110..=115 | 124 | 169 | 245 => true,
+        // Extended instructions: FAbs, FSign, Floor, Ceil, FMin, FMax, FClamp, NMin, NMax, NClamp.
+        12 => matches!(operands[3], 4 | 6 | 8 | 9 | 37 | 40 | 43 | 79 | 80 | 81),
+        _ => false,
+    }
+}
+
+/// The number of decorated float results, or what is not decorated.
+fn check_no_contraction(words: &[u32]) -> Result<usize, String> {
+    let instructions = walk(words);
+    let mut floats = HashSet::new();
+    for (op, operands) in &instructions {
+        match op {
+            // OpTypeFloat, then vectors and matrices of them.
+            22 => drop(floats.insert(operands[0])),
+            23 | 24 if floats.contains(&operands[1]) => drop(floats.insert(operands[0])),
+            _ => {}
+        }
+    }
+    let decorated: HashSet<u32> = instructions
+        .iter()
+        .filter(|(op, operands)| *op == 71 && operands.get(1) == Some(&42))
+        .map(|(_, operands)| operands[0])
+        .collect();
+    let mut n_decorated = 0;
+    // Opcodes without a result whose first operand could look like a type: OpName … OpDecorate are
+    // before the functions, OpStore, OpBranchConditional, OpReturnValue within.
+    let no_result = [62, 63, 248, 249, 250, 251, 253, 254, 246, 247, 225, 99];
+    let functions = instructions.iter().skip_while(|(op, _)| *op != 54);
+    for (op, operands) in functions.filter(|(op, _)| !no_result.contains(op)) {
+        let is_float = operands.len() >= 2 && floats.contains(&operands[0]);
+        if !is_float || is_exact(*op, operands) {
+            continue;
+        }
+        if !decorated.contains(&operands[1]) {
+            return Err(format!("the result of opcode {op} {operands:?} is not decorated"));
+        }
+        n_decorated += 1;
+    }
+    Ok(n_decorated)
+}
+
+fn count(words: &[u32], opcode: u32) -> usize {
+    walk(words).iter().filter(|(op, _)| *op == opcode).count()
+}
+
+/// Numbers of the bindings, sorted.
+fn bindings(words: &[u32]) -> Vec<u32> {
+    let mut numbers: Vec<u32> = walk(words)
+        .iter()
+        .filter(|(op, operands)| *op == 71 && operands[1] == 33)
+        .map(|(_, operands)| operands[2])
+        .collect();
+    numbers.sort_unstable();
+    numbers
+}
+
+fn needs(kernel: Kernel, source: Source) -> Needs {
+    Needs { kernel, source, n_spheres: 3, n_planes: 2, surface: false, near: false }
+}
+
+/// All combinations that the program can ask for, and some more.
+fn all_needs() -> Vec<Needs> {
+    let mut all = Vec::new();
+    for kernel in KERNELS {
+        for source in [Source::Pixels, Source::List] {
+            for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
+                for surface in [false, true] {
+                    for inside in [false, true] {
+                        let certified = kernel == Kernel::Certified;
+                        let asked_for = match certified {
+                            true => !surface && (inside || source == Source::Pixels),
+                            false => !inside,
+                        };
+                        if asked_for {
+                            let needs = needs(kernel, source);
+                            all.push(Needs { n_spheres, n_planes, surface, near: inside, ..needs });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+fn shader(needs: &Needs) -> (Shader, Vec<u32>) {
+    let shader = compile(needs).unwrap_or_else(|error| panic!("{error}: {needs:?}"));
+    let words = shader.spirv().unwrap();
+    (shader, words)
+}
+
+#[test]
+fn every_float_result_is_decorated() {
+    for needs in all_needs() {
+        let (_, words) = shader(&needs);
+        let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {needs:?}"));
+        // A ray's `a` and `1/a` alone are six operations.
+        assert!(n >= 6, "{n} float results: {needs:?}");
+    }
+}
+
+/// A module that lacks one decoration is noticed, whichever it is.
+#[test]
+fn sabotage_a_missing_decoration_is_noticed() {
+    for kernel in KERNELS {
+        let inside = kernel == Kernel::Certified;
+        let (_, words) = shader(&Needs { near: inside, ..needs(kernel, Source::Pixels) });
+        let mut n_removed = 0;
+        for at in 5..words.len() - 2 {
+            if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
+                let without = [&words[..at], &words[at + 3..]].concat();
+                assert!(check_no_contraction(&without).is_err(), "word {at}");
+                n_removed += 1;
+            }
+        }
+        assert_eq!(Ok(n_removed), check_no_contraction(&words), "{}", kernel.name());
+    }
+}
+
+fn has(shader: &Shader, word: &str) -> bool {
+    let names = |name: &Option<String>| {
+        name.as_ref().is_some_and(|name| name.to_lowercase().contains(word))
+    };
+    let module = &shader.module;
+    module.functions.iter().any(|(_, function)| names(&function.name))
+        || module.global_variables.iter().any(|(_, variable)| names(&variable.name))
+        || module.types.iter().any(|(_, kind)| names(&kind.name))
+}
+
+/// The SPIR-V holds what the module holds: as many functions (and the entry point) and bindings.
+fn assert_complete(shader: &Shader, words: &[u32]) {
+    const OP_FUNCTION: u32 = 54;
+    let module = &shader.module;
+    assert_eq!(count(words, OP_FUNCTION), module.functions.len() + 1);
+    let n_bindings = module.global_variables.iter().filter(|(_, v)| v.binding.is_some()).count();
+    let numbers = bindings(words);
+    assert_eq!(numbers, (0..n_bindings as u32).collect::<Vec<_>>(), "bindings without gaps");
+}
+
+#[test]
+fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
+    for needs in all_needs() {
+        let (whole, words) = shader(&needs);
+        assert_complete(&whole, &words);
+        assert_eq!(has(&whole, "plane"), needs.n_planes > 0, "{needs:?}");
+        assert_eq!(has(&whole, "sphere"), needs.n_spheres > 0, "{needs:?}");
+        // Results, parameters; spheres; planes; the list of rays.
+        let surface = if needs.surface { 2 } else { 0 };
+        let list = usize::from(needs.source == Source::List);
+        let objects = usize::from(needs.n_spheres > 0) + usize::from(needs.n_planes > 0);
+        assert_eq!(bindings(&words).len(), 2 + surface + objects + list, "{needs:?}");
+        if needs.n_planes > 0 {
+            let (_, without) = shader(&Needs { n_planes: 0, ..needs });
+            let floats = |words: &[u32]| check_no_contraction(words).unwrap();
+            assert!(floats(&without) < floats(&words), "{needs:?}");
+            assert_eq!(bindings(&without).len() + 1, bindings(&words).len(), "{needs:?}");
+        }
+    }
+}
+
+#[test]
+fn code_for_rays_from_inside_only_where_one_starts_there() {
+    for source in [Source::Pixels, Source::List] {
+        let needs = needs(Kernel::Certified, source);
+        let (without, without_words) = shader(&needs);
+        let (with, with_words) = shader(&Needs { near: true, ..needs });
+        assert!(!has(&without, "inside") && has(&with, "inside"), "{source:?}");
+        assert_complete(&without, &without_words);
+        assert_complete(&with, &with_words);
+        let floats = |words: &[u32]| check_no_contraction(words).unwrap();
+        assert!(floats(&without_words) < floats(&with_words), "{source:?}");
+    }
+}
+
+#[test]
+fn only_one_kernel_and_one_source_of_rays() {
+    for needs in all_needs() {
+        let (whole, _) = shader(&needs);
+        for kernel in KERNELS {
+            let objects = needs.n_spheres + needs.n_planes > 0;
+            let expected = kernel == needs.kernel && objects;
+            assert_eq!(has(&whole, kernel.name()), expected, "{}, {needs:?}", kernel.name());
+        }
+        assert_eq!(has(&whole, "camera"), needs.source == Source::Pixels, "{needs:?}");
+        assert_eq!(has(&whole, "rayrecord"), needs.source == Source::List, "{needs:?}");
+        let normals = needs.surface;
+        assert_eq!(has(&whole, "normal"), normals, "{needs:?}");
+    }
+}
