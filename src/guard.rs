@@ -58,6 +58,15 @@
 //! Underflow adds at most `2⁻¹²⁶` (f32) a step. With `r ≥ 2⁻⁴⁰`, `ℓ ≤ 2⁶⁰`, `1 ≤ |d| ≤ 2³⁰` this is
 //! below the slack of the constants, and nothing overflows. Objects outside that range are
 //! undecided, never wrong.
+//!
+//! # What tests can see of it
+//! `tests/guards.rs` runs the filter in seven faithful roundings, the worst that the assumptions
+//! allow among them, and finds wrong statements once a bound is cut: the two radii and the planes'
+//! bounds at about a third, `λ` and `δ` above a half. That half a radius is still silent there has
+//! a reason: each bound adds up the largest error of every step, in one direction, and no ray was
+//! found, nor can one be built simply, in which all steps err so at once. `slack` and the widening
+//! cover each other except for an eye on a surface. The 111, the 5.1 and the third digits are for
+//! terms of second order that no f32 case shows alone.
 
 use glam::DVec3;
 

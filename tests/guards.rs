@@ -20,7 +20,7 @@ use kugelblitz::exact::{ExactHit, ExactRay, Shape, nearest};
 use kugelblitz::guard::{self, Guard, InputError, UNIT_F32, WIDENING};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
-    GuardOf, Nearness, Widening, inside_nearness, outside_nearness, plane_nearness,
+    GuardOf, Nearness, Widening, far_nearness, inside_nearness, outside_nearness, plane_nearness,
     plane_nearness_at, sphere_nearness,
 };
 use kugelblitz::trace::Ray;
@@ -95,6 +95,7 @@ impl Sabotage {
         Widening {
             narrower: Adversarial(guard::round_down(1.0 - self.widening())),
             wider: Adversarial(guard::round_up(1.0 + self.widening())),
+            far_narrower: Adversarial(guard::widening_f32().far_narrower),
         }
     }
 }
@@ -122,8 +123,8 @@ impl Case {
         self.exact().map_or(0.0, |hit| 1.0 / (a * hit.t_f64()))
     }
 
-    /// What the filter says: as for pixels, and as for lists of rays.
-    fn filtered(&self, sabotage: Sabotage) -> [Nearness<Adversarial>; 2] {
+    /// What the filter says: as for pixels near to and far from all spheres, and as for lists.
+    fn filtered(&self, sabotage: Sabotage) -> [Nearness<Adversarial>; 3] {
         let direction = rounded(self.direction);
         let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
         let widening = sabotage.widening_of_lists();
@@ -139,10 +140,20 @@ impl Case {
                     true => outside_nearness(&ray, offset, &guard, q),
                     false => inside_nearness(&ray, offset, &guard, q, &widening),
                 };
+                let longest = self.direction.length();
+                let is_far = guard::is_far(&Guard::new(r, l, UNIT_F32, ROUNDED_ONCE), k, longest);
+                let far = match is_far {
+                    true => {
+                        let q = Adversarial(guard::far_inverse_f32(k));
+                        let root = far_nearness(&ray, offset, guard.inner2, guard.outer2, q);
+                        Nearness { low: root.low * widening.far_narrower, ..root }
+                    }
+                    false => pixel,
+                };
                 let r2 = Adversarial((r * r) as f32);
                 let k = kugelblitz::vec3::dot3(offset, offset) - r2;
                 let list = sphere_nearness(&ray, offset, &guard, k, k_error, &widening);
-                [pixel, list]
+                [pixel, far, list]
             }
             Shape::Plane { point, normal } => {
                 let n_offset = exact_offset(point, normal);
@@ -152,7 +163,8 @@ impl Case {
                     |error: f64, bound| Adversarial(guard::round_up(error * sabotage.of(bound)));
                 let error = guard::plane_direction_error(n, UNIT_F32, ROUNDED_ONCE);
                 let direction_error = bound(error, Bound::PlaneDirection);
-                let error = guard::plane_offset_error(n, l, UNIT_F32, ROUNDED_ONCE);
+                let error =
+                    guard::plane_offset_error(n, l, UNIT_F32, ROUNDED_ONCE, guard::TINY_F32);
                 let offset_error = bound(error, Bound::PlaneOffset);
                 let away = kugelblitz::vec3::dot3(direction, rounded(toward));
                 let q = sabotage.inverse(n_offset);
@@ -167,7 +179,7 @@ impl Case {
                     direction_error,
                     &widening,
                 );
-                [pixel, list]
+                [pixel, pixel, list]
             }
         }
     }

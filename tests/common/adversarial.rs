@@ -4,7 +4,7 @@
 #![allow(dead_code)] // each test uses what it needs
 
 use std::cell::Cell;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
 
 use kugelblitz::vec3::Real;
 
@@ -133,6 +133,12 @@ impl Mul for Adversarial {
         let nearest = product as f32;
         let order = product.partial_cmp(&f64::from(nearest));
         Adversarial(order.map_or(nearest, |order| round(nearest, order, 0)))
+    }
+}
+
+impl MulAssign for Adversarial {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
     }
 }
 
