@@ -194,7 +194,7 @@ pub struct Seen {
 /// Explains one ray; the first `limit` objects of those that matter, or all.
 ///
 /// # Errors
-/// [`Error::Usage`] where `rays` is not one ray.
+/// [`crate::Error::Usage`] where `rays` is not one ray.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
     let numbers = Numbers::new(scene, rays)?;
     let ids: Vec<u32> = (1..=scene.n_objects() as u32).collect();

@@ -91,7 +91,7 @@ impl GpuTracer {
         gpu.check()?;
         let n_objects = prepared.scene.n_objects().max(1);
         let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
-        Ok(GpuTracer {
+        let mut tracer = GpuTracer {
             gpu,
             prepared,
             wants,
@@ -104,7 +104,11 @@ impl GpuTracer {
             stand_in,
             compile_time,
             upload_time: start.elapsed(),
-        })
+        };
+        let start = Instant::now();
+        tracer.warm_up()?;
+        tracer.compile_time += start.elapsed();
+        Ok(tracer)
     }
 }
 
@@ -223,11 +227,35 @@ impl GpuTracer {
         self.tile_rays = (wanted as usize).clamp(64, TILE_MAX_RAYS);
     }
 
+    fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
+        let descriptor = wgpu::CommandEncoderDescriptor::default();
+        let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &results.bind_group, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+        drop(pass);
+        encoder
+    }
+
+    /// Runs one workgroup on an empty tile: some drivers compile a shader when it first runs, and
+    /// that time belongs to compiling, nor should it mislead the tiles' size.
+    fn warm_up(&mut self) -> Result<()> {
+        self.make_room(64)?;
+        let Some(results) = &self.results else { return Ok(()) };
+        let params = Params { n_rays: 1, ..Params::default() };
+        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        self.gpu.queue.submit([self.dispatch(results, [1, 1]).finish()]);
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
+        self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
+        self.gpu.check()
+    }
+
     fn trace_tile(&mut self, rays: &Rays, tile: &Tile, hits: &mut Hits) -> Result<Timing> {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
-        let Gpu { device, queue, .. } = &*self.gpu;
+        let queue = &self.gpu.queue;
         let params = self.params(rays, tile);
         queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
         let mut exponents = Vec::new();
@@ -235,18 +263,9 @@ impl GpuTracer {
             let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
             exponents = self.upload_rays(tile_rays, buffer);
         }
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &results.bind_group, &[]);
-            let [width, height] = WORKGROUP;
-            pass.dispatch_workgroups(
-                params.width.div_ceil(width),
-                (tile.height as u32).div_ceil(height),
-                1,
-            );
-        }
+        let [width, height] = WORKGROUP;
+        let workgroups = [params.width.div_ceil(width), (tile.height as u32).div_ceil(height)];
+        let mut encoder = self.dispatch(results, workgroups);
         let mut ranges = Vec::new();
         let mut offset = 0;
         for (buffer, bytes_per_ray) in results.device.iter().zip(RESULT_BYTES) {
