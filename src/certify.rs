@@ -43,40 +43,50 @@ pub fn finish(
     mark_out_of_range(prepared, rays, hits);
     hits.undecided =
         (0..hits.id.len() as u32).filter(|&i| hits.id[i as usize] == UNDECIDED).collect();
-    let decisions = each_ray(&hits.undecided, control, |ray| stage.decide_f64(ray))?;
     if wants.surface {
         stage.fill_surfaces(control, hits)?;
     }
     timing.refine = start.elapsed();
 
-    let start = Instant::now();
-    let hits_of_rest = each_pair(&hits.undecided, decisions, control, |ray, decision| {
-        let (candidates, level) = match decision {
-            Decision::Decided(id) => (vec![id], Level::F64),
-            Decision::Open(candidates) => (candidates, Level::Exact),
-        };
-        stage.settle(ray, &candidates, level, wants)
-    })?;
-    for (&ray, settled) in hits.undecided.iter().zip(hits_of_rest) {
-        let index = ray as usize;
-        hits.id[index] = settled.id;
-        if wants.surface {
-            hits.t[index] = settled.t;
-            hits.normal[index] = settled.normal;
+    let undecided = std::mem::take(&mut hits.undecided);
+    let n_objects = prepared.scene.n_objects().max(1);
+    for rays in undecided.chunks((MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE)) {
+        let start = Instant::now();
+        let decisions = each_ray(rays, control, |ray| stage.decide_f64(ray))?;
+        timing.refine += start.elapsed();
+
+        let start = Instant::now();
+        let settled = each_pair(rays, decisions, control, |ray, decision| match decision {
+            Decision::Decided(id) => stage.settle(ray, &[id], Level::F64, wants),
+            Decision::Open(candidates) => stage.settle(ray, &candidates, Level::Exact, wants),
+        })?;
+        for (&ray, settled) in rays.iter().zip(settled) {
+            put(settled, ray as usize, wants, hits);
         }
-        if wants.level {
-            hits.level[index] = settled.level as u8;
-        }
-        hits.counts.f32 -= 1;
-        match settled.level {
-            Level::F32 => hits.counts.f32 += 1,
-            Level::F64 => hits.counts.f64 += 1,
-            Level::Exact => hits.counts.exact += 1,
-        }
+        timing.decide += start.elapsed();
     }
-    hits.undecided.clear();
-    timing.decide = start.elapsed();
     Ok(timing)
+}
+
+/// Candidates of undecided rays that are held at a time, and at least this many rays: every object
+/// may be a candidate of every ray.
+const MOST_CANDIDATES: usize = 1 << 22;
+const RAYS_AT_ONCE: usize = 64;
+
+fn put(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
+    hits.id[index] = settled.id;
+    if wants.surface {
+        hits.t[index] = settled.t;
+        hits.normal[index] = settled.normal;
+    }
+    if wants.level {
+        hits.level[index] = settled.level as u8;
+    }
+    hits.counts.f32 -= 1;
+    match settled.level {
+        Level::Exact => hits.counts.exact += 1,
+        _ => hits.counts.f64 += 1,
+    }
 }
 
 /// Takes back the f32 stage's word where its bounds don't hold, or where `t` could leave f32's
@@ -336,7 +346,9 @@ impl<'a> Stage<'a> {
         }
         let ray = self.exact_ray(index);
         let shape = Shape::from(object);
-        let (root, side) = visible_root(&ray, &shape)?;
+        let visible = visible_root(&ray, &shape);
+        debug_assert!(visible.is_some(), "object {id} was decided for ray {index} but is not hit");
+        let (root, side) = visible?;
         Some(exact_surface(&ray, &ExactHit { id, root, side }, &shape))
     }
 

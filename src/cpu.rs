@@ -129,7 +129,11 @@ impl HitsSlice<'_> {
 impl Tracer for CpuTracer {
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
+        self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
+        if rays.is_empty() {
+            return Ok(Timing::default());
+        }
         let world = self.prepared.reference.into();
         let mut run = |kernel: &dyn TraceRays, origin| {
             kernel.trace_rays(&self.prepared, origin, rays, control, hits)

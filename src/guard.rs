@@ -46,18 +46,28 @@
 //! Where the eye is far from all spheres, the slack can be a relative one: from
 //! `(s + h)(s − h) = k/a` and `s + h ≥ s − h` follows `s + h ≥ √(k/a)`, so that the slack is at
 //! most the part `ρ = slack·|d|/√k` of it. If `ρ ≤` [`FAR`] for every sphere and ray, then
-//! `(ŝ + ĥ)/(1 − ρ)` and `(ŝ + ĥ)/(1 + ρ)` bound `s + h`, and a sphere behind the eye stays
-//! behind. This saves two loads a sphere.
+//! `(ŝ + ĥ)/(1 − ρ)` and `(ŝ + ĥ)/(1 + ρ)` bound `s + h`. This saves two loads a sphere.
+//!
+//! A far sphere behind the eye stays behind: there `|s| − h = (k/a)/(|s| + h)` is at least
+//! `k/((ℓ + r)|d|)`. The slack is above `14ε(ℓ + r)`, so `ρ ≤ 2⁻¹⁵` gives `ℓ + r ≤ 18.3√k` and
+//! `|s| − h ≥ √k/(18.3|d|)`, a thousand times the slack `ρ√k/|d|`. That needs `FAR` to be small
+//! against `1/18.3`.
 //!
 //! # Planes
 //! `w = M/(a·N)` with `M = n·d` and `N = n·L`.
-//! `M = n·d` is off by at most `(3 + ½ + δ)ε|n||d|`, the ½ for rounding `n`; `N = n·L` for lists
-//! of rays by `(3 + ½ + λ)ε|n|ℓ`.
+//! `M` is off by at most `(3 + ½ + δ)ε|n||d|`, the ½ for rounding `n`; `N` for lists of rays
+//! by `(3 + ½ + λ)ε|n|ℓ`.
 //!
 //! # Range
 //! Underflow adds at most `2⁻¹²⁶` (f32) a step. With `r ≥ 2⁻⁴⁰`, `ℓ ≤ 2⁶⁰`, `1 ≤ |d| ≤ 2³⁰` this is
-//! below the slack of the constants, and nothing overflows. Objects outside that range are
-//! undecided, never wrong.
+//! below the slack of the constants, and nothing overflows. Under a square root it is more: `2⁻⁶³`.
+//! But `outer2 − m` is 0 or at least `2⁻¹⁰⁴` for `r ≥ 2⁻⁴⁰`, so that its product with `ι` underflows
+//! only for `|d| > 2¹¹`, where the error is at most `slack/|d|` and all of the slack, above `2⁻⁵⁹`,
+//! is granted. This is why far spheres take the longest `|d|` into account although `ρ` itself does
+//! not depend on it. Objects outside that range are undecided, never wrong.
+//!
+//! A bound can be NaN only as `∞·0`, with `1/(k − error)` overflowing and `s + h + slack` or
+//! `n·d + error` exactly 0: a certain miss, and a NaN counts as one.
 //!
 //! # What tests can see of it
 //! `tests/guards.rs` runs the filter in seven faithful roundings, the worst that the assumptions

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use glam::DVec3;
 
+use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
@@ -105,11 +106,21 @@ pub struct Prepared {
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
+    made_for: MadeFor,
+}
+
+/// The rays that the numbers of a [`Prepared`] hold for.
+#[derive(Clone, Copy, Debug)]
+enum MadeFor {
+    /// Any pixels of this picture.
+    Picture(View, u32, u32),
+    /// Rays with origins up to this far from the reference point.
+    Origins(f64),
 }
 
 impl Prepared {
-    /// Prepares `scene` for `rays`. All later rays must come from the same camera or, for lists,
-    /// from within the box of these origins.
+    /// Prepares `scene` for `rays`. It then traces these rays and parts of them; see
+    /// [`Prepared::check`].
     ///
     /// # Errors
     /// [`Error::Usage`] for an empty list of rays.
@@ -117,6 +128,10 @@ impl Prepared {
         let (source, reference) = match rays {
             Rays::Pixels(pixels) => (Source::Pixels, pixels.view.position),
             Rays::List(rays) => (Source::List, middle_of_origins(rays)?),
+        };
+        let made_for = match rays {
+            Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
+            Rays::List(rays) => MadeFor::Origins(spread(rays, reference)),
         };
         let (mut near, mut in_range) = (false, true);
         let objects = match kernel {
@@ -138,7 +153,36 @@ impl Prepared {
                 ))
             }
         };
-        Ok(Prepared { scene, kernel, source, reference, objects, near, in_range })
+        Ok(Prepared { scene, kernel, source, reference, objects, near, in_range, made_for })
+    }
+
+    /// Whether this was made for `rays`: pixels of the same picture, or rays with origins no
+    /// farther from the reference point than those it was made for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where it was not; [`Error::TooLarge`] for more rays than 32 bits count.
+    pub fn check(&self, rays: &Rays) -> Result<()> {
+        let suits = match (self.made_for, rays) {
+            (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {
+                (view, width, height) == (pixels.view, pixels.image_width, pixels.image_height)
+            }
+            (MadeFor::Origins(farthest), Rays::List(rays)) => {
+                spread(rays, self.reference) <= farthest
+            }
+            _ => false,
+        };
+        if !suits {
+            let message = "the scene was prepared for other rays; prepare it for these";
+            return Err(Error::Usage(message.into()));
+        }
+        if u32::try_from(rays.len()).is_err() {
+            return Err(Error::TooLarge(format!(
+                "{} rays at once; at most {} can be counted: trace them in parts",
+                rays.len(),
+                u32::MAX
+            )));
+        }
+        Ok(())
     }
 
     /// What a backend must be able to do for this scene.
@@ -153,6 +197,11 @@ impl Prepared {
             near: self.near,
         }
     }
+}
+
+/// Largest distance of an origin from the reference point.
+fn spread(rays: &[Ray], reference: DVec3) -> f64 {
+    rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
 }
 
 fn middle_of_origins(rays: &[Ray]) -> Result<DVec3> {
@@ -267,8 +316,7 @@ impl Frame {
                 Frame { near, ..frame }
             }
             Rays::List(rays) => {
-                let spread =
-                    rays.iter().map(|ray| (ray.origin - reference).length()).fold(0.0, f64::max);
+                let spread = spread(rays, reference);
                 Frame {
                     source: Source::List,
                     reference,

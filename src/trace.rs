@@ -209,7 +209,8 @@ pub trait Tracer {
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
-    /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits.
+    /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits,
+    /// [`Error::Usage`] when the scene was prepared for other rays.
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
 
     /// Bytes held on the device for the scene.

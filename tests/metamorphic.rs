@@ -108,7 +108,7 @@ fn worlds() -> Vec<World> {
         });
     }
     for n_planes in 0..3 {
-        let spheres = (0..15)
+        let spheres: Vec<_> = (0..15)
             .map(|_| {
                 let at = log_uniform(&mut rng, 1.0, 300.0).abs();
                 sphere(in_cube(&mut rng) * at, at * rng.random_range(0.02..0.7))
@@ -117,9 +117,9 @@ fn worlds() -> Vec<World> {
         let planes = (0..n_planes)
             .map(|_| plane(in_cube(&mut rng) * 30.0, in_cube(&mut rng) * 8.0))
             .collect();
+        // Toward a sphere, so that something is hit.
+        let view = View::new(&camera(in_cube(&mut rng), spheres[0].center));
         let scene = scene(spheres, planes);
-        let mut view = View::new(&camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0));
-        view.position = in_cube(&mut rng);
         let list = (0..15_000)
             .map(|_| Ray {
                 origin: in_cube(&mut rng) * 5.0,

@@ -158,3 +158,33 @@ fn packets_give_what_single_rays_give() {
         }
     }
 }
+
+#[test]
+fn rays_that_the_scene_was_not_prepared_for_are_refused() {
+    let scene = Arc::new(scene(vec![sphere(DVec3::NEG_Z * 5.0, 1.0)], vec![]));
+    let view = |x: f64| View::new(&camera(DVec3::X * x, DVec3::NEG_Z));
+    let list = |x: f64| {
+        let ray = |x: f64| Ray { origin: DVec3::X * x, direction: DVec3::NEG_Z };
+        Rays::List(vec![ray(x), ray(-x)])
+    };
+    let picture = |x: f64, width: u32| Rays::Pixels(Pixels::whole(view(x), width, 20));
+    for (made_for, part, others) in [
+        (picture(0.0, 30), picture(0.0, 30), [picture(0.1, 30), picture(0.0, 31), list(0.0)]),
+        (list(2.0), list(1.0), [list(3.0), picture(0.0, 30), picture(0.1, 31)]),
+    ] {
+        let prepared =
+            Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &made_for).unwrap());
+        let wants = Wants::default();
+        let mut tracers: [Box<dyn Tracer>; 2] = [
+            Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
+            Box::new(GpuTracer::new(gpu(), prepared, wants).unwrap()),
+        ];
+        for tracer in &mut tracers {
+            let mut trace = |rays| tracer.trace(rays, &Control::default(), &mut Hits::default());
+            assert!(trace(&part).is_ok());
+            for other in &others {
+                assert!(trace(other).is_err(), "{other:?} for {made_for:?}");
+            }
+        }
+    }
+}

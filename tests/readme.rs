@@ -79,6 +79,9 @@ fn folder() -> TempDir {
     }
     for entry in fs::read_dir(root().join("scenes")).unwrap() {
         let from = entry.unwrap().path();
+        if from.is_dir() {
+            continue;
+        }
         fs::copy(&from, path.join("scenes").join(from.file_name().unwrap())).unwrap();
     }
     // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.

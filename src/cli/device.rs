@@ -51,6 +51,13 @@ impl Device {
                     gpu.facts.driver,
                     human(start.elapsed())
                 ));
+                if !gpu.arithmetic()?.suits_filter() {
+                    talk.warn(&format!(
+                        "the arithmetic of {} does not suit the proof of `certified`: the CPU \
+                         takes its f32 stage (see `kugelblitz probe`)",
+                        gpu.facts.name
+                    ));
+                }
                 Ok(Device::Gpu(Arc::new(gpu)))
             }
             Err(Error::NoAdapter(reason)) if falls_back => {

@@ -80,11 +80,17 @@ impl AdapterFacts {
     }
 }
 
+/// What a device reported on its own.
+enum Failure {
+    OutOfMemory,
+    Other(String),
+}
+
 /// An open device.
 pub struct Gpu {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
-    errors: Arc<Mutex<Vec<String>>>,
+    errors: Arc<Mutex<Vec<Failure>>>,
     arithmetic: OnceLock<Arithmetic>,
     /// What the adapter says about itself.
     pub facts: AdapterFacts,
@@ -160,7 +166,10 @@ impl Gpu {
         let sink = Arc::clone(&errors);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             if let Ok(mut errors) = sink.lock() {
-                errors.push(error.to_string());
+                errors.push(match error {
+                    wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
+                    error => Failure::Other(error.to_string()),
+                });
             }
         }));
         let sink = Arc::clone(&errors);
@@ -168,7 +177,7 @@ impl Gpu {
             if reason != wgpu::DeviceLostReason::Destroyed
                 && let Ok(mut errors) = sink.lock()
             {
-                errors.push(format!("device lost: {message}"));
+                errors.push(Failure::Other(format!("device lost: {message}")));
             }
         });
         Ok(Gpu { device, queue, errors, arithmetic: OnceLock::new(), facts })
@@ -181,7 +190,13 @@ impl Gpu {
     pub(super) fn check(&self) -> Result<()> {
         let errors = self.errors.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         match errors.first() {
-            Some(error) => Err(Error::Device(format!("`{}`: {error}", self.facts.name))),
+            Some(Failure::Other(error)) => {
+                Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
+            }
+            Some(Failure::OutOfMemory) => Err(Error::TooLarge(format!(
+                "`{}` has too little memory for this; use fewer objects or `--device cpu`",
+                self.facts.name
+            ))),
             None => Ok(()),
         }
     }

@@ -151,6 +151,7 @@ impl Tracer for GpuTracer {
         if let Some(cpu) = &mut self.stand_in {
             return cpu.trace(rays, control, hits);
         }
+        self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
         let mut timing = Timing::default();
         let mut first = 0;
@@ -160,9 +161,9 @@ impl Tracer for GpuTracer {
             let start = Instant::now();
             let spent = self.trace_tile(rays, &tile, hits)?;
             timing.add(spent);
-            self.adapt(tile.n_rays(), start.elapsed());
-            first += tile.n_rays();
-            control.advance(tile.n_rays() as u64);
+            self.adapt(tile.n_rays, start.elapsed());
+            first += tile.n_rays;
+            control.advance(tile.n_rays as u64);
         }
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
@@ -187,12 +188,6 @@ struct Tile {
     height: usize,
     /// Rays that fill the tile; the last row of a list may be short.
     n_rays: usize,
-}
-
-impl Tile {
-    fn n_rays(&self) -> usize {
-        self.n_rays
-    }
 }
 
 /// Width of the grid that a list of rays is laid out on.
@@ -220,11 +215,13 @@ impl GpuTracer {
         }
     }
 
-    /// Moves the tile's size toward the target time.
+    /// Moves the tile's size toward the target time. A short tile, such as the last one, that met
+    /// its target says nothing against longer ones.
     fn adapt(&mut self, n_rays: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
-        let wanted = n_rays as f64 * ratio.clamp(0.125, 8.0);
-        self.tile_rays = (wanted as usize).clamp(64, TILE_MAX_RAYS);
+        let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
+        let least = if ratio >= 1.0 { self.tile_rays } else { 64 };
+        self.tile_rays = wanted.max(least).clamp(64, TILE_MAX_RAYS);
     }
 
     fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
