@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 use crate::camera::Pixels;
 use crate::error::Result;
-use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, visible_root};
+use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
-use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Timing, Wants};
+use crate::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
 
 /// Largest error of an f64 normal before it is rounded to f32: with the rounding itself,
@@ -147,6 +147,8 @@ struct Stage<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
     exact_pixels: Option<ExactPixels>,
+    /// For pixels, whose rays share their origin: `k` of each sphere.
+    ks: Vec<K>,
     /// Whether the f64 bounds hold for these rays.
     usable: bool,
     input: InputError,
@@ -161,13 +163,24 @@ struct RayF64 {
 
 impl<'a> Stage<'a> {
     fn new(scene: &'a Scene, rays: &'a Rays) -> Stage<'a> {
-        let (exact_pixels, usable, input) = match rays {
-            Rays::Pixels(pixels) => {
-                (Some(ExactPixels::new(pixels)), pixels.is_in_range(), guard::PIXELS)
-            }
-            Rays::List(_) => (None, true, guard::LIST_F64),
-        };
-        Stage { scene, rays, exact_pixels, usable, input }
+        match rays {
+            Rays::Pixels(pixels) => Stage {
+                scene,
+                rays,
+                exact_pixels: Some(ExactPixels::new(pixels)),
+                ks: scene.spheres.iter().map(|s| K::new(pixels.view.position, s)).collect(),
+                usable: pixels.is_in_range(),
+                input: guard::PIXELS,
+            },
+            Rays::List(_) => Stage {
+                scene,
+                rays,
+                exact_pixels: None,
+                ks: Vec::new(),
+                usable: true,
+                input: guard::LIST_F64,
+            },
+        }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -204,7 +217,7 @@ impl<'a> Stage<'a> {
         let mut candidates: Vec<(u32, Nearness<f64>)> = Vec::new();
         for id in 1..=self.scene.n_objects() as u32 {
             let Some(object) = self.scene.object(id) else { continue };
-            let root = self.nearness(&ray, object);
+            let root = self.nearness(&ray, id, object);
             if root.high > 0.0 && root.high >= nearest_low {
                 nearest_low = f64::max(nearest_low, root.low);
                 candidates.push((id, root));
@@ -218,16 +231,17 @@ impl<'a> Stage<'a> {
         }
     }
 
-    fn nearness(&self, ray: &RayF64, object: Object) -> Nearness<f64> {
+    fn nearness(&self, ray: &RayF64, id: u32, object: Object) -> Nearness<f64> {
         match object {
             _ if !self.usable => Nearness::OPEN,
             Object::Sphere(sphere) if sphere.radius == 0.0 => Nearness::MISS,
             Object::Plane(plane) if plane.normal == DVec3::ZERO => Nearness::MISS,
-            Object::Sphere(sphere) => match self.sphere_foot(ray, sphere) {
+            Object::Sphere(sphere) => match self.sphere_foot(ray, id, sphere) {
                 Some(Foot { l, k, guard, .. }) => {
-                    let Guard { inner2, outer2, slack, k_error } = guard;
+                    let Guard { inner2, outer2, slack, .. } = guard;
                     let guard = GuardOf { inner2, outer2, slack };
-                    sphere_nearness(&ray.ray, l, &guard, k, k_error, &guard::widening_f64())
+                    let K { value, error } = k;
+                    sphere_nearness(&ray.ray, l, &guard, value, error, &guard::widening_f64())
                 }
                 None => Nearness::OPEN,
             },
@@ -258,7 +272,7 @@ impl<'a> Stage<'a> {
         })
     }
 
-    fn sphere_foot(&self, ray: &RayF64, sphere: &Sphere) -> Option<Foot> {
+    fn sphere_foot(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Foot> {
         let r = sphere.radius.abs();
         let offset = sphere.center - ray.origin;
         let distance = guard::length_bound(offset);
@@ -267,7 +281,9 @@ impl<'a> Stage<'a> {
         }
         let l = Vec3::from(offset);
         let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
-        Some(Foot { l, k: dot3(l, l) - r * r, r, distance, guard })
+        let of_ray = || K { value: dot3(l, l) - r * r, error: guard.k_error };
+        let k = self.ks.get(id as usize - 1).copied().unwrap_or_else(of_ray);
+        Some(Foot { l, k, r, distance, guard })
     }
 
     /// The one f32 that both ends of `t` round to, if there is one: then it is the exact root's
@@ -283,11 +299,11 @@ impl<'a> Stage<'a> {
     }
 
     /// `t` and normal in f64, or `None` where their bounds are too wide.
-    fn surface_f64(&self, ray: &RayF64, object: Object) -> Option<Surface> {
-        let root = self.nearness(ray, object);
+    fn surface_f64(&self, ray: &RayF64, id: u32, object: Object) -> Option<Surface> {
+        let root = self.nearness(ray, id, object);
         let t = self.to_f32(ray, root)?;
         let normal = match object {
-            Object::Sphere(sphere) => self.sphere_normal(ray, sphere)?,
+            Object::Sphere(sphere) => self.sphere_normal(ray, id, sphere)?,
             Object::Plane(plane) => {
                 let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
                 crate::vec3::facing(normal.into(), ray.ray.direction)
@@ -300,8 +316,8 @@ impl<'a> Stage<'a> {
     /// `P`: `(λ + 2δ + 1 + 9.5)η` (offset, turned line, rounding, `ŝ`), that of `h`: the width
     /// between the guards, and `(12 + δ)εr` for the rounding of `h·d`, of the sum and of the
     /// normalisation.
-    fn sphere_normal(&self, ray: &RayF64, sphere: &Sphere) -> Option<Vec3<f64>> {
-        let foot = self.sphere_foot(ray, sphere)?;
+    fn sphere_normal(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Vec3<f64>> {
+        let foot = self.sphere_foot(ray, id, sphere)?;
         let RayOf { direction, a, inv_a, .. } = ray.ray;
         let p = foot.l - direction * (dot3(direction, foot.l) * inv_a);
         let m = dot3(p, p);
@@ -311,11 +327,11 @@ impl<'a> Stage<'a> {
         let error = (offset + 2.0 * turned + 10.6) * guard::UNIT_F64 * foot.distance
             + width * a.sqrt()
             + (12.0 + turned) * guard::UNIT_F64 * foot.r;
-        if error > NORMAL_TOLERANCE * foot.r || foot.k.abs() <= foot.guard.k_error {
+        if error > NORMAL_TOLERANCE * foot.r || foot.k.value.abs() <= foot.k.error {
             return None;
         }
         let chord = direction * half_chord(foot.r * foot.r);
-        let facing = if foot.k > 0.0 { -p - chord } else { p - chord };
+        let facing = if foot.k.value > 0.0 { -p - chord } else { p - chord };
         Some(facing * (1.0 / dot3(facing, facing).sqrt()))
     }
 
@@ -341,7 +357,7 @@ impl<'a> Stage<'a> {
     /// `t` and normal of a hit that is known to exist: in f64, else exactly.
     fn surface(&self, index: usize, id: u32) -> Option<Surface> {
         let object = self.scene.object(id)?;
-        if let Some(surface) = self.surface_f64(&self.ray_f64(index), object) {
+        if let Some(surface) = self.surface_f64(&self.ray_f64(index), id, object) {
             return Some(surface);
         }
         let ray = self.exact_ray(index);
@@ -380,10 +396,40 @@ impl<'a> Stage<'a> {
     }
 }
 
+/// `k = l·l − r²` and a bound of its error.
+#[derive(Clone, Copy)]
+struct K {
+    value: f64,
+    error: f64,
+}
+
+impl K {
+    /// In f64 where that is good enough to round `t`, else exactly and rounded once. On the ground
+    /// of a huge sphere f64 keeps too few of its digits, and each `t` would need exact arithmetic.
+    fn new(origin: DVec3, sphere: &Sphere) -> K {
+        let (l2, r2) = ((sphere.center - origin).length_squared(), sphere.radius * sphere.radius);
+        let k = K { value: l2 - r2, error: 4.0 * guard::UNIT_F64 * (l2 + r2) };
+        if k.error <= K_TOLERANCE * k.value.abs() {
+            return k;
+        }
+        let eye = ExactRay::new(&Ray { origin, direction: DVec3::X });
+        match sphere_numbers(&eye, sphere.center, sphere.radius).map(|n| n.k.to_f64()) {
+            Some(value) if value.abs() >= guard::TINY_F64 => {
+                K { value, error: guard::UNIT_F64 * value.abs() }
+            }
+            // 0, or so near it that u/k could overflow: left to exact arithmetic.
+            _ => K { value: 0.0, error: f64::MAX },
+        }
+    }
+}
+
+/// Relative error of `k` that still lets nearly every `t` be rounded to f32.
+const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+
 /// A sphere seen from a ray's origin.
 struct Foot {
     l: Vec3<f64>,
-    k: f64,
+    k: K,
     r: f64,
     distance: f64,
     guard: Guard,
