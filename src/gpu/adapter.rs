@@ -126,26 +126,22 @@ impl Gpu {
     pub fn open(pick: &Pick) -> Result<Gpu> {
         let mut adapters = adapters();
         let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
+        if adapters.is_empty() {
+            return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
+        }
         let position = match pick {
             Pick::Best => 0,
             Pick::Named(name) => {
                 let wanted = name.to_lowercase();
-                adapters
-                    .iter()
-                    .position(|(_, facts)| facts.name.to_lowercase().contains(&wanted))
-                    .unwrap_or(usize::MAX)
+                let fits = |facts: &AdapterFacts| facts.name.to_lowercase().contains(&wanted);
+                adapters.iter().position(|(_, facts)| fits(facts)).ok_or_else(|| {
+                    Error::NoAdapter(format!(
+                        "no Vulkan device has `{name}` in its name; there is {}",
+                        names.join(", ")
+                    ))
+                })?
             }
         };
-        if adapters.is_empty() {
-            return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
-        }
-        if position >= adapters.len() {
-            let Pick::Named(name) = pick else { unreachable!("the best of some adapters exists") };
-            return Err(Error::NoAdapter(format!(
-                "no Vulkan device has `{name}` in its name; there is {}",
-                names.join(", ")
-            )));
-        }
         let (adapter, facts) = adapters.swap_remove(position);
         Gpu::from_adapter(&adapter, facts)
     }
