@@ -99,6 +99,7 @@
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -121,6 +122,7 @@ pub mod picture;
 pub mod prepare;
 pub mod rays;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod trace;
 pub mod vec3;

@@ -1,5 +1,6 @@
 //! What a kernel saw against exact arithmetic, and whether it kept what it promises.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::Pixels;
@@ -110,41 +111,108 @@ impl AgainstExact {
     }
 }
 
-/// Error of `t` in f32 steps at the exact `t`: `2^(e−23)` for an exact `t` in `2^e..2^(e+1)`, and
-/// not less than the smallest subnormal. +∞ where `t` is not finite.
-fn t_error_ulp(t: f32, exact: f64) -> f64 {
-    if f64::from(t) == exact {
-        return 0.0;
+/// What is wrong with one ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RayError {
+    /// An object where there is none.
+    FalseHit,
+    /// No object where there is one; also a ray that the result lacks.
+    FalseMiss,
+    /// Another object than the visible one.
+    WrongObject,
+    /// The right object, or the background where it should be; `t` and the normal where the result
+    /// has them.
+    Right {
+        /// The object.
+        id: u32,
+        /// How far `t` is off.
+        t: Option<TError>,
+        /// How far the normal is off.
+        normal: Option<NormalError>,
+    },
+}
+
+/// How far a `t` is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TError {
+    /// In f32 steps at the exact `t`: `2^(e−23)` for an exact `t` in `2^e..2^(e+1)`, and not less
+    /// than the smallest subnormal. +∞ where `t` is not finite.
+    pub ulp: f64,
+    /// Relative to the exact `t`. +∞ where `t` is not finite.
+    pub relative: f64,
+}
+
+impl TError {
+    fn new(t: f32, exact: f64) -> TError {
+        if f64::from(t) == exact {
+            return TError { ulp: 0.0, relative: 0.0 };
+        }
+        let error = (f64::from(t) - exact).abs();
+        if error.is_nan() {
+            return TError { ulp: f64::INFINITY, relative: f64::INFINITY };
+        }
+        let exponent = ((exact.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        let step = 2f64.powi(exponent.max(-126) - 23);
+        TError { ulp: error / step, relative: error / exact.abs() }
     }
-    let exponent = ((exact.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let error = (f64::from(t) - exact).abs() / 2f64.powi(exponent.max(-126) - 23);
-    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+/// How far a normal is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalError {
+    /// Length of the difference from the exact unit normal. +∞ where the normal is not finite.
+    pub distance: f64,
+    /// Angle to the exact normal, degrees; 180 where the normal is not finite.
+    pub degrees: f64,
+}
+
+impl NormalError {
+    fn new(normal: [f32; 3], exact: [f64; 3]) -> NormalError {
+        let (normal, exact) = (DVec3::from(normal.map(f64::from)), DVec3::from(exact));
+        let distance = (normal - exact).length();
+        if !distance.is_finite() {
+            return NormalError { distance: f64::INFINITY, degrees: 180.0 };
+        }
+        // Not the arc cosine, which loses half of its digits at small angles.
+        let radians = normal.cross(exact).length().atan2(normal.dot(exact));
+        NormalError { distance, degrees: radians.to_degrees() }
+    }
+}
+
+/// Compares `hits` with the truth about some of its rays, in the order of the truth.
+pub fn ray_errors<'a>(hits: &'a Hits, truth: &'a Truth) -> impl Iterator<Item = RayError> + 'a {
+    truth.index.iter().enumerate().map(|(k, &index)| {
+        match (hits.id.get(index).copied(), truth.id[k]) {
+            (Some(id), expected) if id == expected => RayError::Right {
+                id,
+                t: hits.t.get(index).map(|&t| TError::new(t, truth.t[k])),
+                normal: hits.normal.get(index).map(|&n| NormalError::new(n, truth.normal[k])),
+            },
+            (Some(0) | None, _) => RayError::FalseMiss,
+            (Some(_), 0) => RayError::FalseHit,
+            _ => RayError::WrongObject,
+        }
+    })
 }
 
 /// Compares `hits` with the truth about some of its rays. `t` and normals are looked at where
 /// `hits` has them and the id is right. A ray that `hits` lacks counts as a wrong id.
 pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
     let mut result = AgainstExact { rays: truth.index.len() as u64, ..AgainstExact::default() };
-    for (k, &index) in truth.index.iter().enumerate() {
-        let (found, expected) = (hits.id.get(index).copied(), truth.id[k]);
-        if found != Some(expected) {
-            match (found, expected) {
-                (Some(0) | None, _) => result.false_misses += 1,
-                (_, 0) => result.false_hits += 1,
-                _ => result.wrong_object += 1,
+    for (&index, error) in truth.index.iter().zip(ray_errors(hits, truth)) {
+        let wrong = match error {
+            RayError::FalseHit => &mut result.false_hits,
+            RayError::FalseMiss => &mut result.false_misses,
+            RayError::WrongObject => &mut result.wrong_object,
+            RayError::Right { t, normal, .. } => {
+                result.t_ulp_max = result.t_ulp_max.max(t.map_or(0.0, |t| t.ulp));
+                result.normal_distance_max =
+                    result.normal_distance_max.max(normal.map_or(0.0, |normal| normal.distance));
+                continue;
             }
-            result.first_wrong_id.get_or_insert(index);
-            continue;
-        }
-        if let Some(&t) = hits.t.get(index) {
-            result.t_ulp_max = result.t_ulp_max.max(t_error_ulp(t, truth.t[k]));
-        }
-        if let Some(normal) = hits.normal.get(index) {
-            let difference = |axis: usize| f64::from(normal[axis]) - truth.normal[k][axis];
-            let squared: f64 = (0..3).map(|axis| difference(axis).powi(2)).sum();
-            let distance = if squared.is_nan() { f64::INFINITY } else { squared.sqrt() };
-            result.normal_distance_max = result.normal_distance_max.max(distance);
-        }
+        };
+        *wrong += 1;
+        result.first_wrong_id.get_or_insert(index);
     }
     result
 }
@@ -393,13 +461,13 @@ mod tests {
 
     #[test]
     fn ulps_are_those_of_the_exact_value() {
-        assert_eq!(t_error_ulp(1.0, 1.0), 0.0);
-        assert_eq!(t_error_ulp(1.0 + 2.0 * f32::EPSILON, 1.0), 2.0);
-        assert_eq!(t_error_ulp(1.0 - f32::EPSILON / 2.0, 1.0), 0.5);
-        assert_eq!(t_error_ulp(f32::from_bits(1), 0.0), 1.0);
-        assert_eq!(t_error_ulp(f32::INFINITY, f64::INFINITY), 0.0);
-        assert_eq!(t_error_ulp(f32::INFINITY, 1.0), f64::INFINITY);
-        assert_eq!(t_error_ulp(1.0, f64::INFINITY), f64::INFINITY);
+        assert_eq!(TError::new(1.0, 1.0).ulp, 0.0);
+        assert_eq!(TError::new(1.0 + 2.0 * f32::EPSILON, 1.0).ulp, 2.0);
+        assert_eq!(TError::new(1.0 - f32::EPSILON / 2.0, 1.0).ulp, 0.5);
+        assert_eq!(TError::new(f32::from_bits(1), 0.0).ulp, 1.0);
+        assert_eq!(TError::new(f32::INFINITY, f64::INFINITY).ulp, 0.0);
+        assert_eq!(TError::new(f32::INFINITY, 1.0).ulp, f64::INFINITY);
+        assert_eq!(TError::new(1.0, f64::INFINITY).ulp, f64::INFINITY);
     }
 
     #[test]
