@@ -5,7 +5,15 @@
 
 use serde::Serialize;
 
+mod answer;
 mod errors;
+mod figures;
+mod grid;
+pub mod markdown;
+pub mod page;
+pub mod plot;
+mod summary;
+pub mod text;
 
 pub use errors::{Distribution, Errors};
 
