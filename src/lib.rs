@@ -94,6 +94,7 @@
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
+//! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
@@ -111,6 +112,7 @@ pub mod camera;
 mod certify;
 pub mod compare;
 pub mod cpu;
+pub mod device;
 pub mod error;
 pub mod exact;
 pub mod explain;

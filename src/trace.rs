@@ -159,6 +159,8 @@ pub struct Timing {
     pub decide: Duration,
     /// From the device into [`Hits`].
     pub readback: Duration,
+    /// The part of `trace` that the device's own clock counts, where it was asked to.
+    pub on_device: Option<Duration>,
 }
 
 impl Timing {
@@ -168,6 +170,9 @@ impl Timing {
         self.refine += other.refine;
         self.decide += other.decide;
         self.readback += other.readback;
+        if let Some(more) = other.on_device {
+            *self.on_device.get_or_insert_default() += more;
+        }
     }
 }
 
@@ -215,4 +220,7 @@ pub trait Tracer {
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;
+
+    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
+    fn use_device_clock(&mut self) {}
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use kugelblitz::camera::Pixels;
 use kugelblitz::compare::{Comparison, compare};
+use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{available_memory, band_rows, bands, hits_bytes};
 use kugelblitz::scene::{Scene, read_scene};
@@ -13,7 +14,7 @@ use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact,
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::device::Device;
+use super::device;
 use super::head::{Head, Objects, On};
 use super::options::KERNELS;
 use super::output::{bytes, objects, print, print_json};
@@ -61,7 +62,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
     let pixels = args.size.pixels(&scene, &args.scene)?;
     refuse_what_cannot_fit(&pixels)?;
-    let device = Device::open(&args.device.device, &args.talk)?;
+    let device = device::open(&args.device.device, &args.talk)?;
     run.control.check()?;
 
     let one = [args.kernel];

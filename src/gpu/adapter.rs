@@ -119,6 +119,14 @@ pub fn list_adapters() -> Vec<AdapterFacts> {
 }
 
 impl Gpu {
+    /// Opens every Vulkan device, the best first; one that can't be opened comes with the reason.
+    pub fn open_all() -> Vec<(AdapterFacts, Result<Gpu>)> {
+        adapters()
+            .into_iter()
+            .map(|(adapter, facts)| (facts.clone(), Gpu::from_adapter(&adapter, facts)))
+            .collect()
+    }
+
     /// Opens a Vulkan device.
     ///
     /// # Errors
@@ -147,7 +155,9 @@ impl Gpu {
     }
 
     fn from_adapter(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<Gpu> {
-        let wanted = wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::SHADER_F64;
+        let wanted = wgpu::Features::PASSTHROUGH_SHADERS
+            | wgpu::Features::SHADER_F64
+            | wgpu::Features::TIMESTAMP_QUERY;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("kugelblitz"),
             required_features: adapter.features() & wanted,

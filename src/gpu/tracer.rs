@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::adapter::Gpu;
+use super::clock::Clock;
 use super::compile::{WORKGROUP, compile};
 use super::layout::Params;
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
@@ -39,6 +40,7 @@ pub struct GpuTracer {
     objects: Vec<wgpu::Buffer>,
     results: Option<Results>,
     tile_rays: usize,
+    clock: Option<Clock>,
     /// Takes the certified kernel's f32 stage where the device's arithmetic doesn't suit it.
     stand_in: Option<CpuTracer>,
     /// Time to put together and compile the shader.
@@ -101,6 +103,7 @@ impl GpuTracer {
             objects,
             results: None,
             tile_rays,
+            clock: None,
             stand_in,
             compile_time,
             upload_time: start.elapsed(),
@@ -178,6 +181,10 @@ impl Tracer for GpuTracer {
             + self.params.size()
             + results_bytes
     }
+
+    fn use_device_clock(&mut self) {
+        self.clock = Clock::new(&self.gpu);
+    }
 }
 
 /// Consecutive rays of one dispatch: whole rows, or a part of one row.
@@ -227,11 +234,17 @@ impl GpuTracer {
     fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
         let descriptor = wgpu::CommandEncoderDescriptor::default();
         let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: None,
+            timestamp_writes: self.clock.as_ref().map(Clock::around_pass),
+        });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &results.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
         drop(pass);
+        if let Some(clock) = &self.clock {
+            clock.stop(&mut encoder);
+        }
         encoder
     }
 
@@ -293,7 +306,10 @@ impl GpuTracer {
         }
         drop(view);
         results.staging.unmap();
-        Ok(Timing { trace, readback: start.elapsed(), ..Timing::default() })
+        let readback = start.elapsed();
+        let on_device =
+            self.clock.as_ref().map(|clock| clock.read(&self.gpu, TILE_TIMEOUT)).transpose()?;
+        Ok(Timing { trace, readback, on_device, ..Timing::default() })
     }
 
     fn lost(&self, reason: &str) -> Error {
