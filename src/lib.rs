@@ -122,6 +122,7 @@ pub mod kernel;
 mod npy;
 pub mod picture;
 pub mod prepare;
+mod random;
 pub mod rays;
 pub mod render;
 pub mod report;

@@ -164,6 +164,11 @@ pub struct Timing {
 }
 
 impl Timing {
+    /// All stages but the read-back.
+    pub fn deciding(&self) -> Duration {
+        self.trace + self.refine + self.decide
+    }
+
     /// Adds another part of the same picture.
     pub fn add(&mut self, other: Timing) {
         self.trace += other.trace;

@@ -91,6 +91,12 @@ impl FromStr for Size {
     }
 }
 
+impl From<Size> for [u32; 2] {
+    fn from(Size { width, height }: Size) -> [u32; 2] {
+        [width, height]
+    }
+}
+
 /// `X,Y,W,H`, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {

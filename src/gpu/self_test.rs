@@ -10,6 +10,7 @@ use super::compile::compile_self_test;
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::compare::ulp_distance;
 use crate::error::{Error, Result};
+use crate::random::SplitMix;
 
 /// What the self-test found for one float type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -62,7 +63,7 @@ trait Float: Pod + PartialEq {
     const WGSL: &'static str;
     /// An operand with 24 or 53 random bits and an exponent near 0 or, if `small`, among the
     /// subnormals.
-    fn operand(random: &mut Random, small: bool) -> Self;
+    fn operand(random: &mut SplitMix, small: bool) -> Self;
     /// Sum, product, quotient, root of |a|, error of the sum, remainder of the product.
     fn expected(a: Self, b: Self) -> [Self; 6];
     fn steps(a: Self, b: Self) -> u64;
@@ -76,7 +77,7 @@ macro_rules! float {
         impl Float for $float {
             const WGSL: &'static str = $wgsl;
 
-            fn operand(random: &mut Random, small: bool) -> Self {
+            fn operand(random: &mut SplitMix, small: bool) -> Self {
                 let bits = random.next();
                 let mantissa = bits as $bits & ((1 << $mantissa) - 1);
                 let exponent = if small { 0 } else { $bias - 10 + (bits >> 58) as $bits % 20 };
@@ -117,19 +118,6 @@ fn steps_f64(a: f64, b: f64) -> u64 {
     if a == b { 0 } else { a.to_bits().abs_diff(b.to_bits()) }
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014): operands need spread, not strength.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-}
-
 /// Measures f32.
 pub fn test_f32(gpu: &Gpu) -> Result<Arithmetic> {
     run::<f32>(gpu)
@@ -141,7 +129,7 @@ pub fn test_f64(gpu: &Gpu) -> Result<Arithmetic> {
 }
 
 fn run<F: Float>(gpu: &Gpu) -> Result<Arithmetic> {
-    let mut random = Random(1);
+    let mut random = SplitMix::new(1);
     let operands: Vec<[F; 2]> = (0..2 * PAIRS)
         .map(|i| std::array::from_fn(|_| F::operand(&mut random, i >= PAIRS)))
         .collect();

@@ -6,8 +6,18 @@
 use serde::Serialize;
 
 mod errors;
+mod evidence;
+mod measure;
+mod pictures;
+mod scenes;
+mod sweep;
 
 pub use errors::{Distribution, Errors};
+pub use measure::{Make, Subject};
+pub use scenes::{Case, default_cases};
+
+use crate::error::Result;
+use crate::trace::Control;
 
 /// Version of the JSON form of [`Report`]; it changes when a field changes its meaning.
 pub const SCHEMA: u32 = 1;
@@ -32,6 +42,36 @@ pub struct Report {
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
+}
+
+impl Report {
+    /// Measures `subjects` on `cases`. Subjects of one device stand together, the best device
+    /// first. `control` counts [`Report::n_rays`] rays.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn measure(
+        evidence: Evidence,
+        cases: &[Case],
+        subjects: &[Subject],
+        effort: Effort,
+        control: &Control,
+    ) -> Result<Report> {
+        let (scenes, classes) = measure::measure_scenes(cases, subjects, &effort, control)?;
+        let pictures = pictures::take_pictures(cases, &scenes, subjects, &effort, control)?;
+        let sweeps = match effort.sweeps {
+            true => sweep::measure_sweeps(subjects, &effort, control)?,
+            false => Vec::new(),
+        };
+        let (peers, missing) = (Vec::new(), Vec::new());
+        Ok(Report { evidence, effort, scenes, classes, sweeps, peers, missing, pictures })
+    }
+
+    /// Rays that [`Report::measure`] traces or compares, but for those of the few pictures.
+    pub fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
+        let sweeps = if effort.sweeps { sweep::n_rays(subjects, effort) } else { 0 };
+        measure::n_rays(cases, subjects, effort) + sweeps
+    }
 }
 
 /// A kernel on a device.
@@ -60,6 +100,22 @@ pub struct Effort {
     pub runs: usize,
     /// Size of the error pictures.
     pub picture_size: [u32; 2],
+    /// Whether the sweeps are measured.
+    pub sweeps: bool,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort {
+            size: [1280, 720],
+            samples: 1 << 16,
+            seed: 0,
+            rounds: 3,
+            runs: 3,
+            picture_size: [320, 180],
+            sweeps: true,
+        }
+    }
 }
 
 /// The machine and the program.
