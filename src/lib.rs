@@ -99,6 +99,7 @@
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -113,6 +114,7 @@ pub mod cpu;
 pub mod error;
 pub mod exact;
 pub mod explain;
+pub mod export;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;
