@@ -100,6 +100,7 @@
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
+//! | [`report`] | speed against error |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -123,6 +124,7 @@ pub mod picture;
 pub mod prepare;
 pub mod rays;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod trace;
 pub mod vec3;

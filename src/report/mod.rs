@@ -1,0 +1,3 @@
+//! Speed against error.
+
+pub mod peers;
