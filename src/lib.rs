@@ -101,6 +101,7 @@
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
+//! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -116,6 +117,7 @@ pub mod device;
 pub mod error;
 pub mod exact;
 pub mod explain;
+pub mod export;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::export::Language;
 use kugelblitz::gpu::Pick;
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
@@ -30,6 +31,14 @@ const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
     PossibleValuesParser::new(KERNELS.iter().map(|kernel| kernel.name())).map(|name| {
         KERNELS.iter().copied().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
+    })
+}
+
+/// Takes the names of [`Language::ALL`].
+pub fn language_parser() -> impl TypedValueParser<Value = Language> {
+    PossibleValuesParser::new(Language::ALL.map(Language::name)).try_map(|name| {
+        let language = Language::ALL.into_iter().find(|language| language.name() == name);
+        language.ok_or(format!("there is no language {name}"))
     })
 }
 

@@ -81,8 +81,12 @@ fn cases(paths: &[PathBuf]) -> Result<Vec<Case>> {
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort =
-        Effort { seed: args.seed, sweeps: args.scenes.is_empty(), ..Effort::default() };
+    let mut effort = Effort {
+        seed: args.seed,
+        sweeps: args.scenes.is_empty(),
+        peers: args.peers,
+        ..Effort::default()
+    };
     if let Some(size) = args.size {
         effort.size = size.into();
     }
