@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{AdapterFacts, Gpu, GpuTracer};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::trace::{Tracer, Wants};
+use kugelblitz::trace::{Kernel, Tracer, Wants};
 use kugelblitz::{Error, Result};
 
 use super::TalkArgs;
@@ -30,14 +30,15 @@ pub struct Made {
 }
 
 impl Device {
-    /// Opens what --device asks for.
+    /// Opens what --device asks for. With a `kernel`, the device must be able to run it.
     ///
     /// # Errors
     /// [`Error::NoAdapter`], but for `auto`, which then takes the CPU and says so.
-    pub fn open(choice: &DeviceChoice, talk: &TalkArgs) -> Result<Device> {
+    pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
         let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
         let start = Instant::now();
         let (opened, noise) = quietly(|| Gpu::open(&pick));
+        let opened = opened.and_then(|gpu| for_kernel(gpu, kernel));
         let falls_back = *choice == DeviceChoice::Auto;
         if talk.verbose || opened.is_err() && !falls_back {
             quiet::show(&noise, talk.verbose);
@@ -96,14 +97,28 @@ impl Device {
         }
     }
 
-    /// Whether the device's f32 is that of the CPU, bit by bit.
+    /// Whether the arithmetic of `kernel` is that of the CPU, bit by bit.
     ///
     /// # Errors
-    /// Those of [`Gpu::arithmetic`].
-    pub fn is_ieee(&self) -> Result<bool> {
+    /// Those of [`Gpu::is_ieee`].
+    pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
         match self {
-            Device::Gpu(gpu) => Ok(gpu.arithmetic()?.is_ieee()),
+            Device::Gpu(gpu) => gpu.is_ieee(kernel),
             Device::Cpu => Ok(true),
+        }
+    }
+
+    /// The device for one kernel of several: the CPU, with a warning, where this can't run it.
+    pub fn or_cpu(&self, kernel: Kernel, talk: &TalkArgs) -> &Device {
+        match self {
+            Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
+                Ok(()) => self,
+                Err(reason) => {
+                    talk.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+                    &Device::Cpu
+                }
+            },
+            Device::Cpu => self,
         }
     }
 
@@ -122,5 +137,41 @@ impl Device {
             Some(facts) => facts.name.clone(),
             None => "the CPU".into(),
         }
+    }
+}
+
+fn for_kernel(gpu: Gpu, kernel: Option<Kernel>) -> Result<Gpu> {
+    if let Some(kernel) = kernel {
+        gpu.facts.check_kernel(kernel)?;
+    }
+    Ok(gpu)
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::gpu::Pick;
+
+    use super::*;
+
+    /// No adapter here lacks f64, so one is made to.
+    #[test]
+    fn an_adapter_without_f64_leaves_the_f64_kernel_to_the_cpu() {
+        let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let open = |f64| {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.f64 = f64;
+            gpu
+        };
+        for (f64, kernel) in
+            [(false, Kernel::Double), (false, Kernel::Certified), (true, Kernel::Double)]
+        {
+            let runs = f64 || kernel != Kernel::Double;
+            let refusal = for_kernel(open(f64), Some(kernel)).err();
+            assert_eq!(refusal.as_ref().map(Error::exit_code), (!runs).then_some(4));
+            let device = Device::Gpu(Arc::new(open(f64)));
+            assert_eq!(matches!(device.or_cpu(kernel, &talk), Device::Gpu(_)), runs);
+        }
+        assert!(for_kernel(open(false), None).is_ok());
     }
 }
