@@ -403,18 +403,18 @@ impl Frame {
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let k = match self.source {
+        let k_or_r2 = match self.source {
             Source::Pixels => self.sphere_k(sphere, l),
             Source::List => r * r,
         };
-        if !(guard::sphere_in_range_f32(r, distance) && k_in_range(k, r + distance)) {
+        if !(guard::sphere_in_range_f32(r, distance) && k_in_range(k_or_r2, r + distance)) {
             // As seen from outside, this may be nearer than everything.
             return SphereCertified {
                 inner2: -1.0,
                 outer2: f32::MAX,
                 slack: f32::MAX,
                 q_low: 1.0,
-                q_high: 1.0,
+                q_high_or_r2: 1.0,
                 k_error: f32::MAX,
                 ..SphereCertified::zeroed()
             };
@@ -422,12 +422,12 @@ impl Frame {
         let (center, center_low) = split(l);
         let [inner2, outer2, slack, k_error] =
             Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
-        let (q_low, q_high) = match self.source {
-            Source::Pixels if self.near => guard::inverse_f32(k),
-            Source::Pixels => (0.0, guard::far_inverse_f32(k)),
-            Source::List => (0.0, k as f32),
+        let (q_low, q_high_or_r2) = match self.source {
+            Source::Pixels if self.near => guard::inverse_f32(k_or_r2),
+            Source::Pixels => (0.0, guard::far_inverse_f32(k_or_r2)),
+            Source::List => (0.0, k_or_r2 as f32),
         };
-        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high, k_error }
+        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high_or_r2, k_error }
     }
 
     /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.

@@ -174,7 +174,7 @@ mod tests {
             outer2,
             slack,
             q_low,
-            q_high,
+            q_high_or_r2,
             k_error
         );
         check!(
