@@ -105,10 +105,11 @@
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
-//! The kernels `lecture` and `stable` promise no object. A number that is not finite has no
+//! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
 
+mod arithmetic;
 pub mod camera;
 mod certify;
 pub mod compare;
