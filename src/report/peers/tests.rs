@@ -128,8 +128,8 @@ fn a_peer_runs_as_often_as_asked_and_its_picture_is_read() {
         assert_eq!(run.peer, peer.name());
         assert_eq!(run.version.as_deref(), Some("1.2.3"));
         let trace_ms = run.trace_ms.as_ref().unwrap();
-        assert_eq!((trace_ms.median, trace_ms.runs.len()), (250.0, 3));
-        assert_eq!(run.wall_ms.runs.len(), 3);
+        assert_eq!((trace_ms.median, trace_ms.n), (250.0, 3));
+        assert_eq!(run.wall_ms.n, 3);
         assert!(run.wall_ms.min > 0.0 && run.wall_ms.max >= run.wall_ms.median);
         // One for the plain scene.
         assert_eq!(fs::read_to_string(fake.path("log")).unwrap().lines().count(), 4);
