@@ -133,10 +133,6 @@ fn a_peer_runs_as_often_as_asked_and_its_picture_is_read() {
         assert!(run.wall_ms.min > 0.0 && run.wall_ms.max >= run.wall_ms.median);
         // One for the plain scene.
         assert_eq!(fs::read_to_string(fake.path("log")).unwrap().lines().count(), 4);
-
-        let json = serde_json::to_value(&run).unwrap();
-        assert_eq!(json["trace_ms"]["median"], 250.0);
-        assert_eq!(json.get("ids"), None);
     }
 }
 
