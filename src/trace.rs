@@ -15,16 +15,23 @@ pub enum Kernel {
     Lecture,
     /// The best plain-f32 kernel: camera-relative, free of cancellation.
     Stable,
+    /// The same formulas in f64: what one would do without a proof.
+    Double,
     /// f32 with a proven error bound, then f64, then exact arithmetic.
     Certified,
 }
 
 impl Kernel {
+    /// All of them, in the order in which they are told: from the least exact to the exact one.
+    pub const ALL: [Kernel; 4] =
+        [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
+
     /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Kernel::Lecture => "lecture",
             Kernel::Stable => "stable",
+            Kernel::Double => "double",
             Kernel::Certified => "certified",
         }
     }
@@ -159,15 +166,25 @@ pub struct Timing {
     pub decide: Duration,
     /// From the device into [`Hits`].
     pub readback: Duration,
+    /// The part of `trace` that the device's own clock counts, where it was asked to.
+    pub on_device: Option<Duration>,
 }
 
 impl Timing {
+    /// All stages but the read-back.
+    pub fn deciding(&self) -> Duration {
+        self.trace + self.refine + self.decide
+    }
+
     /// Adds another part of the same picture.
     pub fn add(&mut self, other: Timing) {
         self.trace += other.trace;
         self.refine += other.refine;
         self.decide += other.decide;
         self.readback += other.readback;
+        if let Some(more) = other.on_device {
+            *self.on_device.get_or_insert_default() += more;
+        }
     }
 }
 
@@ -215,4 +232,7 @@ pub trait Tracer {
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;
+
+    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
+    fn use_device_clock(&mut self) {}
 }

@@ -7,8 +7,9 @@ use crate::camera::Pixels;
 use crate::compare::Comparison;
 use crate::error::Result;
 use crate::exact::{self, ExactPixels, ExactRay, Shape};
+use crate::random::SplitMix;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel};
+use crate::trace::{Control, Hits, Kernel, Ray};
 
 /// Largest error of `t` of the kernel `certified`, in f32 steps at the exact `t` (contract §2).
 /// Halved, it would refuse correctly rounded values, which are off by up to half a step.
@@ -46,11 +47,32 @@ impl Truth {
         control: &Control,
     ) -> Result<Truth> {
         let rays = ExactPixels::new(pixels);
+        let ray = |i| {
+            let (x, y) = pixels.xy(i);
+            rays.ray(x, y)
+        };
+        Truth::of_rays(scene, index, ray, control)
+    }
+
+    /// What all rays of a list see; `control` counts each.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
+    pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
+        let all = (0..rays.len()).collect();
+        Truth::of_rays(scene, all, |i| ExactRay::new(&rays[i]), control)
+    }
+
+    fn of_rays(
+        scene: &Scene,
+        index: Vec<usize>,
+        ray: impl Fn(usize) -> ExactRay + Sync,
+        control: &Control,
+    ) -> Result<Truth> {
         let seen = index.par_iter().map(|&i| {
             control.check()?;
-            let (x, y) = pixels.xy(i);
             control.advance(1);
-            Ok(see(scene, &rays.ray(x, y)))
+            Ok(see(scene, &ray(i)))
         });
         let seen: Vec<(u32, f64, [f64; 3])> = seen.collect::<Result<_>>()?;
         Ok(Truth {
@@ -217,14 +239,14 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
     result
 }
 
-/// What a kernel promises, in words. `bit_equal` says whether the device's arithmetic is that of
-/// IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
+/// What a kernel promises, in words. `bit_equal` says whether the kernel's arithmetic on the device
+/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
     match (kernel, bit_equal) {
-        (Kernel::Lecture | Kernel::Stable, true) => {
+        (Kernel::Lecture | Kernel::Stable | Kernel::Double, true) => {
             "GPU and CPU equal bit by bit; exactness is not promised"
         }
-        (Kernel::Lecture | Kernel::Stable, false) => {
+        (Kernel::Lecture | Kernel::Stable | Kernel::Double, false) => {
             "nothing on this device, whose arithmetic is not known to be IEEE 754's"
         }
         (Kernel::Certified, _) => "ids exact on GPU and CPU, t within 1 ulp, normals within 2^-23",
@@ -293,25 +315,16 @@ pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
     if n >= total {
         return (0..total).collect();
     }
-    let mut state = seed;
+    let mut random = SplitMix::new(seed);
     // Floyd's algorithm: n draws, whatever the total.
     let mut chosen = std::collections::BTreeSet::new();
     for top in total - n..total {
-        let drawn = (u128::from(split_mix(&mut state)) * (top as u128 + 1)) >> 64;
+        let drawn = (u128::from(random.next()) * (top as u128 + 1)) >> 64;
         if !chosen.insert(drawn as usize) {
             chosen.insert(top);
         }
     }
     chosen.into_iter().collect()
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014): good enough to choose pixels.
-fn split_mix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]
@@ -383,7 +396,7 @@ mod tests {
         assert_eq!(against.rays, 24 * 16);
         assert_eq!(against.wrong_ids(), 0);
         assert!(against.t_ulp_max > 0.25 && against.t_ulp_max <= 0.5, "{against:?}");
-        for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+        for kernel in Kernel::ALL {
             assert_eq!(broken(kernel, &hits), Vec::<String>::new());
         }
     }
@@ -418,7 +431,7 @@ mod tests {
             let wrong_ids = u64::from(!matches!(what, "t" | "normal"));
             assert_eq!(against.wrong_ids(), wrong_ids, "{what}");
             assert_eq!(against.first_wrong_id, (wrong_ids > 0).then(|| on(id)), "{what}");
-            for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+            for kernel in Kernel::ALL {
                 assert!(!broken(kernel, &hits).is_empty(), "{what}, {}", kernel.name());
             }
         }

@@ -188,8 +188,9 @@ fn the_page_shows_the_figures() {
     }
     assert_eq!(tables.len(), 6 + 3 * report.scenes.len() + 1);
     for (row, peer) in tables.last().unwrap().iter().zip(&report.peers) {
-        assert!(row[0] == peer.peer && row[1] == peer.scene && shows_wrong(&row[3], &peer.errors));
-        assert!(shows(&row[8], peer.process_ms.median), "{row:?}");
+        assert!(row[0] == peer.peer && row[1] == peer.scene && row[2] == "2", "{row:?}");
+        assert!(shows_wrong(&row[4], &peer.errors), "{row:?}");
+        assert!(shows(&row[9], peer.process_ms.median), "{row:?}");
     }
 }
 
@@ -279,7 +280,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     assert!(text::table(&wrong).contains(sentence), "{}", text::table(&wrong));
     assert!(page::html(&wrong).contains(sentence));
     assert!(!text::table(&wrong).contains("0 of 100000"));
-    assert!(!text::table(&wrong).contains("What being right costs"));
+    assert!(!text::table(&wrong).contains("Without a wrong object"));
 
     // Beside another that was never wrong, it is above the strip.
     let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]));
@@ -313,7 +314,10 @@ fn the_front_has_what_nothing_beats() {
     let stable_is_slow = [("lecture", 900, 5.0), ("stable", 20, 9.0), ("certified", 0, 7.0)];
     assert_eq!(front(&small(&stable_is_slow)), 3);
     let price = text::table(&small(&steps)).replace('\n', " ");
-    assert!(price.contains("certified takes 1.40 times as long as lecture"), "{price}");
+    assert!(
+        price.contains("certified takes 1.40 (lecture's scenes) times as long as the fastest."),
+        "{price}"
+    );
 }
 
 /// All that is drawn of a report.
@@ -452,6 +456,18 @@ fn errors_without_bound_stand_above_the_axis() {
     errors.t_ulp = errors.t_ulp.map(|t| Distribution { p999: f64::INFINITY, ..t });
     assert!(plot::sweep(&report, &report.sweeps[0]).contains('∞'));
     assert!(text::table(&report).contains('∞') && page::html(&report).contains('∞'));
+}
+
+#[test]
+fn a_line_has_a_gap_where_nothing_was_measured() {
+    let mut report = report();
+    let curves =
+        |report: &Report| plot::sweep(report, &report.sweeps[0]).matches("<polyline").count();
+    let whole = curves(&report);
+    for series in report.sweeps[0].series.iter_mut().step_by(KERNELS.len()) {
+        series.points[4].errors.as_mut().expect("errors").t_ulp = None;
+    }
+    assert_eq!(curves(&report), whole + 1);
 }
 
 #[test]
@@ -611,7 +627,9 @@ fn peers_are_points_of_their_own() {
     let time = Spread { median: 70.0, min: 60.0, max: 80.0, n: 3 };
     report.peers = vec![PeerResult {
         peer: "Another 1.0".into(),
+        n_threads: 2,
         scene: "figure1".into(),
+        class: Class::Lecture,
         errors: Errors { rays: 1000, false_hits: 5, ..Errors::default() },
         trace_ns_per_ray: Some(time),
         process_ms: time,

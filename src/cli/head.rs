@@ -1,11 +1,11 @@
 //! What every JSON summary begins with, and the parts that several have.
 
+use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{StageCounts, Timing};
 use serde::Serialize;
 
-use super::device::Device;
 use super::output::ms;
 
 /// The head of every summary.

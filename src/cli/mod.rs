@@ -5,6 +5,7 @@ pub mod complain;
 pub mod completions;
 pub mod device;
 pub mod explain;
+pub mod export;
 pub mod head;
 pub mod man;
 pub mod options;
@@ -13,6 +14,7 @@ pub mod probe;
 pub mod progress;
 pub mod quiet;
 pub mod render;
+pub mod report;
 pub mod trace;
 pub mod verify;
 
@@ -21,10 +23,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
+use kugelblitz::export::Language;
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Control, Kernel};
 
-use options::{Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser};
+use options::{
+    Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser, language_parser,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -49,6 +54,8 @@ pub enum Command {
     Check(CheckArgs),
     Trace(TraceArgs),
     Explain(ExplainArgs),
+    Report(ReportArgs),
+    Export(ExportArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -220,6 +227,65 @@ pub struct ExplainArgs {
     pub device: DeviceArgs,
     #[command(flatten)]
     pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Measure speed against error: every kernel on every device
+///
+/// Without scenes: the lecture's and a hard set, and how error and time grow with distance, offset
+/// and number of objects. Errors are against exact arithmetic and the same in every run; times are
+/// medians of repeated runs with their range.
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Scene files (TOML) in place of the built-in ones
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Also write a page (.html), all figures (.json), a short table (.md), or the main plot (.svg);
+    /// can be given several times
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Vec<PathBuf>,
+    /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
+    #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
+    pub device: Option<DeviceChoice>,
+    /// Only this intersection kernel; can be given several times [default: all]
+    #[arg(long, value_parser = kernel_parser())]
+    pub kernel: Vec<Kernel>,
+    /// Size of the pictures, in pixels [default: 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
+    #[arg(long, value_name = "N")]
+    pub samples: Option<usize>,
+    /// Seed of the random draw, and of the scenes that grow
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
+    #[arg(long, value_name = "N")]
+    pub rounds: Option<usize>,
+    /// Also measure POV-Ray and Tachyon, where they are installed
+    #[arg(long)]
+    pub peers: bool,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Write a scene for another renderer: POV-Ray or Tachyon
+///
+/// The same objects and camera, with flat colours: no light, no shadow, no reflection.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// The other renderer's language
+    #[arg(value_parser = language_parser())]
+    pub language: Language,
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// File for the other renderer. `-` is standard output
+    #[arg(short, long, value_name = "OUT", default_value = "-")]
+    pub output: PathBuf,
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::camera::Pixels;
+use kugelblitz::device::Made;
 use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{self, available_memory};
@@ -13,7 +14,7 @@ use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::device::{Device, Made};
+use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
 use super::output::{human, ms, objects, print_json};
 use super::progress::Progress;
@@ -51,7 +52,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
     let prepare = start.elapsed();
-    let device = Device::open(&args.device.device, &args.talk)?;
+    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
     run.control.check()?;
     let wants = format.wants(options.certificates);
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use kugelblitz::device::Made;
 use kugelblitz::picture::OutputFile;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{read_rays, write_hits};
@@ -13,7 +14,7 @@ use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::device::{Device, Made};
+use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
 use super::output::{bytes, count, human, ms, objects, print_json};
 use super::progress::Progress;
@@ -59,7 +60,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
     let prepare = start.elapsed();
-    let device = Device::open(&args.device.device, &args.talk)?;
+    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);

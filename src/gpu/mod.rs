@@ -1,6 +1,7 @@
 //! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
 
 mod adapter;
+mod clock;
 mod compile;
 mod layout;
 mod pipeline;

@@ -2,7 +2,7 @@
 
 use super::figures::{count, digits, list, percent};
 use super::summary::{Cast, classes, time_of};
-use super::{ClassResult, Errors, Report};
+use super::{Class, ClassResult, Errors, Report};
 
 /// What one kernel did in all scenes, on all devices.
 struct Verdict<'a> {
@@ -77,51 +77,42 @@ pub fn answer(report: &Report) -> String {
     }
 }
 
-/// What being right costs, in a sentence: on each device the fastest of the kernels that were
-/// never wrong there, against the fastest of all. `None` where no kernel was always right.
+/// What the kernels take that were never wrong, against the fastest of all, in a sentence. `None`
+/// where each was wrong.
 pub fn price(report: &Report) -> Option<String> {
     let cast = Cast::of(report);
     let parts: Vec<String> =
         cast.devices.iter().filter_map(|device| price_on(report, &cast, device)).collect();
-    (!parts.is_empty()).then(|| format!("What being right costs: {}.", parts.join("; ")))
+    (!parts.is_empty()).then(|| format!("Without a wrong object: {}.", parts.join("; ")))
 }
 
 fn price_on<'a>(report: &'a Report, cast: &Cast<'a>, device: &'a str) -> Option<String> {
-    let rows: Vec<(f64, &ClassResult)> = report
-        .classes
-        .iter()
-        .filter(|row| row.contestant.device == device && row.errors.rays > 0)
-        .filter_map(|row| Some((time_of(&row.trace_ns_per_ray)?, row)))
-        .collect();
-    let of = |kernel: &str| -> Vec<&(f64, &ClassResult)> {
-        rows.iter().filter(|(_, row)| row.contestant.kernel == kernel).collect()
+    let mut kernels = Vec::new();
+    for kernel in &cast.kernels {
+        let ratios: Option<Vec<(String, &str)>> = classes(report)
+            .into_iter()
+            .map(|class| Some((ratio(report, device, class, kernel)?, class.name())))
+            .collect();
+        let Some(ratios) = ratios else { continue };
+        kernels.push(if kernels.is_empty() {
+            let ratios: Vec<_> = ratios.iter().map(|(r, class)| format!("{r} ({class})")).collect();
+            format!("{kernel} takes {} times as long as the fastest", list(&ratios))
+        } else {
+            let ratios: Vec<_> = ratios.into_iter().map(|(ratio, _)| ratio).collect();
+            format!("{kernel} {} times", list(&ratios))
+        });
+    }
+    (!kernels.is_empty()).then(|| format!("on {}, {}", cast.short(device), list(&kernels)))
+}
+
+/// The time of a kernel that was never wrong in a class, against that of the fastest.
+fn ratio(report: &Report, device: &str, class: Class, kernel: &str) -> Option<String> {
+    let rows = || {
+        let on_device = |row: &&ClassResult| row.class == class && row.contestant.device == device;
+        report.classes.iter().filter(on_device).filter(|row| row.errors.rays > 0)
     };
-    let classes = classes(report);
-    let product = |kernel: &str| of(kernel).iter().map(|(time, _)| time).product::<f64>();
-    let right = cast
-        .kernels
-        .iter()
-        .filter(|kernel| {
-            let own = of(kernel);
-            own.len() == classes.len() && own.iter().all(|(_, row)| row.errors.wrong_ids() == 0)
-        })
-        .min_by(|a, b| product(a).total_cmp(&product(b)))?;
-    let mut last = "";
-    let parts: Vec<String> = of(right)
-        .into_iter()
-        .filter_map(|(own_time, row)| {
-            let in_class = rows.iter().filter(|(_, other)| other.class == row.class);
-            let (time, fastest) = in_class.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let (class, fastest) = (row.class.name(), fastest.contestant.kernel.as_str());
-            let ratio = digits(own_time / time, 3);
-            let part = match fastest {
-                _ if fastest == *right => format!("is the fastest in the {class}"),
-                _ if fastest == last => format!("{ratio} times in the {class}"),
-                _ => format!("takes {ratio} times as long as {fastest} in the {class}"),
-            };
-            last = fastest;
-            Some(part)
-        })
-        .collect();
-    Some(format!("on {}, {right} {}", cast.short(device), list(&parts)))
+    let own = rows().find(|row| row.contestant.kernel == kernel)?;
+    let fastest = rows().filter_map(|row| time_of(&row.trace_ns_per_ray)).reduce(f64::min)?;
+    let time = time_of(&own.trace_ns_per_ray).filter(|_| own.errors.wrong_ids() == 0)?;
+    Some(digits(time / fastest, 3))
 }

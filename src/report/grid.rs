@@ -6,7 +6,7 @@ use super::figures::plain;
 pub const WIDTH: usize = 110;
 
 /// A cell is cut to this many characters; no number has as many.
-const CELL_WIDTH: usize = 26;
+const CELL_WIDTH: usize = 28;
 
 const GAP: &str = "  ";
 

@@ -7,15 +7,26 @@ use serde::Serialize;
 
 mod answer;
 mod errors;
+mod evidence;
 mod figures;
 mod grid;
 pub mod markdown;
+mod measure;
 pub mod page;
+pub mod peers;
+mod pictures;
 pub mod plot;
+mod scenes;
 mod summary;
+mod sweep;
 pub mod text;
 
 pub use errors::{Distribution, Errors};
+pub use measure::{Make, Subject};
+pub use scenes::{Case, default_cases};
+
+use crate::error::Result;
+use crate::trace::Control;
 
 /// Version of the JSON form of [`Report`]; it changes when a field changes its meaning.
 pub const SCHEMA: u32 = 1;
@@ -40,6 +51,39 @@ pub struct Report {
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
+}
+
+impl Report {
+    /// Measures `subjects` on `cases`. Subjects of one device stand together, the best device
+    /// first. `control` counts [`Report::n_rays`] rays.
+    ///
+    /// # Errors
+    /// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn measure(
+        evidence: Evidence,
+        cases: &[Case],
+        subjects: &[Subject],
+        effort: Effort,
+        control: &Control,
+    ) -> Result<Report> {
+        let (scenes, classes) = measure::measure_scenes(cases, subjects, &effort, control)?;
+        let pictures = pictures::take_pictures(cases, &scenes, subjects, &effort, control)?;
+        let sweeps = match effort.sweeps {
+            true => sweep::measure_sweeps(subjects, &effort, control)?,
+            false => Vec::new(),
+        };
+        let (peers, missing) = match effort.peers {
+            true => measure::measure_peers(cases, &effort, control)?,
+            false => (Vec::new(), Vec::new()),
+        };
+        Ok(Report { evidence, effort, scenes, classes, sweeps, peers, missing, pictures })
+    }
+
+    /// Rays that [`Report::measure`] traces or compares, but for those of the few pictures.
+    pub fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
+        let sweeps = if effort.sweeps { sweep::n_rays(subjects, effort) } else { 0 };
+        measure::n_rays(cases, subjects, effort) + sweeps
+    }
 }
 
 /// A kernel on a device.
@@ -68,6 +112,25 @@ pub struct Effort {
     pub runs: usize,
     /// Size of the error pictures.
     pub picture_size: [u32; 2],
+    /// Whether the sweeps are measured.
+    pub sweeps: bool,
+    /// Whether other renderers are measured.
+    pub peers: bool,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort {
+            size: [1280, 720],
+            samples: 1 << 16,
+            seed: 0,
+            rounds: 3,
+            runs: 3,
+            picture_size: [320, 180],
+            sweeps: true,
+            peers: false,
+        }
+    }
 }
 
 /// The machine and the program.
@@ -193,6 +256,12 @@ impl Spread {
         let lower = (values.len() - 1) / 2;
         Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
     }
+
+    /// In another unit.
+    pub fn scaled(self, factor: f64) -> Spread {
+        let Spread { median, min, max, n } = self;
+        Spread { median: median * factor, min: min * factor, max: max * factor, n }
+    }
 }
 
 /// Time and memory of one kernel on one device in one scene. "Ids" is a picture's need: which
@@ -258,8 +327,12 @@ pub struct SweepPoint {
 pub struct PeerResult {
     /// Its name and version.
     pub peer: String,
+    /// Threads that it was given.
+    pub n_threads: usize,
     /// The scene's name.
     pub scene: String,
+    /// Sort of the scene.
+    pub class: Class,
     /// Its ids against the exact ones; it gives neither `t` nor normals.
     pub errors: Errors,
     /// Tracing as the peer itself reports it, nanoseconds a ray.

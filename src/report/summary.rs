@@ -2,7 +2,8 @@
 //! devices agree.
 
 use super::figures::{list, short_name};
-use super::{Class, ClassResult, Contestant, Errors, Report, Series, Spread, Sweep};
+use super::measure::geometric_mean;
+use super::{Class, ClassResult, Contestant, Errors, PeerResult, Report, Series, Spread, Sweep};
 
 /// Kernels and devices, in the order in which the report first names them.
 pub struct Cast<'a> {
@@ -61,16 +62,6 @@ pub fn time_of(spread: &Spread) -> Option<f64> {
     (spread.median > 0.0 && spread.median.is_finite()).then_some(spread.median)
 }
 
-/// The geometric means of medians, least and largest values.
-pub fn geometric_mean(spreads: &[Spread]) -> Option<Spread> {
-    let mean = |of: fn(&Spread) -> f64| {
-        (spreads.iter().map(|spread| of(spread).ln()).sum::<f64>() / spreads.len() as f64).exp()
-    };
-    let n = spreads.iter().map(|spread| spread.n).sum();
-    let (median, min, max) = (mean(|s| s.median), mean(|s| s.min), mean(|s| s.max));
-    (!spreads.is_empty()).then_some(Spread { median, min, max, n })
-}
-
 /// Times with `t` and normals over a class: the geometric mean, as that of ids alone.
 pub fn surface_ns_per_ray(report: &Report, class: &ClassResult) -> Option<Spread> {
     let spreads: Vec<Spread> = report
@@ -81,7 +72,7 @@ pub fn surface_ns_per_ray(report: &Report, class: &ClassResult) -> Option<Spread
         .filter(|row| row.contestant == class.contestant)
         .map(|row| row.cost.surface_ns_per_ray)
         .collect();
-    geometric_mean(&spreads)
+    (!spreads.is_empty()).then(|| geometric_mean(&spreads))
 }
 
 /// Another renderer in all scenes of a class.
@@ -104,10 +95,8 @@ pub fn peer_classes(report: &Report) -> Vec<PeerClass<'_>> {
     let mut pooled = Vec::new();
     for peer in peers {
         for class in [Class::Lecture, Class::Hard, Class::Given] {
-            let of_class =
-                |name: &str| report.scenes.iter().any(|s| s.name == name && s.class == class);
-            let results: Vec<_> =
-                report.peers.iter().filter(|r| r.peer == peer && of_class(&r.scene)).collect();
+            let results: Vec<&PeerResult> =
+                report.peers.iter().filter(|r| r.peer == peer && r.class == class).collect();
             if results.is_empty() {
                 continue;
             }
@@ -119,7 +108,7 @@ pub fn peer_classes(report: &Report) -> Vec<PeerClass<'_>> {
                 errors.wrong_object += result.errors.wrong_object;
             }
             let times: Option<Vec<Spread>> = results.iter().map(|r| r.trace_ns_per_ray).collect();
-            let trace_ns_per_ray = times.and_then(|times| geometric_mean(&times));
+            let trace_ns_per_ray = times.map(|times| geometric_mean(&times));
             let n_scenes = results.len();
             pooled.push(PeerClass { peer, class, n_scenes, errors, trace_ns_per_ray });
         }
@@ -204,15 +193,6 @@ fn is_alike(a: &Series, b: &Series) -> bool {
 mod tests {
     use super::*;
     use crate::report::SweepPoint;
-
-    #[test]
-    fn a_mean_of_ratios() {
-        let spread = |median| Spread { median, min: median, max: 2.0 * median, n: 3 };
-        let mean = geometric_mean(&[spread(1.0), spread(100.0)]).unwrap_or_default();
-        assert!((mean.median - 10.0).abs() < 1e-12 && (mean.max - 20.0).abs() < 1e-12);
-        assert_eq!(mean.n, 6);
-        assert_eq!(geometric_mean(&[]), None);
-    }
 
     #[test]
     fn alike_to_the_last_bit_alone() {

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::answer::{answer, price};
 use super::figures::{
-    NONE, count, digits, distribution, figure, list, percent, plain, plain_document, quantity,
-    spread, stages, t_p999, wrong,
+    NONE, count, distribution, figure, list, percent, plain, plain_document, quantity, spread,
+    stages, t_p999, wrong,
 };
 use super::grid::Grid;
 use super::summary::{Cast, Line, classes, lines, surface_ns_per_ray, xs};
@@ -257,15 +257,18 @@ fn sweep_grid(
 
 fn peers(peers: &[PeerResult]) -> String {
     let head = vec![
-        owned(["", "", "wrong", "false", "false", "wrong", "ns/ray, its own", "whole process,"]),
-        owned(["peer", "scene", "ids", "hits", "misses", "object", "clock", "ms"]),
+        owned(["", "", "", "wrong", "false", "false", "wrong", "", "process,"]),
+        owned(["peer", "scene", "threads", "ids", "hits", "misses", "object", "ns/ray", "ms"]),
     ];
     let rows = peers.iter().map(|result| {
-        let mut cells = vec![result.peer.clone(), result.scene.clone(), wrong(&result.errors)];
+        let mut cells = vec![result.peer.clone(), result.scene.clone()];
+        cells.extend([result.n_threads.to_string(), wrong(&result.errors)]);
         cells.extend(fault_counts(&result.errors));
-        cells.push(result.trace_ns_per_ray.as_ref().map_or(NONE.to_string(), spread));
-        cells.push(digits(result.process_ms.median, 3));
+        let time = result.trace_ns_per_ray.map(|time| figure(time.median));
+        cells.push(time.unwrap_or(NONE.to_string()));
+        cells.push(figure(result.process_ms.median));
         cells
     });
-    format!("Other renderers\n{}", Grid { head, n_names: 2, rows: rows.collect() }.text())
+    let title = "Other renderers: nanoseconds a ray by their own clocks, and the whole process";
+    format!("{title}\n{}", Grid { head, n_names: 2, rows: rows.collect() }.text())
 }

@@ -259,6 +259,7 @@ fn evidence() -> Evidence {
         fused_fma: false,
         subnormals: true,
         faithful: true,
+        narrows_to_nearest: true,
         sum_ulp: 0,
         product_ulp: 0,
         quotient_ulp: 0,
@@ -291,9 +292,12 @@ fn evidence() -> Evidence {
 }
 
 fn peer(rng: &mut ChaCha8Rng, peer: &str, scene: &str, wrong_object: u64) -> PeerResult {
+    let class = if scene == "moved" { Class::Hard } else { Class::Lecture };
     PeerResult {
         peer: peer.into(),
+        n_threads: 2,
         scene: scene.into(),
+        class,
         errors: Errors { rays: SAMPLES, wrong_object, ..Errors::default() },
         trace_ns_per_ray: (peer != "Povray 3.7").then(|| spread(rng, 140.0)),
         process_ms: spread(rng, 420.0),
@@ -335,6 +339,8 @@ pub fn report() -> Report {
             rounds: 3,
             runs: 5,
             picture_size: PICTURE,
+            sweeps: true,
+            peers: true,
         },
         classes: classes(&scenes),
         scenes,

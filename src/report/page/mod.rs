@@ -192,7 +192,7 @@ fn missing_section(report: &Report) -> Markup {
 }
 
 fn method(report: &Report) -> Markup {
-    let Effort { size, samples, seed, rounds, runs, picture_size } = report.effort;
+    let Effort { size, samples, seed, rounds, runs, picture_size, .. } = report.effort;
     html! {
         section {
             h2 { "Method" }

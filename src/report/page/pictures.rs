@@ -25,7 +25,10 @@ pub fn section(pictures: &[ErrorPicture], scenes: &[SceneResult]) -> Markup {
         @if !pictures.is_empty() {
             section {
                 h2 { "Error pictures" }
-                p { "What each kernel shows, and beside it what is wrong with each pixel." }
+                p {
+                    "The scenes with the most wrong ids: what each kernel shows, and beside it \
+                     what is wrong with each pixel."
+                }
                 (legend())
                 @for name in names {
                     h3 { (name) }

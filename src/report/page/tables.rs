@@ -312,7 +312,8 @@ pub fn peers(peers: &[PeerResult]) -> Markup {
     let head = html! {
         tr {
             th.name rowspan="2" { "renderer" } th.name rowspan="2" { "scene" }
-            th rowspan="2" { "rays compared" } th.over colspan="4" { "wrong ids" }
+            th rowspan="2" { "threads" } th rowspan="2" { "rays compared" }
+            th.over colspan="4" { "wrong ids" }
             th rowspan="2" { "tracing, ns a ray" } th rowspan="2" { "process, ms" }
         }
         tr { th { "share" } (heads(&FAULTS)) }
@@ -323,6 +324,7 @@ pub fn peers(peers: &[PeerResult]) -> Markup {
                 tr {
                     td.name { (result.peer) }
                     td.name { (result.scene) }
+                    (number(&result.n_threads.to_string()))
                     (number(&result.errors.rays.to_string()))
                     (faults(&result.errors))
                     (time(result.trace_ns_per_ray.as_ref()))

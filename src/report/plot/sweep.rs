@@ -114,6 +114,9 @@ pub fn sweep(report: &Report, sweep: &Sweep) -> String {
     plain_document(&svg(WIDTH, top.ceil(), sweep.title, &body))
 }
 
+/// A point of a line: the quantity, and what is drawn there. `None` where there is nothing.
+type Sample = Option<(f64, Value)>;
+
 /// One panel from `top` with an axis of that height, and where it ends.
 fn panel(
     quantity: &Quantity,
@@ -122,54 +125,106 @@ fn panel(
     x: &Scale,
     (top, axis_height): (f64, f64),
 ) -> (Markup, f64) {
-    let values: Vec<Vec<(f64, Value)>> = lines
+    let samples: Vec<Vec<Sample>> = lines
         .iter()
         .map(|line| {
             let points = line.series.points.iter().filter(|point| point.x.is_finite());
-            points.filter_map(|point| Some((point.x, (quantity.of)(point)?))).collect()
+            points.map(|point| Some((point.x, (quantity.of)(point)?))).collect()
         })
         .collect();
-    let lanes = |value| -> Vec<usize> {
-        let has = |line: &usize| values[*line].iter().any(|(_, other)| *other == value);
-        (0..lines.len()).filter(has).collect()
-    };
-    let (above, below) = (lanes(Value::Infinite), lanes(Value::Zero));
-    let height = |lanes: &[usize]| lanes.len() as f64 * LANE;
-    let gap = |lanes: &[usize]| if lanes.is_empty() { 0.0 } else { 12.0 };
-    let axis_top = top + height(&above) + gap(&above);
-    let axis_bottom = axis_top + axis_height;
-    let below_top = axis_bottom + gap(&below);
-    let bottom = below_top + height(&below);
-    let y = y_scale(quantity, &values, (axis_bottom, axis_top));
-    let in_lane = |lanes: &[usize], top: f64, line: usize| {
-        let lane = lanes.iter().position(|other| *other == line).unwrap_or(0);
-        top + (lane as f64 + 0.5) * LANE
-    };
-    let place = |line: usize, value: Value| match value {
-        Value::Number(number, _) => y.px(number),
-        Value::Zero => in_lane(&below, below_top, line),
-        Value::Infinite => in_lane(&above, top, line),
-    };
-    let places: Vec<Vec<(f64, f64)>> = (0..lines.len())
-        .map(|i| values[i].iter().map(|(at, value)| (x.px(*at), place(i, *value))).collect())
-        .collect();
+    let frame = Frame::new(quantity, &samples, top, axis_height);
     let panel = html! {
         (text(LEFT - 62.0, top - 12.0, "start", "ink", quantity.title))
-        @if !above.is_empty() { (band(LEFT, top, RIGHT, height(&above), "∞")) }
-        @if !below.is_empty() { (band(LEFT, below_top, RIGHT, height(&below), quantity.zero)) }
-        (y_axis(&y, LEFT, RIGHT, quantity.label))
+        (frame.above.draw("∞"))
+        (frame.below.draw(quantity.zero))
+        (y_axis(&frame.y, LEFT, RIGHT, quantity.label))
         @for (i, line) in lines.iter().enumerate() {
-            (curve(line, cast, &places[i]))
-            (dots(line, cast, &values[i], &places[i], &y))
+            @let place = |(at, value)| (x.px(at), frame.place(i, value));
+            (curve(line, cast, &samples[i], place))
+            (dots(line, cast, &samples[i], place, &frame.y))
         }
-        (names(lines, cast, &places, bottom))
+        (names(lines, cast, &ends(&samples, x, &frame), frame.below.bottom()))
     };
-    (panel, bottom)
+    (panel, frame.below.bottom())
 }
 
-fn y_scale(quantity: &Quantity, values: &[Vec<(f64, Value)>], px: (f64, f64)) -> Scale {
+/// A strip beside the axis, with a lane for each line that has something there.
+struct Strip {
+    top: f64,
+    lines: Vec<usize>,
+}
+
+impl Strip {
+    /// The lines that have `value` somewhere.
+    fn lines(samples: &[Vec<Sample>], value: Value) -> Vec<usize> {
+        let has = |sample: &Sample| sample.is_some_and(|(_, other)| other == value);
+        (0..samples.len()).filter(|line| samples[*line].iter().any(has)).collect()
+    }
+
+    /// Between the strip and the axis.
+    fn gap(lines: &[usize]) -> f64 {
+        if lines.is_empty() { 0.0 } else { 12.0 }
+    }
+
+    fn bottom(&self) -> f64 {
+        self.top + self.lines.len() as f64 * LANE
+    }
+
+    fn lane(&self, line: usize) -> f64 {
+        let lane = self.lines.iter().position(|other| *other == line).unwrap_or(0);
+        self.top + (lane as f64 + 0.5) * LANE
+    }
+
+    fn draw(&self, label: &str) -> Markup {
+        html! {
+            @if !self.lines.is_empty() {
+                (band(LEFT, self.top, RIGHT, self.bottom() - self.top, label))
+            }
+        }
+    }
+}
+
+/// The strips and the axis between them.
+struct Frame {
+    above: Strip,
+    y: Scale,
+    below: Strip,
+}
+
+impl Frame {
+    fn new(quantity: &Quantity, samples: &[Vec<Sample>], top: f64, axis_height: f64) -> Frame {
+        let above = Strip { top, lines: Strip::lines(samples, Value::Infinite) };
+        let below = Strip::lines(samples, Value::Zero);
+        let axis_top = above.bottom() + Strip::gap(&above.lines);
+        let axis_bottom = axis_top + axis_height;
+        Frame {
+            above,
+            y: y_scale(quantity, samples, (axis_bottom, axis_top)),
+            below: Strip { top: axis_bottom + Strip::gap(&below), lines: below },
+        }
+    }
+
+    fn place(&self, line: usize, value: Value) -> f64 {
+        match value {
+            Value::Number(number, _) => self.y.px(number),
+            Value::Zero => self.below.lane(line),
+            Value::Infinite => self.above.lane(line),
+        }
+    }
+}
+
+/// Where each line ends; `None` where nothing is drawn of it.
+fn ends(samples: &[Vec<Sample>], x: &Scale, frame: &Frame) -> Vec<Option<(f64, f64)>> {
+    let end = |(i, own): (usize, &Vec<Sample>)| {
+        let (at, value) = own.iter().rev().find_map(|sample| *sample)?;
+        Some((x.px(at), frame.place(i, value)))
+    };
+    samples.iter().enumerate().map(end).collect()
+}
+
+fn y_scale(quantity: &Quantity, samples: &[Vec<Sample>], px: (f64, f64)) -> Scale {
     let mut numbers = Vec::new();
-    for (_, value) in values.iter().flatten() {
+    for (_, value) in samples.iter().flatten().flatten() {
         if let Value::Number(number, range) = value {
             numbers.push(*number);
             numbers.extend(range.iter().flat_map(|(low, high)| [*low, *high]));
@@ -185,13 +240,25 @@ fn dash(line: &Line, cast: &Cast) -> &'static str {
     DASHES[cast.device_index(&line.series.contestant.device) % DASHES.len()]
 }
 
-fn curve(line: &Line, cast: &Cast, places: &[(f64, f64)]) -> Markup {
-    let points: Vec<String> = places.iter().map(|(x, y)| format!("{},{}", c(*x), c(*y))).collect();
+/// The line through the points, with gaps where there are none.
+fn curve(
+    line: &Line,
+    cast: &Cast,
+    samples: &[Sample],
+    place: impl Fn((f64, Value)) -> (f64, f64),
+) -> Markup {
+    let point = |sample: &(f64, Value)| {
+        let (x, y) = place(*sample);
+        format!("{},{}", c(x), c(y))
+    };
     html! {
-        @if points.len() > 1 {
-            polyline class=(kernel_class(&line.series.contestant.kernel)) points=(points.join(" "))
-                fill="none" stroke="currentColor" stroke-width="2" stroke-linejoin="round"
-                stroke-dasharray=(dash(line, cast)) {}
+        @for run in samples.split(Option::is_none) {
+            @let points: Vec<String> = run.iter().flatten().map(point).collect();
+            @if points.len() > 1 {
+                polyline class=(kernel_class(&line.series.contestant.kernel))
+                    points=(points.join(" ")) fill="none" stroke="currentColor" stroke-width="2"
+                    stroke-linejoin="round" stroke-dasharray=(dash(line, cast)) {}
+            }
         }
     }
 }
@@ -199,25 +266,26 @@ fn curve(line: &Line, cast: &Cast, places: &[(f64, f64)]) -> Markup {
 fn dots(
     line: &Line,
     cast: &Cast,
-    values: &[(f64, Value)],
-    places: &[(f64, f64)],
+    samples: &[Sample],
+    place: impl Fn((f64, Value)) -> (f64, f64),
     y: &Scale,
 ) -> Markup {
     let shape = Shape::of_device(cast.device_index(&line.series.contestant.device));
     let label = line.label(cast);
     html! {
         g class=(kernel_class(&line.series.contestant.kernel)) {
-            @for ((at, value), (x, own_y)) in values.iter().zip(places) {
+            @for (at, value) in samples.iter().flatten() {
+                @let (x, own_y) = place((*at, *value));
                 @if let Value::Number(_, Some((low, high))) = value {
                     @if *low > 0.0 && high.is_finite() && high > low {
                         g stroke-width="2" opacity="0.6" {
-                            (self::line(*x, y.px(*low), *x, y.px(*high)))
+                            (self::line(x, y.px(*low), x, y.px(*high)))
                         }
                     }
                 }
                 g {
                     title { (label) ", " (typeset(&quantity(*at))) ": " (words(*value)) }
-                    (marker(shape, Class::Lecture, *x, *own_y, RADIUS))
+                    (marker(shape, Class::Lecture, x, own_y, RADIUS))
                 }
             }
         }
@@ -233,11 +301,12 @@ fn words(value: Value) -> String {
 }
 
 /// The lines' names at their ends, moved apart where they would touch.
-fn names(lines: &[Line], cast: &Cast, places: &[Vec<(f64, f64)>], bottom: f64) -> Markup {
-    let mut ends: Vec<(f64, f64, f64, &Line)> = places
+fn names(lines: &[Line], cast: &Cast, ends: &[Option<(f64, f64)>], bottom: f64) -> Markup {
+    // Where the name stands, where the line ends.
+    let mut ends: Vec<(f64, f64, f64, &Line)> = ends
         .iter()
         .zip(lines)
-        .filter_map(|(places, line)| places.last().map(|(x, y)| (*y, *x, *y, line)))
+        .filter_map(|(end, line)| end.map(|(x, y)| (y, x, y, line)))
         .collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     for i in 1..ends.len() {

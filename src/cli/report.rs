@@ -1,0 +1,153 @@
+//! `kugelblitz report`
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use kugelblitz::device::Device;
+use kugelblitz::gpu::{AdapterFacts, Gpu};
+use kugelblitz::report::{
+    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
+};
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::head::Head;
+
+use super::output::print_json;
+use super::progress::Progress;
+use super::quiet::{self, quietly};
+use super::{ReportArgs, Run, device};
+
+/// The commit, where the build is told of it: `KUGELBLITZ_COMMIT=$(git rev-parse HEAD)`.
+const COMMIT: Option<&str> = option_env!("KUGELBLITZ_COMMIT");
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    #[serde(flatten)]
+    head: Head,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// Measures and shows.
+pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
+    let cases = cases(&args.scenes)?;
+    let effort = effort(args);
+    let mut missing = Vec::new();
+    let devices = devices(args, &mut missing)?;
+    let adapters = devices.iter().filter_map(|device| match device {
+        Device::Gpu(gpu) => Some(AdapterEvidence::of(gpu)),
+        Device::Cpu => None,
+    });
+    let adapters = adapters.collect::<Result<Vec<_>>>()?;
+    let evidence = Evidence::collect(command_line(), COMMIT, adapters);
+    let subjects = subjects(&devices, kernels(args), &mut missing)?;
+
+    let n_rays = Report::n_rays(&cases, &subjects, &effort);
+    let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let mut report = Report::measure(evidence, &cases, &subjects, effort, &run.control)?;
+    drop(progress);
+    report.missing.extend(missing);
+
+    if args.talk.json {
+        print_json(&Summary { head: Head::new("report"), report: &report })?;
+    }
+    Ok(())
+}
+
+fn kernels(args: &ReportArgs) -> &[Kernel] {
+    if args.kernel.is_empty() { &Kernel::ALL } else { &args.kernel }
+}
+
+fn command_line() -> String {
+    std::iter::once("kugelblitz".into())
+        .chain(std::env::args().skip(1))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+fn cases(paths: &[PathBuf]) -> Result<Vec<Case>> {
+    if paths.is_empty() {
+        return default_cases();
+    }
+    paths
+        .iter()
+        .map(|path| {
+            let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+            Case::new(&text, path, Class::Given)
+        })
+        .collect()
+}
+
+fn effort(args: &ReportArgs) -> Effort {
+    let mut effort = Effort {
+        seed: args.seed,
+        sweeps: args.scenes.is_empty(),
+        peers: args.peers,
+        ..Effort::default()
+    };
+    if let Some(size) = args.size {
+        effort.size = size.into();
+    }
+    effort.samples = args.samples.unwrap_or(effort.samples);
+    effort.rounds = args.rounds.unwrap_or(effort.rounds);
+    effort
+}
+
+/// What --device names; without it every adapter, the best first, and the CPU.
+fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
+    if let Some(choice) = &args.device {
+        return Ok(vec![device::open(choice, None, &args.talk)?]);
+    }
+    let (opened, noise) = quietly(Gpu::open_all);
+    quiet::show(&noise, args.talk.verbose);
+    let mut devices = Vec::new();
+    if opened.is_empty() {
+        missing.push(Missing {
+            what: "Vulkan devices".into(),
+            why: "there is none; Debian's package mesa-vulkan-drivers brings one in software"
+                .into(),
+        });
+    }
+    for (AdapterFacts { name, .. }, opened) in opened {
+        match opened {
+            Ok(gpu) => devices.push(Device::Gpu(Arc::new(gpu))),
+            Err(error) => missing.push(Missing { what: name, why: error.to_string() }),
+        }
+    }
+    devices.push(Device::Cpu);
+    Ok(devices)
+}
+
+fn subjects(
+    devices: &[Device],
+    kernels: &[Kernel],
+    missing: &mut Vec<Missing>,
+) -> Result<Vec<Subject>> {
+    let mut subjects = Vec::new();
+    for device in devices {
+        for &kernel in kernels {
+            match why_not(kernel, device)? {
+                None => subjects.push(Subject::new(kernel, device)),
+                Some(why) => missing.push(Missing {
+                    what: format!("{} on {}", kernel.name(), device.label()),
+                    why,
+                }),
+            }
+        }
+    }
+    Ok(subjects)
+}
+
+/// Why a kernel would not run on the device itself.
+fn why_not(kernel: Kernel, device: &Device) -> Result<Option<String>> {
+    let Device::Gpu(gpu) = device else { return Ok(None) };
+    if let Err(reason) = gpu.facts.check_kernel(kernel) {
+        return Ok(Some(reason.to_string()));
+    }
+    let works_on_cpu = kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+    Ok(works_on_cpu.then(|| {
+        "the device's arithmetic does not suit the proof, the CPU would do its work".into()
+    }))
+}

@@ -1,0 +1,87 @@
+//! Where rays are traced: a Vulkan device or the CPU.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::cpu::CpuTracer;
+use crate::error::Result;
+use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
+use crate::prepare::Prepared;
+use crate::trace::{Kernel, Tracer, Wants};
+
+/// What traces the rays.
+#[derive(Clone)]
+pub enum Device {
+    /// A Vulkan device.
+    Gpu(Arc<Gpu>),
+    /// The CPU reference.
+    Cpu,
+}
+
+/// A tracer and what it took to make it.
+pub struct Made {
+    /// The tracer.
+    pub tracer: Box<dyn Tracer>,
+    /// Time to put together and compile the shader; zero on the CPU.
+    pub compile: Duration,
+    /// Time to hand the scene to the device; zero on the CPU.
+    pub upload: Duration,
+}
+
+impl Device {
+    /// A tracer for a prepared scene.
+    ///
+    /// # Errors
+    /// Those of [`GpuTracer::new`].
+    pub fn tracer(&self, prepared: &Arc<Prepared>, wants: Wants) -> Result<Made> {
+        let prepared = Arc::clone(prepared);
+        match self {
+            Device::Gpu(gpu) => {
+                let tracer = GpuTracer::new(Arc::clone(gpu), prepared, wants)?;
+                let (compile, upload) = (tracer.compile_time, tracer.upload_time);
+                Ok(Made { tracer: Box::new(tracer), compile, upload })
+            }
+            Device::Cpu => Ok(Made {
+                tracer: Box::new(CpuTracer::new(prepared, wants)),
+                compile: Duration::ZERO,
+                upload: Duration::ZERO,
+            }),
+        }
+    }
+
+    /// What the adapter says about itself; `None` for the CPU.
+    pub fn facts(&self) -> Option<&AdapterFacts> {
+        match self {
+            Device::Gpu(gpu) => Some(&gpu.facts),
+            Device::Cpu => None,
+        }
+    }
+
+    /// Whether the arithmetic of `kernel` is that of the CPU, bit by bit.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::is_ieee`].
+    pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
+        match self {
+            Device::Gpu(gpu) => gpu.is_ieee(kernel),
+            Device::Cpu => Ok(true),
+        }
+    }
+
+    /// `gpu` or `cpu`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Device::Gpu(_) => "gpu",
+            Device::Cpu => "cpu",
+        }
+    }
+
+    /// For a line of talk; a software adapter is called one.
+    pub fn label(&self) -> String {
+        match self.facts() {
+            Some(facts) if facts.is_software() => format!("{} (software)", facts.name),
+            Some(facts) => facts.name.clone(),
+            None => "the CPU".into(),
+        }
+    }
+}

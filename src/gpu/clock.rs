@@ -1,0 +1,80 @@
+//! The device's own clock around a compute pass.
+
+use std::time::Duration;
+
+use super::adapter::Gpu;
+use crate::error::{Error, Result};
+
+/// Begin and end of the pass, each a 64-bit tick.
+const BYTES: u64 = 2 * size_of::<u64>() as u64;
+
+/// The clock of one device.
+pub struct Clock {
+    queries: wgpu::QuerySet,
+    ticks: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    ns_per_tick: f64,
+}
+
+impl Clock {
+    /// `None` where the device has no clock.
+    pub fn new(gpu: &Gpu) -> Option<Clock> {
+        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let buffer = |label, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: BYTES,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        Some(Clock {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("clock"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            ticks: buffer(
+                "ticks",
+                wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            ),
+            staging: buffer(
+                "ticks to read",
+                wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            ),
+            ns_per_tick: f64::from(gpu.queue.get_timestamp_period()),
+        })
+    }
+
+    /// What a pass must be begun with to be measured.
+    pub fn around_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
+    /// Makes the measured pass's time readable; goes after the pass.
+    pub fn stop(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.ticks, 0);
+        encoder.copy_buffer_to_buffer(&self.ticks, 0, &self.staging, 0, Some(BYTES));
+    }
+
+    /// The time of the pass that was submitted last.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device does not finish within `timeout`.
+    pub fn read(&self, gpu: &Gpu, timeout: Duration) -> Result<Duration> {
+        let view = gpu.map(&self.staging, BYTES, timeout).map_err(|reason| {
+            Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name))
+        })?;
+        let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&view);
+        drop(view);
+        self.staging.unmap();
+        let ns = end.saturating_sub(begin) as f64 * self.ns_per_tick;
+        Ok(Duration::from_nanos(ns as u64))
+    }
+}

@@ -1,0 +1,72 @@
+//! What the kernels show where they are most wrong.
+
+use super::measure::{Subject, picture};
+use super::scenes::Case;
+use super::{Effort, ErrorPicture, Fault, SceneResult};
+use crate::error::Result;
+use crate::trace::{Control, Hits, Rays, Wants};
+use crate::verify::{RayError, Truth, ray_errors};
+
+/// Most scenes with pictures.
+const MOST_SCENES: usize = 5;
+
+/// The scenes with the most wrong ids, as measured, the worst first.
+fn worst<'a>(cases: &'a [Case], results: &[SceneResult]) -> Vec<&'a Case> {
+    let wrong = |result: &SceneResult| -> u64 {
+        result.rows.iter().map(|row| row.errors.wrong_ids()).sum()
+    };
+    let mut ranked: Vec<_> = cases.iter().zip(results.iter().map(wrong)).collect();
+    ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
+    ranked.into_iter().map(|(case, _)| case).take(MOST_SCENES).collect()
+}
+
+/// Pictures of the worst scenes by the subjects of the first device.
+///
+/// # Errors
+/// Those of tracing; [`Error::Interrupted`](crate::Error::Interrupted).
+pub(super) fn take_pictures(
+    cases: &[Case],
+    results: &[SceneResult],
+    subjects: &[Subject],
+    effort: &Effort,
+    control: &Control,
+) -> Result<Vec<ErrorPicture>> {
+    let Some(first) = subjects.first() else { return Ok(Vec::new()) };
+    let on_first =
+        subjects.iter().filter(|subject| subject.contestant.device == first.contestant.device);
+    let on_first: Vec<_> = on_first.collect();
+    let mut pictures = Vec::new();
+    for case in worst(cases, results) {
+        let pixels = picture(case, effort.picture_size)?;
+        let all = (0..pixels.len()).collect();
+        let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
+        let rays = Rays::Pixels(pixels);
+        let palette: Vec<[u8; 3]> =
+            case.scene.palette().iter().map(|color| color.to_srgb8()).collect();
+        for subject in &on_first {
+            let wants = Wants { surface: true, level: false };
+            let mut tracer = subject.tracer(&case.scene, &rays, wants)?.tracer;
+            let mut hits = Hits::default();
+            tracer.trace(&rays, control, &mut hits)?;
+            pictures.push(ErrorPicture {
+                scene: case.name.clone(),
+                contestant: subject.contestant.clone(),
+                width: pixels.width,
+                height: pixels.height,
+                srgb: hits.id.iter().map(|&id| palette[id as usize]).collect(),
+                faults: ray_errors(&hits, &truth).map(fault).collect(),
+            });
+        }
+    }
+    Ok(pictures)
+}
+
+fn fault(error: RayError) -> Fault {
+    match error {
+        RayError::FalseHit => Fault::FalseHit,
+        RayError::FalseMiss => Fault::FalseMiss,
+        RayError::WrongObject => Fault::WrongObject,
+        RayError::Right { id: 0, .. } => Fault::Background,
+        RayError::Right { t, .. } => Fault::Right { t_ulp: t.map_or(0.0, |t| t.ulp) },
+    }
+}

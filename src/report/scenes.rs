@@ -1,0 +1,102 @@
+//! The scenes of a report.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::Class;
+use crate::error::Result;
+use crate::scene::{Scene, parse_scene};
+
+/// A scene to be measured.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The file's name without folder and ending.
+    pub name: String,
+    /// Sort of the scene.
+    pub class: Class,
+    /// The file's first comment: what it shows.
+    pub about: String,
+    /// The scene; it has a camera.
+    pub scene: Arc<Scene>,
+}
+
+impl Case {
+    /// A case from a scene file's text; `path` is for its name and for messages.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) when the scene is wrong or has no camera.
+    pub fn new(text: &str, path: &Path, class: Class) -> Result<Case> {
+        let scene = parse_scene(text, path)?;
+        scene.require_camera(path)?;
+        let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
+        Ok(Case {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            class,
+            about: comment.unwrap_or_default().trim().to_string(),
+            scene: Arc::new(scene),
+        })
+    }
+}
+
+/// The scenes of a report that names none: the lecture's, and the hard ones.
+///
+/// # Errors
+/// As [`Case::new`]; they are part of the program.
+pub fn default_cases() -> Result<Vec<Case>> {
+    SCENES.iter().map(|(class, path, text)| Case::new(text, Path::new(path), *class)).collect()
+}
+
+macro_rules! scenes {
+    ($($class:ident $path:literal),+ $(,)?) => {
+        const SCENES: &[(Class, &str, &str)] =
+            &[$((Class::$class, $path, include_str!(concat!("../../scenes/", $path)))),+];
+    };
+}
+
+scenes! {
+    Lecture "figure1.toml",
+    Lecture "figure2.toml",
+    Lecture "figure3.toml",
+    Lecture "figure4.toml",
+    Lecture "figure5.toml",
+    Lecture "inside.toml",
+    Hard "hard/far_1e4.toml",
+    Hard "hard/far_1e6.toml",
+    Hard "hard/far_1e8.toml",
+    Hard "hard/tiny.toml",
+    Hard "hard/huge_ground.toml",
+    Hard "hard/grazing.toml",
+    Hard "hard/touching.toml",
+    Hard "hard/coincident.toml",
+    Hard "hard/inside_nested.toml",
+    Hard "hard/distant_1e2.toml",
+    Hard "hard/distant_1e4.toml",
+    Hard "hard/distant_1e6.toml",
+    Hard "hard/near_parallel.toml",
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_scene_file_is_forgotten() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let mut on_disk = BTreeSet::new();
+        for folder in ["", "hard/"] {
+            for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+                let name = entry.unwrap().file_name().into_string().unwrap();
+                if name.ends_with(".toml") {
+                    on_disk.insert(format!("{folder}{name}"));
+                }
+            }
+        }
+        let listed: BTreeSet<_> = SCENES.iter().map(|(_, path, _)| path.to_string()).collect();
+        assert_eq!(listed, on_disk);
+        for case in default_cases().unwrap() {
+            assert!(!case.about.is_empty(), "{} says nothing about itself", case.name);
+        }
+    }
+}

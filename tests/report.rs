@@ -1,0 +1,163 @@
+//! The report's measuring: it repeats itself, and it sees a kernel that is wrong.
+
+mod common;
+
+use std::sync::Arc;
+
+use kugelblitz::Result;
+use kugelblitz::device::{Device, Made};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::report::{
+    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
+};
+use kugelblitz::trace::{Control, Hits, Kernel, Rays, Timing, Tracer, Wants};
+use kugelblitz::vec3::{Vec3, dot3};
+
+const EFFORT: Effort = Effort {
+    size: [96, 54],
+    samples: 4000,
+    seed: 7,
+    rounds: 2,
+    runs: 2,
+    picture_size: [32, 18],
+    sweeps: false,
+    peers: false,
+};
+
+fn cases(names: &[&str]) -> Vec<Case> {
+    let all = default_cases().unwrap();
+    let named: Vec<_> =
+        all.into_iter().filter(|case| names.contains(&case.name.as_str())).collect();
+    assert_eq!(named.len(), names.len());
+    named
+}
+
+fn measure(cases: &[Case], subjects: &[Subject], effort: Effort) -> (Report, Control) {
+    let evidence = Evidence::collect("kugelblitz report".into(), None, Vec::new());
+    let control = Control::default();
+    let report = Report::measure(evidence, cases, subjects, effort, &control).unwrap();
+    (report, control)
+}
+
+const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
+
+/// Every error figure of a report, in order.
+fn all_errors(report: &Report) -> Vec<&Errors> {
+    let rows = report.scenes.iter().flat_map(|scene| &scene.rows).map(|row| &row.errors);
+    let classes = report.classes.iter().map(|class| &class.errors);
+    let points = report.sweeps.iter().flat_map(|sweep| &sweep.series);
+    let points = points.flat_map(|series| &series.points).filter_map(|point| point.errors.as_ref());
+    rows.chain(classes).chain(points).collect()
+}
+
+#[test]
+fn errors_repeat_exactly_and_times_have_their_range() {
+    let gpu = Device::Gpu(common::gpu());
+    let devices = [gpu, Device::Cpu];
+    let subjects: Vec<_> = devices
+        .iter()
+        .flat_map(|device| KERNELS.map(|kernel| Subject::new(kernel, device)))
+        .collect();
+    let cases = cases(&["figure2", "far_1e8"]);
+    let effort = Effort { sweeps: true, rounds: 1, ..EFFORT };
+    let (first, control) = measure(&cases, &subjects, effort.clone());
+    let (second, _) = measure(&cases, &subjects, effort.clone());
+    assert_eq!(all_errors(&first), all_errors(&second));
+
+    let pictured = subjects.len() as u64 / 2 * 2 * 32 * 18 + 2 * 32 * 18;
+    assert_eq!(control.rays_done(), Report::n_rays(&cases, &subjects, &effort) + pictured);
+    assert_eq!(first.scenes.len(), 2);
+    for scene in &first.scenes {
+        assert_eq!(scene.rows.len(), subjects.len());
+        for row in &scene.rows {
+            assert_eq!(row.errors.rays, 4000);
+            assert_eq!(row.errors.stages.total(), 96 * 54);
+            let time = row.cost.trace_ns_per_ray;
+            assert!(time.n == 2 && 0.0 < time.min && time.min <= time.median, "{time:?}");
+            assert!(time.median <= time.max, "{time:?}");
+            assert!(row.cost.bytes_device > 0);
+            if row.contestant.kernel == "certified" {
+                assert_eq!(row.errors.wrong_ids(), 0);
+                assert!(row.errors.t_ulp.unwrap().max <= 0.5);
+            }
+        }
+    }
+    // Far from the origin, the plain formulas must fail, or nothing was compared.
+    let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
+    assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
+    assert_eq!(first.classes.len(), 2 * subjects.len());
+    for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {
+        for series in &sweep.series {
+            assert_eq!(series.points.len(), n_points, "{}", sweep.name);
+            assert!(series.points.is_sorted_by(|a, b| a.x < b.x));
+        }
+    }
+}
+
+/// The lecture's formulas with one sign flipped: `b = 2·d·(c − o)`.
+struct FlippedSign {
+    prepared: Arc<Prepared>,
+    wants: Wants,
+}
+
+impl Tracer for FlippedSign {
+    fn trace(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
+        let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
+        hits.reset(rays.len(), self.wants);
+        let o: Vec3<f32> = self.prepared.reference.into();
+        for index in 0..rays.len() {
+            let (x, y) = pixels.xy(index);
+            let d: Vec3<f32> = pixels.direction(x, y).into();
+            let mut nearest = f32::INFINITY;
+            for (sphere, id) in self.prepared.scene.spheres.iter().zip(1..) {
+                let c: Vec3<f32> = sphere.center.into();
+                let (a, b) = (dot3(d, d), 2.0 * dot3(d, c - o));
+                let k = dot3(o - c, o - c) - (sphere.radius * sphere.radius) as f32;
+                let discriminant = b * b - 4.0 * a * k;
+                let t = (-b - discriminant.sqrt()) / (2.0 * a);
+                if discriminant >= 0.0 && t > 0.0 && t < nearest {
+                    nearest = t;
+                    hits.id[index] = id;
+                    if self.wants.surface {
+                        (hits.t[index], hits.normal[index]) = (t, [0.0, 1.0, 0.0]);
+                    }
+                }
+            }
+        }
+        hits.counts.f32 = rays.len() as u64;
+        Ok(Timing::default())
+    }
+
+    fn bytes_device(&self) -> u64 {
+        0
+    }
+}
+
+/// A kernel with one flipped sign, run through the report.
+pub fn with_a_flipped_sign() -> Report {
+    let flipped = Subject {
+        contestant: Contestant { kernel: "flipped".into(), device: "CPU".into() },
+        kernel: Kernel::Lecture,
+        make: Box::new(|prepared, wants| {
+            let tracer = Box::new(FlippedSign { prepared: Arc::clone(prepared), wants });
+            Ok(Made { tracer, compile: Default::default(), upload: Default::default() })
+        }),
+    };
+    let subjects = [flipped, Subject::new(Kernel::Lecture, &Device::Cpu)];
+    measure(&cases(&["figure2"]), &subjects, EFFORT).0
+}
+
+#[test]
+fn a_flipped_sign_shows() {
+    let report = with_a_flipped_sign();
+    let [flipped, lecture] = &report.scenes[0].rows[..] else { panic!("two rows") };
+    assert_eq!(lecture.errors.wrong_ids(), 0);
+    assert!(flipped.errors.wrong_share() > 0.1, "{:?}", flipped.errors);
+    assert!(flipped.errors.false_misses > 0, "{:?}", flipped.errors);
+    let picture = &report.pictures[0];
+    assert_eq!(picture.contestant.kernel, "flipped");
+    assert!(picture.faults.contains(&Fault::FalseMiss));
+    let json = serde_json::to_value(&report).unwrap();
+    let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
+    assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));
+}
