@@ -3,6 +3,7 @@
 mod common;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use kugelblitz::Result;
 use kugelblitz::device::{Device, Made};
@@ -103,6 +104,7 @@ struct FlippedSign {
 
 impl Tracer for FlippedSign {
     fn trace(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
+        let start = Instant::now();
         let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
         hits.reset(rays.len(), self.wants);
         let o: Vec3<f32> = self.prepared.reference.into();
@@ -126,7 +128,7 @@ impl Tracer for FlippedSign {
             }
         }
         hits.counts.f32 = rays.len() as u64;
-        Ok(Timing::default())
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
     fn bytes_device(&self) -> u64 {
@@ -159,15 +161,15 @@ fn a_flipped_sign_shows() {
     assert_eq!(picture.contestant.kernel, "flipped");
     assert!(picture.faults.contains(&Fault::FalseMiss));
     let table = text::table(&report);
-    let row = table.lines().find(|line| line.starts_with("flipped")).unwrap();
+    let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
     assert!(row.contains('%') && !row.contains("0 of"), "{row}");
-    let row = table.lines().find(|line| line.starts_with("lecture ")).unwrap();
+    let row = table.lines().find(|line| line.starts_with("lecture  ")).unwrap();
     assert!(row.contains("0 of"), "{row}");
     let plot = plot::plane(&report);
     assert!(plot.contains("flipped, CPU<") && !plot.contains("flipped, CPU: none"), "{plot}");
     assert!(plot.contains("lecture, CPU: none"), "{plot}");
     assert!(markdown::table(&report).contains("| flipped | CPU | "));
-    assert!(page::html(&report).contains("flipped was wrong in 1 of 1"));
+    assert!(page::html(&report).contains("flipped was wrong for "));
     let json = serde_json::to_value(&report).unwrap();
     let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
     assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));
