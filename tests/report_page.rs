@@ -349,7 +349,9 @@ fn assert_drawable(svg: &str) {
 }
 
 /// Changes to the report that leave little, or odd numbers.
-const CHANGES: [(&str, fn(&mut Report)); 12] = [
+type Change = (&'static str, fn(&mut Report));
+
+const CHANGES: [Change; 12] = [
     ("nothing changed", |_| {}),
     ("nothing at all", |report| {
         report.scenes.clear();
