@@ -99,6 +99,7 @@
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -125,5 +126,7 @@ pub mod scene;
 pub mod trace;
 pub mod vec3;
 pub mod verify;
+#[cfg(feature = "view")]
+pub mod view;
 
 pub use error::{Error, Result};

@@ -21,6 +21,8 @@ fn main() -> ExitCode {
         Command::Check(args) => cli::check::run(&args),
         Command::Trace(args) => cli::trace::run(&args, &run),
         Command::Explain(args) => cli::explain::run(&args, &run),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args, &run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),

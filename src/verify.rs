@@ -112,7 +112,7 @@ impl AgainstExact {
 
 /// Error of `t` in f32 steps at the exact `t`: `2^(e−23)` for an exact `t` in `2^e..2^(e+1)`, and
 /// not less than the smallest subnormal. +∞ where `t` is not finite.
-fn t_error_ulp(t: f32, exact: f64) -> f64 {
+pub(crate) fn t_error_ulp(t: f32, exact: f64) -> f64 {
     if f64::from(t) == exact {
         return 0.0;
     }

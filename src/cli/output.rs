@@ -33,6 +33,18 @@ pub fn print_json(object: &impl Serialize) -> Result<()> {
     print(&text)
 }
 
+/// Prints one JSON object on a line of its own.
+///
+/// # Errors
+/// As [`print`].
+#[cfg(feature = "view")]
+pub fn printed_line(object: &impl Serialize) -> Result<()> {
+    let mut text =
+        serde_json::to_vec(object).map_err(std::io::Error::from).map_err(Error::io(STDOUT))?;
+    text.push(b'\n');
+    print(&text)
+}
+
 impl TalkArgs {
     /// What is worth a line in every run.
     pub fn say(&self, line: &str) {
