@@ -88,7 +88,7 @@ enum Event {
 /// # Errors
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
 /// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
-/// and again.
+/// and again, [`Error::Interrupted`] when the control was cancelled.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
     let path = options.path.display().to_string();
@@ -447,7 +447,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 (self.notify)(&Notice::SceneWrong { error: &error });
                 self.state.scene_error = Some(error);
             }
-            Event::Interrupted => event_loop.exit(),
+            Event::Interrupted => self.fail(event_loop, Error::Interrupted),
             // Said by a device that is gone.
             Event::Traced(..) | Event::Painted(..) | Event::Hover(..) | Event::Explained(..) => {}
         }

@@ -46,29 +46,34 @@ pub fn go_home(state: &mut State) {
     state.rig = Rig::new(&state.home);
 }
 
-/// All keys.
+/// All keys. A key counts with what was held when it was pressed: it may be free again by now.
 pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
-    let (pressed, modifiers): (Vec<Key>, Modifiers) = ui.input(|input| {
+    let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
         let keys = input.events.iter().filter_map(|event| match event {
-            Event::Key { key, pressed: true, repeat: false, .. } => Some(*key),
+            Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
+                Some((*key, *modifiers))
+            }
             _ => None,
         });
-        (keys.collect(), input.modifiers)
+        keys.collect()
     });
-    for key in &pressed {
-        if modifiers.command {
-            match key {
-                Key::S => commands.push(Command::Save),
-                Key::Q => commands.push(Command::Quit),
-                _ => {}
-            }
-        } else {
-            press(ui, *key, modifiers.shift, state, commands);
+    for &(key, modifiers) in &pressed {
+        match key {
+            Key::S if modifiers.command => commands.push(Command::Save),
+            Key::Q if modifiers.command => commands.push(Command::Quit),
+            _ if modifiers.command => {}
+            _ => press(ui, key, modifiers.shift, state, commands),
         }
     }
-    // Copying and cutting come as events of their own.
-    if !modifiers.command {
-        fly(ui, &pressed, state);
+    let copies = ui.input(|input| input.events.contains(&Event::Copy));
+    if let Some(text) = state.explained.as_ref().and_then(|shown| shown.text.clone())
+        && copies
+    {
+        ui.ctx().copy_text(text);
+    }
+    if !ui.input(|input| input.modifiers.command) {
+        let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
+        fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
     }
 }
 

@@ -23,12 +23,13 @@ const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified
 const INSET: f32 = 12.0;
 
 /// All controls, as the help lists them.
-const HELP: [(&str, &str); 21] = [
+const HELP: [(&str, &str); 22] = [
     ("left drag", "orbit around the pivot"),
     ("middle or shift + left drag", "pan"),
     ("wheel", "zoom toward the pointer"),
     ("double click", "set the pivot on what is hit"),
     ("click", "explain the pixel"),
+    ("Ctrl + C", "copy the explanation"),
     ("W A S D, Q E", "fly: forward, left, back, right, down, up; shift: faster"),
     ("F", "frame everything"),
     ("1 2 3, 4 5 6", "look from +x +y +z, from −x −y −z"),
@@ -186,11 +187,14 @@ fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
 
 fn lines(ui: &mut Ui, state: &State) {
     ui.spacing_mut().item_spacing.y = 3.0;
-    match &state.hover {
-        Some(_) => ui.label(hover_text(state)),
-        None => ui.weak("drag to orbit · click a pixel to ask why · H for help"),
+    let above = match &state.hover {
+        Some(_) => hover_text(state),
+        None => "drag to orbit · click a pixel to ask why · H for help".into(),
     };
-    ui.weak(status_text(state));
+    let color = ui.visuals().text_color().gamma_multiply(0.75);
+    // A line that doesn't fit must not push at the picture.
+    ui.add(egui::Label::new(above).truncate());
+    ui.add(egui::Label::new(RichText::new(status_text(state)).color(color)).truncate());
 }
 
 /// `pixel 640, 360 · sphere 2 (touched) · t = 24 · (0, 0, -24)`
@@ -239,6 +243,7 @@ fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
         .interactable(false)
         .show(ui.ctx(), |ui| {
             over_picture(ui).show(ui, |ui| {
+                ui.spacing_mut().interact_size.y = 15.0;
                 ui.strong(state.show.name());
                 ui.label(state.show.explanation());
                 for (color, meaning) in paint::legend(state.show) {
@@ -298,7 +303,7 @@ fn explanation(ui: &Ui, rect: egui::Rect, state: &mut State) {
                 ui.weak("calculating …");
                 return;
             };
-            if ui.button("copy").clicked() {
+            if ui.button("copy").on_hover_text("Ctrl+C").clicked() {
                 ui.ctx().copy_text(text.clone());
             }
             ui.separator();

@@ -47,7 +47,7 @@ pub struct Picture {
     pub order: Order,
     /// The ids, one a pixel, of each kernel.
     pub ids: Vec<Arc<Words>>,
-    /// Time from the order to the first sight of it.
+    /// Time that tracing took, and deciding until the picture was first shown; without compiling.
     pub time: Duration,
     progress: Mutex<Progress>,
 }
@@ -120,12 +120,12 @@ struct Open {
 
 impl Tracing {
     fn work(&mut self, order: Order, turn: &Turn<Order>, say: &impl Fn(Traced)) -> Result<()> {
-        let start = Instant::now();
         let rays = Rays::Pixels(order.pixels);
+        let mut time = Duration::ZERO;
         let mut open = Vec::new();
         let mut progress = Progress::default();
         for (place, &kernel) in order.kernels.iter().enumerate() {
-            let (ids, rays) = self.trace(&order, place, kernel)?;
+            let (ids, rays) = self.trace(&order, place, kernel, &mut time)?;
             progress.undecided += rays.len() as u64;
             progress.counts.f32 += (order.pixels.len() - rays.len()) as u64;
             open.push(Open { ids, rays });
@@ -158,7 +158,7 @@ impl Tracing {
                 result => result?,
             }
         }
-        picture.time = start.elapsed();
+        picture.time = time + before.elapsed();
         let picture = Arc::new(picture);
         say(Traced::Picture(Arc::clone(&picture)));
         for (some, ids) in parts {
@@ -174,6 +174,7 @@ impl Tracing {
         order: &Order,
         place: usize,
         kernel: Kernel,
+        time: &mut Duration,
     ) -> Result<(Arc<Words>, Vec<u32>)> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
@@ -182,8 +183,10 @@ impl Tracing {
         let ids = self.pool.take(gpu, pixels.len());
         if self.backend.on_cpu {
             let mut hits = Hits::default();
+            let start = Instant::now();
             CpuTracer::new(prepared, Wants::default()).trace(&rays, &self.closing, &mut hits)?;
             ids.write(gpu, 0, &hits.id);
+            *time += start.elapsed();
             return Ok((ids, Vec::new()));
         }
         let in_range = prepared.in_range;
@@ -194,6 +197,7 @@ impl Tracing {
                 self.tracers.push(tracer);
             }
         }
+        let start = Instant::now();
         self.tracers[place].trace_on_device(*pixels, &ids, &self.closing)?;
         let rays = match kernel {
             Kernel::Certified if in_range => self.undecided.find(&ids)?,
@@ -201,6 +205,7 @@ impl Tracing {
             Kernel::Certified => (0..pixels.len() as u32).collect(),
             Kernel::Lecture | Kernel::Stable => Vec::new(),
         };
+        *time += start.elapsed();
         Ok((ids, rays))
     }
 }
