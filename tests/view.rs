@@ -94,13 +94,16 @@ fn every_control_of_the_camera_works() {
     let nearer = camera_of(&seen.camera());
     let red_sphere = DVec3::new(-2.6, 1.5, -1.5);
     let ratio = nearer.position.distance(red_sphere) / home.position.distance(red_sphere);
-    assert!((0.8..0.95).contains(&ratio), "{ratio}");
+    // One turn of the wheel is one or two steps, as the X server has it.
+    assert!((0.7..0.95).contains(&ratio), "{ratio}");
     seen.moves(|seen| seen.xdotool(&["click", "5"]));
     let back = camera_of(&seen.camera());
     assert!(back.position.distance(red_sphere) > nearer.position.distance(red_sphere));
 
     // A double click sets the pivot: orbiting then keeps the distance to that point.
     seen.reset();
+    seen.point(middle);
+    seen.wait(|event| event.hover().is_some_and(|text| text.contains("(blue)")));
     seen.point(red);
     let hovered = seen.wait(|event| event.hover().is_some_and(|text| text.contains("(red)")));
     let text = hovered.hover().unwrap();
@@ -108,7 +111,6 @@ fn every_control_of_the_camera_works() {
     let numbers: Vec<f64> = numbers.split(", ").map(|n| n.parse().unwrap()).collect();
     let pivot = DVec3::from_slice(&numbers);
     seen.xdotool(&["click", "--repeat", "2", "--delay", "60", "1"]);
-    seen.wait(|event| event.hover().is_some());
     seen.drag(middle, aside, 1, None);
     let turned = camera_of(&seen.camera());
     let change = turned.position.distance(pivot) - home.position.distance(pivot);
@@ -136,14 +138,18 @@ fn every_control_of_the_camera_works() {
     seen.moves(|seen| seen.key("f"));
     assert_as_rendered(&mut seen, &path, "certified");
     let framed = camera_of(&seen.camera());
-    let direction = |camera: &kugelblitz::scene::Camera| {
-        (camera.look_at - camera.position).normalize()
-    };
+    let direction =
+        |camera: &kugelblitz::scene::Camera| (camera.look_at - camera.position).normalize();
     assert!(direction(&framed).distance(direction(&home)) < 1e-12);
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| [axis, -axis]);
-    for (key, to_eye) in
-        [(1, axes[0][0]), (2, axes[1][0]), (3, axes[2][0]), (4, axes[0][1]), (5, axes[1][1]), (6, axes[2][1])]
-    {
+    for (key, to_eye) in [
+        (1, axes[0][0]),
+        (2, axes[1][0]),
+        (3, axes[2][0]),
+        (4, axes[0][1]),
+        (5, axes[1][1]),
+        (6, axes[2][1]),
+    ] {
         seen.moves(|seen| seen.key(&key.to_string()));
         assert_as_rendered(&mut seen, &path, "certified");
         assert!(direction(&camera_of(&seen.camera())).distance(-to_eye) < 1e-12, "{key}");
@@ -154,7 +160,7 @@ fn every_control_of_the_camera_works() {
 #[test]
 fn two_kernels_stand_side_by_side() {
     let desk = Desk::new();
-    let path = scene("hard/tiny");
+    let path = scene("hard/moved");
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
     seen.key("c");
     seen.wait(|event| event.is_settled() && event.kernels() == ["lecture", "certified"]);
@@ -205,11 +211,9 @@ fn numbers_are_seen() {
         // Each object in a colour of its own, which is not its own colour, but for the background.
         match show {
             "discriminant" => {
-                let [touched, pierced, missed] =
-                    [(640, 360), (640, 425), (640, 100)].map(|(x, y)| (x, y));
-                let image = seen.wait_for("D", |image| {
-                    image.at(touched.0, touched.1) == [0xff, 0xf0, 0x7a]
-                });
+                let [touched, pierced, missed] = [(640, 360), (640, 425), (100, 100)];
+                let image = seen
+                    .wait_for("D", |image| image.at(touched.0, touched.1) == [0xff, 0xf0, 0x7a]);
                 let [red, _, blue] = image.at(pierced.0, pierced.1);
                 assert!(red > blue, "D > 0 is red");
                 let [red, _, blue] = image.at(missed.0, missed.1);
@@ -246,9 +250,7 @@ fn numbers_are_seen() {
                 });
             }
             _ => {
-                seen.wait_for("other colours", |image| {
-                    image.at(640, 440) != colors.at(640, 440)
-                });
+                seen.wait_for("other colours", |image| image.at(640, 440) != colors.at(640, 440));
             }
         }
     }
@@ -263,7 +265,7 @@ fn numbers_are_seen() {
     seen.wait(|event| event.show() == "depth");
     // While the camera moves, the colours are shown; the depth comes again when it rests.
     seen.moves(|seen| seen.key("w"));
-    seen.wait(|event| event.show() == "depth" && event.is_settled());
+    assert_eq!(seen.last_shown().show(), "depth");
     seen.quit();
 }
 
@@ -431,7 +433,10 @@ fn without_a_display_it_says_to_use_render() {
 fn wrong_scenes_are_refused_before_a_window_opens() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
-    for text in ["[camera]\nposition = 3\n", "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#ffffff\"\n"] {
+    for text in [
+        "[camera]\nposition = 3\n",
+        "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#ffffff\"\n",
+    ] {
         fs::write(&path, text).unwrap();
         let output =
             program("", folder.path()).args(["view", path.to_str().unwrap()]).output().unwrap();

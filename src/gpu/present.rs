@@ -114,8 +114,7 @@ impl Presenter {
         }
         let paint = |layer: &Layer| layer.paint.clone().filter(|paint| paint.len() >= n_pixels);
         let (first_paint, second_paint) = (paint(first), paint(second));
-        present.painted =
-            u32::from(first_paint.is_some()) | u32::from(second_paint.is_some()) << 1;
+        present.painted = u32::from(first_paint.is_some()) | u32::from(second_paint.is_some()) << 1;
         self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&present));
         // A layer without paint still needs a binding, which the shader then does not look at.
         let bound = |paint: Option<Arc<Words>>, layer: &Layer| {
@@ -136,12 +135,7 @@ impl Presenter {
             [present.left, present.top, present.shown_width, present.shown_height]
                 .map(|px| px as f32);
         pass.set_viewport(x, y, width, height, 0.0, 1.0);
-        pass.set_scissor_rect(
-            present.left,
-            present.top,
-            present.shown_width,
-            present.shown_height,
-        );
+        pass.set_scissor_rect(present.left, present.top, present.shown_width, present.shown_height);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.draw(0..3, 0..1);

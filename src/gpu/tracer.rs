@@ -162,7 +162,8 @@ impl GpuTracer {
         let needs = prepared.needs(self.wants);
         if needs != self.prepared.needs(self.wants) {
             self.program = self.gpu.program(&needs)?;
-            let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+            let objects =
+                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
             self.objects = objects.collect();
             self.results = None;
         } else {
@@ -208,12 +209,7 @@ impl GpuTracer {
         Ok(())
     }
 
-    fn trace_tile_on_device(
-        &mut self,
-        rays: &Rays,
-        tile: &Tile,
-        ids: &Words,
-    ) -> Result<()> {
+    fn trace_tile_on_device(&mut self, rays: &Rays, tile: &Tile, ids: &Words) -> Result<()> {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(()) };
         let params = self.params(rays, tile);

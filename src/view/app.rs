@@ -14,8 +14,8 @@ use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
 use super::notice::Notice;
-use super::painter::{self, Painted};
 use super::paint::palette;
+use super::painter::{self, Painted};
 use super::panels::{self, BAR, LINES};
 use super::reload::Watch;
 use super::rig::camera_toml;
@@ -154,6 +154,8 @@ fn watch(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Watch> {
 }
 
 fn style(context: &egui::Context) {
+    // A second pass over the same input would carry it out twice.
+    context.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
     context.all_styles_mut(|style| {
         style.interaction.selectable_labels = false;
         style.animation_time = 0.0;
@@ -301,7 +303,9 @@ impl<N: FnMut(&Notice)> App<N> {
             .with_title(format!("{} · Kugelblitz", name.display()))
             .with_inner_size(size);
         event_loop.create_window(attributes).map(Arc::new).map_err(|error| {
-            Error::NoAdapter(format!("the window can't be opened: {error}; use `kugelblitz render`"))
+            Error::NoAdapter(format!(
+                "the window can't be opened: {error}; use `kugelblitz render`"
+            ))
         })
     }
 
@@ -468,6 +472,10 @@ impl<N: FnMut(&Notice)> App<N> {
         open.panels.jobs = self.context.tessellate(output.shapes, pixels_per_point);
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|out| out.repaint_delay);
 
+        if !commands.iter().any(|command| matches!(command, Command::Hover { .. })) {
+            // The pointer is elsewhere; what it finds when it comes back must be looked up again.
+            self.last_pixel = None;
+        }
         for command in commands {
             self.carry_out(event_loop, command);
         }
@@ -629,8 +637,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 && (last.pixels, last.kernel, last.x, last.y)
                     == (question.pixels, question.kernel, x, y)
         };
-        let is_asked = self.last_pixel.as_ref().is_some_and(is_known);
-        if !is_asked || self.state.pivot_wanted == Some([x, y]) && self.state.hover.is_some() {
+        if !self.last_pixel.as_ref().is_some_and(is_known) {
             self.last_pixel = Some(question.clone());
             open.hover.ask(question);
         }

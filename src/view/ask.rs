@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::tracing::{Backend, Numbers};
 use super::worker::{Turn, Worker};
-use crate::camera::Pixels;
+use crate::camera::{Pixels, View};
 use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
 use crate::gpu::GpuTracer;
@@ -39,6 +39,8 @@ impl Question {
 pub struct Answer {
     /// Column and row.
     pub pixel: [u32; 2],
+    /// The camera that saw it.
+    pub view: View,
     /// Object id; 0 is the background.
     pub id: u32,
     /// `sphere 3 (red)`
@@ -76,7 +78,7 @@ fn answer(
             let (id, t) = (hits.id[0], hits.t[0]);
             let position = pixels.view.position + pixels.direction(x, y) * f64::from(t);
             let label = label(&question.scene, id);
-            say(Ok(Answer { pixel: [x, y], id, label, t, position }));
+            say(Ok(Answer { pixel: [x, y], view: pixels.view, id, label, t, position }));
         }
         Err(Error::Interrupted) => {}
         Err(error) => say(Err(error)),

@@ -195,12 +195,10 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
         return;
     }
     let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
-    let known = state.hover.as_ref().filter(|answer| answer.pixel == pixel && answer.id != 0);
+    let known = state.known(pixel).filter(|answer| answer.id != 0);
     let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
     let direction = state.rig.direction(at, size);
     state.rig.zoom(direction, depth, ZOOM_STEP.powf(steps));
-    // It was the depth from the old place.
-    state.hover = None;
 }
 
 fn click(
@@ -212,9 +210,11 @@ fn click(
 ) {
     if response.double_clicked() {
         state.click = None;
-        state.pivot_wanted = Some(pixel);
-        let [x, y] = pixel;
-        commands.push(Command::Hover { x, y });
+        if state.known(pixel).is_some() {
+            state.set_pivot();
+        } else {
+            state.pivot_wanted = Some(pixel);
+        }
     } else if response.clicked() {
         state.click = Some((pixel, Instant::now()));
     }
@@ -238,7 +238,7 @@ fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
         .interact(grip, egui::Id::unique("divider"), Sense::drag())
         .on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
     if let Some(at) = response.interact_pointer_pos()
-        && response.dragged()
+        && (response.dragged() || response.drag_stopped())
     {
         state.divider = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
     }

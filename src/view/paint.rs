@@ -332,8 +332,7 @@ mod tests {
         let pixels = Pixels { x: 560, y: 300, width: 161, height: 121, ..figure5().1 };
         let (_, mut hits) = traced(Kernel::Certified, pixels);
         let all = (0..pixels.len()).collect();
-        let truth =
-            Truth::of_pixels(&figure5().0, &pixels, all, &Control::default()).unwrap();
+        let truth = Truth::of_pixels(&figure5().0, &pixels, all, &Control::default()).unwrap();
         let on = |id| truth.id.iter().position(|&other| other == id).unwrap();
         let (hit, miss) = (on(2), on(0));
         let right = |hits: &Hits, k| error(hits, &truth, k);

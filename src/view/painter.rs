@@ -73,19 +73,13 @@ struct Painter {
 }
 
 impl Painter {
-    fn work(
-        &mut self,
-        job: &Job,
-        turn: &Turn<Job>,
-        say: &impl Fn(Result<Painted>),
-    ) -> Result<()> {
+    fn work(&mut self, job: &Job, turn: &Turn<Job>, say: &impl Fn(Result<Painted>)) -> Result<()> {
         if !turn.rest(REST) {
             return Ok(());
         }
         let order = &job.picture.order;
         for (place, &kernel) in order.kernels.iter().enumerate() {
-            let hits =
-                self.numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
+            let hits = self.numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
             let words = self.pool.take(&self.backend.gpu, order.pixels.len());
             let show = |colors: &[u32], share| {
                 words.write(&self.backend.gpu, 0, colors);
@@ -120,12 +114,7 @@ fn discriminants(job: &Job, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
 }
 
 /// Exact arithmetic takes microseconds a ray and object: first coarse, then fine.
-fn errors(
-    job: &Job,
-    hits: &Hits,
-    turn: &Turn<Job>,
-    show: &impl Fn(&[u32], f32),
-) -> Result<()> {
+fn errors(job: &Job, hits: &Hits, turn: &Turn<Job>, show: &impl Fn(&[u32], f32)) -> Result<()> {
     let order = &job.picture.order;
     let (width, height) = (order.pixels.width as usize, order.pixels.height as usize);
     let mut colors = vec![0; hits.id.len()];

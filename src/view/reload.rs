@@ -35,7 +35,10 @@ impl Watch {
     ///
     /// # Errors
     /// The system's, when it has no thread to give.
-    pub fn start(path: PathBuf, mut look: impl FnMut(bool) + Send + 'static) -> std::io::Result<Watch> {
+    pub fn start(
+        path: PathBuf,
+        mut look: impl FnMut(bool) + Send + 'static,
+    ) -> std::io::Result<Watch> {
         let (stop, stopped) = channel::<()>();
         let mut known = stamp(&path);
         let thread = std::thread::Builder::new().name("watch".into()).spawn(move || {

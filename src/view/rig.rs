@@ -134,8 +134,8 @@ impl Rig {
         let View { forward, right, .. } = self.view();
         let steepness = forward.dot(self.vertical).clamp(-1.0, 1.0).asin();
         let pitch = (steepness + pitch).clamp(-STEEPEST, STEEPEST) - steepness;
-        let turn = DQuat::from_axis_angle(self.vertical, yaw)
-            * DQuat::from_axis_angle(right, pitch);
+        let turn =
+            DQuat::from_axis_angle(self.vertical, yaw) * DQuat::from_axis_angle(right, pitch);
         let (pivot, camera) = (self.pivot, &mut self.camera);
         camera.position = pivot + turn * (camera.position - pivot);
         camera.look_at = pivot + turn * (camera.look_at - pivot);

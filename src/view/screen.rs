@@ -88,7 +88,9 @@ impl Screen {
             view_formats: vec![format],
         };
         let presenter = Presenter::new(&gpu, format)?;
-        let panels = Renderer::new(&gpu.device, format, RendererOptions::default());
+        // Colours of the legend are those of the picture, to the byte.
+        let options = RendererOptions { dithering: false, ..RendererOptions::default() };
+        let panels = Renderer::new(&gpu.device, format, options);
         let mut screen =
             Screen { gpu, window: Arc::clone(window), surface, config, presenter, panels };
         screen.configure();
@@ -179,11 +181,9 @@ impl Screen {
             size_in_pixels: [self.config.width, self.config.height],
             pixels_per_point: panels.pixels_per_point,
         };
-        let mut encoder =
-            device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         // Only panels with commands of their own give some; these have none.
-        let _ =
-            self.panels.update_buffers(device, queue, &mut encoder, &panels.jobs, &descriptor);
+        let _ = self.panels.update_buffers(device, queue, &mut encoder, &panels.jobs, &descriptor);
         let attachment = wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,

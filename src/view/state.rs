@@ -207,16 +207,30 @@ impl State {
 
     /// An answer of the hover thread.
     pub fn answer(&mut self, answer: Answer) {
-        if self.pivot_wanted == Some(answer.pixel) {
-            self.pivot_wanted = None;
-            if answer.id == 0 {
-                self.tell("The background is no pivot");
-            } else {
-                self.rig.pivot = answer.position;
-                self.tell(format!("Turning around {} at {}", answer.label, point(&answer)));
-            }
-        }
+        let is_wanted = self.pivot_wanted == Some(answer.pixel);
         self.hover = Some(answer);
+        if is_wanted {
+            self.set_pivot();
+        }
+    }
+
+    /// What a pixel shows, where that is known for this camera.
+    pub fn known(&self, pixel: [u32; 2]) -> Option<&Answer> {
+        let view = self.rig.view();
+        self.hover.as_ref().filter(|answer| answer.pixel == pixel && answer.view == view)
+    }
+
+    /// Turns around what was looked up last.
+    pub fn set_pivot(&mut self) {
+        self.pivot_wanted = None;
+        let Some(answer) = &self.hover else { return };
+        if answer.id == 0 {
+            self.tell("The background is no pivot");
+        } else {
+            self.rig.pivot = answer.position;
+            let message = format!("Turning around {} at {}", answer.label, point(answer));
+            self.tell(message);
+        }
     }
 }
 

@@ -314,9 +314,7 @@ impl Seen {
     pub fn moves(&mut self, act: impl FnOnce(&Seen)) {
         let asked = self.last_shown().number("asked");
         act(self);
-        self.wait(|event| {
-            event.is_settled() && event.number("picture") > asked
-        });
+        self.wait(|event| event.is_settled() && event.number("picture") > asked);
     }
 
     /// Where the picture is in the window.
@@ -480,7 +478,8 @@ impl Seen {
         let aux = CreateWindowAux::new().event_mask(EventMask::PROPERTY_CHANGE);
         let class = WindowClass::INPUT_OUTPUT;
         x.create_window(depth, window, root, 0, 0, 1, 1, 0, class, 0, &aux).unwrap();
-        let atom = |name: &str| x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
+        let atom =
+            |name: &str| x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let (selection, target) = (atom("CLIPBOARD"), atom("UTF8_STRING"));
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
@@ -509,9 +508,8 @@ impl Seen {
 
     /// What a click on the window's close button sends.
     pub fn close(mut self) {
-        let atom = |name: &str| {
-            self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
-        };
+        let atom =
+            |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let (protocols, delete) = (atom("WM_PROTOCOLS"), atom("WM_DELETE_WINDOW"));
         let message = ClientMessageEvent::new(32, self.window, protocols, [delete, 0, 0, 0, 0]);
         self.x.send_event(false, self.window, EventMask::NO_EVENT, message).unwrap();
@@ -604,7 +602,11 @@ pub fn soak(time: Duration) {
         // Of each third round, which has the same size: the first ones fill the caches.
         if round % 3 == 0 {
             memory.push(seen.memory());
-            println!("{:.0} s, round {round}: {:.1} MiB", start.elapsed().as_secs_f64(), seen.memory());
+            println!(
+                "{:.0} s, round {round}: {:.1} MiB",
+                start.elapsed().as_secs_f64(),
+                seen.memory()
+            );
         }
     }
     assert!(memory.len() >= 3, "too few rounds: {memory:?}");
