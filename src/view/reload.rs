@@ -30,6 +30,18 @@ fn stamp(path: &Path) -> Stamp {
     Some((metadata.modified().ok()?, metadata.len(), metadata.ino()))
 }
 
+/// The state of a file that has stopped changing.
+fn at_rest(path: &Path, mut known: Stamp) -> Stamp {
+    loop {
+        std::thread::sleep(REST);
+        let now = stamp(path);
+        if now == known {
+            return now;
+        }
+        known = now;
+    }
+}
+
 impl Watch {
     /// Calls `look` at each interval with whether the file has changed since the last change.
     ///
@@ -45,13 +57,8 @@ impl Watch {
             while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
                 let mut now = stamp(&path);
                 let changed = now != known;
-                while changed {
-                    std::thread::sleep(REST);
-                    let later = stamp(&path);
-                    if later == now {
-                        break;
-                    }
-                    now = later;
+                if changed {
+                    now = at_rest(&path, now);
                 }
                 known = now;
                 look(changed);

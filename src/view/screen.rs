@@ -98,7 +98,12 @@ impl Screen {
         Ok(screen)
     }
 
+    /// Takes the size that the window has now: one that an event told may be out of date.
     fn configure(&mut self) {
+        let size = self.window.inner_size();
+        if size.width > 0 && size.height > 0 {
+            (self.config.width, self.config.height) = (size.width, size.height);
+        }
         let side = self.gpu.device.limits().max_texture_dimension_2d;
         self.config.width = self.config.width.clamp(1, side);
         self.config.height = self.config.height.clamp(1, side);
@@ -108,8 +113,7 @@ impl Screen {
 
     /// Follows the window's size.
     pub fn resize(&mut self, size: PhysicalSize<u32>) {
-        if size.width > 0 && size.height > 0 {
-            (self.config.width, self.config.height) = (size.width, size.height);
+        if (self.config.width, self.config.height) != (size.width, size.height) {
             self.configure();
         }
     }
