@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # What Kugelblitz needs on a Debian machine beyond Rust. Installs only what is missing.
 #
-#   ci/setup.sh                     a linker, a Vulkan loader and driver, rustfmt and clippy
+#   ci/setup.sh                     a linker, a Vulkan loader and driver, what the window opens
+#                                   when it runs, rustfmt and clippy
+#   ci/setup.sh --tests             also a display without a screen, and a hand for its mouse
 #   ci/setup.sh --software-driver   Mesa's software driver even where another driver is installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -9,11 +11,15 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 say() { printf 'setup: %s\n' "$*" >&2; }
 die() { say "$*"; exit 1; }
 
-case "${1:-}" in
-    '') want_software_driver=no ;;
-    --software-driver) want_software_driver=yes ;;
-    *) die "unknown argument $1; there is only --software-driver" ;;
-esac
+want_software_driver=no
+want_tests=no
+for argument in "$@"; do
+    case "$argument" in
+        --software-driver) want_software_driver=yes ;;
+        --tests) want_tests=yes ;;
+        *) die "unknown argument $argument; there are --tests and --software-driver" ;;
+    esac
+done
 
 # Rust itself comes from the user: there is more than one way to install it.
 command -v cargo >/dev/null && command -v rustc >/dev/null ||
@@ -23,8 +29,8 @@ found=$(rustc --version | cut -d' ' -f2)
 [ "$(printf '%s\n' "$needed" "${found%%-*}" | sort -V | head -n 1)" = "$needed" ] ||
     die "Rust $found is too old; Kugelblitz needs $needed or later (rustup update)"
 
-has_loader() {
-    PATH="$PATH:/usr/sbin:/sbin" ldconfig -p | grep -F libvulkan.so.1 >/dev/null
+has_library() {
+    PATH="$PATH:/usr/sbin:/sbin" ldconfig -p | grep -F "$1" >/dev/null
 }
 has_driver() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] ||
@@ -36,11 +42,23 @@ has_software_driver() { compgen -G '/usr/share/vulkan/icd.d/lvp_icd*.json' >/dev
 
 packages=()
 command -v cc >/dev/null || packages+=(gcc libc6-dev)
-has_loader || packages+=(libvulkan1)
+has_library libvulkan.so.1 || packages+=(libvulkan1)
 if [ "$want_software_driver" = yes ]; then
     has_software_driver || packages+=(mesa-vulkan-drivers)
 else
     has_driver || packages+=(mesa-vulkan-drivers)
+fi
+
+# The window opens these by name when it runs, so no package manager sees that it needs them.
+has_library libX11.so.6 || packages+=(libx11-6)
+has_library libX11-xcb.so.1 || packages+=(libx11-xcb1)
+has_library libXcursor.so.1 || packages+=(libxcursor1)
+has_library libXi.so.6 || packages+=(libxi6)
+has_library libxkbcommon.so.0 || packages+=(libxkbcommon0)
+has_library libxkbcommon-x11.so.0 || packages+=(libxkbcommon-x11-0)
+if [ "$want_tests" = yes ]; then
+    command -v Xvfb >/dev/null || packages+=(xvfb)
+    command -v xdotool >/dev/null || packages+=(xdotool)
 fi
 
 if [ ${#packages[@]} -gt 0 ]; then

@@ -13,7 +13,7 @@ step() {
     "$@"
 }
 
-step ci/setup.sh
+step ci/setup.sh --tests
 
 # Mesa complains where this is missing, which is usual on machines without a desktop.
 if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
@@ -25,6 +25,7 @@ fi
 # One profile and one lock file for everything, so that nothing is built twice.
 step cargo fmt --check
 step cargo clippy --release --locked --all-targets -- -D warnings
+step cargo clippy --release --locked --no-default-features -- -D warnings
 step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
 # Builds the program as well, with the features that the tests' dependencies ask for: a plain build
 # would compile the largest dependencies a second time.
@@ -38,7 +39,7 @@ target=$(cargo metadata --format-version 1 --no-deps --locked |
 probe=0
 step "$target/release/kugelblitz" probe || probe=$?
 if [ "$probe" -eq 4 ]; then
-    step ci/setup.sh --software-driver
+    step ci/setup.sh --tests --software-driver
     step "$target/release/kugelblitz" probe
 elif [ "$probe" -ne 0 ]; then
     exit "$probe"

@@ -56,23 +56,42 @@ pub fn finish(
     timing.refine = start.elapsed();
 
     let undecided = std::mem::take(&mut hits.undecided);
-    let n_objects = prepared.scene.n_objects().max(1);
-    for rays in undecided.chunks((MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE)) {
-        let start = Instant::now();
-        let decisions = each_ray(rays, control, |ray| stage.decide_f64(ray))?;
-        timing.refine += start.elapsed();
-
-        let start = Instant::now();
-        let settled = each_pair(rays, decisions, control, |ray, decision| match decision {
-            Decision::Decided(id) => stage.settle(ray, &[id], Level::F64, wants),
-            Decision::Open(candidates) => stage.settle(ray, &candidates, Level::Exact, wants),
-        })?;
-        for (&ray, settled) in rays.iter().zip(settled) {
-            put(settled, ray as usize, wants, hits);
-        }
-        timing.decide += start.elapsed();
-    }
+    stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
+        put(settled, ray as usize, wants, hits);
+    })?;
     Ok(timing)
+}
+
+/// The object of a ray that f32 left undecided.
+#[cfg(feature = "view")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decided {
+    /// Index of the ray.
+    pub ray: u32,
+    /// Its object; 0 is the background.
+    pub id: u32,
+    /// The stage that decided it.
+    pub level: Level,
+}
+
+/// Decides rays that the device left undecided.
+///
+/// # Errors
+/// [`crate::Error::Interrupted`] when `control` was cancelled.
+#[cfg(feature = "view")]
+pub fn decide(
+    scene: &Scene,
+    rays: &Rays,
+    undecided: &[u32],
+    control: &Control,
+) -> Result<Vec<Decided>> {
+    let mut all = Vec::with_capacity(undecided.len());
+    let stage = Stage::new(scene, rays);
+    let wants = Wants::default();
+    stage.decide(undecided, wants, control, &mut Timing::default(), |ray, settled| {
+        all.push(Decided { ray, id: settled.id, level: settled.level });
+    })?;
+    Ok(all)
 }
 
 /// Candidates of undecided rays that are held at a time, and at least this many rays: every object
@@ -215,6 +234,34 @@ impl<'a> Stage<'a> {
             }
             (Rays::List(rays), _) => ExactRay::new(&rays[index]),
         }
+    }
+
+    /// Decides `undecided` rays: in f64, and what is left exactly.
+    fn decide(
+        &self,
+        undecided: &[u32],
+        wants: Wants,
+        control: &Control,
+        timing: &mut Timing,
+        mut put: impl FnMut(u32, Settled),
+    ) -> Result<()> {
+        let n_objects = self.scene.n_objects().max(1);
+        for rays in undecided.chunks((MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE)) {
+            let start = Instant::now();
+            let decisions = each_ray(rays, control, |ray| self.decide_f64(ray))?;
+            timing.refine += start.elapsed();
+
+            let start = Instant::now();
+            let settled = each_pair(rays, decisions, control, |ray, decision| match decision {
+                Decision::Decided(id) => self.settle(ray, &[id], Level::F64, wants),
+                Decision::Open(candidates) => self.settle(ray, &candidates, Level::Exact, wants),
+            })?;
+            for (&ray, settled) in rays.iter().zip(settled) {
+                put(ray, settled);
+            }
+            timing.decide += start.elapsed();
+        }
+        Ok(())
     }
 
     /// The filter again, in f64: keeps the candidates that could be nearest.

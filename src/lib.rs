@@ -102,6 +102,7 @@
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
+//! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
@@ -133,5 +134,7 @@ pub mod scene;
 pub mod trace;
 pub mod vec3;
 pub mod verify;
+#[cfg(feature = "view")]
+pub mod view;
 
 pub use error::{Error, Result};

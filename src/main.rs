@@ -23,6 +23,8 @@ fn main() -> ExitCode {
         Command::Explain(args) => cli::explain::run(&args, &run),
         Command::Report(args) => cli::report::run(&args, &run),
         Command::Export(args) => cli::export::run(&args, &run),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args, &run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),

@@ -165,7 +165,7 @@ pub struct TError {
 }
 
 impl TError {
-    fn new(t: f32, exact: f64) -> TError {
+    pub(crate) fn new(t: f32, exact: f64) -> TError {
         if f64::from(t) == exact {
             return TError { ulp: 0.0, relative: 0.0 };
         }

@@ -17,6 +17,8 @@ pub mod render;
 pub mod report;
 pub mod trace;
 pub mod verify;
+#[cfg(feature = "view")]
+pub mod view;
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -57,6 +59,8 @@ pub enum Command {
     Explain(ExplainArgs),
     Report(ReportArgs),
     Export(ExportArgs),
+    #[cfg(feature = "view")]
+    View(ViewArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -287,6 +291,33 @@ pub struct ExportArgs {
     /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Look at a scene in a window and move through it
+///
+/// Drag to orbit, use the wheel to zoom, click a pixel to ask why it shows what it shows; H lists
+/// all controls. The scene file is watched: what changes in it is seen at once.
+#[cfg(feature = "view")]
+#[derive(Args)]
+pub struct ViewArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Print what happens, one JSON object a line, in place of all else: for tests
+    #[arg(long, hide = true)]
+    pub log_events: bool,
+    /// Give the device up after N frames, as if it had been lost: for tests
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_device_after: Option<u64>,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

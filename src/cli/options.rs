@@ -171,6 +171,24 @@ impl FromStr for RayOf {
     }
 }
 
+impl Size {
+    /// Width and height.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]
+    pub fn check(self) -> Result<[u32; 2]> {
+        let Size { width, height } = self;
+        if width.max(height) > ImageSize::MAX_SIDE {
+            return Err(Error::TooLarge(format!(
+                "--size {width}x{height}: a picture has at most {} pixels a side; render several \
+                 with different cameras",
+                ImageSize::MAX_SIDE
+            )));
+        }
+        Ok([width, height])
+    }
+}
+
 impl SizeArgs {
     /// The size of the whole picture: the command line's, else the scene's, else 1280 × 720.
     ///
@@ -179,15 +197,7 @@ impl SizeArgs {
     fn whole(&self, scene: &Scene) -> Result<Size> {
         let of_scene = scene.image.map(|image| Size { width: image.width, height: image.height });
         let size = self.size.or(of_scene).unwrap_or(DEFAULT_SIZE);
-        if size.width.max(size.height) > ImageSize::MAX_SIDE {
-            return Err(Error::TooLarge(format!(
-                "--size {}x{}: a picture has at most {} pixels a side; render several with \
-                 different cameras",
-                size.width,
-                size.height,
-                ImageSize::MAX_SIDE
-            )));
-        }
+        size.check()?;
         Ok(size)
     }
 

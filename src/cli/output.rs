@@ -41,6 +41,18 @@ pub fn json(object: &impl Serialize) -> Result<Vec<u8>> {
     Ok(text)
 }
 
+/// Prints one JSON object on a line of its own.
+///
+/// # Errors
+/// As [`print`].
+#[cfg(feature = "view")]
+pub fn printed_line(object: &impl Serialize) -> Result<()> {
+    let mut text =
+        serde_json::to_vec(object).map_err(std::io::Error::from).map_err(Error::io(STDOUT))?;
+    text.push(b'\n');
+    print(&text)
+}
+
 impl TalkArgs {
     /// What is worth a line in every run.
     pub fn say(&self, line: &str) {

@@ -23,6 +23,7 @@ pub use root::Root;
 pub(crate) use root::layout;
 
 use crate::scene::{Object, Plane, Sphere};
+use crate::trace::Ray;
 use number::{double, integer, product3, real3};
 
 /// The geometry of an object, without name and colour.
@@ -315,6 +316,18 @@ pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<Sphe
         discriminant: Root::quotient(double(&double(&d)), h2, 1),
         roots,
     })
+}
+
+/// The sign of the discriminant of a ray's line and a sphere; `None` where a number is not finite.
+pub fn signum_of_discriminant(ray: &ExactRay, center: DVec3, radius: f64) -> Option<i32> {
+    let half_b = HalfB::new(ray, center, radius)?;
+    Some(signum(&half_b.quarter_discriminant(ray.norm_squared())))
+}
+
+/// Whether a point lies outside of a sphere (not on it); `None` where a number is not finite.
+pub fn is_outside(point: DVec3, center: DVec3, radius: f64) -> Option<bool> {
+    let ray = ExactRay::new(&Ray { origin: point, direction: DVec3::X });
+    Some(signum(&HalfB::new(&ray, center, radius)?.k) > 0)
 }
 
 /// The numbers of the plane's quotient, exactly, for the contract's `d`.

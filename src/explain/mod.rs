@@ -303,7 +303,7 @@ impl ObjectExplanation {
 }
 
 /// `sphere 3 (red giant)`
-fn label(scene: &Scene, id: u32) -> String {
+pub(crate) fn label(scene: &Scene, id: u32) -> String {
     let (kind, object) = match scene.object(id) {
         None => return "background".into(),
         Some(object @ Object::Sphere(_)) => ("sphere", object),

@@ -1,8 +1,9 @@
 //! Finding and opening a Vulkan device.
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
+use super::program::Programs;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
 use crate::trace::Kernel;
@@ -105,19 +106,31 @@ enum Failure {
 
 /// An open device.
 pub struct Gpu {
-    pub(super) device: wgpu::Device,
-    pub(super) queue: wgpu::Queue,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<Failure>>>,
     arithmetic: OnceLock<Arithmetic>,
+    /// Held while commands are handed over: a surface must not be configured meanwhile.
+    handing_over: Mutex<()>,
+    pub(super) programs: Programs,
     /// What the adapter says about itself.
     pub facts: AdapterFacts,
 }
 
-fn adapters() -> Vec<(wgpu::Adapter, AdapterFacts)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+/// `WGPU_VALIDATION=1` asks for Vulkan's validation layers, as in every program that uses wgpu.
+pub(super) fn instance(descriptor: wgpu::InstanceDescriptor) -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::VULKAN,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
+        flags: descriptor.flags.with_env(),
+        ..descriptor
+    })
+}
+
+fn adapters() -> Vec<(wgpu::Adapter, AdapterFacts)> {
+    adapters_of(&instance(wgpu::InstanceDescriptor::new_without_display_handle()))
+}
+
+pub(super) fn adapters_of(instance: &wgpu::Instance) -> Vec<(wgpu::Adapter, AdapterFacts)> {
     let mut adapters: Vec<_> =
         pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN))
             .into_iter()
@@ -149,7 +162,14 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoAdapter`] when none fits, with the names of those that are there.
     pub fn open(pick: &Pick) -> Result<Gpu> {
-        let mut adapters = adapters();
+        let (adapter, facts) = Gpu::choose(adapters(), pick)?;
+        Gpu::from_adapter(&adapter, facts)
+    }
+
+    pub(super) fn choose(
+        mut adapters: Vec<(wgpu::Adapter, AdapterFacts)>,
+        pick: &Pick,
+    ) -> Result<(wgpu::Adapter, AdapterFacts)> {
         let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
         if adapters.is_empty() {
             return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
@@ -167,11 +187,10 @@ impl Gpu {
                 })?
             }
         };
-        let (adapter, facts) = adapters.swap_remove(position);
-        Gpu::from_adapter(&adapter, facts)
+        Ok(adapters.swap_remove(position))
     }
 
-    fn from_adapter(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<Gpu> {
+    pub(super) fn from_adapter(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<Gpu> {
         let wanted = wgpu::Features::PASSTHROUGH_SHADERS
             | wgpu::Features::SHADER_F64
             | wgpu::Features::TIMESTAMP_QUERY;
@@ -203,15 +222,34 @@ impl Gpu {
                 errors.push(Failure::Other(format!("device lost: {message}")));
             }
         });
-        Ok(Gpu { device, queue, errors, arithmetic: OnceLock::new(), facts })
+        Ok(Gpu {
+            device,
+            queue,
+            errors,
+            arithmetic: OnceLock::new(),
+            handing_over: Mutex::new(()),
+            programs: Programs::default(),
+            facts,
+        })
+    }
+
+    /// While this is held, no other thread hands over commands.
+    pub(crate) fn hold(&self) -> MutexGuard<'_, ()> {
+        self.handing_over.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands commands over to the device.
+    pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> wgpu::SubmissionIndex {
+        let _held = self.hold();
+        self.queue.submit([commands])
     }
 
     /// Fails with the first error that the device has reported since it was opened.
     ///
     /// # Errors
     /// [`Error::Device`]
-    pub(super) fn check(&self) -> Result<()> {
-        let errors = self.errors.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    pub(crate) fn check(&self) -> Result<()> {
+        let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         match errors.first() {
             Some(Failure::Other(error)) => {
                 Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
@@ -258,8 +296,20 @@ impl Gpu {
         }
     }
 
+    /// Waits until the device is done with `submission`.
+    #[cfg(feature = "view")]
+    pub(crate) fn wait(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        timeout: Duration,
+    ) -> Result<(), String> {
+        let wait =
+            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
+        self.device.poll(wait).map(drop).map_err(|error| error.to_string())
+    }
+
     /// Waits for everything submitted and maps the first `bytes` of a buffer.
-    pub(super) fn map(
+    pub(crate) fn map(
         &self,
         buffer: &wgpu::Buffer,
         bytes: u64,

@@ -36,6 +36,10 @@ const STABLE: Part = part!("stable.wgsl");
 const DOUBLE: Part = part!("double.wgsl");
 const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
+#[cfg(feature = "view")]
+const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
+#[cfg(feature = "view")]
+const PRESENT: Part = part!("present.wgsl");
 const SELF_TEST: Part = part!("self_test.wgsl");
 
 /// A validated shader.
@@ -73,6 +77,19 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
     compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
 }
 
+/// The shader that lists and settles the undecided rays of a picture on the device.
+#[cfg(feature = "view")]
+pub fn compile_undecided() -> Result<Shader> {
+    let constants = workgroup() + &undecided();
+    compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
+}
+
+/// The shader that shows a picture in the window.
+#[cfg(feature = "view")]
+pub fn compile_present() -> Result<Shader> {
+    compile_parts(&[PRESENT], &Choices::default())
+}
+
 /// What the directives and the parts ask for.
 #[derive(Default)]
 struct Choices {
@@ -106,17 +123,23 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
     .collect()
 }
 
-fn constants(needs: &Needs) -> String {
+fn workgroup() -> String {
     let [width, height] = WORKGROUP;
+    format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
+}
+
+fn undecided() -> String {
+    format!("const UNDECIDED = {UNDECIDED}u;\n")
+}
+
+fn constants(needs: &Needs) -> String {
     let (kernel, real) = match needs.kernel {
         Kernel::Lecture => ("Lecture", "f32"),
         Kernel::Stable => ("Stable", "f32"),
         Kernel::Double => ("Double", "f64"),
         Kernel::Certified => ("Certified", "f32"),
     };
-    let mut text =
-        format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n");
-    text += &aliases(real);
+    let mut text = workgroup() + &aliases(real);
     if needs.n_spheres > 0 {
         text += &format!("alias SphereRecord = Sphere{kernel};\n");
     }
@@ -125,7 +148,7 @@ fn constants(needs: &Needs) -> String {
     }
     if needs.kernel == Kernel::Certified {
         let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-        text += &format!("const UNDECIDED = {UNDECIDED}u;\n");
+        text += &undecided();
         text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
         text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);

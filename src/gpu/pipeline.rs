@@ -6,6 +6,15 @@ use crate::error::{Error, Result};
 
 /// The layout that the shader itself asks for: naga's bindings are the only list of them.
 pub fn bind_group_layout(device: &wgpu::Device, shader: &Shader) -> wgpu::BindGroupLayout {
+    bind_group_layout_for(device, shader, wgpu::ShaderStages::COMPUTE)
+}
+
+/// The same for other stages.
+pub fn bind_group_layout_for(
+    device: &wgpu::Device,
+    shader: &Shader,
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayout {
     let mut entries: Vec<_> = shader
         .module
         .global_variables
@@ -20,7 +29,7 @@ pub fn bind_group_layout(device: &wgpu::Device, shader: &Shader) -> wgpu::BindGr
             };
             Some(wgpu::BindGroupLayoutEntry {
                 binding: variable.binding.as_ref()?.binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
+                visibility,
                 ty: wgpu::BindingType::Buffer {
                     ty,
                     has_dynamic_offset: false,

@@ -5,9 +5,14 @@ use std::time::{Duration, Instant};
 
 use super::adapter::Gpu;
 use super::clock::Clock;
-use super::compile::{WORKGROUP, compile};
+use super::compile::WORKGROUP;
 use super::layout::{Params, ParamsDouble};
-use super::pipeline::{bind_group, bind_group_layout, pipeline};
+#[cfg(feature = "view")]
+use super::live::Words;
+use super::pipeline::bind_group;
+use super::program::Program;
+#[cfg(feature = "view")]
+use crate::camera::Pixels;
 use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
@@ -34,8 +39,7 @@ pub struct GpuTracer {
     gpu: Arc<Gpu>,
     prepared: Arc<Prepared>,
     wants: Wants,
-    pipeline: wgpu::ComputePipeline,
-    bind_group_layout: wgpu::BindGroupLayout,
+    program: Arc<Program>,
     params: wgpu::Buffer,
     objects: Vec<wgpu::Buffer>,
     results: Option<Results>,
@@ -71,21 +75,14 @@ impl GpuTracer {
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
-        let unsuited = prepared.kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
-        let stand_in = unsuited.then(|| CpuTracer::new(Arc::clone(&prepared), wants));
+        let stand_in = stand_in(&gpu, &prepared, wants)?;
         let start = Instant::now();
-        let shader = compile(&prepared.needs(wants))?;
-        let bind_group_layout = bind_group_layout(&gpu.device, &shader);
-        let pipeline = pipeline(&gpu, &shader, "render", &bind_group_layout)?;
+        let program = gpu.program(&prepared.needs(wants))?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
-        let (spheres, planes) = prepared.objects.bytes();
-        let objects = [("spheres", spheres), ("planes", planes)]
-            .into_iter()
-            .filter(|(_, bytes)| !bytes.is_empty())
-            .map(|(label, bytes)| storage(&gpu, label, bytes))
-            .collect();
+        let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
+        let objects = objects.collect();
         let params = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("params"),
             size: match prepared.kernel {
@@ -102,8 +99,7 @@ impl GpuTracer {
             gpu,
             prepared,
             wants,
-            pipeline,
-            bind_group_layout,
+            program,
             params,
             objects,
             results: None,
@@ -118,6 +114,17 @@ impl GpuTracer {
         tracer.compile_time += start.elapsed();
         Ok(tracer)
     }
+}
+
+/// The labels and bytes of the kinds of objects that there are.
+fn object_bytes(prepared: &Prepared) -> impl Iterator<Item = (&'static str, &[u8])> {
+    let (spheres, planes) = prepared.objects.bytes();
+    [("spheres", spheres), ("planes", planes)].into_iter().filter(|(_, bytes)| !bytes.is_empty())
+}
+
+fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
+    let unsuited = prepared.kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+    Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
 }
 
 fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
@@ -165,6 +172,84 @@ fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
     let (x, y) = pixels.xy(tile.first);
     let (offset_i, offset_j) = pixels.offset2(x, y);
     [offset_i as i32, offset_j as i32]
+}
+
+impl GpuTracer {
+    /// Takes another prepared scene, with the same wants: a moved camera costs no new shader.
+    ///
+    /// # Errors
+    /// Those of [`GpuTracer::new`].
+    pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        check_limits(&self.gpu, &prepared)?;
+        self.stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
+        let needs = prepared.needs(self.wants);
+        if needs != self.prepared.needs(self.wants) {
+            self.program = self.gpu.program(&needs)?;
+            let objects =
+                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+            self.objects = objects.collect();
+            self.results = None;
+        } else {
+            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
+                self.gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        self.prepared = prepared;
+        self.gpu.check()
+    }
+}
+
+#[cfg(feature = "view")]
+impl GpuTracer {
+    /// Traces all pixels and leaves their ids on the device, in `ids`: with the kernel `certified`
+    /// as its f32 stage found them, some undecided.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub(crate) fn trace_on_device(
+        &mut self,
+        pixels: Pixels,
+        ids: &Words,
+        control: &Control,
+    ) -> Result<()> {
+        let rays = Rays::Pixels(pixels);
+        if let Some(cpu) = &mut self.stand_in {
+            let mut hits = Hits::default();
+            cpu.trace(&rays, control, &mut hits)?;
+            ids.write(&self.gpu, 0, &hits.id);
+            return self.gpu.check();
+        }
+        self.prepared.check(&rays)?;
+        let mut first = 0;
+        while first < rays.len() {
+            control.check()?;
+            let tile = self.tile(&rays, first);
+            let start = Instant::now();
+            self.trace_tile_on_device(&rays, &tile, ids)?;
+            self.adapt(tile.n_rays, start.elapsed());
+            first += tile.n_rays;
+        }
+        Ok(())
+    }
+
+    fn trace_tile_on_device(&mut self, rays: &Rays, tile: &Tile, ids: &Words) -> Result<()> {
+        self.make_room(tile.n_rays)?;
+        let Some(results) = &self.results else { return Ok(()) };
+        let params = self.params(rays, tile);
+        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let mut encoder = self.dispatch(results, workgroups(tile));
+        let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
+        encoder.copy_buffer_to_buffer(&results.device[0], 0, ids.buffer(), offset, Some(bytes));
+        let submission = self.gpu.submit(encoder.finish());
+        self.gpu.wait(submission, TILE_TIMEOUT).map_err(|reason| self.lost(&reason))?;
+        self.gpu.check()
+    }
+}
+
+/// Workgroups that cover a tile.
+fn workgroups(tile: &Tile) -> [u32; 2] {
+    let [width, height] = WORKGROUP;
+    [(tile.width as u32).div_ceil(width), (tile.height as u32).div_ceil(height)]
 }
 
 impl Tracer for GpuTracer {
@@ -256,7 +341,7 @@ impl GpuTracer {
             label: None,
             timestamp_writes: self.clock.as_ref().map(Clock::around_pass),
         });
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(&self.program.pipeline);
         pass.set_bind_group(0, &results.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
         drop(pass);
@@ -276,7 +361,7 @@ impl GpuTracer {
             _ => bytes(&Params { n_rays: 1, ..Params::default() }),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        self.gpu.queue.submit([self.dispatch(results, [1, 1]).finish()]);
+        self.gpu.submit(self.dispatch(results, [1, 1]).finish());
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
         self.gpu.check()
@@ -297,10 +382,7 @@ impl GpuTracer {
             let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
             exponents = self.upload_rays(tile_rays, buffer);
         }
-        let [width, height] = WORKGROUP;
-        let workgroups =
-            [(tile.width as u32).div_ceil(width), (tile.height as u32).div_ceil(height)];
-        let mut encoder = self.dispatch(results, workgroups);
+        let mut encoder = self.dispatch(results, workgroups(tile));
         let mut ranges = Vec::new();
         let mut offset = 0;
         for (buffer, bytes_per_ray) in results.device.iter().zip(RESULT_BYTES) {
@@ -309,7 +391,7 @@ impl GpuTracer {
             ranges.push(offset as usize..(offset + bytes) as usize);
             offset += bytes;
         }
-        queue.submit([encoder.finish()]);
+        self.gpu.submit(encoder.finish());
         let mapped = self.gpu.map(&results.staging, offset, TILE_TIMEOUT);
         self.gpu.check()?;
         let view = mapped.map_err(|reason| self.lost(&reason))?;
@@ -443,7 +525,7 @@ impl GpuTracer {
         });
         let buffers =
             std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);
-        let bind_group = bind_group(device, &self.bind_group_layout, buffers);
+        let bind_group = bind_group(device, &self.program.bind_group_layout, buffers);
         self.gpu.check()?;
         self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
         Ok(())

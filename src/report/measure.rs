@@ -43,7 +43,12 @@ impl Subject {
         Subject {
             contestant: Contestant { kernel: kernel.name().into(), device: name.into() },
             kernel,
-            make: Box::new(move |prepared, wants| device.tracer(prepared, wants)),
+            make: Box::new(move |prepared, wants| {
+                if let Device::Gpu(gpu) = &device {
+                    gpu.forget_programs();
+                }
+                device.tracer(prepared, wants)
+            }),
         }
     }
 

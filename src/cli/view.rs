@@ -1,0 +1,56 @@
+//! `kugelblitz view`
+
+use std::sync::Arc;
+
+use kugelblitz::Result;
+use kugelblitz::gpu::Pick;
+use kugelblitz::scene::read_scene;
+use kugelblitz::view::{self, Notice, Options};
+
+use super::output::{print, printed_line};
+use super::{Run, ViewArgs};
+
+/// Opens the window.
+pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
+    let scene = Arc::new(read_scene(&args.scene)?);
+    let size = args.size.map(|size| size.check()).transpose()?;
+    let pick = args.device.device.pick();
+    let options = Options {
+        path: args.scene.clone(),
+        scene,
+        on_cpu: pick.is_none(),
+        pick: pick.unwrap_or(Pick::Best),
+        kernel: args.kernel,
+        size,
+        control: Arc::clone(&run.control),
+        lose_device_after: args.lose_device_after,
+    };
+    let mut failed = None;
+    view::run(options, |notice| {
+        if let Err(error) = tell(args, notice) {
+            failed.get_or_insert(error);
+        }
+    })?;
+    failed.map_or(Ok(()), Err)
+}
+
+/// Data to standard output, talk to standard error.
+fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
+    if args.log_events {
+        return printed_line(notice);
+    }
+    match notice {
+        Notice::Camera { toml } => print(toml.as_bytes())?,
+        Notice::Saved { path, size: [width, height] } => {
+            eprintln!("{}: {width}×{height}", path.display());
+        }
+        Notice::SceneWrong { error } => eprintln!("error: {error}"),
+        Notice::Trouble { message } => eprintln!("warning: {message}"),
+        Notice::Opened { .. }
+        | Notice::Shown { .. }
+        | Notice::Hover { .. }
+        | Notice::Explained { .. }
+        | Notice::Reloaded => {}
+    }
+    Ok(())
+}

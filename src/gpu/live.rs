@@ -1,0 +1,227 @@
+//! Pictures that stay on the device: their undecided rays are listed there and settled there.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::adapter::Gpu;
+use super::compile::{Shader, WORKGROUP, compile_undecided};
+use super::pipeline::{bind_group, bind_group_layout, pipeline};
+use crate::certify::Decided;
+use crate::error::{Error, Result};
+
+/// Reading back a list takes milliseconds; longer than this, the device is given up.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Undecided rays that come back together with their number: most pictures have fewer.
+const HEAD_RAYS: usize = (1 << 14) - 1;
+
+/// Decisions that are handed over at a time.
+const DECISIONS: usize = 1 << 14;
+
+/// Twin of `Job` in `shaders/undecided.wgsl`.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Job {
+    n: u32,
+    row: u32,
+}
+
+/// Lists and settles the undecided rays of pictures up to a size.
+pub(crate) struct Undecided {
+    gpu: Arc<Gpu>,
+    find: wgpu::ComputePipeline,
+    decide: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    job: wgpu::Buffer,
+    decisions: wgpu::Buffer,
+    room: Room,
+}
+
+/// What depends on the size of the picture.
+struct Room {
+    n_rays: usize,
+    found: wgpu::Buffer,
+    staging: wgpu::Buffer,
+}
+
+/// Words on the device: ids or colours, one a pixel.
+pub(crate) struct Words {
+    buffer: wgpu::Buffer,
+    n: usize,
+}
+
+impl Words {
+    /// Words with these values.
+    pub(crate) fn from_slice(gpu: &Gpu, words: &[u32]) -> Words {
+        let new = Words { buffer: storage_buffer(gpu, "words", words.len()), n: words.len() };
+        new.write(gpu, 0, words);
+        new
+    }
+
+    /// Number of words.
+    pub(crate) fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Replaces the words from `first` on.
+    pub(crate) fn write(&self, gpu: &Gpu, first: usize, words: &[u32]) {
+        let offset = (first * size_of::<u32>()) as u64;
+        gpu.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
+    }
+
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+}
+
+/// Words of one size that are used again when nobody holds them any more.
+#[derive(Default)]
+pub(crate) struct Pool(Vec<Arc<Words>>);
+
+impl Pool {
+    /// `n` words with any values that nobody else holds.
+    pub(crate) fn take(&mut self, gpu: &Gpu, n: usize) -> Arc<Words> {
+        self.0.retain(|words| words.n == n);
+        if let Some(free) = self.0.iter().find(|words| Arc::strong_count(words) == 1) {
+            return Arc::clone(free);
+        }
+        let new = Arc::new(Words { buffer: storage_buffer(gpu, "picture", n), n });
+        self.0.push(Arc::clone(&new));
+        new
+    }
+}
+
+/// A buffer of `n` words that shaders read and write and that commands copy from and to.
+fn storage_buffer(gpu: &Gpu, label: &str, n: usize) -> wgpu::Buffer {
+    use wgpu::BufferUsages as Usage;
+    let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
+    buffer(gpu, label, n, usage)
+}
+
+fn buffer(gpu: &Gpu, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: (n * size_of::<u32>()) as u64,
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+impl Room {
+    fn new(gpu: &Gpu, n_rays: usize) -> Room {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        Room {
+            n_rays,
+            found: storage_buffer(gpu, "undecided", n_rays.max(HEAD_RAYS) + 1),
+            staging: buffer(gpu, "undecided staging", n_rays.max(HEAD_RAYS) + 1, usage),
+        }
+    }
+}
+
+impl Undecided {
+    /// Compiles the shader.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] when the device refuses it.
+    pub(crate) fn new(gpu: &Arc<Gpu>) -> Result<Undecided> {
+        let shader: Shader = compile_undecided()?;
+        let layout = bind_group_layout(&gpu.device, &shader);
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let undecided = Undecided {
+            find: pipeline(gpu, &shader, "find", &layout)?,
+            decide: pipeline(gpu, &shader, "decide", &layout)?,
+            layout,
+            job: buffer(gpu, "job", size_of::<Job>() / size_of::<u32>(), usage),
+            decisions: storage_buffer(gpu, "decisions", 2 * DECISIONS),
+            room: Room::new(gpu, HEAD_RAYS),
+            gpu: Arc::clone(gpu),
+        };
+        gpu.check()?;
+        Ok(undecided)
+    }
+
+    /// The undecided rays of a picture, ascending.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails.
+    pub(crate) fn find(&mut self, ids: &Words) -> Result<Vec<u32>> {
+        let n_rays = ids.len();
+        if self.room.n_rays < n_rays {
+            self.room = Room::new(&self.gpu, n_rays);
+        }
+        let mut encoder = self.encoder();
+        encoder.clear_buffer(&self.room.found, 0, Some(size_of::<u32>() as u64));
+        self.dispatch(&mut encoder, &self.find, ids, n_rays);
+        let head = self.copy(&mut encoder, HEAD_RAYS + 1);
+        self.gpu.submit(encoder.finish());
+        let mut words = self.read(head)?;
+        let count = words[0] as usize;
+        if count > HEAD_RAYS {
+            let mut encoder = self.encoder();
+            let all = self.copy(&mut encoder, count.min(n_rays) + 1);
+            self.gpu.submit(encoder.finish());
+            words = self.read(all)?;
+        }
+        let mut rays = words[1..count.min(words.len() - 1) + 1].to_vec();
+        rays.sort_unstable();
+        Ok(rays)
+    }
+
+    /// Puts decisions into the ids.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails.
+    pub(crate) fn decide(&self, ids: &Words, decided: &[Decided]) -> Result<()> {
+        for some in decided.chunks(DECISIONS) {
+            let words: Vec<[u32; 2]> = some.iter().map(|one| [one.ray, one.id]).collect();
+            self.gpu.queue.write_buffer(&self.decisions, 0, bytemuck::cast_slice(&words));
+            let mut encoder = self.encoder();
+            self.dispatch(&mut encoder, &self.decide, ids, some.len());
+            self.gpu.submit(encoder.finish());
+        }
+        self.gpu.check()
+    }
+
+    fn encoder(&self) -> wgpu::CommandEncoder {
+        self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::ComputePipeline,
+        ids: &Words,
+        n: usize,
+    ) {
+        let groups = (n as u32).div_ceil(WORKGROUP.iter().product());
+        let row = groups.clamp(1, self.gpu.facts.max_workgroups);
+        let job = Job { n: n as u32, row };
+        self.gpu.queue.write_buffer(&self.job, 0, bytemuck::bytes_of(&job));
+        let buffers = [&self.job, ids.buffer(), &self.room.found, &self.decisions];
+        let bind_group = bind_group(&self.gpu.device, &self.layout, buffers);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.dispatch_workgroups(row, groups.div_ceil(row), 1);
+    }
+
+    /// Copies the first words of the list to where the host can read them; gives their bytes.
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, n_words: usize) -> u64 {
+        let bytes = (n_words * size_of::<u32>()) as u64;
+        encoder.copy_buffer_to_buffer(&self.room.found, 0, &self.room.staging, 0, Some(bytes));
+        bytes
+    }
+
+    fn read(&self, bytes: u64) -> Result<Vec<u32>> {
+        let mapped = self.gpu.map(&self.room.staging, bytes, TIMEOUT);
+        self.gpu.check()?;
+        let view = mapped.map_err(|reason| {
+            let name = &self.gpu.facts.name;
+            Error::Device(format!("`{name}` did not list its undecided rays: {reason}"))
+        })?;
+        let words = bytemuck::cast_slice(&view).to_vec();
+        drop(view);
+        self.room.staging.unmap();
+        Ok(words)
+    }
+}

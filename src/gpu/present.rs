@@ -1,0 +1,175 @@
+//! Drawing a picture that lies on the device into a window.
+
+use std::sync::Arc;
+
+use super::adapter::Gpu;
+use super::compile::compile_present;
+use super::live::Words;
+use super::pipeline::{bind_group, bind_group_layout_for};
+use crate::error::{Error, Result};
+
+/// Twin of `Present` in `shaders/present.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(crate) struct Present {
+    /// Where the picture is shown, px of the window.
+    pub left: u32,
+    /// The same.
+    pub top: u32,
+    /// Columns of the window that it covers.
+    pub shown_width: u32,
+    /// Rows of the window that it covers.
+    pub shown_height: u32,
+    /// Columns of the picture.
+    pub width: u32,
+    /// Rows of the picture.
+    pub height: u32,
+    /// Columns of the window left of this one show the first picture, the others the second.
+    pub divider: u32,
+    /// Bit 0: the first picture has paint; bit 1: the second has.
+    pub painted: u32,
+}
+
+/// One kernel's picture.
+#[derive(Clone)]
+pub(crate) struct Layer {
+    /// Id of each pixel.
+    pub ids: Arc<Words>,
+    /// Colours of single pixels, which win over those of the ids.
+    pub paint: Option<Arc<Words>>,
+}
+
+/// The pipeline that draws pictures.
+pub(crate) struct Presenter {
+    gpu: Arc<Gpu>,
+    pipeline: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    uniform: wgpu::Buffer,
+}
+
+impl Presenter {
+    /// Compiles the shader for a target of `format`.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] when the device refuses it.
+    pub(crate) fn new(gpu: &Arc<Gpu>, format: wgpu::TextureFormat) -> Result<Presenter> {
+        let device = &gpu.device;
+        let shader = compile_present()?;
+        let layout = bind_group_layout_for(device, &shader, wgpu::ShaderStages::FRAGMENT);
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("present"),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module)),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("present"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("present"),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("cover"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("show"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name)));
+        }
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("present"),
+            size: size_of::<Present>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Ok(Presenter { gpu: Arc::clone(gpu), pipeline, layout, uniform })
+    }
+
+    /// Draws one or two layers, as `present` says.
+    pub(crate) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'static>,
+        mut present: Present,
+        palette: &Words,
+        layers: &[Layer],
+    ) {
+        let (Some(first), Some(second)) = (layers.first(), layers.last()) else { return };
+        let n_pixels = present.width as usize * present.height as usize;
+        if [first, second].iter().any(|layer| layer.ids.len() < n_pixels) || n_pixels == 0 {
+            return;
+        }
+        let paint = |layer: &Layer| layer.paint.clone().filter(|paint| paint.len() >= n_pixels);
+        let (first_paint, second_paint) = (paint(first), paint(second));
+        present.painted = u32::from(first_paint.is_some()) | u32::from(second_paint.is_some()) << 1;
+        self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&present));
+        // A layer without paint still needs a binding, which the shader then does not look at.
+        let bound = |paint: Option<Arc<Words>>, layer: &Layer| {
+            paint.unwrap_or_else(|| Arc::clone(&layer.ids))
+        };
+        let first_paint = bound(first_paint, first);
+        let second_paint = bound(second_paint, second);
+        let buffers = [
+            &self.uniform,
+            palette.buffer(),
+            first.ids.buffer(),
+            second.ids.buffer(),
+            first_paint.buffer(),
+            second_paint.buffer(),
+        ];
+        let bind_group = bind_group(&self.gpu.device, &self.layout, buffers);
+        let [x, y, width, height] =
+            [present.left, present.top, present.shown_width, present.shown_height]
+                .map(|px| px as f32);
+        pass.set_viewport(x, y, width, height, 0.0, 1.0);
+        pass.set_scissor_rect(present.left, present.top, present.shown_width, present.shown_height);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+
+    #[test]
+    fn present_has_nagas_offsets() {
+        let shader = compile_present().unwrap();
+        let members = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
+            naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some("Present") => {
+                assert_eq!(*span as usize, size_of::<Present>());
+                Some(members)
+            }
+            _ => None,
+        });
+        let found: Vec<_> = members
+            .expect("a struct Present")
+            .iter()
+            .map(|member| (member.name.clone().unwrap_or_default(), member.offset as usize))
+            .collect();
+        macro_rules! offsets {
+            ($($field:ident),+) => {
+                vec![$((stringify!($field).to_string(), offset_of!(Present, $field))),+]
+            };
+        }
+        let expected =
+            offsets!(left, top, shown_width, shown_height, width, height, divider, painted);
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,40 @@
+//! Opening a device that can show pictures in a window.
+
+use super::adapter::{Gpu, Pick, adapters_of, instance};
+use crate::error::{Error, Result};
+
+/// A device and the surface of a window.
+pub(crate) struct OpenWindow {
+    pub gpu: Gpu,
+    pub surface: wgpu::Surface<'static>,
+    /// What the surface can do with this device.
+    pub capabilities: wgpu::SurfaceCapabilities,
+}
+
+/// Opens the device that `pick` names among those that can show something in `window`.
+///
+/// # Errors
+/// [`Error::NoAdapter`] when there is none.
+pub(crate) fn open_window<W>(pick: &Pick, window: W) -> Result<OpenWindow>
+where
+    W: wgpu::rwh::HasWindowHandle + wgpu::rwh::HasDisplayHandle + Send + Sync + 'static,
+{
+    let instance = instance(wgpu::InstanceDescriptor::new_without_display_handle());
+    let surface = instance.create_surface(window).map_err(|error| {
+        Error::NoAdapter(format!(
+            "Vulkan can't show anything in a window here: {error}; use `kugelblitz render`"
+        ))
+    })?;
+    let mut adapters = adapters_of(&instance);
+    let n_adapters = adapters.len();
+    adapters.retain(|(adapter, _)| adapter.is_surface_supported(&surface));
+    if adapters.is_empty() && n_adapters > 0 {
+        return Err(Error::NoAdapter(
+            "no Vulkan device can show pictures in a window here; use `kugelblitz render`".into(),
+        ));
+    }
+    let (adapter, facts) = Gpu::choose(adapters, pick)?;
+    let capabilities = surface.get_capabilities(&adapter);
+    let gpu = Gpu::from_adapter(&adapter, facts)?;
+    Ok(OpenWindow { gpu, surface, capabilities })
+}

@@ -1,0 +1,687 @@
+//! The event loop.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use egui::ViewportId;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+use super::ask::{self, Answer, Question};
+use super::notice::Notice;
+use super::paint::palette;
+use super::painter::{self, Painted};
+use super::panels::{self, BAR, LINES};
+use super::reload::Watch;
+use super::rig::camera_toml;
+use super::save::{free_name, save};
+use super::screen::{Drawn, Panels, Screen, Shown};
+use super::show::Show;
+use super::state::{Command, Explained, State};
+use super::tracing::{self, Backend, Order, Traced};
+use super::worker::Worker;
+use crate::camera::{Pixels, View};
+use crate::error::{Error, Result};
+use crate::gpu::{Layer, Pick, Present, Words};
+use crate::scene::{Camera, ImageSize, Scene, read_scene};
+use crate::trace::{Control, Kernel};
+
+/// What the window begins with.
+pub struct Options {
+    /// The scene file, which is watched.
+    pub path: PathBuf,
+    /// What it holds; with a camera.
+    pub scene: Arc<Scene>,
+    /// The device that shows the picture.
+    pub pick: Pick,
+    /// Whether the CPU traces.
+    pub on_cpu: bool,
+    /// The kernel.
+    pub kernel: Kernel,
+    /// Size of the picture, px; that of the scene file where it is `None`.
+    pub size: Option<[u32; 2]>,
+    /// Cancelling it closes the window.
+    pub control: Arc<Control>,
+    /// Gives the device up after so many frames, as if it had been lost: for tests.
+    pub lose_device_after: Option<u64>,
+}
+
+/// Size of the picture where neither the options nor the scene file has one.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// Part of the screen that the window takes at most.
+const SCREEN_PART: f64 = 0.92;
+
+/// While a picture is on its way, the old one is not drawn again within this time.
+const WAIT_FOR_PICTURE: Duration = Duration::from_millis(100);
+
+/// Shortest time between two frames that nothing but time asks for.
+const FRAME_TIME: Duration = Duration::from_millis(8);
+
+/// Frames farther apart than this do not belong to a movement.
+const MOVEMENT: Duration = Duration::from_millis(300);
+
+/// Devices that may be lost one soon after the other before the window gives up.
+const MOST_LOSSES: usize = 4;
+
+/// Losses within this time count as one soon after the other.
+const SOON: Duration = Duration::from_secs(20);
+
+/// What other threads say; the number is that of the device that they worked with.
+enum Event {
+    Traced(u64, Traced),
+    Painted(u64, Result<Painted>),
+    Hover(u64, Result<Answer>),
+    Explained(u64, Result<([u32; 2], String)>),
+    Saved(Result<(PathBuf, [u32; 2])>),
+    Scene(Result<(Arc<Scene>, Camera)>),
+    Interrupted,
+}
+
+/// Opens the window and returns when it was closed.
+///
+/// # Errors
+/// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
+/// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
+/// and again, [`Error::Interrupted`] when the control was cancelled.
+pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
+    let camera = options.scene.require_camera(&options.path)?.clone();
+    let path = options.path.display().to_string();
+    let no_display = |reason: &dyn std::fmt::Display| {
+        Error::NoAdapter(format!(
+            "there is no display to open a window on: {reason}; use `kugelblitz render {path} -o \
+             picture.png`"
+        ))
+    };
+    let events =
+        EventLoop::<Event>::with_user_event().build().map_err(|error| no_display(&error))?;
+    let proxy = events.create_proxy();
+    let watch = watch(&options, proxy.clone())?;
+    let state =
+        State::new(options.path.clone(), Arc::clone(&options.scene), camera, options.kernel);
+    let mut app = App {
+        closing: Arc::default(),
+        options,
+        proxy,
+        notify,
+        state,
+        open: None,
+        epoch: 0,
+        losses: Vec::new(),
+        saves: Vec::new(),
+        failure: None,
+        context: egui::Context::default(),
+        frame: 0,
+        last_text: String::new(),
+        last_pixel: None,
+        wake: None,
+    };
+    style(&app.context);
+    let ran = events.run_app(&mut app).map_err(|error| no_display(&error));
+    drop(watch);
+    app.closing.cancel();
+    app.open = None;
+    for save in app.saves.drain(..) {
+        // A thread that panicked has said so itself.
+        let _ = save.join();
+    }
+    match app.failure.take() {
+        Some(failure) => Err(failure),
+        None => ran,
+    }
+}
+
+fn watch(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Watch> {
+    let (path, control) = (options.path.clone(), Arc::clone(&options.control));
+    let look = move |changed| {
+        // The event loop is gone only when nobody is interested any more.
+        if changed {
+            let read = read_scene(&path)
+                .and_then(|scene| Ok((scene.require_camera(&path)?.clone(), scene)))
+                .map(|(camera, scene)| (Arc::new(scene), camera));
+            let _ = proxy.send_event(Event::Scene(read));
+        }
+        if control.check().is_err() {
+            let _ = proxy.send_event(Event::Interrupted);
+        }
+    };
+    Watch::start(options.path.clone(), look).map_err(Error::io("the watching thread"))
+}
+
+fn style(context: &egui::Context) {
+    // A second pass over the same input would carry it out twice.
+    context.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
+    context.all_styles_mut(|style| {
+        style.interaction.selectable_labels = false;
+        style.animation_time = 0.0;
+        style.visuals.window_shadow = egui::Shadow::NONE;
+        style.visuals.popup_shadow = egui::Shadow::NONE;
+    });
+}
+
+/// What there is while a device is open.
+struct Open {
+    window: Arc<Window>,
+    input: egui_winit::State,
+    screen: Screen,
+    backend: Backend,
+    trace: Worker<Order>,
+    paint: Worker<painter::Job>,
+    hover: Worker<Question>,
+    explain: Worker<Question>,
+    panels: Panels,
+    /// Colours by id, with what they were made for.
+    palette: Option<(PaletteOf, Words)>,
+    ordered: Option<Order>,
+    painting: Option<(u64, Show)>,
+    drawn: Option<Frame>,
+}
+
+/// What a palette depends on.
+#[derive(Clone, PartialEq)]
+struct PaletteOf {
+    serial: u64,
+    show: Show,
+}
+
+/// The last frame.
+struct Frame {
+    at: Instant,
+    picture: u64,
+}
+
+struct App<N> {
+    options: Options,
+    proxy: EventLoopProxy<Event>,
+    notify: N,
+    state: State,
+    open: Option<Open>,
+    /// Counts devices.
+    epoch: u64,
+    losses: Vec<Instant>,
+    saves: Vec<JoinHandle<()>>,
+    failure: Option<Error>,
+    closing: Arc<Control>,
+    context: egui::Context,
+    frame: u64,
+    last_text: String,
+    last_pixel: Option<Question>,
+    wake: Option<Instant>,
+}
+
+impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_some() {
+            return;
+        }
+        let opened = self.window(event_loop).and_then(|window| self.open(window));
+        if let Err(error) = opened {
+            self.fail(event_loop, error);
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let StartCause::ResumeTimeReached { .. } = cause {
+            self.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.open else { return };
+        if event == WindowEvent::RedrawRequested {
+            if let Err(error) = self.redraw(event_loop) {
+                self.recover(event_loop, error);
+            }
+            return;
+        }
+        let response = open.input.on_window_event(&open.window, &event);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => open.screen.resize(size),
+            _ => {}
+        }
+        if response.repaint {
+            self.request_redraw();
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
+        if let Err(error) = self.hear(event_loop, event) {
+            self.recover(event_loop, error);
+        }
+        self.request_redraw();
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        event_loop.set_control_flow(match self.wake {
+            Some(at) => ControlFlow::WaitUntil(at),
+            None => ControlFlow::Wait,
+        });
+    }
+}
+
+impl<N: FnMut(&Notice)> App<N> {
+    fn request_redraw(&self) {
+        if let Some(open) = &self.open {
+            open.window.request_redraw();
+        }
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+
+    /// The size of a saved picture; `None` for that of the window.
+    fn full_size(&self) -> Option<[u32; 2]> {
+        let of_scene = |image: ImageSize| [image.width, image.height];
+        self.options.size.or(self.state.scene.image.map(of_scene))
+    }
+
+    fn window(&self, event_loop: &ActiveEventLoop) -> Result<Arc<Window>> {
+        let [width, height] = self.full_size().unwrap_or(DEFAULT_SIZE);
+        let monitor = event_loop
+            .primary_monitor()
+            .or_else(|| event_loop.available_monitors().next())
+            .filter(|monitor| monitor.size().width > 0);
+        let scale = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
+        let bars = (f64::from(BAR + LINES) * scale).round() as u32;
+        let fits = |wanted: u32, there: u32| wanted.min((f64::from(there) * SCREEN_PART) as u32);
+        let size = match monitor.map(|monitor| monitor.size()) {
+            Some(there) => {
+                PhysicalSize::new(fits(width, there.width), fits(height + bars, there.height))
+            }
+            None => PhysicalSize::new(width, height + bars),
+        };
+        let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
+        let attributes = Window::default_attributes()
+            .with_title(format!("{} · Kugelblitz", name.display()))
+            .with_inner_size(size);
+        event_loop.create_window(attributes).map(Arc::new).map_err(|error| {
+            Error::NoAdapter(format!(
+                "the window can't be opened: {error}; use `kugelblitz render`"
+            ))
+        })
+    }
+
+    /// Opens a device for the window, and the threads that work with it.
+    fn open(&mut self, window: Arc<Window>) -> Result<()> {
+        let screen = Screen::open(&self.options.pick, &window)?;
+        self.epoch += 1;
+        let backend = Backend { gpu: Arc::clone(&screen.gpu), on_cpu: self.options.on_cpu };
+        let epoch = self.epoch;
+        let proxy = || self.proxy.clone();
+        // The event loop is gone only when nobody is interested any more.
+        let trace = tracing::start(backend.clone(), Arc::clone(&self.closing), {
+            let proxy = proxy();
+            move |traced| drop(proxy.send_event(Event::Traced(epoch, traced)))
+        })?;
+        let paint = painter::start(backend.clone(), {
+            let proxy = proxy();
+            move |painted| drop(proxy.send_event(Event::Painted(epoch, painted)))
+        })?;
+        let hover = ask::start_hover(backend.clone(), {
+            let proxy = proxy();
+            move |answer| drop(proxy.send_event(Event::Hover(epoch, answer)))
+        })?;
+        let explain = ask::start_explain(backend.clone(), {
+            let proxy = proxy();
+            move |explained| drop(proxy.send_event(Event::Explained(epoch, explained)))
+        })?;
+        let input = egui_winit::State::new(
+            self.context.clone(),
+            ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            window.theme(),
+            Some(screen.max_texture_side()),
+        );
+        let facts = &screen.gpu.facts;
+        let tracer = if self.options.on_cpu { "the CPU, shown by " } else { "" };
+        let software = if facts.is_software() { " (software)" } else { "" };
+        self.state.device = format!("{tracer}{}{software}", facts.name);
+        let software = facts.is_software();
+        (self.notify)(&Notice::Opened { adapter: &facts.name, software });
+        let panels = Panels {
+            jobs: Vec::new(),
+            textures: egui::TexturesDelta::default(),
+            pixels_per_point: 1.0,
+        };
+        window.request_redraw();
+        self.open = Some(Open {
+            window,
+            input,
+            screen,
+            backend,
+            trace,
+            paint,
+            hover,
+            explain,
+            panels,
+            palette: None,
+            ordered: None,
+            painting: None,
+            drawn: None,
+        });
+        Ok(())
+    }
+
+    /// Opens a device anew after one was lost.
+    fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+        if !matches!(error, Error::Device(_)) {
+            let message = error.to_string();
+            (self.notify)(&Notice::Trouble { message: &message });
+            self.state.tell(message);
+            return;
+        }
+        self.losses.retain(|at| at.elapsed() < SOON);
+        self.losses.push(Instant::now());
+        let Some(open) = self.open.take() else { return };
+        let window = Arc::clone(&open.window);
+        // The old surface must be gone before the window can have another.
+        drop(open);
+        self.state.picture = None;
+        self.state.painted = [None, None];
+        if self.losses.len() > MOST_LOSSES {
+            return self.fail(event_loop, error);
+        }
+        // Textures of the panels are gone with the device.
+        self.context = self.fresh_context();
+        let message = format!("The device was opened anew: {error}");
+        (self.notify)(&Notice::Trouble { message: &message });
+        self.state.tell(message);
+        if let Err(error) = self.open(window) {
+            self.fail(event_loop, error);
+        }
+    }
+
+    /// A context without textures, with the old one's theme.
+    fn fresh_context(&self) -> egui::Context {
+        let context = egui::Context::default();
+        style(&context);
+        context.set_theme(self.context.options(|options| options.theme_preference));
+        context
+    }
+
+    fn hear(&mut self, event_loop: &ActiveEventLoop, event: Event) -> Result<()> {
+        match event {
+            Event::Traced(epoch, traced) if epoch == self.epoch => match traced {
+                Traced::Picture(picture) => self.state.picture = Some(picture),
+                Traced::More => {}
+                Traced::Failed(error) => return Err(error),
+            },
+            Event::Painted(epoch, painted) if epoch == self.epoch => {
+                let painted = painted?;
+                let place = painted.place;
+                self.state.painted[place] = Some(painted);
+            }
+            Event::Hover(epoch, answer) if epoch == self.epoch => {
+                self.state.answer(answer?);
+                let text = panels::hover_text(&self.state);
+                (self.notify)(&Notice::Hover { text: &text });
+            }
+            Event::Explained(epoch, explained) if epoch == self.epoch => {
+                let (pixel, text) = explained?;
+                if let Some(shown) = &mut self.state.explained
+                    && shown.pixel == pixel
+                {
+                    (self.notify)(&Notice::Explained { pixel, text: &text });
+                    shown.text = Some(text);
+                }
+            }
+            Event::Saved(saved) => {
+                let (path, size) = saved?;
+                (self.notify)(&Notice::Saved { path: &path, size });
+                self.state.tell(format!("Saved {}: {} × {}", path.display(), size[0], size[1]));
+            }
+            Event::Scene(Ok((scene, camera))) => {
+                self.state.reload(scene, camera);
+                (self.notify)(&Notice::Reloaded);
+            }
+            Event::Scene(Err(error)) => {
+                let error = match error {
+                    Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
+                    other => other.to_string(),
+                };
+                (self.notify)(&Notice::SceneWrong { error: &error });
+                self.state.scene_error = Some(error);
+            }
+            Event::Interrupted => self.fail(event_loop, Error::Interrupted),
+            // Said by a device that is gone.
+            Event::Traced(..) | Event::Painted(..) | Event::Hover(..) | Event::Explained(..) => {}
+        }
+        Ok(())
+    }
+
+    /// Takes the input, gives orders, and draws a frame if there is something new to see.
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let raw = open.input.take_egui_input(&open.window);
+        let mut commands = Vec::new();
+        let state = &mut self.state;
+        let output = self.context.run_ui(raw, |ui| commands.extend(panels::layout(ui, state)));
+        let pixels_per_point = output.pixels_per_point;
+        open.input.handle_platform_output(&open.window, output.platform_output);
+        open.panels.textures.append(output.textures_delta);
+        open.panels.pixels_per_point = pixels_per_point;
+        open.panels.jobs = self.context.tessellate(output.shapes, pixels_per_point);
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|out| out.repaint_delay);
+
+        if !commands.iter().any(|command| matches!(command, Command::Hover { .. })) {
+            // The pointer is elsewhere; what it finds when it comes back must be looked up again.
+            self.last_pixel = None;
+        }
+        for command in commands {
+            self.carry_out(event_loop, command);
+        }
+        self.order();
+        self.paint();
+        self.wake = delay
+            .filter(|delay| *delay < Duration::from_secs(3600))
+            .map(|delay| Instant::now() + delay.max(FRAME_TIME));
+        self.draw()
+    }
+
+    /// Orders a picture if the one that was ordered last is not what is wanted now.
+    fn order(&mut self) {
+        let Some(open) = &mut self.open else { return };
+        let (area, state) = (self.state.area, &mut self.state);
+        if area.width == 0 || area.height == 0 {
+            return;
+        }
+        let (pixels, kernels) = (state.pixels(), state.shown_kernels());
+        let is_the_same = |order: &Order| {
+            Arc::ptr_eq(&order.scene, &state.scene)
+                && order.pixels == pixels
+                && order.kernels == kernels
+        };
+        if open.ordered.as_ref().is_some_and(is_the_same) {
+            return;
+        }
+        state.asked += 1;
+        let order = Order { serial: state.asked, scene: Arc::clone(&state.scene), pixels, kernels };
+        open.ordered = Some(order.clone());
+        open.paint.stop();
+        open.trace.ask(order);
+    }
+
+    /// Has the newest picture painted where that is wanted.
+    fn paint(&mut self) {
+        let (Some(open), Some(picture)) = (&mut self.open, &self.state.picture) else { return };
+        let wanted = (picture.order.serial, self.state.show);
+        if !self.state.show.is_painted() || self.state.is_waiting() {
+            if open.painting.take().is_some() {
+                open.paint.stop();
+            }
+        } else if open.painting != Some(wanted) {
+            open.painting = Some(wanted);
+            open.paint.ask(painter::Job { picture: Arc::clone(picture), show: self.state.show });
+        }
+    }
+
+    fn draw(&mut self) -> Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let serial = self.state.picture.as_ref().map_or(0, |picture| picture.order.serial);
+        // The picture that comes soon is worth more than this frame, which would delay it.
+        if let Some(last) = &open.drawn
+            && self.state.is_waiting()
+            && last.picture == serial
+            && last.at.elapsed() < WAIT_FOR_PICTURE
+        {
+            self.wake = Some(last.at + WAIT_FOR_PICTURE);
+            return Ok(());
+        }
+        if let Some(picture) = &self.state.picture {
+            let of = PaletteOf { serial, show: self.state.show };
+            if open.palette.as_ref().is_none_or(|(known, _)| *known != of) {
+                let order = &picture.order;
+                let colors = palette(of.show, &order.scene, &order.pixels);
+                match &open.palette {
+                    Some((_, words)) if words.len() == colors.len() => {
+                        words.write(&open.backend.gpu, 0, &colors);
+                        let words = open.palette.take().map(|(_, words)| words);
+                        open.palette = words.map(|words| (of, words));
+                    }
+                    _ => {
+                        let words = Words::from_slice(&open.backend.gpu, &colors);
+                        open.palette = Some((of, words));
+                    }
+                }
+            }
+        }
+        let shown = shown(&self.state, open.palette.as_ref().map(|(_, words)| words));
+        let drawn = open.screen.draw(shown, &mut open.panels)?;
+        match drawn {
+            Drawn::Yes => self.count_frame(serial),
+            Drawn::Again => open.window.request_redraw(),
+            Drawn::Hidden => self.wake = Some(Instant::now() + WAIT_FOR_PICTURE),
+            Drawn::Lost => return Err(Error::Device("the window's surface was lost".into())),
+        }
+        if self.options.lose_device_after == Some(self.frame) {
+            self.options.lose_device_after = None;
+            return Err(Error::Device("it was given up, as asked for".into()));
+        }
+        Ok(())
+    }
+
+    fn count_frame(&mut self, picture: u64) {
+        let Some(open) = &mut self.open else { return };
+        let now = Instant::now();
+        let since = open.drawn.as_ref().map(|last| now - last.at);
+        open.drawn = Some(Frame { at: now, picture });
+        let ms = since.map_or(0.0, |since| since.as_secs_f64() * 1e3);
+        self.state.frame_ms = match since {
+            // Smoothed, or nobody could read it.
+            Some(since) if since < MOVEMENT => {
+                Some(self.state.frame_ms.map_or(ms, |known| 0.8 * known + 0.2 * ms))
+            }
+            _ => None,
+        };
+        self.frame += 1;
+        let area = self.state.area;
+        let kernels: Vec<_> = self.state.shown_kernels().iter().map(|k| k.name()).collect();
+        (self.notify)(&Notice::Shown {
+            frame: self.frame,
+            picture,
+            area: [area.left, area.top, area.width, area.height],
+            settled: self.state.is_settled(),
+            kernels: &kernels,
+            show: self.state.show.name(),
+            asked: self.state.asked,
+            ms,
+        });
+    }
+
+    fn carry_out(&mut self, event_loop: &ActiveEventLoop, command: Command) {
+        match command {
+            Command::PrintCamera => {
+                let toml = camera_toml(&self.state.rig.camera);
+                if toml != self.last_text {
+                    self.state.tell("The camera is on standard output");
+                    self.last_text.clone_from(&toml);
+                }
+                (self.notify)(&Notice::Camera { toml: &toml });
+            }
+            Command::Save => self.save(),
+            Command::Explain { x, y } => {
+                self.state.explained = Some(Explained { pixel: [x, y], text: None });
+                if let Some(open) = &self.open {
+                    open.explain.ask(self.question(x, y));
+                }
+            }
+            Command::Hover { x, y } => self.hover(x, y),
+            Command::Quit => event_loop.exit(),
+        }
+    }
+
+    fn question(&self, x: u32, y: u32) -> Question {
+        Question {
+            scene: Arc::clone(&self.state.scene),
+            pixels: self.state.pixels(),
+            kernel: self.state.kernel_at(x),
+            x,
+            y,
+        }
+    }
+
+    fn hover(&mut self, x: u32, y: u32) {
+        let question = self.question(x, y);
+        let Some(open) = &self.open else { return };
+        let is_known = |last: &Question| {
+            Arc::ptr_eq(&last.scene, &question.scene)
+                && (last.pixels, last.kernel, last.x, last.y)
+                    == (question.pixels, question.kernel, x, y)
+        };
+        if !self.last_pixel.as_ref().is_some_and(is_known) {
+            self.last_pixel = Some(question.clone());
+            open.hover.ask(question);
+        }
+    }
+
+    fn save(&mut self) {
+        let Some(open) = &self.open else { return };
+        let [width, height] =
+            self.full_size().unwrap_or([self.state.area.width, self.state.area.height]);
+        let pixels = Pixels::whole(View::new(&self.state.rig.camera), width, height);
+        let path = free_name(std::path::Path::new("."), &self.state.path);
+        let (backend, scene) = (open.backend.clone(), Arc::clone(&self.state.scene));
+        let (kernel, proxy) = (self.state.kernels[1], self.proxy.clone());
+        let work = move || {
+            let saved = save(&backend, &scene, kernel, pixels, &path, &Control::default());
+            // The event loop is gone only when nobody is interested any more.
+            let _ = proxy.send_event(Event::Saved(saved.map(|()| (path, [width, height]))));
+        };
+        self.saves.retain(|save| !save.is_finished());
+        match std::thread::Builder::new().name("save".into()).spawn(work) {
+            Ok(thread) => self.saves.push(thread),
+            Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
+        }
+    }
+}
+
+/// The picture with what is needed to draw it.
+fn shown<'a>(state: &State, palette: Option<&'a Words>) -> Option<Shown<'a>> {
+    let (picture, palette) = (state.picture.as_ref()?, palette?);
+    let (area, pixels) = (state.area, &picture.order.pixels);
+    let layer = |(place, ids): (usize, &Arc<Words>)| Layer {
+        ids: Arc::clone(ids),
+        paint: state.paint(place).map(|paint| Arc::clone(&paint.words)),
+    };
+    let present = Present {
+        left: area.left,
+        top: area.top,
+        shown_width: area.width,
+        shown_height: area.height,
+        width: pixels.width,
+        height: pixels.height,
+        divider: area.left + if state.compares { state.divider_px() } else { 0 },
+        painted: 0,
+    };
+    let layers = picture.ids.iter().enumerate().map(layer).collect();
+    (area.width > 0 && area.height > 0).then_some(Shown { present, palette, layers })
+}

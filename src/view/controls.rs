@@ -1,0 +1,269 @@
+//! Mouse and keyboard → camera and state.
+
+use std::time::{Duration, Instant};
+
+use egui::{
+    Color32, CursorIcon, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Rect, Response,
+    Sense, Stroke, Ui, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+
+use super::panels::{next_kernel, next_theme};
+use super::rig::{Axis, Rig};
+use super::show::Show;
+use super::state::{Command, State};
+
+/// Orbiting by a drag over the whole height of the picture, radians.
+const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
+
+/// Part of the distance that is left after one step of the wheel.
+const ZOOM_STEP: f64 = 0.85;
+
+/// Points that a touchpad scrolls for one step of a wheel.
+const POINTS_OF_STEP: f64 = 40.0;
+
+/// Radii of the scene that flying takes in a second.
+const FLY_SPEED: f64 = 0.6;
+
+/// How many times faster it is with shift.
+const FAST: f64 = 4.0;
+
+/// Most time that one step of flying stands for, seconds, and what a touch of a key stands for.
+const FLY_STEPS: [f64; 2] = [0.1, 1.0 / 30.0];
+
+/// A click is half a double click up to this time.
+const DOUBLE_CLICK: Duration = Duration::from_millis(320);
+
+/// Half the width in which the divider can be taken, points.
+const GRIP: f32 = 6.0;
+
+const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
+const SHOW_KEYS: [Key; 8] =
+    [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
+
+/// Back to the file's camera.
+pub fn go_home(state: &mut State) {
+    state.rig = Rig::new(&state.home);
+}
+
+/// All keys. A key counts with what was held when it was pressed: it may be free again by now.
+pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
+    let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
+        let keys = input.events.iter().filter_map(|event| match event {
+            Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
+                Some((*key, *modifiers))
+            }
+            _ => None,
+        });
+        keys.collect()
+    });
+    for &(key, modifiers) in &pressed {
+        match key {
+            Key::S if modifiers.command => commands.push(Command::Save),
+            Key::Q if modifiers.command => commands.push(Command::Quit),
+            _ if modifiers.command => {}
+            _ => press(ui, key, modifiers.shift, state, commands),
+        }
+    }
+    let copies = ui.input(|input| input.events.contains(&Event::Copy));
+    if let Some(text) = state.explained.as_ref().and_then(|shown| shown.text.clone())
+        && copies
+    {
+        ui.ctx().copy_text(text);
+    }
+    if !ui.input(|input| input.modifiers.command) {
+        let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
+        fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
+    }
+}
+
+fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
+    if let Some(i) = NUMBER_KEYS.iter().position(|&number| number == key) {
+        state.rig.look_along(Axis::ALL[i], state.extent, state.aspect());
+    }
+    if let Some(i) = SHOW_KEYS.iter().position(|&function| function == key) {
+        state.show = Show::ALL[i];
+    }
+    match key {
+        Key::F => state.rig.frame(state.extent, state.aspect()),
+        Key::R => go_home(state),
+        Key::P => commands.push(Command::PrintCamera),
+        Key::K => {
+            let place = usize::from(!(shift && state.compares));
+            state.kernels[place] = next_kernel(state.kernels[place]);
+        }
+        Key::C => state.toggle_compare(),
+        Key::V => state.show = state.show.step(!shift),
+        Key::T => next_theme(ui),
+        Key::O => state.has_panels = !state.has_panels,
+        Key::H | Key::Questionmark => state.has_help = !state.has_help,
+        Key::Escape if state.has_help => state.has_help = false,
+        Key::Escape => state.explained = None,
+        _ => {}
+    }
+}
+
+fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
+    let axes = [(Key::D, Key::A), (Key::E, Key::Q), (Key::W, Key::S)];
+    let mut touched = false;
+    let direction = ui.input(|input| {
+        axes.map(|(plus, minus)| {
+            let mut held = |key| {
+                let counts = input.key_down(key) || pressed.contains(&key);
+                touched |= pressed.contains(&key);
+                f64::from(u8::from(counts))
+            };
+            held(plus) - held(minus)
+        })
+    });
+    let direction = DVec3::from_array(direction);
+    if direction == DVec3::ZERO {
+        return;
+    }
+    let [longest, touch] = FLY_STEPS;
+    let seconds = match touched {
+        // Before the first step nobody held a key.
+        true => touch,
+        false => f64::from(ui.input(|input| input.unstable_dt)).min(longest),
+    };
+    let faster = if ui.input(|input| input.modifiers.shift) { FAST } else { 1.0 };
+    state.rig.fly(direction * (FLY_SPEED * faster * seconds * state.extent.radius));
+    ui.ctx().request_repaint();
+}
+
+/// What the mouse does over the picture.
+pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    let is_dividing = state.compares && divider(ui, rect, state);
+    if is_dividing {
+        return;
+    }
+    let scale = f64::from(ui.pixels_per_point());
+    drag(ui, &response, scale, state);
+    let Some(at) = response.hover_pos() else {
+        state.hover = None;
+        return;
+    };
+    let in_picture = DVec2::new(f64::from(at.x), f64::from(at.y)) * scale
+        - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
+    let Some(pixel) = pixel_at(in_picture, state) else { return };
+    wheel(ui, in_picture, pixel, state);
+    click(ui, &response, pixel, state, commands);
+    if !response.dragged() {
+        let [x, y] = pixel;
+        commands.push(Command::Hover { x, y });
+    }
+}
+
+fn pixel_at(at: DVec2, state: &State) -> Option<[u32; 2]> {
+    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
+    let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
+    inside.then_some([at.x as u32, at.y as u32])
+}
+
+fn drag(ui: &Ui, response: &Response, scale: f64, state: &mut State) {
+    let delta = response.drag_delta();
+    if delta == egui::Vec2::ZERO {
+        return;
+    }
+    let by = DVec2::new(f64::from(delta.x), f64::from(delta.y)) * scale;
+    let height = f64::from(state.area.height.max(1));
+    let shift = ui.input(|input| input.modifiers.shift);
+    let pans = response.dragged_by(PointerButton::Middle)
+        || response.dragged_by(PointerButton::Primary) && shift;
+    if pans {
+        state.rig.pan(by, height);
+    } else if response.dragged_by(PointerButton::Primary) {
+        let turn = by * (ORBIT_OF_HEIGHT / height);
+        // What is in front follows the pointer.
+        state.rig.orbit(-turn.x, -turn.y);
+    }
+}
+
+fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
+    let steps: f64 = ui.input(|input| {
+        let steps = input.events.iter().map(|event| match event {
+            Event::MouseWheel { unit: MouseWheelUnit::Point, delta, .. } => {
+                f64::from(delta.y) / POINTS_OF_STEP
+            }
+            Event::MouseWheel { delta, .. } => f64::from(delta.y),
+            _ => 0.0,
+        });
+        steps.sum()
+    });
+    if steps == 0.0 {
+        return;
+    }
+    let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
+    let known = state.known(pixel).filter(|answer| answer.id != 0);
+    let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
+    let direction = state.rig.direction(at, size);
+    state.rig.zoom(direction, depth, ZOOM_STEP.powf(steps));
+}
+
+fn click(
+    ui: &Ui,
+    response: &Response,
+    pixel: [u32; 2],
+    state: &mut State,
+    commands: &mut Vec<Command>,
+) {
+    if response.double_clicked() {
+        state.click = None;
+        if state.known(pixel).is_some() {
+            state.set_pivot();
+        } else {
+            state.pivot_wanted = Some(pixel);
+        }
+    } else if response.clicked() {
+        state.click = Some((pixel, Instant::now()));
+    }
+    if let Some(([x, y], since)) = state.click {
+        if since.elapsed() >= DOUBLE_CLICK {
+            state.click = None;
+            commands.push(Command::Explain { x, y });
+        } else {
+            ui.ctx().request_repaint_after(DOUBLE_CLICK);
+        }
+    }
+}
+
+/// The line between two kernels; whether it is being dragged.
+fn divider(ui: &mut Ui, rect: Rect, state: &mut State) -> bool {
+    // Where the shader draws it: between two columns of pixels.
+    let scale = ui.pixels_per_point();
+    let x = (state.area.left + state.divider_px()) as f32 / scale;
+    let grip = Rect::from_min_max(pos2(x - GRIP, rect.top()), pos2(x + GRIP, rect.bottom()));
+    let response = ui
+        .interact(grip, egui::Id::unique("divider"), Sense::drag())
+        .on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+    if let Some(at) = response.interact_pointer_pos()
+        && (response.dragged() || response.drag_stopped())
+    {
+        state.divider = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
+    }
+    let is_held = response.dragged() || response.hovered();
+    let painter = ui.painter_at(rect);
+    let line = Stroke::new(1.0, Color32::from_white_alpha(if is_held { 255 } else { 200 }));
+    painter.vline(x, rect.y_range(), Stroke::new(3.0, Color32::from_black_alpha(90)));
+    painter.vline(x, rect.y_range(), line);
+    if state.has_panels {
+        let names = state.kernels.map(|kernel| kernel.name());
+        for (name, side) in names.into_iter().zip([-1.0, 1.0]) {
+            label(ui, rect, x, name, side);
+        }
+    }
+    response.dragged()
+}
+
+/// The kernel's name on its side of the line.
+fn label(ui: &Ui, rect: Rect, x: f32, name: &str, side: f32) {
+    let painter = ui.painter_at(rect);
+    let font = egui::FontId::proportional(13.0);
+    let text = painter.layout_no_wrap(name.into(), font, Color32::WHITE);
+    let size = text.size() + vec2(14.0, 6.0);
+    let center = pos2(x + side * (size.x / 2.0 + 10.0), rect.bottom() - 24.0);
+    let plate = Rect::from_center_size(center, size);
+    painter.rect_filled(plate, 4.0, Color32::from_black_alpha(150));
+    painter.galley(plate.center() - text.size() / 2.0, text, Color32::WHITE);
+}

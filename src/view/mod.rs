@@ -1,0 +1,39 @@
+//! The window: a scene to move through, and a pixel to be asked why.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `app` | the event loop: what comes in, in which order it is done |
+//! | `state` | what is wanted, what is there, what the user is told |
+//! | `controls` | mouse and keys → camera and state |
+//! | `rig` | the camera under the hand: pure arithmetic |
+//! | `panels` | bar, lines, legend, help, explanation |
+//! | `screen` | surface and drawing |
+//! | `worker` | a thread that does the newest of its jobs |
+//! | `tracing`, `painter`, `ask`, `save` | such jobs |
+//! | `paint`, `show` | numbers as colours, and which numbers |
+//! | `reload` | watching the scene file |
+//! | `notice` | what the program is told |
+//!
+//! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
+//! turns them into colours. What the certified kernel left undecided goes to the CPU as a list of
+//! pixels, and their ids come back; until then they are grey. All other numbers are those that
+//! `render` writes to an EXR file, computed when the camera rests.
+
+mod app;
+mod ask;
+mod controls;
+mod notice;
+mod paint;
+mod painter;
+mod panels;
+mod reload;
+mod rig;
+mod save;
+mod screen;
+mod show;
+mod state;
+mod tracing;
+mod worker;
+
+pub use app::{Options, run};
+pub use notice::Notice;

@@ -1,0 +1,73 @@
+//! What the window tells the program that opened it.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+/// Something happened.
+#[derive(Debug, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Notice<'a> {
+    /// A device was opened, at the start or after the last one was lost.
+    Opened {
+        /// Its name.
+        adapter: &'a str,
+        /// Whether it is a program on the CPU.
+        software: bool,
+    },
+    /// A frame is in the window.
+    Shown {
+        /// Frames so far.
+        frame: u64,
+        /// Number of the picture in it, 0 for none.
+        picture: u64,
+        /// Left, top, width and height of the picture in the window, px.
+        area: [u32; 4],
+        /// Whether each pixel is decided, and painted where the mode paints.
+        settled: bool,
+        /// The kernels from left to right.
+        kernels: &'a [&'static str],
+        /// What is shown.
+        show: &'static str,
+        /// Number of the newest picture asked for.
+        asked: u64,
+        /// Milliseconds from the last frame.
+        ms: f64,
+    },
+    /// The pointer's pixel was looked up.
+    Hover {
+        /// What the status line says.
+        text: &'a str,
+    },
+    /// A pixel was explained.
+    Explained {
+        /// Column and row.
+        pixel: [u32; 2],
+        /// The text of `explain`.
+        text: &'a str,
+    },
+    /// The camera as the user wants it: TOML.
+    Camera {
+        /// The table `[camera]`.
+        toml: &'a str,
+    },
+    /// A picture was saved.
+    Saved {
+        /// Its file.
+        path: &'a Path,
+        /// Columns and rows.
+        size: [u32; 2],
+    },
+    /// The scene file changed and is good.
+    Reloaded,
+    /// The scene file changed and is wrong.
+    SceneWrong {
+        /// The error with file, line and column.
+        error: &'a str,
+    },
+    /// Something else went wrong, and the window lives on.
+    Trouble {
+        /// What.
+        message: &'a str,
+    },
+}

@@ -1,0 +1,79 @@
+//! What the picture shows of each pixel.
+
+/// The ways of looking at a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Show {
+    /// The objects' colours: what `render` draws.
+    #[default]
+    Color,
+    /// `t`, which is the depth along the view axis.
+    Depth,
+    /// The unit normal.
+    Normal,
+    /// A colour for each id.
+    Id,
+    /// Front or back.
+    Side,
+    /// The sign of the discriminant: the lecture's figure 5.
+    Discriminant,
+    /// The kernel's result against exact arithmetic.
+    Error,
+    /// The stage that decided.
+    Stage,
+}
+
+impl Show {
+    /// In the order of the keys F1 to F8.
+    pub const ALL: [Show; 8] = [
+        Show::Color,
+        Show::Depth,
+        Show::Normal,
+        Show::Id,
+        Show::Side,
+        Show::Discriminant,
+        Show::Error,
+        Show::Stage,
+    ];
+
+    /// As the menu has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Show::Color => "colour",
+            Show::Depth => "depth",
+            Show::Normal => "normal",
+            Show::Id => "id",
+            Show::Side => "side",
+            Show::Discriminant => "discriminant",
+            Show::Error => "error",
+            Show::Stage => "stage",
+        }
+    }
+
+    /// One sentence.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Show::Color => "The colour of the object that is seen",
+            Show::Depth => "t, the depth along the view axis, on a logarithmic scale",
+            Show::Normal => "The unit normal: x, y, z as red, green, blue",
+            Show::Id => "A colour for each object id",
+            Show::Side => "The side of the object that is seen",
+            Show::Discriminant => {
+                "D of the visible sphere, else of the one that the line comes nearest to"
+            }
+            Show::Error => "The kernel against exact arithmetic, pixel by pixel",
+            Show::Stage => "The stage that decided which object is seen",
+        }
+    }
+
+    /// Whether single pixels must be painted by the CPU, which happens when the camera rests.
+    pub fn is_painted(self) -> bool {
+        !matches!(self, Show::Color | Show::Id | Show::Side)
+    }
+
+    /// The next one, or the one before.
+    pub fn step(self, forward: bool) -> Show {
+        let n = Show::ALL.len();
+        let at = Show::ALL.iter().position(|&show| show == self).unwrap_or(0);
+        Show::ALL[(at + if forward { 1 } else { n - 1 }) % n]
+    }
+}

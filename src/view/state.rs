@@ -1,0 +1,277 @@
+//! What the window knows: what is wanted, what is there, and what the user is told.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::ask::Answer;
+use super::painter::Painted;
+use super::rig::{Extent, Rig};
+use super::show::Show;
+use super::tracing::Picture;
+use crate::camera::Pixels;
+use crate::scene::{Camera, Scene};
+use crate::trace::Kernel;
+
+/// How long a message is shown.
+const MESSAGE_TIME: Duration = Duration::from_secs(6);
+
+/// A rectangle of the window, px.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Area {
+    pub left: u32,
+    pub top: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// What the user asked for that is more than a change of [`State`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Print the camera.
+    PrintCamera,
+    /// Save the picture.
+    Save,
+    /// Explain a pixel.
+    Explain { x: u32, y: u32 },
+    /// Look up a pixel.
+    Hover { x: u32, y: u32 },
+    /// Close the window.
+    Quit,
+}
+
+/// The text of `explain` for a pixel.
+pub struct Explained {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// `None` while it is being computed.
+    pub text: Option<String>,
+}
+
+/// Everything between the user and the threads.
+pub struct State {
+    pub path: PathBuf,
+    pub scene: Arc<Scene>,
+    /// The scene file's camera.
+    pub home: Camera,
+    pub extent: Extent,
+    pub rig: Rig,
+    /// Left and right; the right one is shown where only one is.
+    pub kernels: [Kernel; 2],
+    pub compares: bool,
+    /// Where the divider stands, 0 to 1.
+    pub divider: f32,
+    pub show: Show,
+    pub has_panels: bool,
+    pub has_help: bool,
+    /// Where the picture is.
+    pub area: Area,
+    /// `lavapipe (software)`
+    pub device: String,
+    /// The newest picture.
+    pub picture: Option<Arc<Picture>>,
+    /// Number of the newest order.
+    pub asked: u64,
+    /// Paint for its layers.
+    pub painted: [Option<Painted>; 2],
+    pub hover: Option<Answer>,
+    /// The pixel that shall become the pivot when its answer comes.
+    pub pivot_wanted: Option<[u32; 2]>,
+    /// A click that may turn out to be half a double click.
+    pub click: Option<([u32; 2], Instant)>,
+    pub explained: Option<Explained>,
+    /// What is wrong with the scene file now.
+    pub scene_error: Option<String>,
+    message: Option<(String, Instant)>,
+    /// Time between the last frames, while they followed each other closely.
+    pub frame_ms: Option<f64>,
+}
+
+impl State {
+    /// Begins with a scene's camera.
+    pub fn new(path: PathBuf, scene: Arc<Scene>, camera: Camera, kernel: Kernel) -> State {
+        State {
+            path,
+            extent: Extent::new(&scene),
+            rig: Rig::new(&camera),
+            home: camera,
+            scene,
+            kernels: [Kernel::Lecture, kernel],
+            compares: false,
+            divider: 0.5,
+            show: Show::Color,
+            has_panels: true,
+            has_help: false,
+            area: Area::default(),
+            device: String::new(),
+            picture: None,
+            asked: 0,
+            painted: [None, None],
+            hover: None,
+            pivot_wanted: None,
+            click: None,
+            explained: None,
+            scene_error: None,
+            message: None,
+            frame_ms: None,
+        }
+    }
+
+    /// A new scene from the file. The camera follows the file where the file's camera changed.
+    pub fn reload(&mut self, scene: Arc<Scene>, camera: Camera) {
+        if camera != self.home {
+            self.rig = Rig::new(&camera);
+            self.home = camera;
+        }
+        self.extent = Extent::new(&scene);
+        self.scene = scene;
+        self.scene_error = None;
+        self.hover = None;
+    }
+
+    /// The kernels that are shown, from left to right.
+    pub fn shown_kernels(&self) -> Vec<Kernel> {
+        if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
+    }
+
+    /// Shows two kernels, or one again. Two of a kind would show nothing.
+    pub fn toggle_compare(&mut self) {
+        self.compares = !self.compares;
+        if self.kernels[0] == self.kernels[1] {
+            self.kernels[0] = match self.kernels[1] {
+                Kernel::Lecture => Kernel::Certified,
+                Kernel::Stable | Kernel::Double | Kernel::Certified => Kernel::Lecture,
+            };
+        }
+    }
+
+    /// The kernel of a column of the picture.
+    pub fn kernel_at(&self, x: u32) -> Kernel {
+        let is_left = self.compares && x < self.divider_px();
+        self.kernels[usize::from(!is_left)]
+    }
+
+    /// Columns left of the divider.
+    pub fn divider_px(&self) -> u32 {
+        (f64::from(self.divider) * f64::from(self.area.width)).round() as u32
+    }
+
+    /// The pixels that the window has room for.
+    pub fn pixels(&self) -> Pixels {
+        Pixels::whole(self.rig.view(), self.area.width, self.area.height)
+    }
+
+    /// Width over height.
+    pub fn aspect(&self) -> f64 {
+        f64::from(self.area.width.max(1)) / f64::from(self.area.height.max(1))
+    }
+
+    /// Whether a picture is on its way.
+    pub fn is_waiting(&self) -> bool {
+        self.picture.as_ref().is_none_or(|picture| picture.order.serial < self.asked)
+    }
+
+    /// The paint of the picture that is shown, where it is the one that is wanted.
+    pub fn paint(&self, place: usize) -> Option<&Painted> {
+        let serial = self.picture.as_ref()?.order.serial;
+        let painted = self.painted[place].as_ref()?;
+        (painted.serial == serial && painted.show == self.show).then_some(painted)
+    }
+
+    /// Part of the painting that is done, 0 to 1.
+    pub fn painted_share(&self) -> f32 {
+        let n = self.shown_kernels().len();
+        (0..n).filter_map(|place| self.paint(place)).map(|paint| paint.share).sum::<f32>()
+            / n as f32
+    }
+
+    /// Whether what is shown is the newest, each pixel of it decided and painted.
+    pub fn is_settled(&self) -> bool {
+        let is_decided = |picture: &Arc<Picture>| picture.progress().left == 0;
+        !self.is_waiting()
+            && self.picture.as_ref().is_some_and(is_decided)
+            && (!self.show.is_painted() || self.painted_share() >= 1.0)
+    }
+
+    /// Tells the user something for a while.
+    pub fn tell(&mut self, message: impl Into<String>) {
+        self.message = Some((message.into(), Instant::now() + MESSAGE_TIME));
+    }
+
+    /// What the user is told now, and for how long.
+    pub fn message(&self) -> Option<(&str, Duration)> {
+        let (message, until) = self.message.as_ref()?;
+        let left = until.saturating_duration_since(Instant::now());
+        (!left.is_zero()).then_some((message, left))
+    }
+
+    /// An answer of the hover thread.
+    pub fn answer(&mut self, answer: Answer) {
+        let is_wanted = self.pivot_wanted == Some(answer.pixel);
+        self.hover = Some(answer);
+        if is_wanted {
+            self.set_pivot();
+        }
+    }
+
+    /// What a pixel shows, where that is known for this camera.
+    pub fn known(&self, pixel: [u32; 2]) -> Option<&Answer> {
+        let view = self.rig.view();
+        self.hover.as_ref().filter(|answer| answer.pixel == pixel && answer.view == view)
+    }
+
+    /// Turns around what was looked up last.
+    pub fn set_pivot(&mut self) {
+        self.pivot_wanted = None;
+        let Some(answer) = &self.hover else { return };
+        if answer.id == 0 {
+            self.tell("The background is no pivot");
+        } else {
+            self.rig.pivot = answer.position;
+            let message = format!("Turning around {} at {}", answer.label, point(answer));
+            self.tell(message);
+        }
+    }
+}
+
+/// `(1, 2, 3)`, to six digits.
+pub fn point(answer: &Answer) -> String {
+    let [x, y, z] = answer.position.to_array().map(six_digits);
+    format!("({x}, {y}, {z})")
+}
+
+/// A number as a person reads it.
+pub fn six_digits(x: f64) -> String {
+    let magnitude = x.abs();
+    if x == 0.0 || (1e-3..1e6).contains(&magnitude) {
+        let digits = 5 - magnitude.max(1e-3).log10().floor().max(-3.0) as i32;
+        let text = format!("{x:.*}", digits.max(0) as usize);
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+            false => text,
+        }
+    } else {
+        format!("{x:.5e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (24.0, "24"),
+            (-6.5, "-6.5"),
+            (123.456_789, "123.457"),
+            (0.012_345_678, "0.0123457"),
+            (999_999.4, "999999"),
+            (1e7, "1.00000e7"),
+            (-1.5e-9, "-1.50000e-9"),
+        ] {
+            assert_eq!(six_digits(x), text);
+        }
+    }
+}

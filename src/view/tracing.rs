@@ -1,0 +1,268 @@
+//! Tracing what the window shows, on a thread of its own. The ids stay on the device.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::worker::{Turn, Worker};
+use crate::camera::Pixels;
+use crate::certify::{self, Decided};
+use crate::cpu::CpuTracer;
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
+use crate::prepare::Prepared;
+use crate::scene::Scene;
+use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+
+/// The CPU decides this long before the picture is shown without what is still undecided.
+const BEFORE_SHOWING: Duration = Duration::from_millis(8);
+
+/// Rays that are decided between two looks at the clock.
+const DECIDE_AT_ONCE: usize = 1024;
+
+/// What traces: a device that also shows the pictures, or the CPU.
+#[derive(Clone)]
+pub struct Backend {
+    /// The device that the pictures lie on.
+    pub gpu: Arc<Gpu>,
+    /// Whether the CPU traces.
+    pub on_cpu: bool,
+}
+
+/// A picture that is wanted.
+#[derive(Clone)]
+pub struct Order {
+    /// Its number; newer ones have higher numbers.
+    pub serial: u64,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Camera and size.
+    pub pixels: Pixels,
+    /// One kernel, or two to be shown side by side.
+    pub kernels: Vec<Kernel>,
+}
+
+/// A picture on the device.
+pub struct Picture {
+    /// What was wanted.
+    pub order: Order,
+    /// The ids, one a pixel, of each kernel.
+    pub ids: Vec<Arc<Words>>,
+    /// Time that tracing took, and deciding until the picture was first shown; without compiling.
+    pub time: Duration,
+    progress: Mutex<Progress>,
+}
+
+/// How far the CPU is with what the device left undecided.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    /// Rays that the device left undecided.
+    pub undecided: u64,
+    /// How many of them are not decided yet.
+    pub left: u64,
+    /// How many rays each stage decided so far.
+    pub counts: StageCounts,
+}
+
+impl Picture {
+    /// How far the CPU is.
+    pub fn progress(&self) -> Progress {
+        *self.lock()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Progress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What the thread says.
+pub enum Traced {
+    /// A new picture.
+    Picture(Arc<Picture>),
+    /// More of this picture is decided.
+    More,
+    /// It failed.
+    Failed(Error),
+}
+
+/// Starts the thread; `say` is called from it. `closing` stops a trace that would take long.
+///
+/// # Errors
+/// Those of compiling, and [`Error::Io`] when the system has no thread to give.
+pub fn start(
+    backend: Backend,
+    closing: Arc<Control>,
+    say: impl Fn(Traced) + Send + 'static,
+) -> Result<Worker<Order>> {
+    let undecided = Undecided::new(&backend.gpu)?;
+    let mut tracing =
+        Tracing { backend, closing, undecided, pool: Pool::default(), tracers: Vec::new() };
+    Worker::start("trace", move |order, turn| match tracing.work(order, turn, &say) {
+        Ok(()) | Err(Error::Interrupted) => {}
+        Err(error) => say(Traced::Failed(error)),
+    })
+    .map_err(Error::io("the tracing thread"))
+}
+
+struct Tracing {
+    backend: Backend,
+    closing: Arc<Control>,
+    undecided: Undecided,
+    pool: Pool,
+    /// One for each place in the window.
+    tracers: Vec<GpuTracer>,
+}
+
+/// A layer with the rays that are not decided yet.
+struct Open {
+    ids: Arc<Words>,
+    rays: Vec<u32>,
+}
+
+impl Tracing {
+    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &impl Fn(Traced)) -> Result<()> {
+        let rays = Rays::Pixels(order.pixels);
+        let mut time = Duration::ZERO;
+        let mut open = Vec::new();
+        let mut progress = Progress::default();
+        for (place, &kernel) in order.kernels.iter().enumerate() {
+            let (ids, rays) = self.trace(&order, place, kernel, &mut time)?;
+            progress.undecided += rays.len() as u64;
+            progress.counts.f32 += (order.pixels.len() - rays.len()) as u64;
+            open.push(Open { ids, rays });
+        }
+        progress.left = progress.undecided;
+
+        let ids = open.iter().map(|layer| Arc::clone(&layer.ids)).collect();
+        let scene = Arc::clone(&order.scene);
+        let mut picture =
+            Picture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
+        let decide = |some: &[u32], ids: &Words, picture: &Picture| -> Result<()> {
+            let decided = certify::decide(&scene, &rays, some, &turn.control)?;
+            self.undecided.decide(ids, &decided)?;
+            count(&mut picture.lock(), &decided);
+            Ok(())
+        };
+        let before = Instant::now();
+        let mut parts = open
+            .iter()
+            .flat_map(|layer| layer.rays.chunks(DECIDE_AT_ONCE).map(|some| (some, &*layer.ids)))
+            .peekable();
+        // A newer order does not keep this one from being shown, or nothing would be while the
+        // camera moves.
+        while before.elapsed() < BEFORE_SHOWING
+            && !turn.is_over()
+            && let Some((some, ids)) = parts.next()
+        {
+            match decide(some, ids, &picture) {
+                Err(Error::Interrupted) => break,
+                result => result?,
+            }
+        }
+        picture.time = time + before.elapsed();
+        let picture = Arc::new(picture);
+        say(Traced::Picture(Arc::clone(&picture)));
+        for (some, ids) in parts {
+            decide(some, ids, &picture)?;
+            say(Traced::More);
+        }
+        Ok(())
+    }
+
+    /// The ids as the device leaves them, and the rays among them that it left undecided.
+    fn trace(
+        &mut self,
+        order: &Order,
+        place: usize,
+        kernel: Kernel,
+        time: &mut Duration,
+    ) -> Result<(Arc<Words>, Vec<u32>)> {
+        let Order { scene, pixels, .. } = order;
+        let rays = Rays::Pixels(*pixels);
+        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
+        let gpu = &self.backend.gpu;
+        let ids = self.pool.take(gpu, pixels.len());
+        if self.backend.on_cpu {
+            let mut hits = Hits::default();
+            let start = Instant::now();
+            CpuTracer::new(prepared, Wants::default()).trace(&rays, &self.closing, &mut hits)?;
+            ids.write(gpu, 0, &hits.id);
+            *time += start.elapsed();
+            return Ok((ids, Vec::new()));
+        }
+        let in_range = prepared.in_range;
+        match self.tracers.get_mut(place) {
+            Some(tracer) => tracer.retarget(prepared)?,
+            None => {
+                let tracer = GpuTracer::new(Arc::clone(gpu), prepared, Wants::default())?;
+                self.tracers.push(tracer);
+            }
+        }
+        let start = Instant::now();
+        self.tracers[place].trace_on_device(*pixels, &ids, &self.closing)?;
+        let rays = match kernel {
+            Kernel::Certified if in_range => self.undecided.find(&ids)?,
+            // Outside of the filter's range its word counts for nothing.
+            Kernel::Certified => (0..pixels.len() as u32).collect(),
+            Kernel::Lecture | Kernel::Stable | Kernel::Double => Vec::new(),
+        };
+        *time += start.elapsed();
+        Ok((ids, rays))
+    }
+}
+
+fn count(progress: &mut Progress, decided: &[Decided]) {
+    progress.left -= decided.len() as u64;
+    for one in decided {
+        match one.level {
+            Level::Exact => progress.counts.exact += 1,
+            Level::F32 | Level::F64 => progress.counts.f64 += 1,
+        }
+    }
+}
+
+/// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
+pub struct Numbers {
+    backend: Backend,
+    tracers: Vec<(Kernel, GpuTracer)>,
+}
+
+impl Numbers {
+    /// Without anything compiled yet.
+    pub fn new(backend: Backend) -> Numbers {
+        Numbers { backend, tracers: Vec::new() }
+    }
+
+    /// Traces `pixels` of the scene with `kernel`.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn trace(
+        &mut self,
+        scene: &Arc<Scene>,
+        kernel: Kernel,
+        pixels: Pixels,
+        control: &Control,
+    ) -> Result<Hits> {
+        let wants = Wants { surface: true, level: true };
+        let rays = Rays::Pixels(pixels);
+        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
+        let mut hits = Hits::default();
+        if self.backend.on_cpu {
+            CpuTracer::new(prepared, wants).trace(&rays, control, &mut hits)?;
+            return Ok(hits);
+        }
+        let position = match self.tracers.iter().position(|(known, _)| *known == kernel) {
+            Some(position) => {
+                self.tracers[position].1.retarget(prepared)?;
+                position
+            }
+            None => {
+                let gpu = Arc::clone(&self.backend.gpu);
+                self.tracers.push((kernel, GpuTracer::new(gpu, prepared, wants)?));
+                self.tracers.len() - 1
+            }
+        };
+        self.tracers[position].1.trace(&rays, control, &mut hits)?;
+        Ok(hits)
+    }
+}

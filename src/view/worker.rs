@@ -1,0 +1,177 @@
+//! A thread that does the newest of the jobs that it is given, and skips what came between.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crate::trace::Control;
+
+/// The thread and its next job.
+pub struct Worker<J> {
+    desk: Arc<Desk<J>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Desk<J> {
+    state: Mutex<State<J>>,
+    changed: Condvar,
+}
+
+struct State<J> {
+    next: Option<J>,
+    closed: bool,
+    /// Of the job at work.
+    control: Arc<Control>,
+}
+
+/// What a job at work knows of those that came after it.
+pub struct Turn<'a, J> {
+    desk: &'a Desk<J>,
+    /// Cancelled when a newer job waits.
+    pub control: Arc<Control>,
+}
+
+impl<J> Desk<J> {
+    fn lock(&self) -> MutexGuard<'_, State<J>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next job, or `None` when there will be none.
+    fn take(&self) -> Option<(J, Arc<Control>)> {
+        let mut state = self.lock();
+        loop {
+            if state.closed {
+                return None;
+            }
+            if let Some(job) = state.next.take() {
+                state.control = Arc::default();
+                return Some((job, Arc::clone(&state.control)));
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl<J> Turn<'_, J> {
+    /// Whether a newer job waits.
+    pub fn is_over(&self) -> bool {
+        self.control.check().is_err()
+    }
+
+    /// Waits; gives `false` at once when a newer job comes.
+    pub fn rest(&self, time: Duration) -> bool {
+        let end = Instant::now() + time;
+        let mut state = self.desk.lock();
+        while !self.is_over() {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return true;
+            }
+            let waited = self.desk.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        false
+    }
+}
+
+impl<J: Send + 'static> Worker<J> {
+    /// Starts a thread that calls `work` for each job.
+    ///
+    /// # Errors
+    /// The system's, when it has no thread to give.
+    pub fn start(
+        name: &str,
+        mut work: impl FnMut(J, &Turn<J>) + Send + 'static,
+    ) -> std::io::Result<Worker<J>> {
+        let state = State { next: None, closed: false, control: Arc::default() };
+        let desk = Arc::new(Desk { state: Mutex::new(state), changed: Condvar::new() });
+        let seen = Arc::clone(&desk);
+        let thread = std::thread::Builder::new().name(name.into()).spawn(move || {
+            while let Some((job, control)) = seen.take() {
+                work(job, &Turn { desk: &seen, control });
+            }
+        })?;
+        Ok(Worker { desk, thread: Some(thread) })
+    }
+
+    /// Hands over a job in place of the one that waits; the one at work is asked to stop.
+    pub fn ask(&self, job: J) {
+        let mut state = self.desk.lock();
+        state.next = Some(job);
+        state.control.cancel();
+        self.desk.changed.notify_all();
+    }
+
+    /// Forgets the job that waits and asks the one at work to stop.
+    pub fn stop(&self) {
+        let mut state = self.desk.lock();
+        state.next = None;
+        state.control.cancel();
+        self.desk.changed.notify_all();
+    }
+}
+
+impl<J> Drop for Worker<J> {
+    fn drop(&mut self) {
+        {
+            let mut state = self.desk.lock();
+            state.closed = true;
+            state.control.cancel();
+            self.desk.changed.notify_all();
+        }
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has said so itself.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn jobs_in_between_are_skipped_and_the_one_at_work_is_told() {
+        let (started, at_work) = channel();
+        let (go, may_go) = channel::<()>();
+        let (done, results) = channel();
+        let worker = Worker::start("test", move |job: u32, turn| {
+            started.send(job).unwrap();
+            may_go.recv().unwrap();
+            done.send((job, turn.is_over())).unwrap();
+        })
+        .unwrap();
+        worker.ask(1);
+        assert_eq!(at_work.recv().unwrap(), 1);
+        worker.ask(2);
+        worker.ask(3);
+        go.send(()).unwrap();
+        assert_eq!(results.recv().unwrap(), (1, true));
+        assert_eq!(at_work.recv().unwrap(), 3);
+        go.send(()).unwrap();
+        assert_eq!(results.recv().unwrap(), (3, false));
+    }
+
+    #[test]
+    fn a_rest_ends_early_for_a_newer_job_and_for_the_end() {
+        let (started, at_work) = channel();
+        let (done, results) = channel();
+        let worker = Worker::start("test", move |time: Duration, turn| {
+            started.send(()).unwrap();
+            done.send(turn.rest(time)).unwrap();
+        })
+        .unwrap();
+        worker.ask(Duration::from_secs(600));
+        at_work.recv().unwrap();
+        worker.ask(Duration::ZERO);
+        assert!(!results.recv().unwrap());
+        assert!(results.recv().unwrap());
+        at_work.recv().unwrap();
+        worker.ask(Duration::from_secs(600));
+        at_work.recv().unwrap();
+        drop(worker);
+        assert!(!results.recv().unwrap());
+    }
+}

@@ -1,0 +1,644 @@
+//! A desktop without a screen, and a window on it.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use kugelblitz::scene::{Camera, parse_scene};
+use serde_json::Value;
+use tempfile::TempDir;
+use x11rb::connection::Connection;
+use x11rb::protocol::Event as XEvent;
+use x11rb::protocol::xproto::{
+    AtomEnum, ClientMessageEvent, ConnectionExt, CreateWindowAux, EventMask, ImageFormat, Window,
+    WindowClass,
+};
+use x11rb::rust_connection::RustConnection;
+
+/// Longer than this, nothing takes on any machine.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// Between two looks at the screen.
+const LOOK: Duration = Duration::from_millis(30);
+
+/// A scene of the repository.
+pub fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"))
+}
+
+/// The program with this display, in this folder.
+pub fn program(display: &str, folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+    command
+        .current_dir(folder)
+        .env("DISPLAY", display)
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .env_remove("WGPU_ADAPTER_NAME")
+        .stdin(Stdio::null());
+    command
+}
+
+fn need(program: &str, error: &std::io::Error) -> ! {
+    panic!("{program} can't be run: {error}; ci/setup.sh --tests installs it")
+}
+
+/// An X server without a screen.
+pub struct Desk {
+    server: Child,
+    display: String,
+    /// Two cores are enough for one window at a time.
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl Desk {
+    pub fn new() -> Desk {
+        static ALONE: Mutex<()> = Mutex::new(());
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        // The server chooses a free number and tells it.
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| need("Xvfb", &error));
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        assert!(!number.trim().is_empty(), "Xvfb did not start");
+        Desk { server, display: format!(":{}", number.trim()), _alone: alone }
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// RGB pixels.
+#[derive(Clone, PartialEq)]
+pub struct Image {
+    width: u32,
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Image {
+    pub fn open(path: &Path) -> Image {
+        let image = image::open(path).unwrap().into_rgb8();
+        Image { width: image.width(), pixels: image.pixels().map(|pixel| pixel.0).collect() }
+    }
+
+    pub fn at(&self, x: u32, y: u32) -> [u8; 3] {
+        self.pixels[(y * self.width + x) as usize]
+    }
+
+    pub fn count(&self, color: [u8; 3]) -> usize {
+        self.pixels.iter().filter(|&&pixel| pixel == color).count()
+    }
+}
+
+/// What `render` draws for a scene seen by another camera.
+pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &str) -> Image {
+    let folder = tempfile::tempdir().unwrap();
+    let text = with_camera(&fs::read_to_string(scene).unwrap(), camera);
+    let [path, picture] = ["scene.toml", "picture.png"].map(|name| folder.path().join(name));
+    fs::write(&path, text).unwrap();
+    let size = format!("{width}x{height}");
+    let output = program("", folder.path())
+        .args(["render", "scene.toml", "-o", "picture.png", "--size", &size, "--kernel", kernel])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Image::open(&picture)
+}
+
+/// The scene with this table `[camera]` in place of its own.
+fn with_camera(scene: &str, camera: &str) -> String {
+    let (before, after) = scene.split_once("[camera]").unwrap();
+    let rest = after.find("\n[").map_or("", |at| &after[at..]);
+    format!("{before}{camera}{rest}")
+}
+
+/// The camera of a table `[camera]`.
+pub fn camera_of(toml: &str) -> Camera {
+    parse_scene(toml, Path::new("camera.toml")).unwrap().camera.unwrap()
+}
+
+/// Leaves a line in `target/gpu-tests.log`, which `ci/test.sh` reads.
+pub fn log_gpu(test: &str, seen: &Seen) {
+    let opened = seen.log.iter().find(|event| event.name() == "opened").expect("a device");
+    let adapter = opened.0["adapter"].as_str().unwrap();
+    let log = concat!(env!("CARGO_TARGET_TMPDIR"), "/../gpu-tests.log");
+    let mut log = fs::OpenOptions::new().create(true).append(true).open(log).unwrap();
+    log.write_all(format!("{test} on {adapter} (in a window)\n").as_bytes()).unwrap();
+}
+
+/// What the program says with --log-events; and how many of its name there were.
+#[derive(Clone, Debug)]
+pub struct Event(Value, usize);
+
+impl Event {
+    pub fn name(&self) -> &str {
+        self.0["event"].as_str().unwrap()
+    }
+
+    pub fn count(&self) -> usize {
+        self.1
+    }
+
+    fn field(&self, name: &str) -> &str {
+        self.0[name].as_str().unwrap_or_default()
+    }
+
+    pub fn show(&self) -> &str {
+        self.field("show")
+    }
+
+    pub fn text(&self) -> &str {
+        self.field("text")
+    }
+
+    pub fn error(&self) -> &str {
+        self.field("error")
+    }
+
+    pub fn path(&self) -> &str {
+        self.field("path")
+    }
+
+    pub fn message(&self) -> &str {
+        self.field("message")
+    }
+
+    pub fn hover(&self) -> Option<&str> {
+        (self.name() == "hover").then(|| self.text())
+    }
+
+    pub fn is_settled(&self) -> bool {
+        self.0["settled"] == true
+    }
+
+    pub fn kernels(&self) -> Vec<&str> {
+        let kernels = self.0["kernels"].as_array();
+        kernels.map_or_else(Vec::new, |all| all.iter().filter_map(Value::as_str).collect())
+    }
+
+    pub fn number(&self, name: &str) -> u64 {
+        self.0[name].as_u64().unwrap()
+    }
+
+    pub fn area(&self) -> [u32; 4] {
+        serde_json::from_value(self.0["area"].clone()).unwrap_or_default()
+    }
+}
+
+/// A window of the program, and everything that it said.
+pub struct Seen {
+    child: Child,
+    display: String,
+    x: RustConnection,
+    window: Window,
+    events: Receiver<Value>,
+    pub log: Vec<Event>,
+    folder: TempDir,
+}
+
+impl Seen {
+    /// Opens a scene and waits until its picture is there.
+    pub fn open(desk: &Desk, scene: &Path, args: &[&str]) -> Seen {
+        Seen::open_with(desk, scene, args, |command| command)
+    }
+
+    fn open_with(
+        desk: &Desk,
+        scene: &Path,
+        args: &[&str],
+        prepare: impl Fn(&mut Command) -> &mut Command,
+    ) -> Seen {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = program(&desk.display, folder.path());
+        command.arg("view").arg(scene).args(args).arg("--log-events").stdout(Stdio::piped());
+        let mut child = prepare(&mut command).spawn().unwrap();
+        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let (say, events) = channel();
+        std::thread::spawn(move || {
+            for line in lines.map_while(Result::ok) {
+                // Vulkan's validation layers print as well.
+                let event = serde_json::from_str(&line)
+                    .unwrap_or_else(|_| serde_json::json!({ "event": "printed", "text": line }));
+                if say.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        let (x, _) = RustConnection::connect(Some(&desk.display)).unwrap();
+        let mut seen = Seen {
+            child,
+            display: desk.display.clone(),
+            x,
+            window: 0,
+            events,
+            log: Vec::new(),
+            folder,
+        };
+        seen.wait(Event::is_settled);
+        let found = seen.ask_xdotool(&["search", "--onlyvisible", "--name", "Kugelblitz"]);
+        seen.window = found.lines().last().expect("a window").parse().unwrap();
+        // Without a window manager nobody gives it the keyboard.
+        seen.xdotool(&["windowfocus", "--sync", &seen.window.to_string()]);
+        seen
+    }
+
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn ask_xdotool(&self, args: &[&str]) -> String {
+        let output = Command::new("xdotool")
+            .args(args)
+            .env("DISPLAY", &self.display)
+            .output()
+            .unwrap_or_else(|error| need("xdotool", &error));
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    pub fn xdotool(&self, args: &[&str]) {
+        self.ask_xdotool(args);
+    }
+
+    pub fn key(&self, key: &str) {
+        self.xdotool(&["key", key]);
+    }
+
+    /// The next event that `is_it`; all before it are only logged.
+    #[track_caller]
+    pub fn wait(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let Ok(value) = self.events.recv_timeout(left) else {
+                let tail = &self.log[self.log.len().saturating_sub(12)..];
+                panic!("it did not come; the last events:\n{tail:#?}");
+            };
+            let event = self.note(value);
+            if is_it(&event) {
+                return event;
+            }
+        }
+    }
+
+    /// The first event of all that `is_it`.
+    #[track_caller]
+    pub fn wait_since_start(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
+        match self.log.iter().find(|event| is_it(event)) {
+            Some(event) => event.clone(),
+            None => self.wait(is_it),
+        }
+    }
+
+    /// The last frame.
+    pub fn last_shown(&self) -> &Event {
+        self.log.iter().rfind(|event| event.name() == "shown").expect("a frame")
+    }
+
+    /// Does something that changes the camera or the size, and waits until the new picture is
+    /// there.
+    #[track_caller]
+    pub fn moves(&mut self, act: impl FnOnce(&Seen)) {
+        let asked = self.last_shown().number("asked");
+        act(self);
+        self.wait(|event| event.is_settled() && event.number("picture") > asked);
+    }
+
+    /// Where the picture is in the window.
+    pub fn area(&self) -> [u32; 4] {
+        self.last_shown().area()
+    }
+
+    /// The window's point at a pixel of the picture.
+    pub fn at(&self, x: u32, y: u32) -> [u32; 2] {
+        let [left, top, ..] = self.area();
+        [left + x, top + y]
+    }
+
+    pub fn point(&self, [x, y]: [u32; 2]) {
+        let window = self.window.to_string();
+        self.xdotool(&["mousemove", "--window", &window, &x.to_string(), &y.to_string()]);
+    }
+
+    /// Drags in steps, as a hand does, and waits until the new picture is there.
+    #[track_caller]
+    pub fn drag(&mut self, from: [u32; 2], to: [u32; 2], button: u32, held: Option<&str>) {
+        if let Some(key) = held {
+            self.xdotool(&["keydown", key]);
+        }
+        let button = button.to_string();
+        self.take(from, &button);
+        let asked = self.last_shown().number("asked");
+        self.pull(from, to);
+        self.wait(|event| event.is_settled() && event.number("picture") > asked);
+        self.xdotool(&["mouseup", &button]);
+        if let Some(key) = held {
+            self.xdotool(&["keyup", key]);
+        }
+        self.rest();
+    }
+
+    /// Presses a button, and waits until the window has seen it.
+    #[track_caller]
+    fn take(&mut self, at: [u32; 2], button: &str) {
+        self.point(at);
+        self.drain();
+        self.xdotool(&["mousedown", button]);
+        self.wait(|event| event.name() == "shown");
+    }
+
+    fn pull(&self, from: [u32; 2], to: [u32; 2]) {
+        for step in 1..=10 {
+            let between = |axis: usize| (from[axis] * (10 - step) + to[axis] * step) / 10;
+            self.point([between(0), between(1)]);
+        }
+    }
+
+    #[track_caller]
+    pub fn drag_divider(&mut self, from: u32, to: u32) {
+        let [from, to] = [from, to].map(|x| self.at(x, 60));
+        self.take(from, "1");
+        self.pull(from, to);
+        self.xdotool(&["mouseup", "1"]);
+    }
+
+    /// Takes note of all that was said so far.
+    fn drain(&mut self) {
+        while let Ok(value) = self.events.try_recv() {
+            self.note(value);
+        }
+    }
+
+    /// Waits until the picture is the newest and nothing more comes for a moment.
+    #[track_caller]
+    fn rest(&mut self) {
+        loop {
+            while let Ok(value) = self.events.recv_timeout(4 * LOOK) {
+                self.note(value);
+            }
+            if self.last_shown().is_settled() {
+                return;
+            }
+            self.wait(Event::is_settled);
+        }
+    }
+
+    fn note(&mut self, value: Value) -> Event {
+        let n = self.log.iter().filter(|event| event.0["event"] == value["event"]).count();
+        let event = Event(value, n + 1);
+        self.log.push(event.clone());
+        event
+    }
+
+    /// Back to the file's camera.
+    #[track_caller]
+    pub fn reset(&mut self) {
+        self.key("r");
+        // Once P answers, R is done.
+        self.camera();
+        self.rest();
+    }
+
+    /// What P prints.
+    #[track_caller]
+    pub fn camera(&mut self) -> String {
+        self.key("p");
+        self.wait(|event| event.name() == "camera").field("toml").to_owned()
+    }
+
+    #[track_caller]
+    pub fn resize(&mut self, width: u32, height: u32) {
+        self.xdotool(&[
+            "windowsize",
+            &self.window.to_string(),
+            &width.to_string(),
+            &height.to_string(),
+        ]);
+        self.wait(|event| event.is_settled() && event.area()[2] == width);
+    }
+
+    /// What is in the window where the picture is.
+    pub fn image(&self) -> Image {
+        self.grab(self.area())
+    }
+
+    fn grab(&self, [left, top, width, height]: [u32; 4]) -> Image {
+        let all = u32::MAX;
+        let [x, y] = [left, top].map(|px| px as i16);
+        let [w, h] = [width, height].map(|px| px as u16);
+        let request = self.x.get_image(ImageFormat::Z_PIXMAP, self.window, x, y, w, h, all);
+        let reply = request.unwrap().reply().unwrap();
+        let pixels = reply.data.chunks_exact(4).map(|bgrx| [bgrx[2], bgrx[1], bgrx[0]]).collect();
+        Image { width, pixels }
+    }
+
+    /// A pixel of the bar above the picture, where nothing is written.
+    pub fn bar_color(&self) -> [u8; 3] {
+        self.grab([3, 3, 1, 1]).at(0, 0)
+    }
+
+    /// Looks at the window until it is as `is_it` wants.
+    #[track_caller]
+    pub fn wait_until(&mut self, what: &str, is_it: impl Fn(&Seen) -> bool) {
+        let end = Instant::now() + PATIENCE;
+        while !is_it(self) {
+            assert!(Instant::now() < end, "{what} did not come");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    #[track_caller]
+    pub fn wait_for(&mut self, what: &str, is_it: impl Fn(&Image) -> bool) -> Image {
+        let found = std::cell::RefCell::new(None);
+        self.wait_until(what, |seen| {
+            let image = seen.image();
+            let fits = is_it(&image);
+            if fits {
+                *found.borrow_mut() = Some(image);
+            }
+            fits
+        });
+        found.into_inner().expect("an image")
+    }
+
+    /// Looks at the window until each pixel of the picture is as expected.
+    #[track_caller]
+    pub fn wait_for_picture(&mut self, expected: &Image) -> Image {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let image = self.image();
+            if image == *expected {
+                return image;
+            }
+            if Instant::now() > end {
+                let n = image.pixels.iter().zip(&expected.pixels).filter(|(a, b)| a != b).count();
+                let first = image.pixels.iter().zip(&expected.pixels).position(|(a, b)| a != b);
+                let first = first.map(|i| (i % image.width as usize, i / image.width as usize));
+                panic!("{n} of {} pixels differ, first {first:?}", expected.pixels.len());
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// The text in the clipboard.
+    pub fn clipboard(&self) -> String {
+        let x = &self.x;
+        let root = x.setup().roots[0].root;
+        let window = x.generate_id().unwrap();
+        let depth = x11rb::COPY_DEPTH_FROM_PARENT;
+        let aux = CreateWindowAux::new().event_mask(EventMask::PROPERTY_CHANGE);
+        let class = WindowClass::INPUT_OUTPUT;
+        x.create_window(depth, window, root, 0, 0, 1, 1, 0, class, 0, &aux).unwrap();
+        let atom =
+            |name: &str| x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
+        let (selection, target) = (atom("CLIPBOARD"), atom("UTF8_STRING"));
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            let time = x11rb::CURRENT_TIME;
+            x.convert_selection(window, selection, target, selection, time).unwrap();
+            x.flush().unwrap();
+            loop {
+                match x.wait_for_event().unwrap() {
+                    XEvent::SelectionNotify(notify) if notify.property != 0 => {
+                        let property = x
+                            .get_property(true, window, selection, AtomEnum::ANY, 0, u32::MAX / 4)
+                            .unwrap()
+                            .reply()
+                            .unwrap();
+                        return String::from_utf8(property.value).unwrap();
+                    }
+                    // Nobody owns it yet.
+                    XEvent::SelectionNotify(_) => break,
+                    _ => {}
+                }
+            }
+            std::thread::sleep(LOOK);
+        }
+        panic!("nothing came into the clipboard");
+    }
+
+    /// What a click on the window's close button sends.
+    pub fn close(mut self) {
+        let atom =
+            |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
+        let (protocols, delete) = (atom("WM_PROTOCOLS"), atom("WM_DELETE_WINDOW"));
+        let message = ClientMessageEvent::new(32, self.window, protocols, [delete, 0, 0, 0, 0]);
+        self.x.send_event(false, self.window, EventMask::NO_EVENT, message).unwrap();
+        self.x.flush().unwrap();
+        self.assert_ended();
+    }
+
+    /// Ctrl + Q.
+    pub fn quit(mut self) {
+        self.key("ctrl+q");
+        self.assert_ended();
+    }
+
+    #[track_caller]
+    fn assert_ended(&mut self) {
+        let status = self.ended();
+        assert!(status.success(), "{status}");
+        let trouble = self.log.iter().filter(|event| event.name() == "trouble");
+        let trouble: Vec<_> =
+            trouble.filter(|event| !event.message().contains("as asked for")).collect();
+        assert!(trouble.is_empty(), "{trouble:?}");
+        let printed: Vec<_> =
+            self.log.iter().filter(|event| event.name() == "printed").map(Event::text).collect();
+        assert!(printed.is_empty(), "{printed:#?}");
+    }
+
+    fn ended(&mut self) -> ExitStatus {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(Instant::now() < end, "the window does not close");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Memory of the process, MiB.
+    fn memory(&self) -> f64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS:")).unwrap();
+        let kib: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+        kib / 1024.0
+    }
+}
+
+impl Drop for Seen {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Most growth of the memory of a window in use, MiB.
+const MOST_GROWTH: f64 = 20.0;
+
+/// Moves, resizes, reloads, asks and compares for a time, with validation on.
+pub fn soak(time: Duration) {
+    let desk = Desk::new();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let good = fs::read_to_string(scene("figure1")).unwrap();
+    fs::write(&path, &good).unwrap();
+    let mut seen =
+        Seen::open_with(&desk, &path, &[], |command| command.env("WGPU_VALIDATION", "1"));
+    let start = Instant::now();
+    let mut round = 0;
+    let mut memory = Vec::new();
+    while start.elapsed() < time {
+        round += 1;
+        let [middle, aside] = [seen.at(200, 150), seen.at(330, 120 + 40 * (round % 3))];
+        seen.drag(middle, aside, 1, None);
+        seen.drag(aside, middle, 2, None);
+        seen.moves(|seen| seen.xdotool(&["click", "4"]));
+        seen.key(["F2", "F3", "F4", "F5", "F6", "F7", "F8"][round as usize % 7]);
+        seen.moves(|seen| seen.key("3"));
+        seen.key("F1");
+        seen.key("c");
+        let (width, height) = [(1100, 760), (700, 500), (900, 640)][round as usize % 3];
+        seen.resize(width, height);
+        seen.key("c");
+        seen.xdotool(&["click", "1"]);
+        seen.wait(|event| event.name() == "explained");
+        seen.key("Escape");
+        let color = format!("#{:06x}", round * 4321 % 0xff_ffff);
+        fs::write(&path, good.replace("#d62728", &color)).unwrap();
+        seen.wait(|event| event.name() == "reloaded");
+        fs::write(&path, "[camera\n").unwrap();
+        seen.wait(|event| event.name() == "scene_wrong");
+        fs::write(&path, &good).unwrap();
+        seen.wait(|event| event.name() == "reloaded");
+        seen.reset();
+        // Each third round has the same size, and the first minute fills the caches: shaders of
+        // all kernels and modes, glyphs, the allocators' pools.
+        if round % 3 == 0 && start.elapsed() > time / 5 {
+            memory.push(seen.memory());
+            println!(
+                "{:.0} s, round {round}: {:.1} MiB",
+                start.elapsed().as_secs_f64(),
+                seen.memory()
+            );
+        }
+    }
+    assert!(memory.len() >= 3, "too few rounds: {memory:?}");
+    let growth = memory[memory.len() - 1] - memory[0];
+    assert!(growth < MOST_GROWTH, "memory grew by {growth:.1} MiB: {memory:?}");
+    seen.quit();
+}

@@ -1,0 +1,453 @@
+//! The window as its users meet it: the real one under Xvfb, driven by xdotool. What it shows is
+//! compared with what `render` draws.
+
+mod desk;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use desk::{Desk, Image, Seen, camera_of, log_gpu, program, render, scene};
+use glam::DVec3;
+
+/// Size of most pictures here.
+const SIZE: &str = "480x300";
+
+/// The picture in the window is the one that `render` draws for the camera that P prints.
+#[track_caller]
+fn assert_as_rendered(seen: &mut Seen, scene: &Path, kernel: &str) -> Image {
+    let camera = seen.camera();
+    let [_, _, width, height] = seen.area();
+    let expected = render(scene, &camera, [width, height], kernel);
+    seen.wait_for_picture(&expected)
+}
+
+#[test]
+fn the_window_shows_what_render_draws() {
+    let desk = Desk::new();
+    for (name, size) in [("figure1", "960x540"), ("figure5", SIZE), ("hard/huge_ground", SIZE)] {
+        let scene = scene(name);
+        let mut seen = Seen::open(&desk, &scene, &["--size", size]);
+        log_gpu("the_window_shows_what_render_draws", &seen);
+        let [left, _, width, height] = seen.area();
+        assert_eq!((left, format!("{width}x{height}")), (0, size.into()));
+        let mut kernel = "certified";
+        for next in ["lecture", "stable", "certified"] {
+            assert_as_rendered(&mut seen, &scene, kernel);
+            seen.key("k");
+            kernel = next;
+            seen.wait(|event| event.is_settled() && event.kernels() == [kernel]);
+        }
+        seen.quit();
+    }
+}
+
+#[test]
+fn the_cpu_traces_the_same_picture() {
+    let desk = Desk::new();
+    let scene = scene("figure2");
+    let mut seen = Seen::open(&desk, &scene, &["--size", SIZE, "--device", "cpu"]);
+    assert_as_rendered(&mut seen, &scene, "certified");
+    seen.quit();
+}
+
+#[test]
+fn every_control_of_the_camera_works() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("every_control_of_the_camera_works", &seen);
+    let home = camera_of(&seen.camera());
+    let middle = seen.at(240, 150);
+    let aside = seen.at(340, 190);
+
+    // Orbit: the distance to the pivot stays.
+    seen.drag(middle, aside, 1, None);
+    assert_as_rendered(&mut seen, &path, "certified");
+    let turned = camera_of(&seen.camera());
+    let distance = |camera: &kugelblitz::scene::Camera| camera.position.distance(home.look_at);
+    assert!(turned.position.distance(home.position) > 0.5);
+    assert!((distance(&turned) - distance(&home)).abs() < 1e-9);
+    // Dragged to the right and down, the eye goes to the left and up.
+    assert!(turned.position.x < home.position.x && turned.position.y > home.position.y);
+
+    // Both ways to pan: sideways alone.
+    for (button, held) in [(2, None), (1, Some("shift"))] {
+        seen.reset();
+        seen.drag(middle, aside, button, held);
+        assert_as_rendered(&mut seen, &path, "certified");
+        let moved = camera_of(&seen.camera());
+        let by = moved.position - home.position;
+        let forward = (home.look_at - home.position).normalize();
+        assert!(by.length() > 0.1 && by.dot(forward).abs() < 1e-9, "{by}");
+        assert!((moved.look_at - home.look_at - by).length() < 1e-9);
+        assert!(by.x < 0.0 && by.y > 0.0, "the picture follows the pointer: {by}");
+    }
+
+    // The wheel brings what is under the pointer nearer.
+    seen.reset();
+    let red = seen.at(150, 130);
+    seen.point(red);
+    seen.wait(|event| event.hover().is_some_and(|text| text.contains("(red)")));
+    seen.moves(|seen| seen.xdotool(&["click", "4"]));
+    assert_as_rendered(&mut seen, &path, "certified");
+    let nearer = camera_of(&seen.camera());
+    let red_sphere = DVec3::new(-2.6, 1.5, -1.5);
+    let ratio = nearer.position.distance(red_sphere) / home.position.distance(red_sphere);
+    // One turn of the wheel is one or two steps, as the X server has it.
+    assert!((0.7..0.95).contains(&ratio), "{ratio}");
+    seen.moves(|seen| seen.xdotool(&["click", "5"]));
+    let back = camera_of(&seen.camera());
+    assert!(back.position.distance(red_sphere) > nearer.position.distance(red_sphere));
+
+    // A double click sets the pivot: orbiting then keeps the distance to that point.
+    seen.reset();
+    seen.point(middle);
+    seen.wait(|event| event.hover().is_some_and(|text| text.contains("(blue)")));
+    seen.point(red);
+    let hovered = seen.wait(|event| event.hover().is_some_and(|text| text.contains("(red)")));
+    let text = hovered.hover().unwrap();
+    let numbers = text.rsplit_once('(').unwrap().1.trim_end_matches(')');
+    let numbers: Vec<f64> = numbers.split(", ").map(|n| n.parse().unwrap()).collect();
+    let pivot = DVec3::from_slice(&numbers);
+    seen.xdotool(&["click", "--repeat", "2", "--delay", "60", "1"]);
+    seen.drag(middle, aside, 1, None);
+    let turned = camera_of(&seen.camera());
+    let change = turned.position.distance(pivot) - home.position.distance(pivot);
+    assert!(change.abs() < 1e-3, "the pivot was not {pivot}: {change}");
+    assert!(turned.position.distance(home.position) > 0.5);
+
+    // Flying, each key in its direction.
+    let view = kugelblitz::camera::View::new(&home);
+    for (key, direction) in [
+        ("w", view.forward),
+        ("s", -view.forward),
+        ("d", view.right),
+        ("a", -view.right),
+        ("e", view.true_up),
+        ("q", -view.true_up),
+    ] {
+        seen.reset();
+        seen.moves(|seen| seen.key(key));
+        let by = camera_of(&seen.camera()).position - home.position;
+        assert!(by.normalize().distance(direction) < 1e-6, "{key}: {by}");
+    }
+
+    seen.reset();
+    assert_eq!(camera_of(&seen.camera()), home);
+    seen.moves(|seen| seen.key("f"));
+    assert_as_rendered(&mut seen, &path, "certified");
+    let framed = camera_of(&seen.camera());
+    let direction =
+        |camera: &kugelblitz::scene::Camera| (camera.look_at - camera.position).normalize();
+    assert!(direction(&framed).distance(direction(&home)) < 1e-12);
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| [axis, -axis]);
+    for (key, to_eye) in [
+        (1, axes[0][0]),
+        (2, axes[1][0]),
+        (3, axes[2][0]),
+        (4, axes[0][1]),
+        (5, axes[1][1]),
+        (6, axes[2][1]),
+    ] {
+        seen.moves(|seen| seen.key(&key.to_string()));
+        assert_as_rendered(&mut seen, &path, "certified");
+        assert!(direction(&camera_of(&seen.camera())).distance(-to_eye) < 1e-12, "{key}");
+    }
+    seen.quit();
+}
+
+#[test]
+fn two_kernels_stand_side_by_side() {
+    let desk = Desk::new();
+    let path = scene("hard/moved");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    seen.key("c");
+    seen.wait(|event| event.is_settled() && event.kernels() == ["lecture", "certified"]);
+    let camera = seen.camera();
+    let [lecture, certified] =
+        ["lecture", "certified"].map(|kernel| render(&path, &camera, [480, 300], kernel));
+    assert!(lecture != certified, "a scene that tells them apart");
+    let mut divider = 240;
+    for to in [240, 100, 390] {
+        if to != divider {
+            seen.drag_divider(divider, to);
+            divider = to;
+        }
+        // All but the line itself and the names beside it.
+        let part = |x: u32, y: u32| {
+            if y > 250 || x.abs_diff(divider) < 4 {
+                return None;
+            }
+            Some(if x < divider { lecture.at(x, y) } else { certified.at(x, y) })
+        };
+        seen.wait_for(&format!("the divider at {to}"), |image| {
+            (0..300).all(|y| (0..480).all(|x| part(x, y).is_none_or(|c| c == image.at(x, y))))
+        });
+    }
+    // The left kernel is another one after shift + K.
+    seen.key("shift+k");
+    seen.wait(|event| event.is_settled() && event.kernels() == ["stable", "certified"]);
+    seen.key("c");
+    seen.wait(|event| event.is_settled() && event.kernels() == ["certified"]);
+    assert_as_rendered(&mut seen, &path, "certified");
+    seen.quit();
+}
+
+#[test]
+fn numbers_are_seen() {
+    let desk = Desk::new();
+    let path = scene("figure5");
+    let mut seen = Seen::open(&desk, &path, &[]);
+    log_gpu("numbers_are_seen", &seen);
+    assert_eq!(seen.area()[2..], [1281, 721]);
+    let colors = seen.image();
+    let shows = ["depth", "normal", "id", "side", "discriminant", "error", "stage"];
+    for (i, show) in shows.into_iter().enumerate() {
+        // Exact arithmetic for each pixel takes a while; one pass of it is enough here.
+        let key = format!("F{}", i + 2);
+        seen.key(&key);
+        seen.wait(|event| event.show() == show && (show == "error" || event.is_settled()));
+        // Each object in a colour of its own, which is not its own colour, but for the background.
+        match show {
+            "discriminant" => {
+                let [touched, pierced, missed] = [(640, 360), (640, 425), (100, 100)];
+                let image = seen
+                    .wait_for("D", |image| image.at(touched.0, touched.1) == [0xff, 0xf0, 0x7a]);
+                let [red, _, blue] = image.at(pierced.0, pierced.1);
+                assert!(red > blue, "D > 0 is red");
+                let [red, _, blue] = image.at(missed.0, missed.1);
+                assert!(red < blue, "D < 0 is blue");
+                let yellow = image.count([0xff, 0xf0, 0x7a]);
+                // The legend has it too.
+                assert!(yellow > 1, "{yellow}");
+            }
+            "error" => {
+                // `certified` is right and correctly rounded wherever it is looked at.
+                seen.wait_for("no error", |image| {
+                    image.at(640, 440) == [0x1d, 0x4d, 0x3a]
+                        && image.at(640, 20) == [0x1c, 0x1f, 0x24]
+                });
+            }
+            "side" => {
+                seen.wait_for("fronts", |image| image.at(640, 440) == [0x4c, 0x9f, 0xd8]);
+            }
+            "stage" => {
+                seen.wait_for("stages", |image| image.at(640, 440) == [0x26, 0x3a, 0x4d]);
+            }
+            "depth" => {
+                // The pierced sphere is farther than the touched one: darker.
+                seen.wait_for("depth", |image| {
+                    let [near, far] = [image.at(760, 260), image.at(640, 440)];
+                    near[0] == near[1] && near[0] > far[0] && far[0] > 40
+                });
+            }
+            "normal" => {
+                // In the middle of the missed sphere the normal points to the eye.
+                seen.wait_for("normals", |image| {
+                    let [r, g, b] = image.at(315, 360);
+                    r > 128 && g.abs_diff(128) < 20 && b > 200
+                });
+            }
+            _ => {
+                seen.wait_for("other colours", |image| image.at(640, 440) != colors.at(640, 440));
+            }
+        }
+    }
+    seen.key("F1");
+    seen.wait(|event| event.show() == "colour" && event.is_settled());
+    assert_as_rendered(&mut seen, &path, "certified");
+    for show in ["depth", "normal"] {
+        seen.key("v");
+        seen.wait(|event| event.show() == show);
+    }
+    seen.key("shift+v");
+    seen.wait(|event| event.show() == "depth");
+    // While the camera moves, the colours are shown; the depth comes again when it rests.
+    seen.moves(|seen| seen.key("w"));
+    assert_eq!(seen.last_shown().show(), "depth");
+    seen.quit();
+}
+
+#[test]
+fn a_pixel_tells_why() {
+    let desk = Desk::new();
+    let path = scene("figure2");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("a_pixel_tells_why", &seen);
+    let [x, y] = [100, 200];
+    let place = seen.at(x, y);
+    seen.point(place);
+    let starts = format!("pixel {x}, {y} · ");
+    seen.wait(|event| event.hover().is_some_and(|text| text.starts_with(&starts)));
+    seen.xdotool(&["click", "1"]);
+    let explained = seen.wait(|event| event.name() == "explained");
+    let text = explained.text();
+    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
+        .args(["explain", path.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
+        .output()
+        .unwrap();
+    assert_eq!(text, String::from_utf8(output.stdout).unwrap());
+    seen.key("ctrl+c");
+    assert_eq!(seen.clipboard(), text);
+    seen.key("Escape");
+    seen.point(seen.at(20, 20));
+    assert_as_rendered(&mut seen, &path, "certified");
+    seen.quit();
+}
+
+#[test]
+fn the_scene_file_is_watched() {
+    let desk = Desk::new();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let good = fs::read_to_string(scene("figure1")).unwrap();
+    fs::write(&path, &good).unwrap();
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("the_scene_file_is_watched", &seen);
+    let before = assert_as_rendered(&mut seen, &path, "certified");
+
+    // A good change, written in place.
+    let other = good.replace("#d62728", "#00ff7f").replace("radius = 1.0\n", "radius = 1.4\n");
+    fs::write(&path, &other).unwrap();
+    seen.wait(|event| event.name() == "reloaded");
+    let after = assert_as_rendered(&mut seen, &path, "certified");
+    assert!(after != before);
+
+    // A broken one, put in the old one's place: its error stands over the last good picture.
+    let broken = folder.path().join("new");
+    fs::write(&broken, other.replace("radius = 1.4", "radus = 1.4")).unwrap();
+    fs::rename(&broken, &path).unwrap();
+    let wrong = seen.wait(|event| event.name() == "scene_wrong");
+    let error = wrong.error();
+    let line = 1 + other.lines().position(|line| line == "radius = 1.4").unwrap();
+    assert!(error.contains(&format!("scene.toml:{line}:1:")), "{error}");
+    assert!(error.contains("radius"), "{error}");
+    let shown = seen.wait_for("the error", |image| image.at(40, 30) != after.at(40, 30));
+    for y in 120..300 {
+        for x in 0..480 {
+            assert_eq!(shown.at(x, y), after.at(x, y), "{x}, {y}");
+        }
+    }
+
+    // The camera of the file moves the view; all is well again.
+    let moved = good.replace("position = [0.0, 2.2, 9.0]", "position = [3.0, 2.2, 9.0]");
+    fs::write(&path, &moved).unwrap();
+    seen.wait(|event| event.name() == "reloaded");
+    assert_as_rendered(&mut seen, &path, "certified");
+    assert_eq!(camera_of(&seen.camera()).position.x, 3.0);
+    // The user's camera stays where the file's camera does.
+    seen.moves(|seen| seen.key("3"));
+    let camera = seen.camera();
+    fs::write(&path, moved.replace("#1f77b4", "#123456")).unwrap();
+    seen.wait(|event| event.name() == "reloaded");
+    assert_as_rendered(&mut seen, &path, "certified");
+    assert_eq!(seen.camera(), camera);
+    seen.quit();
+}
+
+#[test]
+fn the_window_is_resized_its_panels_hidden_and_it_closes() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("the_window_is_resized_its_panels_hidden_and_it_closes", &seen);
+    for [width, height] in [[801, 503], [333, 700], [1100, 600]] {
+        seen.resize(width, height);
+        let [left, top, shown_width, shown_height] = seen.area();
+        assert_eq!((left, shown_width), (0, width));
+        assert!(top > 0 && shown_height < height);
+        assert_as_rendered(&mut seen, &path, "certified");
+    }
+    seen.moves(|seen| seen.key("o"));
+    assert_eq!(seen.area(), [0, 0, 1100, 600]);
+    assert_as_rendered(&mut seen, &path, "certified");
+    seen.moves(|seen| seen.key("o"));
+    // The help, and light and dark, change what is seen and nothing else.
+    let picture = assert_as_rendered(&mut seen, &path, "certified");
+    seen.key("h");
+    seen.wait_for("the help", |image| *image != picture);
+    seen.key("Escape");
+    seen.wait_for_picture(&picture);
+    let dark = seen.bar_color();
+    seen.key("t");
+    seen.wait_until("a light bar", |seen| seen.bar_color()[0] > 128 && dark[0] < 128);
+    seen.close();
+}
+
+#[test]
+fn the_picture_is_saved_at_full_resolution() {
+    let desk = Desk::new();
+    let path = scene("figure2");
+    let mut seen = Seen::open(&desk, &path, &[]);
+    seen.resize(500, 400);
+    let camera = seen.camera();
+    let size = {
+        let scene = kugelblitz::scene::read_scene(&path).unwrap();
+        scene.image.map(|image| [image.width, image.height]).unwrap()
+    };
+    let expected = render(&path, &camera, size, "certified");
+    for name in ["figure2-1.png", "figure2-2.png"] {
+        seen.key("ctrl+s");
+        let saved = seen.wait(|event| event.name() == "saved");
+        assert!(saved.path().ends_with(name), "{}", saved.path());
+        assert!(Image::open(&seen.folder().join(name)) == expected);
+    }
+    seen.quit();
+}
+
+#[test]
+fn a_lost_device_is_opened_anew() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE, "--lose-device-after", "4"]);
+    log_gpu("a_lost_device_is_opened_anew", &seen);
+    seen.moves(|seen| seen.key("2"));
+    seen.point(seen.at(50, 50));
+    let trouble = seen.wait_since_start(|event| event.name() == "trouble");
+    assert!(trouble.message().contains("opened anew"), "{}", trouble.message());
+    seen.wait_since_start(|event| event.name() == "opened" && event.count() == 2);
+    seen.moves(|seen| seen.key("3"));
+    seen.key("o");
+    seen.wait(|event| event.is_settled() && event.area()[1] == 0);
+    assert_as_rendered(&mut seen, &path, "certified");
+    seen.quit();
+}
+
+#[test]
+fn without_a_display_it_says_to_use_render() {
+    let path = scene("figure1");
+    for display in ["", ":4242"] {
+        let output = program(display, Path::new("."))
+            .args(["view", path.to_str().unwrap()])
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{stderr}");
+        assert!(stderr.contains("kugelblitz render"), "{stderr}");
+        assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+}
+
+#[test]
+fn wrong_scenes_are_refused_before_a_window_opens() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    for text in [
+        "[camera]\nposition = 3\n",
+        "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#ffffff\"\n",
+    ] {
+        fs::write(&path, text).unwrap();
+        let output =
+            program("", folder.path()).args(["view", path.to_str().unwrap()]).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{text}");
+    }
+}
+
+/// Not part of a run of all tests, for it takes five minutes:
+/// `cargo test --release --test view -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes five minutes"]
+fn five_minutes_of_use_leave_memory_flat() {
+    desk::soak(std::time::Duration::from_secs(300));
+}
