@@ -18,7 +18,7 @@ fn main() -> ExitCode {
     let result = match cli.command {
         Command::Render(args) => cli::render::run(&args, &run),
         Command::Verify(args) => cli::verify::run(&args, &run),
-        Command::Check(args) => cli::check::run(&args),
+        Command::Check(args) => cli::check::run(&args, &run),
         Command::Trace(args) => cli::trace::run(&args, &run),
         Command::Explain(args) => cli::explain::run(&args, &run),
         Command::Report(args) => cli::report::run(&args, &run),

@@ -14,6 +14,7 @@ pub mod progress;
 pub mod quiet;
 pub mod render;
 pub mod report;
+pub mod scene;
 pub mod trace;
 pub mod verify;
 

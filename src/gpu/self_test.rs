@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     fn judged(change: impl Fn(&[f32; 2], &mut [f32; 6])) -> Arithmetic {
-        let mut random = Random(7);
+        let mut random = SplitMix::new(7);
         let operands: Vec<[f32; 2]> = (0..2 * PAIRS)
             .map(|i| std::array::from_fn(|_| f32::operand(&mut random, i >= PAIRS)))
             .collect();
