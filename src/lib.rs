@@ -86,6 +86,7 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
+//! | [`generate`] | clouds of spheres made up from a seed |
 //! | [`camera`] | pixel → ray |
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
 //! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
@@ -117,6 +118,7 @@ pub mod device;
 pub mod error;
 pub mod exact;
 pub mod explain;
+pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;

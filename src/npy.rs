@@ -98,6 +98,17 @@ enum Value {
     F64Big,
 }
 
+/// Appends the header of a table of little-endian f64 to `out`.
+pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Result<()> {
+    let f64_little = "<f8".parse().map_err(io::Error::other)?;
+    WriteOptions::new_header_only()
+        .dtype(DType::Plain(f64_little))
+        .shape(&shape)
+        .writer(out)
+        .write_header_only()?;
+    Ok(())
+}
+
 /// Values that are decoded at once.
 const VALUES_AT_ONCE: usize = 1 << 16;
 

@@ -704,7 +704,8 @@ fn trace_refuses_what_is_not_rays() {
 
 #[test]
 fn help_completions_and_manual_are_there() {
-    for command in ["render", "verify", "check", "trace", "explain", "probe", "completions", "man"]
+    for command in
+        ["render", "verify", "check", "trace", "explain", "generate", "probe", "completions", "man"]
     {
         let help = run(&[command, "--help"], 0);
         assert!(help.text().contains("Usage: kugelblitz"), "{command}");

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::generate::Distribution;
 use kugelblitz::gpu::Pick;
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
@@ -30,6 +31,14 @@ const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
     PossibleValuesParser::new(KERNELS.iter().map(|kernel| kernel.name())).map(|name| {
         KERNELS.iter().copied().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
+    })
+}
+
+/// Takes the names of [`Distribution::ALL`].
+pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
+    let all = Distribution::ALL;
+    PossibleValuesParser::new(all.map(Distribution::name)).map(move |name| {
+        all.into_iter().find(|one| one.name() == name).unwrap_or(Distribution::Uniform)
     })
 }
 

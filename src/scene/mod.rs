@@ -5,6 +5,7 @@ mod color;
 mod places;
 mod read;
 mod table;
+mod write;
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use crate::error::Result;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
 pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_with};
+pub(crate) use write::cloud_scene_text;
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
