@@ -155,7 +155,7 @@ fn quiet_is_quiet_and_verbose_names_the_driver() {
 fn both_devices_and_all_kernels_write_the_same_picture() {
     gpu();
     let folder = tempfile::tempdir().unwrap();
-    for kernel in ["lecture", "stable", "certified"] {
+    for kernel in ["lecture", "stable", "double", "certified"] {
         let pictures = ["cpu", "gpu"].map(|device| {
             let out = file(&folder, "a.npy");
             let args = ["--device", device, "--kernel", kernel, "--size", "120x80", "-q"];
@@ -529,12 +529,14 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
             assert_eq!(kernel["gpu_against_cpu"]["first"], Value::Null);
         }
         // f32 kernels are not exact: a comparison that finds them so compares nothing.
-        if kernel["kernel"] != "certified" {
+        if ["lecture", "stable"].contains(&kernel["kernel"].as_str().unwrap()) {
             assert!(kernel["against_exact"]["cpu"]["t_ulp_max"].as_f64().unwrap() > 0.5);
         }
     }
     let text = run(&start, 0);
-    for expected in ["all pixels against exact", "lecture", "stable", "GPU", "CPU", "kept"] {
+    for expected in
+        ["all pixels against exact", "lecture", "stable", "double", "GPU", "CPU", "kept"]
+    {
         assert!(text.text().contains(expected), "{expected}: {}", text.text());
     }
 }
@@ -565,6 +567,7 @@ fn check_says_what_a_scene_costs() {
     assert_eq!(json["objects"], serde_json::json!({"spheres": 6, "planes": 2}));
     assert_eq!(json["picture"]["rays"], 1920 * 1080);
     assert!(json["bytes_device"]["stable"].as_u64().unwrap() > 100);
+    assert!(json["bytes_device"]["double"].as_u64() > json["bytes_device"]["stable"].as_u64());
     assert!(json["picture"]["bytes_memory"]["exr"].as_u64().unwrap() > 1920 * 1080 * 36);
     let text = run(&["check", &scene("figure1")], 0);
     assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
@@ -657,12 +660,14 @@ fn trace_gives_the_hits_of_any_rays() {
         (2, 4.0, up),
         (1, 4.0, [0.0, 0.0, 1.0]),
     ];
-    for device in ["cpu", "gpu"] {
+    for (device, kernel) in
+        [("cpu", "certified"), ("gpu", "certified"), ("cpu", "double"), ("gpu", "double")]
+    {
         let out = file(&folder, "hits.npy");
-        let args = ["trace", &scene, "--rays", &rays, "-o", &out, "--device", device, "--json"];
-        let ran = run(&args, 0);
+        let start = ["trace", &scene, "--rays", &rays, "--device", device, "--kernel", kernel];
+        let ran = run(&[&start[..], &["-o", &out, "--json"]].concat(), 0);
         let json = ran.json();
-        assert_eq!(json["command"], "trace");
+        assert_eq!((&json["command"], &json["kernel"]), (&"trace".into(), &kernel.into()));
         assert_eq!((&json["rays"]["total"], &json["hits"]), (&4.into(), &3.into()));
         assert!(ran.stderr.contains("4 rays, 3 hits"), "{}", ran.stderr);
 
@@ -681,8 +686,7 @@ fn trace_gives_the_hits_of_any_rays() {
             let found = [2, 3, 4].map(|i| f32::from_ne_bytes(word(i)));
             assert_eq!(found.map(|c| c + 0.0), normal, "{device}");
         }
-        let piped = ["trace", &scene, "--rays", &rays, "-o", "-", "--device", device];
-        assert_eq!(run(&piped, 0).stdout, bytes);
+        assert_eq!(run(&[&start[..], &["-o", "-"]].concat(), 0).stdout, bytes);
     }
 }
 
@@ -718,5 +722,63 @@ fn help_completions_and_manual_are_there() {
     assert!(page.text().contains(".TH kugelblitz") && page.text().contains("verify"));
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         assert!(run(&["completions", shell], 0).text().contains("all-kernels"), "{shell}");
+    }
+}
+
+#[test]
+fn report_measures_what_it_is_given_and_writes_every_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name| file(&folder, name);
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure2.toml");
+    let (html, svg, md, json) = (at("r.html"), at("r.svg"), at("r.md"), at("r.json"));
+    let arguments = [
+        "report",
+        scene,
+        "--device",
+        "cpu",
+        "--kernel",
+        "stable",
+        "--kernel",
+        "certified",
+        "--size",
+        "48x27",
+        "--rounds",
+        "1",
+        "--json",
+        "-o",
+        &html,
+        "-o",
+        &svg,
+        "-o",
+        &md,
+        "-o",
+        &json,
+    ];
+    let printed = run(&arguments, 0).json();
+    let written: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    assert_eq!((&printed["schema"], &printed["command"]), (&1.into(), &"report".into()));
+    let rows = printed["scenes"][0]["rows"].as_array().unwrap();
+    let kernels: Vec<_> = rows.iter().map(|row| row["kernel"].as_str().unwrap()).collect();
+    assert_eq!(kernels, ["stable", "certified"]);
+    assert_eq!(rows[1]["errors"]["rays"], 48 * 27);
+    assert!(fs::read_to_string(&html).unwrap().starts_with("<!DOCTYPE html>"));
+    assert!(fs::read_to_string(&svg).unwrap().starts_with("<svg"));
+    assert!(fs::read_to_string(&md).unwrap().contains("| certified | CPU |"));
+}
+
+#[test]
+fn report_refuses_what_it_cannot_write_before_it_measures() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure2.toml");
+    for (arguments, code, says) in [
+        (vec!["report", scene, "-o", "report.pdf"], 2, ".html"),
+        (vec!["report", scene, "-o", "no/such/folder/report.html"], 1, "no/such/folder"),
+        (vec!["report", "no-such-scene.toml"], 1, "no-such-scene.toml"),
+        (vec!["report", scene, "--rounds", "0"], 2, "--rounds"),
+        (vec!["report", scene, "--samples", "0"], 2, "--samples"),
+    ] {
+        let ran = run(&arguments, code);
+        assert!(ran.stderr.contains(says), "{arguments:?}: {}", ran.stderr);
+        assert!(ran.stdout.is_empty());
     }
 }

@@ -3,12 +3,14 @@
 mod common;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use kugelblitz::Result;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
-    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
+    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases, markdown,
+    page, plot, text,
 };
 use kugelblitz::trace::{Control, Hits, Kernel, Rays, Timing, Tracer, Wants};
 use kugelblitz::vec3::{Vec3, dot3};
@@ -21,6 +23,7 @@ const EFFORT: Effort = Effort {
     runs: 2,
     picture_size: [32, 18],
     sweeps: false,
+    peers: false,
 };
 
 fn cases(names: &[&str]) -> Vec<Case> {
@@ -57,7 +60,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         .iter()
         .flat_map(|device| KERNELS.map(|kernel| Subject::new(kernel, device)))
         .collect();
-    let cases = cases(&["figure2", "moved"]);
+    let cases = cases(&["figure2", "far_1e8"]);
     let effort = Effort { sweeps: true, rounds: 1, ..EFFORT };
     let (first, control) = measure(&cases, &subjects, effort.clone());
     let (second, _) = measure(&cases, &subjects, effort.clone());
@@ -82,7 +85,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         }
     }
     // Far from the origin, the plain formulas must fail, or nothing was compared.
-    let lecture = &first.scenes.iter().find(|scene| scene.name == "moved").unwrap().rows[0];
+    let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
     assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
     assert_eq!(first.classes.len(), 2 * subjects.len());
     for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {
@@ -101,6 +104,7 @@ struct FlippedSign {
 
 impl Tracer for FlippedSign {
     fn trace(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
+        let start = Instant::now();
         let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
         hits.reset(rays.len(), self.wants);
         let o: Vec3<f32> = self.prepared.reference.into();
@@ -124,7 +128,7 @@ impl Tracer for FlippedSign {
             }
         }
         hits.counts.f32 = rays.len() as u64;
-        Ok(Timing::default())
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
     fn bytes_device(&self) -> u64 {
@@ -133,7 +137,7 @@ impl Tracer for FlippedSign {
 }
 
 /// A kernel with one flipped sign, run through the report.
-pub fn with_a_flipped_sign() -> Report {
+fn with_a_flipped_sign() -> Report {
     let flipped = Subject {
         contestant: Contestant { kernel: "flipped".into(), device: "CPU".into() },
         kernel: Kernel::Lecture,
@@ -156,6 +160,16 @@ fn a_flipped_sign_shows() {
     let picture = &report.pictures[0];
     assert_eq!(picture.contestant.kernel, "flipped");
     assert!(picture.faults.contains(&Fault::FalseMiss));
+    let table = text::table(&report);
+    let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
+    assert!(row.contains('%') && !row.contains("0 of"), "{row}");
+    let row = table.lines().find(|line| line.starts_with("lecture  ")).unwrap();
+    assert!(row.contains("0 of"), "{row}");
+    let plot = plot::plane(&report);
+    assert!(plot.contains("flipped, CPU<") && !plot.contains("flipped, CPU: none"), "{plot}");
+    assert!(plot.contains("lecture, CPU: none"), "{plot}");
+    assert!(markdown::table(&report).contains("| flipped | CPU | "));
+    assert!(page::html(&report).contains("flipped was wrong for "));
     let json = serde_json::to_value(&report).unwrap();
     let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
     assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));

@@ -5,6 +5,7 @@ pub mod complain;
 pub mod completions;
 pub mod device;
 pub mod explain;
+pub mod export;
 pub mod generate;
 pub mod head;
 pub mod man;
@@ -19,17 +20,20 @@ pub mod scene;
 pub mod trace;
 pub mod verify;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, value_parser};
+use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Control, Kernel};
 
 use options::{
     Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, distribution_parser, kernel_parser,
+    language_parser,
 };
 
 const EXIT_CODES: &str = "\
@@ -56,6 +60,7 @@ pub enum Command {
     Trace(TraceArgs),
     Explain(ExplainArgs),
     Report(ReportArgs),
+    Export(ExportArgs),
     Generate(GenerateArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
@@ -257,13 +262,36 @@ pub struct ReportArgs {
     pub size: Option<Size>,
     /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
     #[arg(long, value_name = "N")]
-    pub samples: Option<usize>,
+    pub samples: Option<NonZeroUsize>,
     /// Seed of the random draw, and of the scenes that grow
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
-    pub rounds: Option<usize>,
+    pub rounds: Option<NonZeroUsize>,
+    /// Also measure POV-Ray and Tachyon, where they are installed
+    #[arg(long)]
+    pub peers: bool,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Write a scene for another renderer: POV-Ray or Tachyon
+///
+/// The same objects and camera, with flat colours: no light, no shadow, no reflection.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// The other renderer's language
+    #[arg(value_parser = language_parser())]
+    pub language: Language,
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// File for the other renderer. `-` is standard output
+    #[arg(short, long, value_name = "OUT", default_value = "-")]
+    pub output: PathBuf,
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

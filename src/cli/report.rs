@@ -1,19 +1,24 @@
 //! `kugelblitz report`
 
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
+use kugelblitz::picture::OutputFile;
 use kugelblitz::report::{
     AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
+    markdown, page, plot, text,
 };
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::Head;
-use super::options::KERNELS;
-use super::output::print_json;
+
+use super::output::{json, print};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
 use super::{ReportArgs, Run, device};
@@ -31,6 +36,7 @@ struct Summary<'a> {
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
+    let outputs = outputs(&args.output)?;
     let cases = cases(args, run)?;
     let effort = effort(args);
     let mut missing = Vec::new();
@@ -49,14 +55,63 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     drop(progress);
     report.missing.extend(missing);
 
-    if args.talk.json {
-        print_json(&Summary { head: Head::new("report"), report: &report })?;
+    for (file, form) in outputs {
+        write(file, &form.of(&report)?)?;
     }
-    Ok(())
+    match args.talk.json {
+        true => print(&Form::Json.of(&report)?),
+        false => print(text::table(&report).as_bytes()),
+    }
+}
+
+/// What a report can be written as.
+#[derive(Clone, Copy)]
+enum Form {
+    Page,
+    Json,
+    Markdown,
+    Plot,
+}
+
+impl Form {
+    fn from_path(path: &Path) -> Result<Form> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("html") => Ok(Form::Page),
+            Some("json") => Ok(Form::Json),
+            Some("md") => Ok(Form::Markdown),
+            Some("svg") => Ok(Form::Plot),
+            _ => Err(Error::Usage(format!(
+                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
+                 (a short table) or .svg (the main plot)",
+                path.display()
+            ))),
+        }
+    }
+
+    fn of(self, report: &Report) -> Result<Vec<u8>> {
+        Ok(match self {
+            Form::Page => page::html(report).into_bytes(),
+            Form::Json => json(&Summary { head: Head::new("report"), report })?,
+            Form::Markdown => markdown::table(report).into_bytes(),
+            Form::Plot => plot::plane(report).into_bytes(),
+        })
+    }
+}
+
+/// The files, begun early: a folder that isn't there is told before the work and not after it.
+fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
+    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, Form::from_path(path)?));
+    paths.iter().map(begin).collect()
+}
+
+fn write(mut file: OutputFile, bytes: &[u8]) -> Result<()> {
+    let path = file.path().to_path_buf();
+    file.write_all(bytes).map_err(Error::io(path))?;
+    file.commit()
 }
 
 fn kernels(args: &ReportArgs) -> &[Kernel] {
-    if args.kernel.is_empty() { KERNELS } else { &args.kernel }
+    if args.kernel.is_empty() { &Kernel::ALL } else { &args.kernel }
 }
 
 fn command_line() -> String {
@@ -81,20 +136,24 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort =
-        Effort { seed: args.seed, sweeps: args.scenes.is_empty(), ..Effort::default() };
+    let mut effort = Effort {
+        seed: args.seed,
+        sweeps: args.scenes.is_empty(),
+        peers: args.peers,
+        ..Effort::default()
+    };
     if let Some(size) = args.size {
         effort.size = size.into();
     }
-    effort.samples = args.samples.unwrap_or(effort.samples);
-    effort.rounds = args.rounds.unwrap_or(effort.rounds);
+    effort.samples = args.samples.map_or(effort.samples, NonZeroUsize::get);
+    effort.rounds = args.rounds.map_or(effort.rounds, NonZeroUsize::get);
     effort
 }
 
 /// What --device names; without it every adapter, the best first, and the CPU.
 fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
-        return Ok(vec![device::open(choice, &args.talk)?]);
+        return Ok(vec![device::open(choice, None, &args.talk)?]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
     quiet::show(&noise, args.talk.verbose);
@@ -128,7 +187,7 @@ fn subjects(
                 None => subjects.push(Subject::new(kernel, device)),
                 Some(why) => missing.push(Missing {
                     what: format!("{} on {}", kernel.name(), device.label()),
-                    why: why.into(),
+                    why,
                 }),
             }
         }
@@ -137,12 +196,13 @@ fn subjects(
 }
 
 /// Why a kernel would not run on the device itself.
-fn why_not(kernel: Kernel, device: &Device) -> Result<Option<&'static str>> {
+fn why_not(kernel: Kernel, device: &Device) -> Result<Option<String>> {
     let Device::Gpu(gpu) = device else { return Ok(None) };
-    Ok(match kernel {
-        Kernel::Certified if !gpu.arithmetic()?.suits_filter() => {
-            Some("the device's arithmetic does not suit the proof, the CPU would do its work")
-        }
-        _ => None,
-    })
+    if let Err(reason) = gpu.facts.check_kernel(kernel) {
+        return Ok(Some(reason.to_string()));
+    }
+    let works_on_cpu = kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+    Ok(works_on_cpu.then(|| {
+        "the device's arithmetic does not suit the proof, the CPU would do its work".into()
+    }))
 }

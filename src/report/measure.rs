@@ -4,8 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::errors::Collector;
+use super::peers::{self, Peer, PeerRun, Program};
 use super::scenes::Case;
-use super::{Class, ClassResult, Contestant, Cost, Effort, Row, SceneResult, Spread};
+use super::{
+    Class, ClassResult, Contestant, Cost, Effort, Missing, PeerResult, Row, SceneResult, Spread,
+};
 use crate::camera::{Pixels, View};
 use crate::device::{Device, Made};
 use crate::error::Result;
@@ -116,6 +119,73 @@ pub(super) fn measure_scenes(
     Ok(put_together(cases, subjects, &costs, errors))
 }
 
+/// The installed ones among the peers on each scene, and why the others are missing.
+///
+/// # Errors
+/// [`Error::Interrupted`](crate::Error::Interrupted), or when this machine fails.
+pub(super) fn measure_peers(
+    cases: &[Case],
+    effort: &Effort,
+    control: &Control,
+) -> Result<(Vec<PeerResult>, Vec<Missing>)> {
+    let runs = peers::Effort { n_runs: effort.runs, ..peers::Effort::default() };
+    let (mut results, mut missing) = (Vec::new(), Vec::new());
+    for peer in Peer::ALL {
+        let program = match Program::open(peer, &runs, control) {
+            Ok(program) => program,
+            Err(peers::Missing::Because(why)) => {
+                missing.push(Missing { what: peer.name().into(), why });
+                continue;
+            }
+            Err(peers::Missing::Stopped(error)) => return Err(error),
+        };
+        for case in cases {
+            match program.run(
+                &case.scene,
+                &picture(case, effort.size)?.view,
+                effort.size,
+                &runs,
+                control,
+            ) {
+                Ok(run) => results.push(peer_result(case, run, effort, control)?),
+                Err(peers::Missing::Because(why)) => {
+                    missing
+                        .push(Missing { what: format!("{} on {}", peer.name(), case.name), why });
+                }
+                Err(peers::Missing::Stopped(error)) => return Err(error),
+            }
+        }
+    }
+    Ok((results, missing))
+}
+
+fn peer_result(
+    case: &Case,
+    run: PeerRun,
+    effort: &Effort,
+    control: &Control,
+) -> Result<PeerResult> {
+    let pixels = picture(case, effort.size)?;
+    let index = sample(pixels.len(), effort.samples, effort.seed);
+    let truth = Truth::of_pixels(&case.scene, &pixels, index, control)?;
+    let mut errors = Collector::default();
+    errors.add(&Hits { id: run.ids, ..Hits::default() }, &truth);
+    let ns_per_ray = 1e6 / pixels.len() as f64;
+    let version = run.version.map(|version| format!(" {version}")).unwrap_or_default();
+    Ok(PeerResult {
+        peer: format!("{}{version}", run.peer),
+        n_threads: run.n_threads,
+        scene: case.name.clone(),
+        class: case.class,
+        errors: errors.finish(),
+        trace_ns_per_ray: run.trace_ms.map(|ms| ms.scaled(ns_per_ray)),
+        process_ms: run.wall_ms,
+    })
+}
+
+/// A subject's errors in all scenes of a class, and its times in each.
+type Pool = (Collector, Vec<Spread>);
+
 fn put_together(
     cases: &[Case],
     subjects: &[Subject],
@@ -123,11 +193,11 @@ fn put_together(
     errors: Vec<Vec<Collector>>,
 ) -> (Vec<SceneResult>, Vec<ClassResult>) {
     let mut scenes = Vec::new();
-    let mut pools: Vec<(Class, Vec<(Collector, Vec<Spread>)>)> = Vec::new();
+    let mut pools: Vec<(Class, Vec<Pool>)> = Vec::new();
     for ((case, costs), errors) in cases.iter().zip(costs).zip(errors) {
         let place = pools.iter().position(|(class, _)| *class == case.class);
         let place = place.unwrap_or_else(|| {
-            let empty = subjects.iter().map(|_| (Collector::default(), Vec::new())).collect();
+            let empty = subjects.iter().map(|_| Pool::default()).collect();
             pools.push((case.class, empty));
             pools.len() - 1
         });
@@ -165,7 +235,7 @@ fn put_together(
 }
 
 /// Of medians, least and largest values, each for itself.
-fn geometric_mean(spreads: &[Spread]) -> Spread {
+pub(super) fn geometric_mean(spreads: &[Spread]) -> Spread {
     let mean = |part: fn(&Spread) -> f64| {
         let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();
         (logarithms / spreads.len().max(1) as f64).exp()
