@@ -76,7 +76,8 @@
 //! - **Visible.** The smallest `t > 0` over all objects. What is at `t ≤ 0` is behind the origin or
 //!   at it. From inside a sphere its far wall is seen. A `t` that rounds beyond the largest f32 is
 //!   no hit.
-//! - **Id.** Spheres in file order, then planes, counted from 1; 0 is the background. Of equal `t`,
+//! - **Id.** Spheres in file order, then those of clouds, then planes, counted from 1; 0 is the
+//!   background. Of equal `t`,
 //!   the lower id wins.
 //! - **Normal.** Unit length, turned to face the ray.
 //! - **Colour.** Linear inside, sRGB in scene files, PNG and PPM.
@@ -84,7 +85,8 @@
 //! # Modules, along the way of the data
 //! | module | what it holds |
 //! | --- | --- |
-//! | [`scene`] | what the user wrote, in f64, checked; the TOML reader and its errors |
+//! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
+//! | [`generate`] | clouds of spheres made up from a seed |
 //! | [`camera`] | pixel → ray |
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
 //! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
@@ -120,6 +122,7 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
+pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;

@@ -18,13 +18,14 @@ fn main() -> ExitCode {
     let result = match cli.command {
         Command::Render(args) => cli::render::run(&args, &run),
         Command::Verify(args) => cli::verify::run(&args, &run),
-        Command::Check(args) => cli::check::run(&args),
+        Command::Check(args) => cli::check::run(&args, &run),
         Command::Trace(args) => cli::trace::run(&args, &run),
         Command::Explain(args) => cli::explain::run(&args, &run),
         Command::Report(args) => cli::report::run(&args, &run),
         Command::Export(args) => cli::export::run(&args, &run),
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args, &run),
+        Command::Generate(args) => cli::generate::run(&args, &run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),

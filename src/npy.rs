@@ -1,7 +1,7 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -79,13 +79,13 @@ impl Record {
 }
 
 /// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
-pub(crate) struct FloatTable {
+pub(crate) struct FloatTable<R> {
     /// Rows.
     pub n_rows: usize,
     /// Columns: one of the numbers that were allowed.
     pub n_columns: usize,
     path: PathBuf,
-    reader: BufReader<File>,
+    reader: R,
     order: Order,
     value: Value,
 }
@@ -98,12 +98,44 @@ enum Value {
     F64Big,
 }
 
-impl FloatTable {
-    /// Reads the header. `columns` are the allowed numbers of columns.
+/// Appends the header of a table of little-endian f64 to `out`.
+pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Result<()> {
+    let f64_little = "<f8".parse().map_err(io::Error::other)?;
+    WriteOptions::new_header_only()
+        .dtype(DType::Plain(f64_little))
+        .shape(&shape)
+        .writer(out)
+        .write_header_only()?;
+    Ok(())
+}
+
+/// Values that are decoded at once.
+const VALUES_AT_ONCE: usize = 1 << 16;
+
+impl FloatTable<File> {
+    /// Opens a file and reads its header. `columns` are the allowed numbers of columns.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
-    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable> {
+    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<File>> {
+        let file = File::open(path).map_err(Error::io(path))?;
+        let metadata = file.metadata().map_err(Error::io(path))?;
+        FloatTable::new(file, metadata.is_file().then_some(metadata.len()), path, columns)
+    }
+}
+
+impl<R: Read> FloatTable<R> {
+    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
+    /// is for messages.
+    ///
+    /// # Errors
+    /// As [`FloatTable::open`].
+    pub fn new(
+        mut reader: R,
+        n_file_bytes: Option<u64>,
+        path: &Path,
+        columns: &[u64],
+    ) -> Result<FloatTable<R>> {
         let wrong = |message: String| Error::Input { path: path.to_owned(), message };
         let expected = || {
             let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
@@ -113,9 +145,6 @@ impl FloatTable {
             )
         };
 
-        let file = File::open(path).map_err(Error::io(path))?;
-        let metadata = file.metadata().map_err(Error::io(path))?;
-        let mut reader = BufReader::new(file);
         let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
@@ -142,8 +171,8 @@ impl FloatTable {
             return Err(wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
         }
         let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value.bytes() as u128;
-        if metadata.is_file() {
-            let n_found = u128::from(metadata.len().saturating_sub(n_header_bytes));
+        if let Some(n_file_bytes) = n_file_bytes {
+            let n_found = u128::from(n_file_bytes.saturating_sub(n_header_bytes));
             if n_found != n_data_bytes {
                 return Err(wrong(format!(
                     "its header tells of {n_rows} rows, which are {n_data_bytes} bytes, but \
@@ -189,43 +218,55 @@ impl FloatTable {
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
     pub fn read(mut self, mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let (n_outer, n_inner) = match self.order {
-            Order::C => (self.n_rows, self.n_columns),
-            Order::Fortran => (self.n_columns, self.n_rows),
+        let n_inner = match self.order {
+            Order::C => self.n_columns,
+            Order::Fortran => self.n_rows,
         };
-        for outer in 0..n_outer {
-            for inner in 0..n_inner {
-                let (row, column) = match self.order {
-                    Order::C => (outer, inner),
-                    Order::Fortran => (inner, outer),
-                };
-                let value = self.next_value().map_err(|error| match error.kind() {
-                    io::ErrorKind::UnexpectedEof => Error::Input {
-                        path: self.path.clone(),
-                        message: format!("the file ends before row {row}, column {column}"),
-                    },
-                    _ => Error::io(&self.path)(error),
-                })?;
+        let order = self.order;
+        let place = |outer, inner| match order {
+            Order::C => (outer, inner),
+            Order::Fortran => (inner, outer),
+        };
+        let mut bytes = vec![0; VALUES_AT_ONCE * self.value.bytes()];
+        let mut n_left = self.n_rows * self.n_columns;
+        let (mut outer, mut inner) = (0, 0);
+        while n_left > 0 {
+            let n_values = n_left.min(VALUES_AT_ONCE);
+            let wanted = &mut bytes[..n_values * self.value.bytes()];
+            let n_read = read_up_to(&mut self.reader, wanted).map_err(Error::io(&self.path))?;
+            self.value.decode(&wanted[..n_read], |value| {
+                let (row, column) = place(outer, inner);
                 put(row, column, value);
+                inner += 1;
+                if inner == n_inner {
+                    (outer, inner) = (outer + 1, 0);
+                }
+            });
+            if n_read < wanted.len() {
+                let (row, column) = place(outer, inner);
+                return Err(Error::Input {
+                    path: self.path,
+                    message: format!("the file ends before row {row}, column {column}"),
+                });
             }
+            n_left -= n_values;
         }
         Ok(())
     }
+}
 
-    fn next_value(&mut self) -> io::Result<f64> {
-        fn bytes<const N: usize>(reader: &mut impl Read) -> io::Result<[u8; N]> {
-            let mut bytes = [0; N];
-            reader.read_exact(&mut bytes)?;
-            Ok(bytes)
+/// Fills `bytes` as far as the file reaches, and says how far that is.
+fn read_up_to(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
+    let mut n_read = 0;
+    while n_read < bytes.len() {
+        match reader.read(&mut bytes[n_read..]) {
+            Ok(0) => break,
+            Ok(n) => n_read += n,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
         }
-        let reader = &mut self.reader;
-        Ok(match self.value {
-            Value::F32Little => f32::from_le_bytes(bytes(reader)?).into(),
-            Value::F32Big => f32::from_be_bytes(bytes(reader)?).into(),
-            Value::F64Little => f64::from_le_bytes(bytes(reader)?),
-            Value::F64Big => f64::from_be_bytes(bytes(reader)?),
-        })
     }
+    Ok(n_read)
 }
 
 impl Value {
@@ -233,6 +274,26 @@ impl Value {
         match self {
             Value::F32Little | Value::F32Big => 4,
             Value::F64Little | Value::F64Big => 8,
+        }
+    }
+
+    /// Gives `each` the whole values in `bytes`.
+    fn decode(self, bytes: &[u8], each: impl FnMut(f64)) {
+        match self {
+            Value::F32Little => {
+                let values = bytes.as_chunks().0.iter().copied();
+                values.map(|value| f32::from_le_bytes(value).into()).for_each(each);
+            }
+            Value::F32Big => {
+                let values = bytes.as_chunks().0.iter().copied();
+                values.map(|value| f32::from_be_bytes(value).into()).for_each(each);
+            }
+            Value::F64Little => {
+                bytes.as_chunks().0.iter().copied().map(f64::from_le_bytes).for_each(each);
+            }
+            Value::F64Big => {
+                bytes.as_chunks().0.iter().copied().map(f64::from_be_bytes).for_each(each);
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Seeded random numbers for samples, sweeps and the self-test: spread, not strength.
+//! Seeded random numbers for samples, sweeps, clouds and the self-test: spread, not strength.
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
 pub(crate) struct SplitMix(u64);

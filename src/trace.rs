@@ -193,6 +193,8 @@ impl Timing {
 pub struct Control {
     cancelled: AtomicBool,
     rays_done: AtomicU64,
+    bytes_done: AtomicU64,
+    bytes_expected: AtomicU64,
 }
 
 impl Control {
@@ -209,6 +211,24 @@ impl Control {
     /// Counts finished rays.
     pub fn advance(&self, n_rays: u64) {
         self.rays_done.fetch_add(n_rays, Ordering::Relaxed);
+    }
+
+    /// Bytes of large files read or written so far, and expected in all.
+    pub fn bytes(&self) -> (u64, u64) {
+        let [done, expected] =
+            [&self.bytes_done, &self.bytes_expected].map(|n| n.load(Ordering::Relaxed));
+        (done, expected)
+    }
+
+    /// Begins to read or write `n_bytes`.
+    pub fn expect_bytes(&self, n_bytes: u64) {
+        self.bytes_done.store(0, Ordering::Relaxed);
+        self.bytes_expected.store(n_bytes, Ordering::Relaxed);
+    }
+
+    /// Counts bytes read or written.
+    pub fn advance_bytes(&self, n_bytes: u64) {
+        self.bytes_done.fetch_add(n_bytes, Ordering::Relaxed);
     }
 
     /// Fails with [`Error::Interrupted`] once [`Control::cancel`] was called.

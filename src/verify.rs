@@ -353,11 +353,10 @@ mod tests {
         let floor =
             Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color([0.5; 3]) };
         let scene = Scene {
-            background: Color::BLACK,
             camera: Some(camera),
-            image: None,
             spheres: vec![sphere(-0.6, 0.7), sphere(0.9, 0.4)],
             planes: vec![floor],
+            ..Scene::default()
         };
         (scene, pixels)
     }

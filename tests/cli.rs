@@ -572,6 +572,37 @@ fn check_says_what_a_scene_costs() {
     let text = run(&["check", &scene("figure1")], 0);
     assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
     assert_eq!(text.stderr, "");
+    assert_eq!(json["clouds"], serde_json::json!([]));
+}
+
+#[test]
+fn clouds_are_rendered_checked_and_refused_with_both_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let caffeine = scene("clouds/caffeine");
+    let json = run(&["check", &caffeine, "--json"], 0).json();
+    let file = caffeine.replace("toml", "xyz");
+    let expected = serde_json::json!([{"file": file, "spheres": 24, "first_id": 1}]);
+    assert_eq!(json["clouds"], expected);
+    assert_eq!(json["bytes_scene"], 24 * size_of::<kugelblitz::scene::Sphere>());
+    let text = run(&["check", &caffeine], 0);
+    assert!(text.text().contains(&format!("{file}: 24 spheres, from id 1")), "{}", text.text());
+
+    let out = self::file(&folder, "a.png");
+    run(&["render", &caffeine, "-o", &out, "--size", "96x54", "--device", "cpu"], 0);
+    let picture = image::open(&out).unwrap().into_rgb8();
+    for color in [[0xff, 0xff, 0xff], [0x90, 0x90, 0x90], [0x30, 0x50, 0xf8], [0xff, 0x0d, 0x0d]] {
+        assert!(picture.pixels().any(|pixel| pixel.0 == color), "{color:x?}");
+    }
+
+    let wrong = self::file(&folder, "wrong.toml");
+    fs::write(&wrong, "[[spheres]]\nfile = \"wrong.xyz\"\n").unwrap();
+    fs::write(self::file(&folder, "wrong.xyz"), "1\n\nCa 0 0 zero\n").unwrap();
+    fs::write(&out, "old").unwrap();
+    let ran = run(&["render", &wrong, "-o", &out], 3);
+    for expected in ["wrong.toml:2:8: ", "wrong.xyz: line 3: \"zero\"", "help: "] {
+        assert!(ran.stderr.contains(expected), "{expected}: {}", ran.stderr);
+    }
+    assert_eq!(fs::read(&out).unwrap(), b"old");
 }
 
 #[test]
@@ -677,7 +708,8 @@ fn trace_refuses_what_is_not_rays() {
 
 #[test]
 fn help_completions_and_manual_are_there() {
-    for command in ["render", "verify", "check", "trace", "explain", "probe", "completions", "man"]
+    for command in
+        ["render", "verify", "check", "trace", "explain", "generate", "probe", "completions", "man"]
     {
         let help = run(&[command, "--help"], 0);
         assert!(help.text().contains("Usage: kugelblitz"), "{command}");

@@ -379,7 +379,7 @@ fn no_line_is_wider_than_100_columns() {
             let number = |rng: &mut ChaCha8Rng| log_uniform(rng, 0.1, 7.7) * scale;
             let mut vector = || DVec3::from_array(std::array::from_fn(|_| -number(&mut rng)));
             let mut ball = sphere(vector(), vector().x.abs());
-            ball.name = Some("a name with \u{1b}[31m colour\n and no end ".repeat(9));
+            ball.name = Some("a name with \u{1b}[31m colour\n and no end ".repeat(9).into());
             let mut other = sphere(vector(), vector().y.abs());
             other.name = ball.name.clone();
             let floor = plane(vector(), vector());

@@ -1,5 +1,7 @@
 //! The README is run: its commands, its scene, its example, its tables.
 
+mod common;
+
 use std::collections::BTreeSet;
 use std::env;
 use std::fs;
@@ -8,8 +10,10 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use kugelblitz::picture::Format;
-use kugelblitz::scene::{Color, parse_scene};
+use kugelblitz::scene::{Color, Sphere, parse_scene};
 use tempfile::TempDir;
+
+use common::npy;
 
 const README: &str = include_str!("../README.md");
 const CRATE_DOCS: &str = include_str!("../src/lib.rs");
@@ -84,14 +88,8 @@ fn folder() -> TempDir {
         }
         fs::copy(&from, path.join("scenes").join(from.file_name().unwrap())).unwrap();
     }
-    // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.
-    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 6), }";
-    let mut rays = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
-    rays.extend(format!("{header:<117}\n").bytes());
-    for number in [0.0f64, 0.0, 0.0, 1.6, 0.3, -12.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
-        rays.extend(number.to_le_bytes());
-    }
-    fs::write(path.join("rays.npy"), rays).unwrap();
+    let rays = [vec![0.0, 0.0, 0.0, 1.6, 0.3, -12.0], vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0]];
+    fs::write(path.join("rays.npy"), npy(&rays, "<f8", false)).unwrap();
     folder
 }
 
@@ -157,7 +155,7 @@ fn the_picture_is_the_one_that_its_command_draws() {
 
 #[test]
 fn the_scene_is_as_explained() {
-    let [text] = blocks("toml")[..] else { panic!("one scene") };
+    let [text, _] = blocks("toml")[..] else { panic!("a scene and a cloud") };
     let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
     assert_eq!(scene.object(1).unwrap().name(), Some("red giant"));
@@ -180,6 +178,26 @@ fn the_scene_is_as_explained() {
     assert_eq!(at(402, 213), scene.spheres[1].color.to_srgb8(), "object 2 before it");
     assert_eq!(at(5, 355), [0x8c, 0x8c, 0x8c], "the floor");
     assert_eq!(at(5, 5), [0x20, 0x24, 0x2c], "the background");
+}
+
+#[test]
+fn the_cloud_is_as_explained() {
+    let [text, cloud] = blocks("toml")[..] else { panic!("a scene and a cloud") };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("readme.toml");
+    fs::write(folder.path().join("cloud.npy"), npy(&vec![vec![1.0; 3]; 5], "<f4", false)).unwrap();
+    let scene = parse_scene(&format!("{text}\n{cloud}"), &path).unwrap();
+    assert_eq!((scene.spheres.len(), scene.planes.len()), (2 + 5, 1));
+    assert_eq!(scene.clouds[0].first_id, 3);
+    assert_eq!(scene.spheres[2].radius, 0.01);
+    assert_eq!(scene.spheres[6].color, Color::from_hex("#1f77b4").unwrap());
+    // Each ending of the table is known: what is wrong is the file that isn't there.
+    for row in table("file") {
+        let name = format!("missing{}", code(row[0]));
+        let error = parse_scene(&cloud.replace("cloud.npy", &name), &path).unwrap_err();
+        assert!(error.to_string().contains("cannot read the cloud"), "{error}");
+    }
+    assert!(README.contains(&format!("{} bytes of memory", size_of::<Sphere>())));
 }
 
 #[test]

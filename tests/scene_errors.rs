@@ -29,6 +29,7 @@ fn parse(text: &str) -> Result<Scene, Box<SceneError>> {
 const CAMERA: &str = "[camera]\nposition = [0, 1, 6]\nlook_at = [0, 1, 0]\n";
 const SPHERE: &str = "[[sphere]]\ncenter = [0, 1, -4]\nradius = 2\ncolor = \"#d62728\"\n";
 const PLANE: &str = "[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\ncolor = [0.5, 0, 1]\n";
+const CLOUD: &str = "[[spheres]]\nfile = \"missing.npy\"\nradius = 0.01\ncolor = \"#1f77b4\"\n";
 const IMAGE: &str = "[image]\nwidth = 1280\nheight = 720\n";
 
 /// A whole text with `‹` before and `›` behind the bytes that the error must be about (neither is
@@ -57,7 +58,7 @@ fn cases() -> Vec<Case> {
         case(SPHERE, "= 2", "= ‹2x›", &["TOML"], &[]),
         // unknown keys at every level
         top("‹backgroud› = \"#000000\"\n", &["unknown key `backgroud`", "top of the file"], &["did you mean `background`?"]),
-        top("‹ambient› = 1\n", &["unknown key `ambient`"], &["background, camera, image, sphere, plane"]),
+        top("‹ambient› = 1\n", &["unknown key `ambient`"], &["background, camera, image, sphere, spheres, plane"]),
         top("[‹image1›]\n", &["unknown key `image1`"], &["`image`"]),
         case(CAMERA, "look_at", "‹lookat›", &["`lookat`", "[camera]"], &["did you mean `look_at`?"]),
         case(CAMERA, "[camera]", "[camera]\n‹background› = \"#ffffff\"", &["unknown key"], &["`background` belongs to the top of the file"]),
@@ -141,8 +142,17 @@ fn cases() -> Vec<Case> {
         // places count characters, and a byte order mark is none
         ("\u{feff}‹\"é\"› = 1\n".into(), &["unknown key `é`"], &[]),
         ("sphere = [{ name = \"日本\", ‹Radius› = 1 }]\r\n".into(), &["`Radius`"], &[]),
-        // clouds come later
-        (format!("{SPHERE}\n‹[[spheres]]›\nfile = \"cloud.npy\"\n"), &["clouds", "not supported yet"], &["[[sphere]]"]),
+        // clouds; what is wrong in their files is in tests/clouds.rs
+        case(CLOUD, "[[spheres]]\nfile = \"missing.npy\"", "‹[[spheres]]›", &["`file` is missing", "[[spheres]]"], &["file = \"cloud.npy\""]),
+        case(CLOUD, "\"missing.npy\"", "‹7›", &["integer", "`file`"], &["string in quotes"]),
+        case(CLOUD, "\"missing.npy\"", "‹\"missing.npy\"›", &["missing.npy: cannot read the cloud"], &["folder of the scene file"]),
+        case(CLOUD, "\"missing.npy\"", "‹\"cloud.ply\"›", &["\"cloud.ply\"", "format"], &[".npy, .csv or .xyz"]),
+        case(CLOUD, "\"missing.npy\"", "‹\"cloud\"›", &["\"cloud\"", "format"], &[".npy, .csv or .xyz"]),
+        case(CLOUD, "= 0.01", "= ‹0›", &["`radius` is 0.0"], &["greater than 0"]),
+        case(CLOUD, "= 0.01", "= ‹nan›", &["`radius`", "not a finite number"], &[]),
+        case(CLOUD, "\"#1f77b4\"", "‹\"blue\"›", &["\"blue\" is not a colour"], &["#rrggbb"]),
+        case(CLOUD, "color", "‹colour›", &["`colour`", "[[spheres]]"], &["`color`"]),
+        case(SPHERE, "radius = 2", "radius = 2\n‹file› = \"a.npy\"", &["`file`", "[[sphere]]"], &["`file` belongs to [[spheres]]"]),
     ]
 }
 

@@ -9,24 +9,42 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{available_memory, plan};
-use kugelblitz::scene::read_scene;
+use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::CheckArgs;
 use super::head::{Head, Objects};
-use super::output::{bytes, objects, print, print_json};
+use super::output::{bytes, count, objects, print, print_json};
+use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
 struct Summary {
     #[serde(flatten)]
     head: Head,
     objects: Objects,
+    /// Files of spheres, in the order of their ids.
+    clouds: Vec<CloudFile>,
+    /// Bytes of the objects in memory, without what a kernel makes of them.
+    bytes_scene: u64,
     /// Bytes of the objects on the device, by kernel.
     bytes_device: BTreeMap<&'static str, u64>,
     /// What a picture takes; `null` without a camera.
     picture: Option<Picture>,
+}
+
+#[derive(Serialize)]
+struct CloudFile {
+    file: String,
+    spheres: usize,
+    first_id: u32,
+}
+
+impl From<&Cloud> for CloudFile {
+    fn from(cloud: &Cloud) -> CloudFile {
+        let file = cloud.path.display().to_string();
+        CloudFile { file, spheres: cloud.n_spheres, first_id: cloud.first_id }
+    }
 }
 
 #[derive(Serialize)]
@@ -38,8 +56,8 @@ struct Picture {
 }
 
 /// Reads a scene and says what it costs.
-pub fn run(args: &CheckArgs) -> Result<()> {
-    let scene = Arc::new(read_scene(&args.scene)?);
+pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = match scene.camera {
         Some(_) => Some(args.size.pixels(&scene, &args.scene)?),
         None => None,
@@ -69,11 +87,22 @@ pub fn run(args: &CheckArgs) -> Result<()> {
         picture = Some(Picture { size, rays: pixels.len() as u64, bytes_memory });
     }
     if args.talk.json {
-        let objects = Objects::from(&*scene);
-        return print_json(&Summary { head: Head::new("check"), objects, bytes_device, picture });
+        return print_json(&Summary {
+            head: Head::new("check"),
+            objects: Objects::from(&*scene),
+            clouds: scene.clouds.iter().map(CloudFile::from).collect(),
+            bytes_scene: scene.bytes(),
+            bytes_device,
+            picture,
+        });
     }
 
     let mut text = format!("{}: {}\n", args.scene.display(), objects(&scene));
+    for cloud in &scene.clouds {
+        let spheres = count(cloud.n_spheres, "sphere");
+        let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.display(), cloud.first_id);
+    }
+    let _ = writeln!(text, "in memory: {}", bytes(scene.bytes()));
     for (kernel, n) in bytes_device {
         let _ = writeln!(text, "on the device, {kernel}: {}", bytes(n));
     }

@@ -7,7 +7,6 @@ use kugelblitz::camera::Pixels;
 use kugelblitz::device::Device;
 use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, explain, latex, text};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Ray, Rays};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -16,7 +15,7 @@ use super::device;
 use super::head::{Head, Objects, On};
 use super::options::PixelAt;
 use super::output::{print, print_json};
-use super::{ExplainArgs, Run};
+use super::{ExplainArgs, Run, scene};
 
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -30,7 +29,7 @@ struct Summary<'a> {
 
 /// Shows the formulas of one ray with its numbers in them.
 pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     let rays = match (args.pixel, args.ray) {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
         (None, Some(ray)) => Rays::List(vec![usable(ray.0)?]),

@@ -5,13 +5,12 @@ use std::path::Path;
 use kugelblitz::camera::Pixels;
 use kugelblitz::export;
 use kugelblitz::picture::OutputFile;
-use kugelblitz::scene::read_scene;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Head, Objects};
 use super::output::{STDOUT, objects, print_json};
-use super::{ExportArgs, Run, SizeArgs};
+use super::{ExportArgs, Run, SizeArgs, scene};
 
 #[derive(Serialize)]
 struct Summary {
@@ -34,7 +33,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
             .into(),
         ));
     }
-    let scene = read_scene(&args.scene)?;
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     let whole = SizeArgs { size: args.size, crop: None };
     let Pixels { view, width, height, .. } = whole.pixels(&scene, &args.scene)?;
     let palette = scene.palette();
@@ -51,7 +50,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
             head: Head::new("export"),
             language: language.name(),
             size,
-            objects: Objects::from(&scene),
+            objects: Objects::from(&*scene),
             run: command.clone(),
         })?;
     }

@@ -6,6 +6,7 @@ pub mod completions;
 pub mod device;
 pub mod explain;
 pub mod export;
+pub mod generate;
 pub mod head;
 pub mod man;
 pub mod options;
@@ -15,6 +16,7 @@ pub mod progress;
 pub mod quiet;
 pub mod render;
 pub mod report;
+pub mod scene;
 pub mod trace;
 pub mod verify;
 #[cfg(feature = "view")]
@@ -25,13 +27,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, value_parser};
 use kugelblitz::export::Language;
+use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Control, Kernel};
 
 use options::{
-    Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser, language_parser,
+    Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, distribution_parser, kernel_parser,
+    language_parser,
 };
 
 const EXIT_CODES: &str = "\
@@ -61,6 +65,7 @@ pub enum Command {
     Export(ExportArgs),
     #[cfg(feature = "view")]
     View(ViewArgs),
+    Generate(GenerateArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -318,6 +323,46 @@ pub struct ViewArgs {
     /// Give the device up after N frames, as if it had been lost: for tests
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Option<u64>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Make up spheres to trace
+#[derive(Args)]
+pub struct GenerateArgs {
+    #[command(subcommand)]
+    pub what: Generate,
+}
+
+#[derive(Subcommand)]
+pub enum Generate {
+    Cloud(GenerateCloudArgs),
+}
+
+/// Write a cloud of spheres as .npy: float64 of shape (N, 7) with x, y, z, radius, red, green, blue
+///
+/// The same count and seed give the same file on every machine.
+#[derive(Args)]
+pub struct GenerateCloudArgs {
+    /// Number of spheres
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_COUNT))]
+    pub count: u64,
+    /// How the spheres lie in space
+    ///
+    /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
+    /// clustered: in clusters of very different density; lattice: each touches its six neighbours
+    /// exactly; shell: on a sphere; galaxy: a disc with two arms, 1e7 units from the origin.
+    #[arg(long, default_value = Distribution::Uniform.name(), value_parser = distribution_parser())]
+    pub distribution: Distribution,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// The file, .npy. `-` is standard output
+    #[arg(short, long, value_name = "CLOUD.npy")]
+    pub output: PathBuf,
+    /// Also write a scene file with the cloud and a camera that sees all of it
+    #[arg(long, value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

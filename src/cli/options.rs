@@ -8,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::export::Language;
+use kugelblitz::generate::Distribution;
 use kugelblitz::gpu::Pick;
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
@@ -36,6 +37,14 @@ pub fn language_parser() -> impl TypedValueParser<Value = Language> {
     PossibleValuesParser::new(Language::ALL.map(Language::name)).try_map(|name| {
         let language = Language::ALL.into_iter().find(|language| language.name() == name);
         language.ok_or(format!("there is no language {name}"))
+    })
+}
+
+/// Takes the names of [`Distribution::ALL`].
+pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
+    let all = Distribution::ALL;
+    PossibleValuesParser::new(all.map(Distribution::name)).map(move |name| {
+        all.into_iter().find(|one| one.name() == name).unwrap_or(Distribution::Uniform)
     })
 }
 

@@ -14,33 +14,55 @@ use super::TalkArgs;
 /// Work that takes less time has no bar.
 const DELAY: Duration = Duration::from_millis(500);
 
-/// Time between two looks at the rays done.
+/// Time between two looks at what is done.
 const STEP: Duration = Duration::from_millis(100);
 
 /// Shows a bar on a terminal while it lives.
 pub struct Progress(Option<(Sender<()>, JoinHandle<()>)>);
 
 impl Progress {
-    /// Follows `control` up to `n_rays`.
+    /// Follows the rays of `control` up to `n_rays`.
     pub fn start(talk: &TalkArgs, control: &Arc<Control>, n_rays: u64) -> Progress {
+        Progress::follow(talk, control, "{human_pos} of {human_len} rays", move |control| {
+            (control.rays_done(), n_rays)
+        })
+    }
+
+    /// Follows the bytes that `control` expects.
+    pub fn of_bytes(talk: &TalkArgs, control: &Arc<Control>) -> Progress {
+        Progress::follow(talk, control, "{bytes} of {total_bytes}", Control::bytes)
+    }
+
+    /// `look` gives what is done and what is to be done, and `what` is indicatif's text for it.
+    fn follow(
+        talk: &TalkArgs,
+        control: &Arc<Control>,
+        what: &str,
+        look: impl Fn(&Control) -> (u64, u64) + Send + 'static,
+    ) -> Progress {
         if talk.quiet || !std::io::stderr().is_terminal() {
             return Progress(None);
         }
         let control = Arc::clone(control);
+        let style = ProgressStyle::with_template(&format!(
+            "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
+        ));
         let (stop, stopped) = channel();
         let thread = std::thread::spawn(move || {
             let goes_on = |time| stopped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
-            if !goes_on(DELAY) {
+            let is_short = !goes_on(DELAY);
+            let (_, n_all) = look(&control);
+            if is_short || n_all == 0 {
                 return;
             }
-            let bar = ProgressBar::new(n_rays);
-            if let Ok(style) = ProgressStyle::with_template(
-                "{bar:40} {percent:>3} %, {human_pos} of {human_len} rays, {eta} left",
-            ) {
+            let bar = ProgressBar::new(0);
+            if let Ok(style) = style {
                 bar.set_style(style);
             }
             loop {
-                bar.set_position(control.rays_done().min(n_rays));
+                let (n_done, n_all) = look(&control);
+                bar.set_length(n_all);
+                bar.set_position(n_done.min(n_all));
                 if !goes_on(STEP) {
                     break;
                 }

@@ -9,7 +9,6 @@ use kugelblitz::device::Made;
 use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{self, available_memory};
-use kugelblitz::scene::read_scene;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -18,7 +17,7 @@ use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
 use super::output::{human, ms, objects, print_json};
 use super::progress::Progress;
-use super::{RenderArgs, Run};
+use super::{RenderArgs, Run, scene};
 
 #[derive(Serialize)]
 struct Summary {
@@ -42,7 +41,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let (format, options) = what_to_write(args)?;
 
     let start = Instant::now();
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
     let plan = render::plan(format, options, &pixels, scene.n_objects(), available_memory())?;

@@ -37,7 +37,7 @@ struct Summary<'a> {
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     let outputs = outputs(&args.output)?;
-    let cases = cases(&args.scenes)?;
+    let cases = cases(args, run)?;
     let effort = effort(args);
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing)?;
@@ -121,15 +121,16 @@ fn command_line() -> String {
         .join(" ")
 }
 
-fn cases(paths: &[PathBuf]) -> Result<Vec<Case>> {
-    if paths.is_empty() {
+fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
+    if args.scenes.is_empty() {
         return default_cases();
     }
-    paths
+    let _progress = Progress::of_bytes(&args.talk, &run.control);
+    args.scenes
         .iter()
         .map(|path| {
             let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-            Case::new(&text, path, Class::Given)
+            Case::new(&text, path, Class::Given, &run.control)
         })
         .collect()
 }

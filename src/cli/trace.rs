@@ -9,7 +9,6 @@ use kugelblitz::picture::OutputFile;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{read_rays, write_hits};
 use kugelblitz::render::{available_memory, hits_bytes};
-use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -18,7 +17,7 @@ use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
 use super::output::{bytes, count, human, ms, objects, print_json};
 use super::progress::Progress;
-use super::{Run, TraceArgs};
+use super::{Run, TraceArgs, scene};
 
 /// Bytes of a ray in a file of float64.
 const FILE_RAY_BYTES: u64 = 48;
@@ -46,7 +45,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
     let rays = Rays::List(read_rays(&args.rays)?);
     let read = start.elapsed();

@@ -8,7 +8,7 @@ use kugelblitz::compare::{Comparison, compare};
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{available_memory, band_rows, bands, hits_bytes};
-use kugelblitz::scene::{Scene, read_scene};
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
 use kugelblitz::{Error, Result};
@@ -19,7 +19,7 @@ use super::head::{Head, Objects, On};
 use super::output::{bytes, objects, print, print_json};
 use super::progress::Progress;
 use super::render::size;
-use super::{Run, VerifyArgs};
+use super::{Run, VerifyArgs, scene};
 
 /// Pixels that are compared with exact arithmetic without --samples.
 const DEFAULT_SAMPLES: usize = 1 << 16;
@@ -58,7 +58,7 @@ struct AgainstExactOn {
 
 /// Compares the devices with each other and with exact arithmetic.
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     refuse_what_cannot_fit(&pixels)?;
     let only = (!args.all_kernels).then_some(args.kernel);

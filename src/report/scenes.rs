@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::Class;
 use crate::error::Result;
-use crate::scene::{Scene, parse_scene};
+use crate::scene::{Scene, parse_scene_with};
+use crate::trace::Control;
 
 /// A scene to be measured.
 #[derive(Clone, Debug)]
@@ -21,12 +22,13 @@ pub struct Case {
 }
 
 impl Case {
-    /// A case from a scene file's text; `path` is for its name and for messages.
+    /// A case from a scene file's text; `path` is for its name, for messages, and for its clouds,
+    /// whose reading `control` follows.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) when the scene is wrong or has no camera.
-    pub fn new(text: &str, path: &Path, class: Class) -> Result<Case> {
-        let scene = parse_scene(text, path)?;
+    /// Those of [`parse_scene_with`]; [`Error::Scene`](crate::Error::Scene) without a camera.
+    pub fn new(text: &str, path: &Path, class: Class, control: &Control) -> Result<Case> {
+        let scene = parse_scene_with(text, path, control)?;
         scene.require_camera(path)?;
         let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
         Ok(Case {
@@ -43,7 +45,11 @@ impl Case {
 /// # Errors
 /// As [`Case::new`]; they are part of the program.
 pub fn default_cases() -> Result<Vec<Case>> {
-    SCENES.iter().map(|(class, path, text)| Case::new(text, Path::new(path), *class)).collect()
+    let control = Control::default();
+    SCENES
+        .iter()
+        .map(|(class, path, text)| Case::new(text, Path::new(path), *class, &control))
+        .collect()
 }
 
 macro_rules! scenes {

@@ -119,7 +119,7 @@ fn sphere(center: DVec3, radius: f64) -> Sphere {
 }
 
 fn scene_of(camera: Option<Camera>, spheres: Vec<Sphere>, planes: Vec<Plane>) -> Arc<Scene> {
-    Arc::new(Scene { background: Color::BLACK, camera, image: None, spheres, planes })
+    Arc::new(Scene { camera, spheres, planes, ..Scene::default() })
 }
 
 /// A sphere of radius 1 around a random point `distance` away from the eye at the origin. Every

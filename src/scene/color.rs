@@ -1,7 +1,7 @@
 //! Linear colour and its sRGB encoding: the only home of the transfer function.
 
-/// Linear RGB, each component in `0..=1`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Linear RGB, each component in `0..=1`; black by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Color(pub [f32; 3]);
 
 impl Color {

@@ -1,11 +1,13 @@
 //! What the user wrote, in f64, checked. A [`Scene`] knows nothing of devices or kernels.
 
+mod clouds;
 mod color;
 mod places;
 mod read;
 mod table;
+mod write;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -13,10 +15,12 @@ use crate::error::Result;
 
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
-pub use read::{parse_scene, read_scene};
+pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_with};
+pub(crate) use write::cloud_scene_text;
 
-/// The most objects that a scene may have, so that ids leave half of `u32` free.
-pub const MAX_OBJECTS: usize = 1 << 31;
+/// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
+/// left free.
+pub const MAX_OBJECTS: usize = u32::MAX as usize - 2;
 
 /// A perspective camera as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,8 +53,8 @@ impl ImageSize {
 /// The set of points at distance `radius` from `center`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sphere {
-    /// Name given in the scene file.
-    pub name: Option<String>,
+    /// Name given in the scene file. A scene may have millions of spheres, so it is kept small.
+    pub name: Option<Box<str>>,
     /// Centre, world units.
     pub center: DVec3,
     /// Radius, world units, positive.
@@ -63,7 +67,7 @@ pub struct Sphere {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     /// Name given in the scene file.
-    pub name: Option<String>,
+    pub name: Option<Box<str>>,
     /// Any point of the plane, world units.
     pub point: DVec3,
     /// Normal of any length but zero.
@@ -72,8 +76,20 @@ pub struct Plane {
     pub color: Color,
 }
 
-/// A checked scene. Object ids count from 1: spheres in file order, then planes; 0 is background.
+/// A file of spheres that a scene names, and which spheres it gave.
 #[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// The file.
+    pub path: PathBuf,
+    /// Number of spheres.
+    pub n_spheres: usize,
+    /// Id of the first sphere; the others follow in the order of the file.
+    pub first_id: u32,
+}
+
+/// A checked scene. Object ids count from 1: single spheres in file order, then cloud spheres, then
+/// planes; 0 is background.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Colour of pixels that see no object.
     pub background: Color,
@@ -81,16 +97,23 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The picture size that the file asks for.
     pub image: Option<ImageSize>,
-    /// Spheres, in file order.
+    /// Single spheres in file order, then the spheres of each cloud.
     pub spheres: Vec<Sphere>,
     /// Planes, in file order.
     pub planes: Vec<Plane>,
+    /// The files that the clouds came from, in file order.
+    pub clouds: Vec<Cloud>,
 }
 
 impl Scene {
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()
+    }
+
+    /// Bytes of memory that the objects take, without names.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(&self.spheres[..]) + size_of_val(&self.planes[..])) as u64
     }
 
     /// The camera, or the error that a command that draws a picture gives without one. `path` is

@@ -4,6 +4,8 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::error::Error;
+
 /// What is wrong in a scene file, and where.
 #[derive(Debug)]
 pub struct SceneError {
@@ -67,6 +69,34 @@ impl Fault {
             message: self.message,
             help: self.help,
         })
+    }
+}
+
+/// Why a scene can't be read: a fault at a place of its text, or a failure that has none.
+pub(super) enum Stop {
+    Fault(Fault),
+    Failure(Error),
+}
+
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Stop {
+        Stop::Fault(fault)
+    }
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Stop {
+        Stop::Failure(error)
+    }
+}
+
+impl Stop {
+    /// The error; a fault has its place in `text`.
+    pub fn in_text(self, text: &str, path: &Path) -> Error {
+        match self {
+            Stop::Fault(fault) => fault.in_text(text, path).into(),
+            Stop::Failure(error) => error,
+        }
     }
 }
 

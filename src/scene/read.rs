@@ -5,20 +5,34 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::places::Fault;
+use super::clouds::{CloudTable, Given, read_clouds};
+use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
-use super::{Camera, Color, ImageSize, MAX_OBJECTS, Plane, Scene, SceneError, Sphere};
+use super::{Camera, Color, ImageSize, Plane, Scene, SceneError, Sphere};
 use crate::camera::View;
 use crate::error::Result;
+use crate::trace::Control;
 
-/// Reads and checks a scene file. Everything wrong is an [`Error::Scene`](crate::Error::Scene).
+/// Reads and checks a scene file and the clouds that it names.
+///
+/// # Errors
+/// [`Error::Scene`](crate::Error::Scene) for everything wrong in the file or a cloud,
+/// [`Error::TooLarge`](crate::Error::TooLarge) for more spheres than have an id or fit the memory.
 pub fn read_scene(path: &Path) -> Result<Scene> {
+    read_scene_with(path, &Control::default())
+}
+
+/// As [`read_scene`]; `control` counts the bytes of the clouds and can stop the reading.
+///
+/// # Errors
+/// [`Error::Interrupted`](crate::Error::Interrupted) as well.
+pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
     let bytes = std::fs::read(path).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
     match String::from_utf8(bytes) {
-        Ok(text) => parse_scene(&text, path),
+        Ok(text) => parse_scene_with(&text, path, control),
         Err(error) => {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());
@@ -33,10 +47,26 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
     }
 }
 
-/// Reads and checks the text of a scene file; `path` is for messages. Everything wrong is an
-/// [`Error::Scene`](crate::Error::Scene).
+/// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are
+/// looked for from its folder.
+///
+/// # Errors
+/// As [`read_scene`].
 pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
-    read_document(text).map_err(|fault| fault.in_text(text, path).into())
+    parse_scene_with(text, path, &Control::default())
+}
+
+/// As [`parse_scene`]; `control` counts the bytes of the clouds and can stop the reading.
+///
+/// # Errors
+/// As [`read_scene_with`].
+pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Scene> {
+    let read = || -> Result<Scene, Stop> {
+        let (mut scene, clouds) = read_document(text)?;
+        read_clouds(&clouds, path.parent().unwrap_or(path), &mut scene, control)?;
+        Ok(scene)
+    };
+    read().map_err(|stop| stop.in_text(text, path))
 }
 
 const TOP: Kind = Kind {
@@ -46,6 +76,7 @@ const TOP: Kind = Kind {
         ("camera", ""),
         ("image", ""),
         ("sphere", ""),
+        ("spheres", ""),
         ("plane", ""),
     ],
 };
@@ -77,18 +108,16 @@ const PLANE: Kind = Kind {
         ("color", "\"#8c8c8c\""),
     ],
 };
+const SPHERES: Kind = Kind {
+    header: "[[spheres]]",
+    keys: &[("file", "\"cloud.npy\""), ("radius", "0.01"), ("color", "\"#1f77b4\"")],
+};
 /// All kinds, to tell where a key that is known elsewhere belongs.
-pub(super) const KINDS: [&Kind; 5] = [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE];
+pub(super) const KINDS: [&Kind; 6] = [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES];
 
-fn read_document(text: &str) -> Checked<Scene> {
+/// The scene without its clouds, and what the file says about them.
+fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
     let document = DeTable::parse(text).map_err(|error| syntax_fault(text, &error))?;
-    if let Some(clouds) = document.get_ref().get("spheres") {
-        return Err(Fault::new(
-            clouds.span(),
-            "clouds of spheres ([[spheres]]) are not supported yet by this version",
-            "write each sphere as a [[sphere]] of its own",
-        ));
-    }
     let top = Table::new(&TOP, document.get_ref(), 0..0)?;
     let background = match top.get("background") {
         Some(field) => field.color()?,
@@ -99,19 +128,8 @@ fn read_document(text: &str) -> Checked<Scene> {
     let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
     let spheres = top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?;
     let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
-    check_count(&top, spheres.len() + planes.len())?;
-    Ok(Scene { background, camera, image, spheres, planes })
-}
-
-fn check_count(top: &Table, n_objects: usize) -> Checked<()> {
-    if n_objects <= MAX_OBJECTS {
-        return Ok(());
-    }
-    Err(Fault::new(
-        top.get("sphere").map_or(0..0, |field| field.span()),
-        format!("the scene has {n_objects} objects"),
-        format!("at most {MAX_OBJECTS} objects have an id"),
-    ))
+    let clouds = top.each("spheres", &SPHERES, read_cloud_table)?;
+    Ok((Scene { background, camera, image, spheres, planes, clouds: Vec::new() }, clouds))
 }
 
 /// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
@@ -178,27 +196,42 @@ fn read_image(table: &Table) -> Checked<ImageSize> {
 }
 
 fn read_sphere(table: &Table, eye: DVec3) -> Checked<Sphere> {
-    let name = table.get("name").map(|field| field.text()).transpose()?;
+    let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);
     let center_field = table.require("center")?;
     let center = center_field.vector()?;
     finite_difference(&center_field, center, eye)?;
     let radius_field = table.require("radius")?;
-    let radius = radius_field.number()?;
-    if radius <= 0.0 {
-        return Err(Fault::new(
-            radius_field.span(),
-            format!("`radius` is {radius:?}"),
-            "a radius is greater than 0",
-        ));
-    }
+    let radius = read_radius(&radius_field)?;
     if !(center.abs() + DVec3::splat(radius)).is_finite() {
         return Err(too_far(&radius_field));
     }
     Ok(Sphere { name, center, radius, color: table.require("color")?.color()? })
 }
 
+fn read_radius(field: &Field) -> Checked<f64> {
+    match field.number()? {
+        radius if radius > 0.0 => Ok(radius),
+        radius => Err(Fault::new(
+            field.span(),
+            format!("`radius` is {radius:?}"),
+            "a radius is greater than 0",
+        )),
+    }
+}
+
+fn read_cloud_table(table: &Table) -> Checked<CloudTable> {
+    let file = table.require("file")?;
+    let radius = table.get("radius").map(|field| Given::new(field.span(), read_radius(&field)));
+    let color = table.get("color").map(|field| Given::new(field.span(), field.color()));
+    Ok(CloudTable {
+        file: Given::new(file.span(), file.text())?,
+        radius: radius.transpose()?,
+        color: color.transpose()?,
+    })
+}
+
 fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
-    let name = table.get("name").map(|field| field.text()).transpose()?;
+    let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);
     let point_field = table.require("point")?;
     let point = point_field.vector()?;
     finite_difference(&point_field, point, eye)?;
@@ -235,15 +268,6 @@ fn direction(v: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn too_many_objects_are_refused() {
-        let empty = DeTable::new();
-        let top = Table::new(&TOP, &empty, 0..0).unwrap();
-        assert!(check_count(&top, MAX_OBJECTS).is_ok());
-        let fault = check_count(&top, MAX_OBJECTS + 1).unwrap_err();
-        assert!(fault.message.contains("2147483649"), "{}", fault.message);
-    }
 
     /// The bound on `up` is where its derivation puts it: three quarters of it is parallel, five
     /// quarters is not, at any length of `up`.

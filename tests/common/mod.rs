@@ -48,10 +48,37 @@ pub fn plane(point: DVec3, normal: DVec3) -> Plane {
 
 /// A scene of these objects without a camera.
 pub fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
-    Scene { background: Color::BLACK, camera: None, image: None, spheres, planes }
+    Scene { spheres, planes, ..Scene::default() }
 }
 
 /// A camera looking from one point to another.
 pub fn camera(position: DVec3, look_at: DVec3) -> Camera {
     Camera { position, look_at, up: DVec3::Y, fov_degrees: 45.0 }
+}
+
+/// An `.npy` file of these rows: `value` is `<f4`, `>f4`, `<f8` or `>f8`.
+pub fn npy(rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
+    let n_columns = rows.first().map_or(3, Vec::len);
+    let order = if fortran { "True" } else { "False" };
+    let shape = format!("({}, {n_columns})", rows.len());
+    let header = format!("{{'descr': '{value}', 'fortran_order': {order}, 'shape': {shape}, }}");
+    // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:<117}\n").bytes());
+    let mut put = |number: f64| match value {
+        "<f4" => bytes.extend((number as f32).to_le_bytes()),
+        ">f4" => bytes.extend((number as f32).to_be_bytes()),
+        "<f8" => bytes.extend(number.to_le_bytes()),
+        ">f8" => bytes.extend(number.to_be_bytes()),
+        other => panic!("{other}"),
+    };
+    match fortran {
+        false => rows.iter().flatten().for_each(|number| put(*number)),
+        true => {
+            for column in 0..n_columns {
+                rows.iter().for_each(|row| put(row[column]));
+            }
+        }
+    }
+    bytes
 }

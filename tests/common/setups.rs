@@ -94,7 +94,7 @@ pub fn scene_of(shapes: &[Shape]) -> Scene {
             }
         }
     }
-    Scene { background: Color::BLACK, camera: None, image: None, spheres, planes }
+    Scene { spheres, planes, ..Scene::default() }
 }
 
 // ---------------------------------------------------------------------------------------------

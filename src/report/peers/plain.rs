@@ -30,15 +30,13 @@ pub fn scene() -> Scene {
         color: Color::BLACK,
     };
     Scene {
-        background: Color::BLACK,
-        camera: None,
-        image: None,
         spheres: vec![
             sphere(-1.3, 0.9, 0.1, 0.83),
             sphere(1.1, 0.4, 0.7, 0.71),
             sphere(0.2, -0.3, -1.2, 1.07),
         ],
         planes: vec![floor],
+        ..Scene::default()
     }
 }
 

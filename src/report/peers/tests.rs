@@ -17,13 +17,7 @@ fn scene() -> Scene {
         radius: 0.5,
         color: Color::from_srgb8([1, 2, 3]),
     };
-    Scene {
-        background: Color::BLACK,
-        camera: None,
-        image: None,
-        spheres: vec![sphere],
-        planes: vec![],
-    }
+    Scene { spheres: vec![sphere], ..Scene::default() }
 }
 
 fn view() -> View {

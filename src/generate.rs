@@ -1,0 +1,424 @@
+//! Clouds of spheres made up from a seed, for tests and measurements: the same bytes on every
+//! machine.
+//!
+//! All numbers come from integers by operations that IEEE 754 rounds alike everywhere, and by
+//! functions of [`libm`], which are built from such operations.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+use crate::npy::write_float_header;
+use crate::picture::OutputFile;
+use crate::random::SplitMix;
+use crate::scene::{Camera, MAX_OBJECTS, cloud_scene_text};
+use crate::trace::Control;
+
+/// How the spheres lie in space. Colours follow the place, so that pictures can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distribution {
+    /// Evenly in the cube of side 1 about the origin; each radius is 0.3·N^(−1/3).
+    Uniform,
+    /// In N^(1/3) clusters, from large and thin to small and dense, in and about that cube.
+    Clustered,
+    /// A cubic lattice of spheres of radius 1 about the origin. Coordinates are whole numbers, so
+    /// neighbours touch exactly.
+    Lattice,
+    /// On the sphere of diameter 1 about the origin; each radius is 0.4·N^(−1/2).
+    Shell,
+    /// A disc of radius 1 with two arms and a bulge, 10⁷ from the origin.
+    Galaxy,
+}
+
+impl Distribution {
+    /// All of them.
+    pub const ALL: [Distribution; 5] = [
+        Distribution::Uniform,
+        Distribution::Clustered,
+        Distribution::Lattice,
+        Distribution::Shell,
+        Distribution::Galaxy,
+    ];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Distribution::Uniform => "uniform",
+            Distribution::Clustered => "clustered",
+            Distribution::Lattice => "lattice",
+            Distribution::Shell => "shell",
+            Distribution::Galaxy => "galaxy",
+        }
+    }
+}
+
+/// What a cloud is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Recipe {
+    /// How the spheres lie in space.
+    pub distribution: Distribution,
+    /// Number of spheres, from 1 to [`MAX_COUNT`].
+    pub count: u64,
+    /// Other seeds give other clouds; a lattice is always the same.
+    pub seed: u64,
+}
+
+/// The most spheres that a scene can have.
+pub const MAX_COUNT: u64 = MAX_OBJECTS as u64;
+
+/// Columns of the file: x, y, z, r, and linear red, green, blue.
+const N_COLUMNS: usize = 7;
+
+/// A row of the file.
+type Row = [f64; N_COLUMNS];
+
+/// Rows that are written at once.
+const ROWS_AT_ONCE: u64 = 1 << 14;
+
+/// Writes the cloud as an `.npy` file: little-endian float64 of shape (N, 7) with x, y, z, radius,
+/// and linear red, green, blue. `-` is standard output. `control` counts the bytes.
+///
+/// # Errors
+/// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`]; the old
+/// file is then as it was.
+pub fn write_cloud(path: &Path, recipe: &Recipe, control: &Control) -> Result<()> {
+    recipe.check()?;
+    let mut file = OutputFile::create(path, false)?;
+    let mut bytes = Vec::new();
+    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes).map_err(Error::io(path))?;
+    control.expect_bytes(bytes.len() as u64 + recipe.count * size_of::<Row>() as u64);
+    let mut rows = recipe.rows();
+    let mut n_left = recipe.count;
+    loop {
+        control.check()?;
+        file.write_all(&bytes).map_err(Error::io(path))?;
+        control.advance_bytes(bytes.len() as u64);
+        if n_left == 0 {
+            return file.commit();
+        }
+        bytes.clear();
+        let n_rows = n_left.min(ROWS_AT_ONCE);
+        for _ in 0..n_rows {
+            bytes.extend(rows().map(f64::to_le_bytes).as_flattened());
+        }
+        n_left -= n_rows;
+    }
+}
+
+/// Writes a scene file with the cloud in the file `cloud` and a camera that sees all of it where
+/// the picture is not higher than wide. `-` is standard output.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Usage`] for a count that can't be, and for a path that is not UTF-8 and
+/// so has no place in a scene.
+pub fn write_scene(path: &Path, cloud: &Path, recipe: &Recipe) -> Result<()> {
+    recipe.check()?;
+    let file = seen_from(path, cloud)?;
+    let Some(file) = file.to_str() else {
+        let message = format!("{}: a scene can name only a file in UTF-8", cloud.display());
+        return Err(Error::Usage(message));
+    };
+    let Recipe { distribution, count, seed } = recipe;
+    let about = format!(
+        "kugelblitz generate cloud --distribution {} --count {count} --seed {seed}",
+        distribution.name()
+    );
+    let text = cloud_scene_text(&about, file, &recipe.camera());
+    let mut file = OutputFile::create(path, false)?;
+    file.write_all(text.as_bytes()).map_err(Error::io(path))?;
+    file.commit()
+}
+
+/// `cloud` as a scene file at `scene` names it: alone where they share a folder.
+fn seen_from(scene: &Path, cloud: &Path) -> Result<PathBuf> {
+    let folder = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        folder.canonicalize().map_err(Error::io(folder))
+    };
+    let name = cloud.file_name().map(PathBuf::from).unwrap_or_default();
+    let folder_of_cloud = folder(cloud)?;
+    Ok(if folder(scene)? == folder_of_cloud { name } else { folder_of_cloud.join(name) })
+}
+
+impl Recipe {
+    fn check(&self) -> Result<()> {
+        match self.count {
+            1..=MAX_COUNT => Ok(()),
+            count => {
+                let message = format!("a cloud of {count} spheres: give from 1 to {MAX_COUNT}");
+                Err(Error::Usage(message))
+            }
+        }
+    }
+
+    /// Gives one row a call.
+    fn rows(&self) -> Box<dyn FnMut() -> Row> {
+        let n = self.count as f64;
+        let mut random = SplitMix::new(self.seed);
+        match self.distribution {
+            Distribution::Uniform => {
+                let radius = UNIFORM_RADIUS / libm::cbrt(n);
+                Box::new(move || {
+                    let center = in_cube(&mut random);
+                    row(center, radius, color_of_place(2.0 * center))
+                })
+            }
+            Distribution::Clustered => {
+                let clusters = clusters(self.count, &mut random);
+                Box::new(move || {
+                    let index = (random.unit() * clusters.len() as f64) as usize;
+                    clusters[index].sphere(&mut random)
+                })
+            }
+            Distribution::Lattice => {
+                let n_side = lattice_side(self.count);
+                let mut index = 0;
+                Box::new(move || {
+                    index += 1;
+                    lattice_point(index - 1, n_side)
+                })
+            }
+            Distribution::Shell => {
+                let radius = SHELL_RADIUS / n.sqrt();
+                Box::new(move || {
+                    let normal = on_unit_sphere(&mut random);
+                    row(0.5 * normal, radius, color_of_place(normal))
+                })
+            }
+            Distribution::Galaxy => {
+                let radius = GALAXY_RADIUS / libm::cbrt(n);
+                Box::new(move || star(radius, &mut random))
+            }
+        }
+    }
+
+    /// A point and a distance from it that no sphere reaches beyond.
+    fn bounding_ball(&self) -> (DVec3, f64) {
+        let n = self.count as f64;
+        let half_diagonal = 3f64.sqrt();
+        match self.distribution {
+            Distribution::Uniform => {
+                (DVec3::ZERO, 0.5 * half_diagonal + UNIFORM_RADIUS / libm::cbrt(n))
+            }
+            Distribution::Clustered => {
+                let reach = LARGEST_CLUSTER * (BELL_REACH * half_diagonal + CLUSTER_FILLING);
+                (DVec3::ZERO, 0.5 * half_diagonal + reach)
+            }
+            Distribution::Lattice => {
+                let n_side = lattice_side(self.count) as f64;
+                (DVec3::ZERO, (n_side - 1.0) * half_diagonal + 1.0)
+            }
+            Distribution::Shell => (DVec3::ZERO, 0.5 + SHELL_RADIUS / n.sqrt()),
+            Distribution::Galaxy => {
+                let thickness = BELL_REACH * DISC_THICKNESS;
+                let rim = (1.0 + thickness * thickness).sqrt();
+                (GALAXY_CENTER, rim + STAR_VARIES * GALAXY_RADIUS / libm::cbrt(n))
+            }
+        }
+    }
+
+    /// A camera that has the bounding ball in its view.
+    pub fn camera(&self) -> Camera {
+        let (center, radius) = self.bounding_ball();
+        let from = DVec3::new(1.0, 1.0, 2.0) / 6f64.sqrt();
+        let distance = radius / libm::sin((FOV_DEGREES / 2.0).to_radians());
+        Camera {
+            position: center + distance * from,
+            look_at: center,
+            up: DVec3::Y,
+            fov_degrees: FOV_DEGREES,
+        }
+    }
+}
+
+/// Vertical field of view of the scenes, degrees.
+const FOV_DEGREES: f64 = 40.0;
+
+/// Radius of a sphere, as a part of the mean distance between neighbours N^(−1/3).
+const UNIFORM_RADIUS: f64 = 0.3;
+
+/// Radius of a sphere on the shell, as a part of N^(−1/2): they cover 16 % of it.
+const SHELL_RADIUS: f64 = 0.4;
+
+fn row(center: DVec3, radius: f64, [red, green, blue]: [f64; 3]) -> Row {
+    [center.x, center.y, center.z, radius, red, green, blue]
+}
+
+/// A colour for a place in the cube from −1 to 1; nothing is too dark to be seen.
+fn color_of_place(place: DVec3) -> [f64; 3] {
+    place.to_array().map(|x| {
+        let part = 0.5 + 0.5 * x;
+        0.03 + 0.9 * part * part
+    })
+}
+
+/// Evenly in the cube of side 1 about the origin.
+fn in_cube(random: &mut SplitMix) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| random.unit() - 0.5))
+}
+
+/// Evenly on the unit sphere (Marsaglia 1972).
+fn on_unit_sphere(random: &mut SplitMix) -> DVec3 {
+    loop {
+        let (a, b) = (2.0 * random.unit() - 1.0, 2.0 * random.unit() - 1.0);
+        let s = a * a + b * b;
+        if s < 1.0 {
+            let scale = 2.0 * (1.0 - s).sqrt();
+            return DVec3::new(a * scale, b * scale, 1.0 - 2.0 * s);
+        }
+    }
+}
+
+/// Between −2 and 2 with a standard deviation of 3^(−1/2): the sum of four uniform numbers looks
+/// like a normal distribution without tails.
+fn bell(random: &mut SplitMix) -> f64 {
+    random.unit() + random.unit() + random.unit() + random.unit() - BELL_REACH
+}
+
+/// Largest value of [`bell`].
+const BELL_REACH: f64 = 2.0;
+
+/// A part of space with spheres around its middle.
+struct Cluster {
+    center: DVec3,
+    size: f64,
+    radius: f64,
+    color: [f64; 3],
+}
+
+/// Size of the largest cluster; the smallest is 2⁻⁵ of it.
+const LARGEST_CLUSTER: f64 = 0.125;
+
+/// Radius of a sphere, as a part of its cluster's size divided by N^(1/3) a cluster.
+const CLUSTER_FILLING: f64 = 0.5;
+
+fn clusters(count: u64, random: &mut SplitMix) -> Vec<Cluster> {
+    let n_clusters = libm::cbrt(count as f64).ceil();
+    let n_spheres = count as f64 / n_clusters;
+    let cluster = |_| {
+        let center = in_cube(random);
+        let size = LARGEST_CLUSTER * libm::exp2(-5.0 * random.unit());
+        let radius = CLUSTER_FILLING * size / libm::cbrt(n_spheres);
+        let color = std::array::from_fn(|_| 0.1 + 0.9 * random.unit());
+        Cluster { center, size, radius, color }
+    };
+    (0..n_clusters as u64).map(cluster).collect()
+}
+
+impl Cluster {
+    fn sphere(&self, random: &mut SplitMix) -> Row {
+        let offset = DVec3::from_array(std::array::from_fn(|_| bell(random)));
+        row(self.center + self.size * offset, self.radius, self.color)
+    }
+}
+
+/// The smallest number with a cube of at least `count`.
+fn lattice_side(count: u64) -> u64 {
+    let rounded = libm::cbrt(count as f64) as u64;
+    (rounded.saturating_sub(1)..).find(|n| n * n * n >= count).unwrap_or(rounded)
+}
+
+/// Neighbours are 2 apart, which is the sum of their radii, and the whole lattice lies about the
+/// origin. Every other sphere is darker, so that neighbours can be told apart.
+fn lattice_point(index: u64, n_side: u64) -> Row {
+    let steps = [index % n_side, index / n_side % n_side, index / (n_side * n_side)];
+    let last = n_side as f64 - 1.0;
+    let center = DVec3::from_array(steps.map(|step| 2.0 * step as f64 - last));
+    let shade = if steps.iter().sum::<u64>() % 2 == 0 { 1.0 } else { 0.4 };
+    row(center, 1.0, color_of_place(center / last.max(1.0)).map(|part| shade * part))
+}
+
+/// 10⁷ from the origin, exactly.
+const GALAXY_CENTER: DVec3 = DVec3::new(6e6, 0.0, -8e6);
+
+/// Mean radius of a star, as a part of N^(−1/3).
+const GALAXY_RADIUS: f64 = 0.1;
+
+/// Largest radius of a star, as a part of the mean.
+const STAR_VARIES: f64 = 1.5;
+
+/// Share of the stars that are in the bulge.
+const BULGE_SHARE: f64 = 0.2;
+
+/// Size of the bulge, thickness of the disc and width of an arm, in units of [`bell`].
+const BULGE_SIZE: f64 = 0.12;
+const DISC_THICKNESS: f64 = 0.015;
+const ARM_WIDTH: f64 = 0.35;
+
+/// Turns of an arm, radians for each e-fold of the distance from the centre.
+const ARM_WINDING: f64 = 2.5;
+
+/// A star of the bulge or of one of two logarithmic spirals.
+fn star(mean_radius: f64, random: &mut SplitMix) -> Row {
+    let radius = mean_radius * (0.5 + random.unit());
+    let place = if random.unit() < BULGE_SHARE {
+        BULGE_SIZE * DVec3::new(bell(random), 0.6 * bell(random), bell(random))
+    } else {
+        let from_center = 0.05 + 0.95 * random.unit();
+        let arm = if random.unit() < 0.5 { 0.0 } else { std::f64::consts::PI };
+        let angle = arm + ARM_WINDING * libm::log(from_center) + ARM_WIDTH * bell(random);
+        let (sine, cosine) = libm::sincos(angle);
+        let height = DISC_THICKNESS * bell(random);
+        DVec3::new(from_center * cosine, height, from_center * sine)
+    };
+    // From the yellow of old stars to the blue of young ones.
+    let outwards = place.length().min(1.0);
+    let color = [1.0 - 0.75 * outwards, 0.8 - 0.4 * outwards, 0.45 + 0.55 * outwards];
+    row(GALAXY_CENTER + place, radius, color)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recipe(distribution: Distribution, count: u64) -> Recipe {
+        Recipe { distribution, count, seed: 9 }
+    }
+
+    #[test]
+    fn every_sphere_is_in_the_bounding_ball_and_some_nearly_touch_it() {
+        for distribution in Distribution::ALL {
+            let recipe = recipe(distribution, 1000);
+            let (middle, reach) = recipe.bounding_ball();
+            let mut rows = recipe.rows();
+            let farthest = (0..recipe.count)
+                .map(|_| rows())
+                .map(|[x, y, z, r, ..]| DVec3::new(x, y, z).distance(middle) + r)
+                .fold(0.0, f64::max);
+            let name = distribution.name();
+            // Coordinates of 10⁷ are rounded to 10⁻⁹.
+            assert!(farthest <= reach + 1e-8, "{name}: {farthest} > {reach}");
+            assert!(farthest > 0.5 * reach, "{name}: {farthest} << {reach}");
+        }
+    }
+
+    #[test]
+    fn a_lattice_has_room_for_all() {
+        for count in [1, 2, 7, 8, 9, 26, 27, 28, 999_999, 1_000_000, 1_000_001, (1 << 32) - 3] {
+            let side = lattice_side(count);
+            assert!((side - 1).pow(3) < count && count <= side.pow(3), "{count}: {side}");
+        }
+    }
+
+    /// x, radius and blue of the last sphere as they came out on x86-64 Linux. Another machine that
+    /// rounds otherwise on the way would write another file.
+    #[test]
+    fn bytes_are_the_same_everywhere() {
+        let known = [
+            (Distribution::Uniform, [0x3fa704af50de0890, 0x3f9eb851eb851eb8, 0x3fd6b906b2755508]),
+            (Distribution::Clustered, [0xbfb61bc8e161ce84, 0x3f48fc92e68e08ab, 0x3fe0777142e0e855]),
+            (Distribution::Lattice, [0x4022000000000000, 0x3ff0000000000000, 0x3fd7ced916872b03]),
+            (Distribution::Shell, [0x3fd73f5e69261b84, 0x3f89e7c6e43390b7, 0x3fc471ddb32eb34e]),
+            (Distribution::Galaxy, [0x4156e3600388f4f5, 0x3f80f34981a8a5c8, 0x3fe1d09b81c16abb]),
+        ];
+        for (distribution, bits) in known {
+            let mut rows = recipe(distribution, 1000).rows();
+            let last = (0..1000).map(|_| rows()).last().unwrap();
+            let found = [last[0], last[3], last[6]].map(f64::to_bits);
+            assert_eq!(found, bits, "{}: {found:x?}", distribution.name());
+        }
+    }
+}

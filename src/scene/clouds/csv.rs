@@ -1,0 +1,141 @@
+//! Clouds as comma-separated values.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use csv::{ByteRecord, Error, ErrorKind, Position, ReaderBuilder};
+
+use super::Reading;
+use crate::scene::Sphere;
+use crate::scene::places::Stop;
+
+const HELP: &str = "the first line names the columns: x, y, z, and optionally r, and red, green, \
+                    blue (linear, 0 to 1), in any order and among others, with commas between them";
+
+/// Bytes that are read at once.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// Reads the spheres of a `.csv` file, in the order of its lines.
+pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
+    let (mut file, n_bytes) = cloud.open()?;
+    if n_bytes.is_some() {
+        // All lines but the header; where the last one has no line break, the header's counts.
+        let n_at_most = file.count_line_breaks().map_err(|error| cloud.failed(&error))?;
+        cloud.reserve(n_at_most)?;
+    }
+    let mut reader = ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(file);
+    let header = reader.byte_headers().map_err(|error| stop(cloud, &error))?;
+    let columns = Columns::find(header).map_err(|found| cloud.wrong(found, HELP))?;
+    let template = cloud.template(columns.radius.is_some(), columns.color.is_some())?;
+
+    let path = cloud.source.path.clone();
+    let mut record = ByteRecord::new();
+    while reader.read_byte_record(&mut record).map_err(|error| stop(cloud, &error))? {
+        let place = || line_of(&path, record.position());
+        let sphere = columns.sphere(&record, &template).map_err(|found| {
+            let message = format!("{}: {found}", place());
+            cloud.wrong(message, "write numbers like 1.5 or 2e-3, with a point")
+        })?;
+        cloud.push(sphere, place)?;
+    }
+    Ok(())
+}
+
+/// Where each value stands in a line.
+#[derive(Debug, PartialEq)]
+struct Columns {
+    center: [usize; 3],
+    radius: Option<usize>,
+    color: Option<[usize; 3]>,
+}
+
+impl Columns {
+    /// Finds the columns by name, in either case; other columns are not looked at.
+    fn find(header: &ByteRecord) -> Result<Columns, String> {
+        let names: Vec<String> = header
+            .iter()
+            .map(|name| String::from_utf8_lossy(name).trim().to_ascii_lowercase())
+            .collect();
+        let find = |name: &str| {
+            let mut places = (0..names.len()).filter(|&column| names[column] == name);
+            match (places.next(), places.next()) {
+                (_, Some(_)) => Err(format!("the header names the column `{name}` twice")),
+                (place, None) => Ok(place),
+            }
+        };
+        let require = |name: &str| {
+            find(name)?.ok_or_else(|| {
+                let found = names.join(", ");
+                format!("the header has no column `{name}`, only {found:?}")
+            })
+        };
+        let all = |three: [&str; 3]| -> Result<[usize; 3], String> {
+            Ok([require(three[0])?, require(three[1])?, require(three[2])?])
+        };
+        const COLOR: [&str; 3] = ["red", "green", "blue"];
+        let has_color = names.iter().any(|name| COLOR.contains(&name.as_str()));
+        Ok(Columns {
+            center: all(["x", "y", "z"])?,
+            radius: find("r")?,
+            color: has_color.then(|| all(COLOR)).transpose()?,
+        })
+    }
+
+    /// The sphere of a line; `template` has what the columns lack.
+    fn sphere(&self, record: &ByteRecord, template: &Sphere) -> Result<Sphere, String> {
+        let number = |column: usize| {
+            let field = record.get(column).unwrap_or_default();
+            let text = std::str::from_utf8(field).ok().map(str::trim);
+            text.and_then(|text| text.parse::<f64>().ok())
+                .ok_or_else(|| format!("{:?} is not a number", String::from_utf8_lossy(field)))
+        };
+        let mut sphere = template.clone();
+        for (axis, &column) in self.center.iter().enumerate() {
+            sphere.center[axis] = number(column)?;
+        }
+        if let Some(column) = self.radius {
+            sphere.radius = number(column)?;
+        }
+        for (channel, &column) in self.color.iter().flatten().enumerate() {
+            sphere.color.0[channel] = number(column)? as f32;
+        }
+        Ok(sphere)
+    }
+}
+
+fn stop(cloud: &Reading, error: &Error) -> Stop {
+    match error.kind() {
+        ErrorKind::Io(error) => cloud.failed(error),
+        ErrorKind::UnequalLengths { pos, expected_len, len } => cloud.wrong(
+            format!(
+                "{}: {len} values, but the header names {expected_len} columns",
+                line_of(&cloud.source.path, pos.as_ref())
+            ),
+            "each line has a value for each column, and a point, no comma, in its numbers",
+        ),
+        _ => cloud.wrong(error, HELP),
+    }
+}
+
+/// Where a record stands. The library counts the line breaks that it has gone through, and lines
+/// that end in `\r\n` or are empty leave some to be skipped before the record.
+fn line_of(path: &Path, position: Option<&Position>) -> String {
+    let Some(position) = position else { return "a line".into() };
+    let skipped = || -> io::Result<u64> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(position.byte()))?;
+        let mut n_breaks = 0;
+        for byte in BufReader::new(file).bytes() {
+            match byte? {
+                b'\n' => n_breaks += 1,
+                b'\r' => {}
+                _ => break,
+            }
+        }
+        Ok(n_breaks)
+    };
+    // What comes through a pipe can't be read again.
+    let n_skipped = if path.is_file() { skipped().unwrap_or(0) } else { 0 };
+    format!("line {}", position.line() + n_skipped)
+}
