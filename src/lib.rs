@@ -89,6 +89,7 @@
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
 //! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
+//! | [`bvh`] | the hierarchy over many spheres |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
@@ -108,6 +109,7 @@
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
 
+pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;

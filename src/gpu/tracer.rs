@@ -69,7 +69,8 @@ impl GpuTracer {
     /// device fails, [`Error::Shader`] when it refuses the shader.
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         check_limits(&gpu, &prepared)?;
-        let unsuited = prepared.kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+        let unsuited = prepared.kernel == Kernel::Certified
+            && (prepared.hierarchy.is_some() || !gpu.arithmetic()?.suits_filter());
         let stand_in = unsuited.then(|| CpuTracer::new(Arc::clone(&prepared), wants));
         let start = Instant::now();
         let shader = compile(&prepared.needs(wants))?;
