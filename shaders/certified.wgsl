@@ -34,7 +34,7 @@ struct SphereCertified {
     outer2: f32,
     slack: f32,
     q_low: f32,
-    q_high: f32,
+    q_high_or_r2: f32,
     k_error: f32,
 }
 
@@ -72,12 +72,11 @@ fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> 
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     //#if pixels
     let l = sphere.center;
-    let q = Nearness(sphere.q_low, sphere.q_high);
+    let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
     let is_outside = q.low > 0.0;
     //#else
-    // q_high holds r².
     let l = (sphere.center - ray.origin) + (sphere.center_low - ray.origin_low);
-    let k = dot3(l, l) - sphere.q_high;
+    let k = dot3(l, l) - sphere.q_high_or_r2;
     let is_outside = k > 0.0;
     let q = Nearness(
         NARROWER / (abs(k) + sphere.k_error),
@@ -105,8 +104,8 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     let m = dot3(p, p);
     let inner = sphere.inner2 - m;
     let outer = sphere.outer2 - m;
-    let low = (s + sqrt(abs(inner) * ray.inv_a)) * sphere.q_high;
-    let high = (s + sqrt(abs(outer) * ray.inv_a)) * sphere.q_high;
+    let low = (s + sqrt(abs(inner) * ray.inv_a)) * sphere.q_high_or_r2;
+    let high = (s + sqrt(abs(outer) * ray.inv_a)) * sphere.q_high_or_r2;
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 //#end

@@ -1,26 +1,26 @@
 // Twin of RayOf and Hit in src/kernel/mod.rs.
 
 struct Ray {
-    origin: vec3f,
-    origin_low: vec3f,
-    direction: vec3f,
-    a: f32,
-    inv_a: f32,
+    origin: Vec3,
+    origin_low: Vec3,
+    direction: Vec3,
+    a: Real,
+    inv_a: Real,
 }
 
 struct Hit {
-    t: f32,
+    t: Real,
     id: u32,
 }
 
-fn ray_from(origin: vec3f, origin_low: vec3f, direction: vec3f) -> Ray {
+fn ray_from(origin: Vec3, origin_low: Vec3, direction: Vec3) -> Ray {
     let a = dot3(direction, direction);
     return Ray(origin, origin_low, direction, a, 1.0 / a);
 }
 
 // The nearer of the hit so far and a candidate, whose t is 0 where there is none. Equal t: the
 // lower id, which comes first, stays.
-fn closer(hit: Hit, t: f32, id: u32) -> Hit {
+fn closer(hit: Hit, t: Real, id: u32) -> Hit {
     let is_closer = t > 0.0 && t < hit.t;
     return Hit(select(hit.t, t, is_closer), select(hit.id, id, is_closer));
 }

@@ -1,6 +1,23 @@
 // Bindings and the entry point. Bindings are numbered when the parts are put together.
 
 // Member order is checked against src/gpu/layout.rs by a test.
+//#if double
+struct Params {
+    forward: vec3<f64>,
+    n_spheres: u32,
+    n_planes: u32,
+    right: vec3<f64>,
+    step: f64,
+    true_up: vec3<f64>,
+    infinity: f64,
+    origin: vec3<f64>,
+    n_rays: u32,
+    // Twice the offset of the tile's first pixel from the picture's centre: right, up.
+    offset_i: i32,
+    offset_j: i32,
+    width: u32,
+}
+//#else
 struct Params {
     forward: vec3f,
     n_spheres: u32,
@@ -16,6 +33,7 @@ struct Params {
     width: u32,
     padding: u32,
 }
+//#end
 
 @group(0) @binding(next) var<uniform> params: Params;
 @group(0) @binding(next) var<storage, read_write> ids: array<u32>;
@@ -30,11 +48,18 @@ struct Params {
 @group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
 //#end
 //#if list
+//#if double
+struct RayRecord {
+    origin: vec3<f64>,
+    direction: vec3<f64>,
+}
+//#else
 struct RayRecord {
     origin: vec3f,
     origin_low: vec3f,
     direction: vec3f,
 }
+//#end
 @group(0) @binding(next) var<storage, read> rays: array<RayRecord>;
 //#end
 
@@ -44,25 +69,34 @@ struct RayRecord {
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
     //#if pixels
-    let i = f32(params.offset_i + 2 * i32(pixel.x));
-    let j = f32(params.offset_j - 2 * i32(pixel.y));
-    let ray = ray_from(params.origin, vec3f(0.0), camera_direction(i, j));
+    let i = Real(params.offset_i + 2 * i32(pixel.x));
+    let j = Real(params.offset_j - 2 * i32(pixel.y));
+    let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
     //#else
     let record = rays[min(index, params.n_rays - 1u)];
+    //#if double
+    let ray = ray_from(record.origin, Vec3(0.0), record.direction);
+    //#else
     let ray = ray_from(record.origin, record.origin_low, record.direction);
+    //#end
     //#end
     //#if certified
     let hit = Hit(0.0, propose(ray));
     //#else
     let hit = closest(ray);
     //#end
+    //#if double
+    let seen = narrow(hit);
+    //#else
+    let seen = hit;
+    //#end
     if pixel.x < params.width && index < params.n_rays {
-        ids[index] = hit.id;
+        ids[index] = seen.id;
         //#if surface
-        ts[index] = hit.t;
+        ts[index] = seen.t;
         var normal = vec3f(0.0);
-        if hit.id != 0u {
-            normal = normal_at(ray, hit);
+        if seen.id != 0u {
+            normal = vec3f(normal_at(ray, hit));
         }
         normals[3u * index] = normal.x;
         normals[3u * index + 1u] = normal.y;

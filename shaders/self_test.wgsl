@@ -14,6 +14,8 @@ struct Results {
     sum_error: FLOAT,
     // a b − round(a b): 0 where fma takes two roundings.
     fma_remainder: FLOAT,
+    // a rounded to f32, which a kernel in f64 does with its results.
+    narrowed: FLOAT,
 }
 
 @group(0) @binding(next) var<storage, read> operands: array<Operands>;
@@ -38,5 +40,6 @@ fn self_test(@builtin(global_invocation_id) invocation: vec3u) {
         sqrt(abs(a)),
         (a - a_part) + (b - b_part),
         fma(a, b, -product),
+        FLOAT(f32(a)),
     );
 }

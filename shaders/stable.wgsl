@@ -8,43 +8,6 @@ struct SphereStable {
     k: f32,
 }
 
-// The ray's closest approach to a centre at l = c − o, and half the chord.
-struct Approach {
-    // Offset from the closest point of the line to the centre.
-    p: vec3f,
-    // d·l
-    b: f32,
-    // r² − p·p
-    delta: f32,
-    // √(a (r² − p·p)); negative for a miss.
-    h: f32,
-}
-
-// Discriminant as r² − ‖P‖² (Hearn & Baker; Ray Tracing Gems, ch. 7, eq. 5).
-fn approach(ray: Ray, l: vec3f, r: f32) -> Approach {
-    let b = dot3(ray.direction, l);
-    let p = l - ray.direction * (b * ray.inv_a);
-    let delta = r * r - dot3(p, p);
-    return Approach(p, b, delta, select(-1.0, sqrt(ray.a * delta), delta >= 0.0));
-}
-
-// Near and far root without cancellation: q and k/q (Press et al., Numerical Recipes, 5.6).
-fn roots_stable(ray: Ray, b: f32, h: f32, k: f32) -> vec2f {
-    let q = select(b - h, b + h, b > 0.0);
-    let t0 = k / q;
-    let t1 = q * ray.inv_a;
-    return select(vec2f(t1, t0), vec2f(t0, t1), b > 0.0);
-}
-
-// Smallest positive root, or 0 for none.
-fn sphere_stable(ray: Ray, l: vec3f, r: f32, k: f32) -> f32 {
-    let closest_approach = approach(ray, l, r);
-    let h = closest_approach.h;
-    let roots = roots_stable(ray, closest_approach.b, h, k);
-    let t = select(select(0.0, roots.y, roots.y > 0.0), roots.x, roots.x > 0.0);
-    return select(0.0, t, h >= 0.0);
-}
-
 fn sphere_offset(ray: Ray, sphere: SphereStable) -> vec3f {
     //#if pixels
     return sphere.center;
@@ -61,11 +24,6 @@ fn sphere_k(l: vec3f, sphere: SphereStable) -> f32 {
     return dot3(l, l) - sphere.radius * sphere.radius;
     //#end
 }
-
-fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereStable, id: u32) -> Hit {
-    let l = sphere_offset(ray, sphere);
-    return closer(hit, sphere_stable(ray, l, sphere.radius, sphere_k(l, sphere)), id);
-}
 //#end
 
 //#if planes
@@ -76,54 +34,12 @@ struct PlaneStable {
     normal: vec3f,
 }
 
-// t = ((a − o)·n) / (d·n). Positive t, or 0 for none.
-fn plane_stable(d: vec3f, n_offset: f32, n: vec3f) -> f32 {
-    let t = n_offset / dot3(d, n);
-    return select(0.0, t, t > 0.0);
-}
-
 // (a − o)·n, from the host's f64 where all rays share their origin.
 fn plane_n_offset(ray: Ray, plane: PlaneStable) -> f32 {
     //#if pixels
     return plane.n_offset;
     //#else
     return dot3((plane.offset - ray.origin) + (plane.offset_low - ray.origin_low), plane.normal);
-    //#end
-}
-
-fn closer_plane(ray: Ray, hit: Hit, plane: PlaneStable, id: u32) -> Hit {
-    return closer(hit, plane_stable(ray.direction, plane_n_offset(ray, plane), plane.normal), id);
-}
-//#end
-
-fn closest(ray: Ray) -> Hit {
-    var hit = Hit(params.infinity, 0u);
-    //#each sphere
-    hit = closer_sphere(ray, hit, spheres[INDEX], INDEX + 1u);
-    //#end
-    //#each plane
-    hit = closer_plane(ray, hit, planes[INDEX], params.n_spheres + INDEX + 1u);
-    //#end
-    return hit;
-}
-
-//#if surface
-// The normal from half the chord, never from t: o + t·d − c cancels far away.
-fn normal_at(ray: Ray, hit: Hit) -> vec3f {
-    //#if spheres
-    if hit.id <= params.n_spheres {
-        let sphere = spheres[hit.id - 1u];
-        let l = sphere_offset(ray, sphere);
-        let closest_approach = approach(ray, l, sphere.radius);
-        let half_chord = ray.direction * (closest_approach.h * ray.inv_a);
-        let outside = sphere_k(l, sphere) > 0.0;
-        return facing(select(half_chord, -half_chord, outside) - closest_approach.p, ray.direction);
-    }
-    //#end
-    //#if planes
-    return facing(planes[hit.id - 1u - params.n_spheres].normal, ray.direction);
-    //#else
-    return vec3f(0.0);
     //#end
 }
 //#end

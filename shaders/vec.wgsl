@@ -1,13 +1,13 @@
 // Twin of src/vec3.rs.
 
 // a·b, summed from left to right on every device: the built-in dot leaves the order open.
-fn dot3(a: vec3f, b: vec3f) -> f32 {
+fn dot3(a: Vec3, b: Vec3) -> Real {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 //#if surface
 // v / ‖v‖, turned so that it faces against direction.
-fn facing(v: vec3f, direction: vec3f) -> vec3f {
+fn facing(v: Vec3, direction: Vec3) -> Vec3 {
     let unit = v * (1.0 / sqrt(dot3(v, v)));
     return select(unit, -unit, dot3(unit, direction) > 0.0);
 }

@@ -1,4 +1,4 @@
-//! Pixel → ray. Twin of the camera part of `shaders/camera.wgsl`.
+//! Pixel → ray. `camera_direction` has its twin in `shaders/camera.wgsl`.
 
 use glam::DVec3;
 
@@ -123,14 +123,43 @@ impl Pixels {
     /// put together): `forward + i·(h/H)·right + j·(h/H)·true_up`.
     pub fn direction(&self, x: u32, y: u32) -> DVec3 {
         let (i, j) = self.offset2(x, y);
-        let step = self.view.h / f64::from(self.image_height);
-        self.view.forward
-            + self.view.right * (step * i as f64)
-            + self.view.true_up * (step * j as f64)
+        DVec3::from_array(CameraF64::new(self).camera_direction(i as f64, j as f64).0)
     }
 }
 
-/// The camera that the kernels see: rounded to f32, with the pixel's size multiplied in.
+/// The camera in f64, as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraF64 {
+    /// View axis.
+    pub forward: Vec3<f64>,
+    /// Unit vector to the right of the picture.
+    pub right: Vec3<f64>,
+    /// Unit vector to the top of the picture.
+    pub true_up: Vec3<f64>,
+    /// Half a pixel at distance 1: `h/H`.
+    pub step: f64,
+}
+
+impl CameraF64 {
+    /// The camera of `pixels`.
+    pub fn new(pixels: &Pixels) -> CameraF64 {
+        let view = &pixels.view;
+        CameraF64 {
+            forward: view.forward.into(),
+            right: view.right.into(),
+            true_up: view.true_up.into(),
+            step: view.h / f64::from(pixels.image_height),
+        }
+    }
+
+    /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
+    #[inline(always)]
+    pub fn camera_direction(&self, i: f64, j: f64) -> Vec3<f64> {
+        (self.forward + self.right * (self.step * i)) + self.true_up * (self.step * j)
+    }
+}
+
+/// The camera that f32 kernels see: rounded, with the pixel's size multiplied in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraF32 {
     /// View axis.

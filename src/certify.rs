@@ -35,9 +35,16 @@ pub fn finish(
     hits: &mut Hits,
     mut timing: Timing,
 ) -> Result<Timing> {
-    hits.counts = StageCounts { f32: rays.len() as u64, ..StageCounts::default() };
-    if prepared.kernel != Kernel::Certified {
-        return Ok(timing);
+    let n_rays = rays.len() as u64;
+    hits.counts = StageCounts { f32: n_rays, ..StageCounts::default() };
+    match prepared.kernel {
+        Kernel::Lecture | Kernel::Stable => return Ok(timing),
+        Kernel::Double => {
+            hits.counts = StageCounts { f64: n_rays, ..StageCounts::default() };
+            hits.level.fill(Level::F64 as u8);
+            return Ok(timing);
+        }
+        Kernel::Certified => {}
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();

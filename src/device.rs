@@ -7,7 +7,7 @@ use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
 use crate::prepare::Prepared;
-use crate::trace::{Tracer, Wants};
+use crate::trace::{Kernel, Tracer, Wants};
 
 /// What traces the rays.
 #[derive(Clone)]
@@ -57,13 +57,13 @@ impl Device {
         }
     }
 
-    /// Whether the device's f32 is that of the CPU, bit by bit.
+    /// Whether the arithmetic of `kernel` is that of the CPU, bit by bit.
     ///
     /// # Errors
-    /// Those of [`Gpu::arithmetic`].
-    pub fn is_ieee(&self) -> Result<bool> {
+    /// Those of [`Gpu::is_ieee`].
+    pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
         match self {
-            Device::Gpu(gpu) => Ok(gpu.arithmetic()?.is_ieee()),
+            Device::Gpu(gpu) => gpu.is_ieee(kernel),
             Device::Cpu => Ok(true),
         }
     }

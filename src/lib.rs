@@ -102,13 +102,15 @@
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
+//! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # What is not promised
-//! The kernels `lecture` and `stable` promise no object. A number that is not finite has no
+//! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
 
+mod arithmetic;
 pub mod bvh;
 pub mod camera;
 mod certify;
@@ -118,6 +120,7 @@ pub mod device;
 pub mod error;
 pub mod exact;
 pub mod explain;
+pub mod export;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;

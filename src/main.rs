@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Trace(args) => cli::trace::run(&args, &run),
         Command::Explain(args) => cli::explain::run(&args, &run),
         Command::Report(args) => cli::report::run(&args, &run),
+        Command::Export(args) => cli::export::run(&args, &run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{PlaneCertified, SphereCertified, SphereFar};
+use crate::kernel::double::{PlaneDouble, SphereDouble};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::scene::{Plane, Scene, Sphere};
@@ -51,6 +52,8 @@ pub enum Objects {
     Lecture(Lists<SphereLecture, PlaneLecture>),
     /// For [`Kernel::Stable`].
     Stable(Lists<SphereStable, PlaneStable>),
+    /// For [`Kernel::Double`].
+    Double(Lists<SphereDouble, PlaneDouble>),
     /// For [`Kernel::Certified`].
     Certified(Lists<SphereCertified, PlaneCertified>),
 }
@@ -87,6 +90,7 @@ impl Objects {
         match self {
             Objects::Lecture(lists) => lists.bytes(),
             Objects::Stable(lists) => lists.bytes(),
+            Objects::Double(lists) => lists.bytes(),
             Objects::Certified(lists) => lists.bytes(),
         }
     }
@@ -119,7 +123,8 @@ pub struct Prepared {
     pub kernel: Kernel,
     /// Where the rays come from.
     pub source: Source,
-    /// What coordinates are relative to, world units: the eye, or the middle of the origins.
+    /// What coordinates are relative to, world units: the eye; for lists the middle of the origins,
+    /// or for [`Kernel::Double`] the world's origin.
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
@@ -150,7 +155,7 @@ impl Prepared {
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
         let (source, reference) = match rays {
             Rays::Pixels(pixels) => (Source::Pixels, pixels.view.position),
-            Rays::List(rays) => (Source::List, middle_of_origins(rays)?),
+            Rays::List(rays) => (Source::List, reference_of_list(rays, kernel)?),
         };
         let made_for = match rays {
             Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
@@ -165,6 +170,11 @@ impl Prepared {
                 &scene,
                 |sphere| SphereStable::new(sphere, reference),
                 |plane| PlaneStable::new(plane, reference),
+            )),
+            Kernel::Double => Objects::Double(Lists::new(
+                &scene,
+                |sphere| SphereDouble::new(sphere, reference),
+                |plane| PlaneDouble::new(plane, reference),
             )),
             Kernel::Certified => {
                 let frame = Frame::new(rays, reference, &scene);
@@ -221,6 +231,14 @@ impl Prepared {
         Ok(())
     }
 
+    /// Where a camera's rays start in the kernel's coordinates.
+    pub fn camera_origin(&self) -> DVec3 {
+        match self.kernel {
+            Kernel::Lecture => self.reference,
+            Kernel::Stable | Kernel::Double | Kernel::Certified => DVec3::ZERO,
+        }
+    }
+
     /// What a backend must be able to do for this scene.
     pub fn needs(&self, wants: Wants) -> Needs {
         Needs {
@@ -238,6 +256,12 @@ impl Prepared {
 /// Largest distance of an origin from the reference point.
 fn spread(rays: &[Ray], reference: DVec3) -> f64 {
     rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
+}
+
+fn reference_of_list(rays: &[Ray], kernel: Kernel) -> Result<DVec3> {
+    let middle = middle_of_origins(rays)?;
+    // In f64, c − o straight from the scene's numbers is rounded only once.
+    Ok(if kernel == Kernel::Double { DVec3::ZERO } else { middle })
 }
 
 fn middle_of_origins(rays: &[Ray]) -> Result<DVec3> {
@@ -309,6 +333,31 @@ impl PlaneStable {
             pad0: 0.0,
             normal: normal.as_vec3().to_array(),
             pad1: 0.0,
+        }
+    }
+}
+
+impl SphereDouble {
+    fn new(sphere: &Sphere, reference: DVec3) -> SphereDouble {
+        let l = sphere.center - reference;
+        SphereDouble {
+            center: l.to_array(),
+            radius: sphere.radius,
+            k: l.length_squared() - sphere.radius * sphere.radius,
+            padding: [0.0; 3],
+        }
+    }
+}
+
+impl PlaneDouble {
+    fn new(plane: &Plane, reference: DVec3) -> PlaneDouble {
+        let l = plane.point - reference;
+        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        PlaneDouble {
+            offset: l.to_array(),
+            n_offset: l.dot(normal),
+            normal: normal.to_array(),
+            padding: 0.0,
         }
     }
 }
@@ -414,18 +463,18 @@ impl Frame {
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let k = match self.source {
+        let k_or_r2 = match self.source {
             Source::Pixels => self.sphere_k(sphere, l),
             Source::List => r * r,
         };
-        if !(guard::sphere_in_range_f32(r, distance) && k_in_range(k, r + distance)) {
+        if !(guard::sphere_in_range_f32(r, distance) && k_in_range(k_or_r2, r + distance)) {
             // As seen from outside, this may be nearer than everything.
             return SphereCertified {
                 inner2: -1.0,
                 outer2: f32::MAX,
                 slack: f32::MAX,
                 q_low: 1.0,
-                q_high: 1.0,
+                q_high_or_r2: 1.0,
                 k_error: f32::MAX,
                 ..SphereCertified::zeroed()
             };
@@ -433,12 +482,12 @@ impl Frame {
         let (center, center_low) = split(l);
         let [inner2, outer2, slack, k_error] =
             Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
-        let (q_low, q_high) = match self.source {
-            Source::Pixels if self.near => guard::inverse_f32(k),
-            Source::Pixels => (0.0, guard::far_inverse_f32(k)),
-            Source::List => (0.0, k as f32),
+        let (q_low, q_high_or_r2) = match self.source {
+            Source::Pixels if self.near => guard::inverse_f32(k_or_r2),
+            Source::Pixels => (0.0, guard::far_inverse_f32(k_or_r2)),
+            Source::List => (0.0, k_or_r2 as f32),
         };
-        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high, k_error }
+        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high_or_r2, k_error }
     }
 
     /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.
@@ -601,13 +650,37 @@ pub struct RayRecord {
     pub pad2: f32,
 }
 
+/// A ray of a list as the device sees it, for [`Kernel::Double`].
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct RayRecordDouble {
+    /// Origin relative to the reference point.
+    pub origin: [f64; 3],
+    /// Fills WGSL's 32-byte alignment of `vec3<f64>`.
+    pub pad0: f64,
+    /// Direction, as it is.
+    pub direction: [f64; 3],
+    /// Fills WGSL's 32-byte alignment of `vec3<f64>`.
+    pub pad1: f64,
+}
+
 impl Prepared {
-    /// A ray of a list in this scene's frame, and the exponent `e` with
+    /// A ray of a list in this scene's frame, in f64.
+    pub fn ray_record_double(&self, ray: &Ray) -> RayRecordDouble {
+        RayRecordDouble {
+            origin: (ray.origin - self.reference).to_array(),
+            pad0: 0.0,
+            direction: ray.direction.to_array(),
+            pad1: 0.0,
+        }
+    }
+
+    /// A ray of a list in this scene's frame, rounded to f32, and the exponent `e` with
     /// `direction = 2^e · record.direction`, so that `t = 2^−e · t_record`.
     pub fn ray_record(&self, ray: &Ray) -> (RayRecord, i32) {
         let (origin, low, direction, exponent) = match self.kernel {
             Kernel::Lecture => (ray.origin.as_vec3().to_array(), [0.0; 3], ray.direction, 0),
-            Kernel::Stable | Kernel::Certified => {
+            Kernel::Stable | Kernel::Double | Kernel::Certified => {
                 let (high, low) = split(ray.origin - self.reference);
                 let exponent = exponent_of(ray.direction);
                 (high, low, scale_by_power_of_two(ray.direction, -exponent), exponent)

@@ -15,16 +15,23 @@ pub enum Kernel {
     Lecture,
     /// The best plain-f32 kernel: camera-relative, free of cancellation.
     Stable,
+    /// The same formulas in f64: what one would do without a proof.
+    Double,
     /// f32 with a proven error bound, then f64, then exact arithmetic.
     Certified,
 }
 
 impl Kernel {
+    /// All of them, in the order in which they are told: from the least exact to the exact one.
+    pub const ALL: [Kernel; 4] =
+        [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
+
     /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Kernel::Lecture => "lecture",
             Kernel::Stable => "stable",
+            Kernel::Double => "double",
             Kernel::Certified => "certified",
         }
     }

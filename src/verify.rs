@@ -239,14 +239,14 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
     result
 }
 
-/// What a kernel promises, in words. `bit_equal` says whether the device's arithmetic is that of
-/// IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
+/// What a kernel promises, in words. `bit_equal` says whether the kernel's arithmetic on the device
+/// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
     match (kernel, bit_equal) {
-        (Kernel::Lecture | Kernel::Stable, true) => {
+        (Kernel::Lecture | Kernel::Stable | Kernel::Double, true) => {
             "GPU and CPU equal bit by bit; exactness is not promised"
         }
-        (Kernel::Lecture | Kernel::Stable, false) => {
+        (Kernel::Lecture | Kernel::Stable | Kernel::Double, false) => {
             "nothing on this device, whose arithmetic is not known to be IEEE 754's"
         }
         (Kernel::Certified, _) => "ids exact on GPU and CPU, t within 1 ulp, normals within 2^-23",
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(against.rays, 24 * 16);
         assert_eq!(against.wrong_ids(), 0);
         assert!(against.t_ulp_max > 0.25 && against.t_ulp_max <= 0.5, "{against:?}");
-        for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+        for kernel in Kernel::ALL {
             assert_eq!(broken(kernel, &hits), Vec::<String>::new());
         }
     }
@@ -431,7 +431,7 @@ mod tests {
             let wrong_ids = u64::from(!matches!(what, "t" | "normal"));
             assert_eq!(against.wrong_ids(), wrong_ids, "{what}");
             assert_eq!(against.first_wrong_id, (wrong_ids > 0).then(|| on(id)), "{what}");
-            for kernel in [Kernel::Lecture, Kernel::Stable, Kernel::Certified] {
+            for kernel in Kernel::ALL {
                 assert!(!broken(kernel, &hits).is_empty(), "{what}, {}", kernel.name());
             }
         }

@@ -155,7 +155,7 @@ fn quiet_is_quiet_and_verbose_names_the_driver() {
 fn both_devices_and_all_kernels_write_the_same_picture() {
     gpu();
     let folder = tempfile::tempdir().unwrap();
-    for kernel in ["lecture", "stable", "certified"] {
+    for kernel in ["lecture", "stable", "double", "certified"] {
         let pictures = ["cpu", "gpu"].map(|device| {
             let out = file(&folder, "a.npy");
             let args = ["--device", device, "--kernel", kernel, "--size", "120x80", "-q"];
@@ -529,12 +529,14 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
             assert_eq!(kernel["gpu_against_cpu"]["first"], Value::Null);
         }
         // f32 kernels are not exact: a comparison that finds them so compares nothing.
-        if kernel["kernel"] != "certified" {
+        if ["lecture", "stable"].contains(&kernel["kernel"].as_str().unwrap()) {
             assert!(kernel["against_exact"]["cpu"]["t_ulp_max"].as_f64().unwrap() > 0.5);
         }
     }
     let text = run(&start, 0);
-    for expected in ["all pixels against exact", "lecture", "stable", "GPU", "CPU", "kept"] {
+    for expected in
+        ["all pixels against exact", "lecture", "stable", "double", "GPU", "CPU", "kept"]
+    {
         assert!(text.text().contains(expected), "{expected}: {}", text.text());
     }
 }
@@ -565,6 +567,7 @@ fn check_says_what_a_scene_costs() {
     assert_eq!(json["objects"], serde_json::json!({"spheres": 6, "planes": 2}));
     assert_eq!(json["picture"]["rays"], 1920 * 1080);
     assert!(json["bytes_device"]["stable"].as_u64().unwrap() > 100);
+    assert!(json["bytes_device"]["double"].as_u64() > json["bytes_device"]["stable"].as_u64());
     assert!(json["picture"]["bytes_memory"]["exr"].as_u64().unwrap() > 1920 * 1080 * 36);
     let text = run(&["check", &scene("figure1")], 0);
     assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
@@ -626,12 +629,14 @@ fn trace_gives_the_hits_of_any_rays() {
         (2, 4.0, up),
         (1, 4.0, [0.0, 0.0, 1.0]),
     ];
-    for device in ["cpu", "gpu"] {
+    for (device, kernel) in
+        [("cpu", "certified"), ("gpu", "certified"), ("cpu", "double"), ("gpu", "double")]
+    {
         let out = file(&folder, "hits.npy");
-        let args = ["trace", &scene, "--rays", &rays, "-o", &out, "--device", device, "--json"];
-        let ran = run(&args, 0);
+        let start = ["trace", &scene, "--rays", &rays, "--device", device, "--kernel", kernel];
+        let ran = run(&[&start[..], &["-o", &out, "--json"]].concat(), 0);
         let json = ran.json();
-        assert_eq!(json["command"], "trace");
+        assert_eq!((&json["command"], &json["kernel"]), (&"trace".into(), &kernel.into()));
         assert_eq!((&json["rays"]["total"], &json["hits"]), (&4.into(), &3.into()));
         assert!(ran.stderr.contains("4 rays, 3 hits"), "{}", ran.stderr);
 
@@ -650,8 +655,7 @@ fn trace_gives_the_hits_of_any_rays() {
             let found = [2, 3, 4].map(|i| f32::from_ne_bytes(word(i)));
             assert_eq!(found.map(|c| c + 0.0), normal, "{device}");
         }
-        let piped = ["trace", &scene, "--rays", &rays, "-o", "-", "--device", device];
-        assert_eq!(run(&piped, 0).stdout, bytes);
+        assert_eq!(run(&[&start[..], &["-o", "-"]].concat(), 0).stdout, bytes);
     }
 }
 

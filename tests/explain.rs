@@ -448,7 +448,7 @@ fn the_program_shows_what_the_gpu_computes() {
     }
     let text = run(&[&scene, "--ray", "-0,0,0,0,0,-2", "--device", "gpu"]);
     assert!(text.contains("The ray sees sphere 2 (touched): t = 12\n"), "{text}");
-    for kernel in ["lecture", "stable", "certified"] {
+    for kernel in ["lecture", "stable", "double", "certified"] {
         for device in ["CPU", "GPU"] {
             let start = format!("  {kernel:<9} {device} sphere 2 (touched) ");
             let line = text.lines().find(|line| line.starts_with(&start));
@@ -494,12 +494,12 @@ fn json_has_the_head_of_the_others_and_all_numbers() {
     let zero = serde_json::json!({"value": 0.0, "error_ulp": 0.0, "wrong_sign": false});
     assert_eq!((&d["lecture"], &d["stable"], &d["f64"]), (&zero, &Value::Null, &zero));
     assert_eq!(d["exact"], serde_json::json!({"decimal": "0", "signum": 0}));
-    assert_eq!(explanation["seen"].as_array().map(Vec::len), Some(6));
-    assert_eq!(explanation["seen"][5]["device"], "gpu");
+    assert_eq!(explanation["seen"].as_array().map(Vec::len), Some(8));
+    assert_eq!(explanation["seen"][7]["device"], "gpu");
 
     let on_cpu = json("cpu");
     assert_eq!((&on_cpu["adapter"], &on_cpu["device"]), (&Value::Null, &"cpu".into()));
-    assert_eq!(on_cpu["explanation"]["seen"].as_array().map(Vec::len), Some(3));
+    assert_eq!(on_cpu["explanation"]["seen"].as_array().map(Vec::len), Some(4));
 }
 
 #[test]

@@ -9,14 +9,12 @@ use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::cpu::CpuTracer;
-use kugelblitz::gpu::GpuTracer;
+use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
 
 fn both(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool) -> (Hits, Hits) {
     let wants = Wants { surface, level: false };
@@ -80,7 +78,7 @@ fn pictures_of_random_scenes() {
         pixels.y = 3;
         pixels.width = 260;
         pixels.height = 190;
-        for kernel in KERNELS {
+        for kernel in Kernel::ALL {
             for surface in [false, true] {
                 let what = format!("seed {seed}");
                 assert_parity(&scene, kernel, &Rays::Pixels(pixels), surface, &what);
@@ -101,9 +99,131 @@ fn a_million_random_rays() {
             })
             .collect();
         let rays = Rays::List(rays);
-        for kernel in KERNELS {
+        for kernel in Kernel::ALL {
             let what = format!("{n_spheres} spheres, {n_planes} planes");
             assert_parity(&scene, kernel, &rays, true, &what);
+        }
+    }
+}
+
+/// `double` takes directions as they are, of lengths that f32 does not even hold, and narrows what
+/// comes out: `t` beyond f32 is a miss.
+#[test]
+fn f64_rays_over_all_of_f32_and_beyond() {
+    for seed in 30..34 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let scene = random_scene(&mut rng, 9, 2);
+        let rays = (0..50_000)
+            .map(|_| Ray {
+                origin: in_cube(&mut rng) * log_uniform(&mut rng, 1e-3, 1e6),
+                direction: in_cube(&mut rng) * log_uniform(&mut rng, 1e-60, 1e60),
+            })
+            .collect();
+        let rays = Rays::List(rays);
+        assert_parity(&scene, Kernel::Double, &rays, true, &format!("seed {seed}"));
+        let (hits, _) = both(&scene, Kernel::Double, &rays, true);
+        for (&id, t) in hits.id.iter().zip(hits.t) {
+            assert_eq!(id == 0, t == f32::INFINITY, "id {id}, t {t:e}");
+        }
+        let (ids_alone, _) = both(&scene, Kernel::Double, &rays, false);
+        assert_eq!(ids_alone.id, hits.id);
+    }
+}
+
+/// f32 hides the last bits of f64, so here they decide: rays along a plane, where `d·n` is nothing
+/// but rounding, and rays that graze a sphere or start on an object.
+#[test]
+fn the_last_bits_of_f64_are_the_same() {
+    for seed in 40..50 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let view = View::new(&camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0));
+        let whole = Pixels::whole(view, 301, 203);
+        let y = rng.random_range(0..203);
+        let normal = whole.direction(0, y).cross(whole.direction(300, y));
+        let along = plane(view.position + normal * 1e-15, normal);
+        let row = Rays::Pixels(Pixels { y, height: 1, ..whole });
+        let along = Arc::new(scene(vec![], vec![along]));
+        assert_parity(&along, Kernel::Double, &row, true, &format!("seed {seed}, row {y}"));
+
+        let (center, point) = (in_cube(&mut rng) * 10.0, in_cube(&mut rng) * 10.0);
+        let radius = rng.random_range(0.1..3.0);
+        let ball = Arc::new(scene(vec![sphere(center, radius)], vec![]));
+        let wall = Arc::new(scene(vec![], vec![plane(point, normal)]));
+        let (mut grazing, mut from_ball, mut from_wall) = (Vec::new(), Vec::new(), Vec::new());
+        for _ in 0..5000 {
+            let (out, any) = (in_cube(&mut rng).normalize(), in_cube(&mut rng));
+            let (on_ball, on_wall) = (center + out * radius, point + out.cross(normal));
+            let across = out.cross(any);
+            grazing.push(Ray { origin: on_ball - across * 5.0, direction: across });
+            from_ball.push(Ray { origin: on_ball, direction: any });
+            from_wall.push(Ray { origin: on_wall, direction: any });
+        }
+        for (scene, rays, what) in [
+            (&ball, grazing, "grazing a sphere"),
+            (&ball, from_ball, "from a sphere"),
+            (&wall, from_wall, "from a plane"),
+        ] {
+            let rays = Rays::List(rays);
+            assert_parity(scene, Kernel::Double, &rays, true, &format!("seed {seed}, {what}"));
+            let n_hits = both(scene, Kernel::Double, &rays, false).0.n_hits();
+            assert!((500..4500).contains(&n_hits), "{what}: {n_hits} of 5000 rays hit");
+        }
+    }
+}
+
+#[test]
+fn every_ray_is_counted_at_the_level_of_its_kernel() {
+    let scene = Arc::new(scene(vec![sphere(DVec3::NEG_Z * 5.0, 1.0)], vec![]));
+    let rays = Rays::Pixels(Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30));
+    let wants = Wants { surface: false, level: true };
+    for kernel in Kernel::ALL {
+        let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
+        let mut tracers: [Box<dyn Tracer>; 2] = [
+            Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
+            Box::new(GpuTracer::new(gpu(), prepared, wants).unwrap()),
+        ];
+        for tracer in &mut tracers {
+            let mut hits = Hits::default();
+            tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
+            let of_level = |level: Level| {
+                hits.level.iter().filter(|&&other| other == level as u8).count() as u64
+            };
+            let counts = StageCounts {
+                f32: of_level(Level::F32),
+                f64: of_level(Level::F64),
+                exact: of_level(Level::Exact),
+            };
+            assert_eq!(hits.counts, counts, "{}", kernel.name());
+            assert_eq!(counts.total(), 1200);
+            if kernel != Kernel::Certified {
+                let of_f64 = if kernel == Kernel::Double { 1200 } else { 0 };
+                assert_eq!(counts.f64, of_f64, "{}", kernel.name());
+            }
+        }
+    }
+}
+
+/// No adapter here lacks f64, so one is made to.
+#[test]
+fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
+    let mut without = Gpu::open(&Pick::Best).unwrap();
+    without.facts.f64 = false;
+    let without = Arc::new(without);
+    assert_eq!(without.arithmetic_f64().unwrap(), None);
+    assert!(!without.is_ieee(Kernel::Double).unwrap());
+    let scene = Arc::new(scene(vec![sphere(DVec3::NEG_Z * 5.0, 1.0)], vec![]));
+    let rays = Rays::Pixels(Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30));
+    for kernel in Kernel::ALL {
+        let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
+        for gpu in [&gpu(), &without] {
+            let made = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), Wants::default());
+            let refused = kernel == Kernel::Double && !gpu.facts.f64;
+            assert_eq!(made.is_err(), refused, "{}", kernel.name());
+            let Err(error) = made else { continue };
+            assert_eq!(error.exit_code(), 4);
+            for part in [gpu.facts.name.as_str(), "f64", "`double`", "`--device cpu`"] {
+                assert!(error.to_string().contains(part), "{part}: {error}");
+            }
         }
     }
 }
@@ -112,7 +232,7 @@ fn a_million_random_rays() {
 fn an_empty_scene_is_background() {
     let scene = Arc::new(scene(vec![], vec![]));
     let pixels = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30);
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let (on_cpu, on_gpu) = both(&scene, kernel, &Rays::Pixels(pixels), true);
         assert!(compare(&on_cpu, &on_gpu).is_equal());
         assert_eq!(on_gpu.n_hits(), 0);

@@ -21,6 +21,7 @@ const EFFORT: Effort = Effort {
     runs: 2,
     picture_size: [32, 18],
     sweeps: false,
+    peers: false,
 };
 
 fn cases(names: &[&str]) -> Vec<Case> {
@@ -57,7 +58,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         .iter()
         .flat_map(|device| KERNELS.map(|kernel| Subject::new(kernel, device)))
         .collect();
-    let cases = cases(&["figure2", "moved"]);
+    let cases = cases(&["figure2", "far_1e8"]);
     let effort = Effort { sweeps: true, rounds: 1, ..EFFORT };
     let (first, control) = measure(&cases, &subjects, effort.clone());
     let (second, _) = measure(&cases, &subjects, effort.clone());
@@ -82,7 +83,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         }
     }
     // Far from the origin, the plain formulas must fail, or nothing was compared.
-    let lecture = &first.scenes.iter().find(|scene| scene.name == "moved").unwrap().rows[0];
+    let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
     assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
     assert_eq!(first.classes.len(), 2 * subjects.len());
     for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {

@@ -12,7 +12,7 @@ use glam::{DVec3, dvec3};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::exact::visible_root;
 use kugelblitz::scene::{Object, Scene};
-use kugelblitz::trace::{Hits, Kernel, Level, Rays, StageCounts};
+use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts};
 
 use judge::{ExactRays, judge, objects, trace};
 
@@ -95,6 +95,19 @@ fn sabotage_dropping_the_undecided_list_is_noticed() {
             (dropped.id[i], dropped.t[i]) = (0, f32::INFINITY);
         }
         assert!(!is_right(&scene, &rays, &dropped), "dropped at {level:?}");
+    }
+}
+
+/// A plane along the ray but for one part in 2⁶⁰, hidden where f64 adds from left to right.
+#[test]
+fn sabotage_f64_in_place_of_exact_arithmetic_is_noticed() {
+    let wall = plane(dvec3(0.0, 0.0, 1.0), dvec3(1.0, 1.0, 1.0));
+    let direction = dvec3(1.0, 2f64.powi(-60), -1.0);
+    let (scene, ray) = (scene(vec![], vec![wall]), Ray { origin: DVec3::ZERO, direction });
+    let (scene, rays) = (Arc::new(scene), Rays::List(vec![ray]));
+    for (kernel, right) in [(Kernel::Certified, true), (Kernel::Double, false)] {
+        let hits = trace(&scene, kernel, &rays, None);
+        assert_eq!(is_right(&scene, &rays, &hits), right, "{}", kernel.name());
     }
 }
 

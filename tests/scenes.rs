@@ -155,8 +155,6 @@ fn inside_shows_no_background() {
     assert!(count[1] > 1000, "{count:?}");
 }
 
-const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
-
 /// What a kernel sees on both devices, which agree bit by bit.
 fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
     let wants = Wants { surface: true, level: false };
@@ -180,11 +178,13 @@ fn every_scene_is_the_same_on_both_devices_and_nearly_the_exact_one() {
         let pixels = Pixels::whole(view, 160, 90);
         let all = (0..pixels.len()).collect();
         let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
-        for kernel in KERNELS {
+        for kernel in Kernel::ALL {
             let against = compare_to_exact(&traced(&scene, kernel, pixels), &truth);
             match kernel {
                 // Rounded to nearest, but not equal: then it would be compared with itself.
                 Kernel::Certified => assert!((0.0..=0.5).contains(&against.t_ulp_max)),
+                // f64 misses the middle between two f32 only by its last bits.
+                Kernel::Double => assert!((0.25..0.51).contains(&against.t_ulp_max)),
                 _ => assert!(against.t_ulp_max > 0.5, "{name}: compared with itself?"),
             }
             if against.wrong_ids() > 0 {
@@ -192,7 +192,7 @@ fn every_scene_is_the_same_on_both_devices_and_nearly_the_exact_one() {
             }
         }
     }
-    // Exact ids are not promised by lecture and stable. What they miss is written down here, so that a
+    // Exact ids are promised by certified alone. What the others miss is written down here, so that a
     // change shows.
     assert_eq!(wrong, [("figure3", Kernel::Lecture, 1)]);
 }
@@ -212,7 +212,7 @@ fn a_sphere_on_the_view_axis_covers_the_area_of_its_disc() {
     let area = PI * disc_px * disc_px;
     let slack = PI * (SQRT_2 * disc_px + 0.5);
     assert!(slack < area / 50.0, "{slack} of {area}");
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let n_hits = traced(&scene, kernel, pixels).n_hits() as f64;
         assert!((n_hits - area).abs() <= slack, "{}: {n_hits}, not {area}", kernel.name());
     }
@@ -230,7 +230,7 @@ fn a_plane_ends_at_its_horizon_row() {
     let pixels = Pixels::whole(view, 64, 400);
     let horizon = (1.0 - down.tan() / view.h) * 200.0 - 0.5;
     assert!((horizon - horizon.round()).abs() > 0.1, "{horizon} is too near a row");
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let hits = traced(&scene, kernel, pixels);
         for (index, &id) in hits.id.iter().enumerate() {
             let row = f64::from(pixels.xy(index).1);

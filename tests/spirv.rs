@@ -8,8 +8,6 @@ use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::prepare::{Needs, Source};
 use kugelblitz::trace::Kernel;
 
-const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
-
 /// `(opcode, operands)` of each instruction.
 fn walk(words: &[u32]) -> Vec<(u32, &[u32])> {
     assert_eq!(words[0], 0x0723_0203, "SPIR-V's magic number");
@@ -93,7 +91,7 @@ fn needs(kernel: Kernel, source: Source) -> Needs {
 /// All combinations that the program can ask for, and some more.
 fn all_needs() -> Vec<Needs> {
     let mut all = Vec::new();
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         for source in [Source::Pixels, Source::List] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
                 for surface in [false, true] {
@@ -134,7 +132,7 @@ fn every_float_result_is_decorated() {
 /// A module that lacks one decoration is noticed, whichever it is.
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let inside = kernel == Kernel::Certified;
         let (_, words) = shader(&Needs { near: inside, ..needs(kernel, Source::Pixels) });
         let mut n_removed = 0;
@@ -157,6 +155,16 @@ fn has(shader: &Shader, word: &str) -> bool {
     module.functions.iter().any(|(_, function)| names(&function.name))
         || module.global_variables.iter().any(|(_, variable)| names(&variable.name))
         || module.types.iter().any(|(_, kind)| names(&kind.name))
+}
+
+/// Names of the objects' record types.
+fn records(shader: &Shader) -> Vec<String> {
+    let names = shader.module.types.iter().filter_map(|(_, kind)| kind.name.as_deref());
+    let names = names.map(str::to_lowercase);
+    names
+        .filter(|name| ["sphere", "plane"].iter().any(|kind| name.starts_with(kind)))
+        .filter(|name| !name.ends_with("record"))
+        .collect()
 }
 
 /// The SPIR-V holds what the module holds: as many functions (and the entry point) and bindings.
@@ -208,14 +216,29 @@ fn code_for_rays_from_inside_only_where_one_starts_there() {
 fn only_one_kernel_and_one_source_of_rays() {
     for needs in all_needs() {
         let (whole, _) = shader(&needs);
-        for kernel in KERNELS {
+        for kernel in Kernel::ALL {
             let objects = needs.n_spheres + needs.n_planes > 0;
-            let expected = kernel == needs.kernel && objects;
+            // `double` is made of the formulas of `stable`, but not of its records.
+            let shares = (kernel, needs.kernel) == (Kernel::Stable, Kernel::Double);
+            let expected = objects && (kernel == needs.kernel || shares);
             assert_eq!(has(&whole, kernel.name()), expected, "{}, {needs:?}", kernel.name());
         }
+        let of_kernel = needs.kernel.name();
+        assert!(records(&whole).iter().all(|name| name.ends_with(of_kernel)), "{needs:?}");
         assert_eq!(has(&whole, "camera"), needs.source == Source::Pixels, "{needs:?}");
         assert_eq!(has(&whole, "rayrecord"), needs.source == Source::List, "{needs:?}");
         let normals = needs.surface;
         assert_eq!(has(&whole, "normal"), normals, "{needs:?}");
+    }
+}
+
+#[test]
+fn f64_only_in_the_kernel_that_calculates_in_it() {
+    const OP_CAPABILITY: u32 = 17;
+    const FLOAT64: u32 = 10;
+    for needs in all_needs() {
+        let (_, words) = shader(&needs);
+        let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
+        assert_eq!(asks, needs.kernel == Kernel::Double, "{needs:?}");
     }
 }

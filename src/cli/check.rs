@@ -10,13 +10,12 @@ use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{available_memory, plan};
 use kugelblitz::scene::read_scene;
-use kugelblitz::trace::{Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::CheckArgs;
 use super::head::{Head, Objects};
-use super::options::KERNELS;
 use super::output::{bytes, objects, print, print_json};
 
 #[derive(Serialize)]
@@ -48,7 +47,7 @@ pub fn run(args: &CheckArgs) -> Result<()> {
     let anywhere = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = pixels.map_or_else(|| Rays::List(vec![anywhere]), Rays::Pixels);
     let mut bytes_device = BTreeMap::new();
-    for &kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &rays)?);
         let tracer = CpuTracer::new(prepared, Wants::default());
         bytes_device.insert(kernel.name(), tracer.bytes_device());

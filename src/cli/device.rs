@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
+use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 
 use super::TalkArgs;
@@ -12,14 +13,15 @@ use super::options::DeviceChoice;
 use super::output::human;
 use super::quiet::{self, quietly};
 
-/// Opens what --device asks for.
+/// Opens what --device asks for. With a `kernel`, the device must be able to run it.
 ///
 /// # Errors
 /// [`Error::NoAdapter`], but for `auto`, which then takes the CPU and says so.
-pub fn open(choice: &DeviceChoice, talk: &TalkArgs) -> Result<Device> {
+pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
     let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
     let start = Instant::now();
     let (opened, noise) = quietly(|| Gpu::open(&pick));
+    let opened = opened.and_then(|gpu| for_kernel(gpu, kernel));
     let falls_back = *choice == DeviceChoice::Auto;
     if talk.verbose || opened.is_err() && !falls_back {
         quiet::show(&noise, talk.verbose);
@@ -47,5 +49,55 @@ pub fn open(choice: &DeviceChoice, talk: &TalkArgs) -> Result<Device> {
             Ok(Device::Cpu)
         }
         Err(error) => Err(error),
+    }
+}
+
+/// The device for one kernel of several: the CPU, with a warning, where this can't run it.
+pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, talk: &TalkArgs) -> &'a Device {
+    match device {
+        Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
+            Ok(()) => device,
+            Err(reason) => {
+                talk.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+                &Device::Cpu
+            }
+        },
+        Device::Cpu => device,
+    }
+}
+
+fn for_kernel(gpu: Gpu, kernel: Option<Kernel>) -> Result<Gpu> {
+    if let Some(kernel) = kernel {
+        gpu.facts.check_kernel(kernel)?;
+    }
+    Ok(gpu)
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::gpu::Pick;
+
+    use super::*;
+
+    /// No adapter here lacks f64, so one is made to.
+    #[test]
+    fn an_adapter_without_f64_leaves_the_f64_kernel_to_the_cpu() {
+        let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let open = |f64| {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.f64 = f64;
+            gpu
+        };
+        for (f64, kernel) in
+            [(false, Kernel::Double), (false, Kernel::Certified), (true, Kernel::Double)]
+        {
+            let runs = f64 || kernel != Kernel::Double;
+            let refusal = for_kernel(open(f64), Some(kernel)).err();
+            assert_eq!(refusal.as_ref().map(Error::exit_code), (!runs).then_some(4));
+            let device = Device::Gpu(Arc::new(open(f64)));
+            assert_eq!(matches!(or_cpu(&device, kernel, &talk), Device::Gpu(_)), runs);
+        }
+        assert!(for_kernel(open(false), None).is_ok());
     }
 }

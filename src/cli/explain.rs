@@ -6,6 +6,7 @@ use glam::DVec3;
 use kugelblitz::camera::Pixels;
 use kugelblitz::device::Device;
 use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, explain, latex, text};
+use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Ray, Rays};
 use kugelblitz::{Error, Result};
@@ -40,11 +41,16 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
     let limit = if args.all { None } else { Some(DEFAULT_OBJECTS) };
     let mut explanation = explain(&scene, &rays, limit)?;
     run.control.check()?;
-    let device = device::open(&args.device.device, &args.talk)?;
-    if let Device::Gpu(_) = device {
-        let make = |prepared: &_, wants| Ok(device.tracer(prepared, wants)?.tracer);
-        explanation.add_device(&scene, &rays, make)?;
-    }
+    let device = device::open(&args.device.device, None, &args.talk)?;
+    let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(
+        &device,
+        prepared.kernel,
+        &args.talk,
+    ) {
+        device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+        Device::Cpu => Ok(None),
+    };
+    explanation.add_device(&scene, &rays, make)?;
     run.control.check()?;
     if args.talk.json {
         return print_json(&Summary {

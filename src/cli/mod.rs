@@ -5,6 +5,7 @@ pub mod complain;
 pub mod completions;
 pub mod device;
 pub mod explain;
+pub mod export;
 pub mod head;
 pub mod man;
 pub mod options;
@@ -22,10 +23,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
+use kugelblitz::export::Language;
 use kugelblitz::picture::Format;
 use kugelblitz::trace::{Control, Kernel};
 
-use options::{Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser};
+use options::{
+    Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, kernel_parser, language_parser,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -51,6 +55,7 @@ pub enum Command {
     Trace(TraceArgs),
     Explain(ExplainArgs),
     Report(ReportArgs),
+    Export(ExportArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -258,6 +263,29 @@ pub struct ReportArgs {
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
     pub rounds: Option<usize>,
+    /// Also measure POV-Ray and Tachyon, where they are installed
+    #[arg(long)]
+    pub peers: bool,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Write a scene for another renderer: POV-Ray or Tachyon
+///
+/// The same objects and camera, with flat colours: no light, no shadow, no reflection.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// The other renderer's language
+    #[arg(value_parser = language_parser())]
+    pub language: Language,
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// File for the other renderer. `-` is standard output
+    #[arg(short, long, value_name = "OUT", default_value = "-")]
+    pub output: PathBuf,
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

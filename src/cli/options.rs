@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::export::Language;
 use kugelblitz::gpu::Pick;
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
@@ -17,19 +18,24 @@ use super::SizeArgs;
 /// The kernel without --kernel.
 pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
-/// The kernels that --kernel names.
-pub const KERNELS: &[Kernel] = &[Kernel::Lecture, Kernel::Stable, Kernel::Certified];
-
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: Size = Size { width: 1280, height: 720 };
 
 /// What every program that uses wgpu takes its adapter from.
 const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
-/// Takes the names of [`KERNELS`].
+/// Takes the names of the kernels.
 pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
-    PossibleValuesParser::new(KERNELS.iter().map(|kernel| kernel.name())).map(|name| {
-        KERNELS.iter().copied().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
+    PossibleValuesParser::new(Kernel::ALL.map(Kernel::name)).map(|name| {
+        Kernel::ALL.into_iter().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
+    })
+}
+
+/// Takes the names of [`Language::ALL`].
+pub fn language_parser() -> impl TypedValueParser<Value = Language> {
+    PossibleValuesParser::new(Language::ALL.map(Language::name)).try_map(|name| {
+        let language = Language::ALL.into_iter().find(|language| language.name() == name);
+        language.ok_or(format!("there is no language {name}"))
     })
 }
 

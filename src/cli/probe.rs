@@ -147,13 +147,16 @@ fn in_words(arithmetic: &Arithmetic) -> String {
         true => "+ × ÷ √ correctly rounded".to_string(),
         false => off.join(", "),
     };
-    [
+    let mut words = vec![
         rounding.as_str(),
         if no_contraction { "nothing rearranged" } else { "rearranged by the driver" },
         if subnormals { "subnormals kept" } else { "subnormals flushed" },
         if fused_fma { "fma rounds once" } else { "fma rounds twice" },
-    ]
-    .join("; ")
+    ];
+    if !arithmetic.narrows_to_nearest {
+        words.push("not rounded to the nearest f32");
+    }
+    words.join("; ")
 }
 
 fn yes_or_no(yes: bool) -> &'static str {

@@ -13,7 +13,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::Head;
-use super::options::KERNELS;
+
 use super::output::print_json;
 use super::progress::Progress;
 use super::quiet::{self, quietly};
@@ -57,7 +57,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
 }
 
 fn kernels(args: &ReportArgs) -> &[Kernel] {
-    if args.kernel.is_empty() { KERNELS } else { &args.kernel }
+    if args.kernel.is_empty() { &Kernel::ALL } else { &args.kernel }
 }
 
 fn command_line() -> String {
@@ -81,8 +81,12 @@ fn cases(paths: &[PathBuf]) -> Result<Vec<Case>> {
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort =
-        Effort { seed: args.seed, sweeps: args.scenes.is_empty(), ..Effort::default() };
+    let mut effort = Effort {
+        seed: args.seed,
+        sweeps: args.scenes.is_empty(),
+        peers: args.peers,
+        ..Effort::default()
+    };
     if let Some(size) = args.size {
         effort.size = size.into();
     }
@@ -94,7 +98,7 @@ fn effort(args: &ReportArgs) -> Effort {
 /// What --device names; without it every adapter, the best first, and the CPU.
 fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
-        return Ok(vec![device::open(choice, &args.talk)?]);
+        return Ok(vec![device::open(choice, None, &args.talk)?]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
     quiet::show(&noise, args.talk.verbose);
@@ -128,7 +132,7 @@ fn subjects(
                 None => subjects.push(Subject::new(kernel, device)),
                 Some(why) => missing.push(Missing {
                     what: format!("{} on {}", kernel.name(), device.label()),
-                    why: why.into(),
+                    why,
                 }),
             }
         }
@@ -137,12 +141,13 @@ fn subjects(
 }
 
 /// Why a kernel would not run on the device itself.
-fn why_not(kernel: Kernel, device: &Device) -> Result<Option<&'static str>> {
+fn why_not(kernel: Kernel, device: &Device) -> Result<Option<String>> {
     let Device::Gpu(gpu) = device else { return Ok(None) };
-    Ok(match kernel {
-        Kernel::Certified if !gpu.arithmetic()?.suits_filter() => {
-            Some("the device's arithmetic does not suit the proof, the CPU would do its work")
-        }
-        _ => None,
-    })
+    if let Err(reason) = gpu.facts.check_kernel(kernel) {
+        return Ok(Some(reason.to_string()));
+    }
+    let works_on_cpu = kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+    Ok(works_on_cpu.then(|| {
+        "the device's arithmetic does not suit the proof, the CPU would do its work".into()
+    }))
 }

@@ -60,7 +60,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
     let prepare = start.elapsed();
-    let device = device::open(&args.device.device, &args.talk)?;
+    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);

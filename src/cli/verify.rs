@@ -16,7 +16,6 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Objects, On};
-use super::options::KERNELS;
 use super::output::{bytes, objects, print, print_json};
 use super::progress::Progress;
 use super::render::size;
@@ -62,21 +61,22 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
     let pixels = args.size.pixels(&scene, &args.scene)?;
     refuse_what_cannot_fit(&pixels)?;
-    let device = device::open(&args.device.device, &args.talk)?;
+    let only = (!args.all_kernels).then_some(args.kernel);
+    let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
 
-    let one = [args.kernel];
-    let kernels = if args.all_kernels { KERNELS } else { &one };
+    let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
     let samples = sample(pixels.len(), args.samples.unwrap_or(DEFAULT_SAMPLES), args.seed);
     let n_samples = samples.len();
     let n_devices = if device.facts().is_some() { 2 } else { 1 };
     let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
     let progress = Progress::start(&args.talk, &run.control, n_rays);
     let truths = truths(&scene, &pixels, &samples, &run.control)?;
-    let bit_equal = device.facts().is_some() && device.is_ieee()?;
     let mut results = Vec::new();
-    for &kernel in kernels {
-        let result = of_kernel(&scene, &pixels, kernel, &device, &truths, &run.control)?;
+    for kernel in kernels {
+        let device = device::or_cpu(&device, kernel, &args.talk);
+        let result = of_kernel(&scene, &pixels, kernel, device, &truths, &run.control)?;
+        let bit_equal = device.facts().is_some() && device.is_ieee(kernel)?;
         results.push(judge(kernel, bit_equal, result));
     }
     drop(progress);
@@ -177,7 +177,9 @@ fn judge(kernel: Kernel, bit_equal: bool, (parity, gpu, cpu): Result3) -> OfKern
     OfKernel {
         kernel: kernel.name(),
         promise: match (kernel, &parity) {
-            (Kernel::Lecture | Kernel::Stable, None) => "nothing that the CPU alone can show",
+            (Kernel::Lecture | Kernel::Stable | Kernel::Double, None) => {
+                "nothing that the CPU alone can show"
+            }
             _ => promise(kernel, bit_equal),
         },
         gpu_against_cpu: parity,

@@ -7,14 +7,16 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::camera::{CameraF32, Pixels};
+use crate::arithmetic::Arithmetic;
+use crate::camera::Pixels;
 use crate::certify;
 use crate::error::Result;
 use crate::guard;
 use crate::kernel::certified::{
     self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
 };
-use crate::kernel::{Hit, RayOf, lecture, stable};
+use crate::kernel::relative::{RelativePlane, RelativeSphere};
+use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared};
 use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
@@ -38,19 +40,21 @@ impl CpuTracer {
 
 /// One kernel with its objects.
 trait Kernel: Sync {
+    type Float: Arithmetic;
     /// Whether the kernel itself gives `t` and normals.
     const GIVES_SURFACE: bool = true;
-    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32>;
+    fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The ids of a packet of pixels' rays, where the kernel has a quicker way for them.
-    fn packet(&self, _: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
+    fn packet(&self, _: &[RayOf<Self::Float>; PACKET]) -> Option<[u32; PACKET]> {
         None
     }
-    fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32>;
+    fn normal_at(&self, ray: &RayOf<Self::Float>, hit: Hit<Self::Float>) -> Vec3<Self::Float>;
 }
 
 struct Lecture<'a>(&'a Lists<lecture::SphereLecture, lecture::PlaneLecture>);
 
 impl Kernel for Lecture<'_> {
+    type Float = f32;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         lecture::closest(ray, &self.0.spheres, &self.0.planes)
@@ -61,16 +65,22 @@ impl Kernel for Lecture<'_> {
     }
 }
 
-struct Stable<'a, const PIXELS: bool>(&'a Lists<stable::SphereStable, stable::PlaneStable>);
+/// `stable` in f32, `double` in f64.
+struct Relative<'a, S, P, const PIXELS: bool>(&'a Lists<S, P>);
 
-impl<const PIXELS: bool> Kernel for Stable<'_, PIXELS> {
+impl<S, P, const PIXELS: bool> Kernel for Relative<'_, S, P, PIXELS>
+where
+    S: RelativeSphere<Float: Arithmetic> + Sync,
+    P: RelativePlane<Float = S::Float> + Sync,
+{
+    type Float = S::Float;
     #[inline(always)]
-    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
-        stable::closest::<PIXELS>(ray, &self.0.spheres, &self.0.planes)
+    fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
+        relative::closest::<PIXELS, S, P>(ray, &self.0.spheres, &self.0.planes)
     }
     #[inline(always)]
-    fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
-        stable::normal_at::<PIXELS>(ray, hit, &self.0.spheres, &self.0.planes)
+    fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
+        relative::normal_at::<PIXELS, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
     }
 }
 
@@ -87,6 +97,7 @@ impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
 }
 
 impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
+    type Float = f32;
     const GIVES_SURFACE: bool = false;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
@@ -113,19 +124,14 @@ struct HitsSlice<'a> {
 
 impl HitsSlice<'_> {
     #[inline(always)]
-    fn put<K: Kernel>(
-        &mut self,
-        index: usize,
-        kernel: &K,
-        ray: &RayOf<f32>,
-        hit: Hit<f32>,
-        t_scale: f64,
-    ) {
-        self.id[index] = hit.id;
+    fn put<K: Kernel>(&mut self, index: usize, kernel: &K, ray: &RayOf<K::Float>, t_scale: f64) {
+        let hit = kernel.closest(ray);
+        let seen = K::Float::seen(hit, t_scale);
+        self.id[index] = seen.id;
         if let Some((t, normal)) = &mut self.surface {
-            t[index] = (f64::from(hit.t) * t_scale) as f32;
-            if hit.id != 0 {
-                normal[index] = kernel.normal_at(ray, hit).0;
+            t[index] = seen.t;
+            if seen.id != 0 {
+                normal[index] = K::Float::normal(kernel.normal_at(ray, hit));
             }
         }
     }
@@ -144,21 +150,20 @@ impl Tracer for CpuTracer {
             let traced = Timing { trace: start.elapsed(), ..Timing::default() };
             return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
         }
-        let world = self.prepared.reference.into();
-        let mut run = |kernel: &dyn TraceRays, origin| {
-            kernel.trace_rays(&self.prepared, origin, rays, control, hits)
-        };
-        match (&self.prepared.objects, rays) {
-            (Objects::Lecture(lists), _) => run(&Lecture(lists), world),
-            (Objects::Stable(lists), Rays::Pixels(_)) => run(&Stable::<true>(lists), Vec3::ZERO),
-            (Objects::Stable(lists), Rays::List(_)) => run(&Stable::<false>(lists), Vec3::ZERO),
-            (Objects::Certified(lists), Rays::Pixels(_)) => match self.prepared.near {
-                true => run(&Certified::<true, true>::new(lists), Vec3::ZERO),
-                false => run(&Certified::<true, false>::new(lists), Vec3::ZERO),
+        let prepared = &*self.prepared;
+        let is_picture = matches!(rays, Rays::Pixels(_));
+        let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
+        match (&prepared.objects, is_picture) {
+            (Objects::Lecture(lists), _) => run(&Lecture(lists)),
+            (Objects::Stable(lists), true) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Stable(lists), false) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Double(lists), true) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Double(lists), false) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Certified(lists), true) => match prepared.near {
+                true => run(&Certified::<true, true>::new(lists)),
+                false => run(&Certified::<true, false>::new(lists)),
             },
-            (Objects::Certified(lists), Rays::List(_)) => {
-                run(&Certified::<false, true>::new(lists), Vec3::ZERO)
-            }
+            (Objects::Certified(lists), false) => run(&Certified::<false, true>::new(lists)),
         }?;
         let traced = Timing { trace: start.elapsed(), ..Timing::default() };
         certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
@@ -261,7 +266,6 @@ trait TraceRays {
     fn trace_rays(
         &self,
         prepared: &Prepared,
-        camera_origin: Vec3<f32>,
         rays: &Rays,
         control: &Control,
         hits: &mut Hits,
@@ -272,16 +276,15 @@ impl<K: Kernel> TraceRays for K {
     fn trace_rays(
         &self,
         prepared: &Prepared,
-        camera_origin: Vec3<f32>,
         rays: &Rays,
         control: &Control,
         hits: &mut Hits,
     ) -> Result<()> {
         match rays {
             Rays::Pixels(pixels) => {
-                let camera = CameraF32::new(pixels);
+                let camera = K::Float::camera(prepared, pixels);
                 for_each_chunk::<Self>(hits, pixels.width as usize, control, |row, slice| {
-                    trace_row(self, &camera, camera_origin, pixels, row as u32, slice);
+                    trace_row(self, &camera, pixels, row as u32, slice);
                 })
             }
             Rays::List(rays) => {
@@ -297,18 +300,13 @@ impl<K: Kernel> TraceRays for K {
 
 fn trace_row<K: Kernel>(
     kernel: &K,
-    camera: &CameraF32,
-    origin: Vec3<f32>,
+    camera: &<K::Float as Arithmetic>::Camera,
     pixels: &Pixels,
     row: u32,
     slice: &mut HitsSlice,
 ) {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
-    let ray_at = |column: usize| {
-        let i = offset_i + 2 * column as i64;
-        let direction = camera.camera_direction(i as f32, j as f32);
-        RayOf::new(origin, Vec3::ZERO, direction)
-    };
+    let ray_at = |column: usize| K::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
     let mut column = 0;
     while column + PACKET <= width {
@@ -319,16 +317,14 @@ fn trace_row<K: Kernel>(
         column += PACKET;
     }
     for column in column..width {
-        let ray = ray_at(column);
-        slice.put(column, kernel, &ray, kernel.closest(&ray), 1.0);
+        slice.put(column, kernel, &ray_at(column), 1.0);
     }
 }
 
 fn trace_list<K: Kernel>(kernel: &K, prepared: &Prepared, rays: &[Ray], slice: &mut HitsSlice) {
     for (index, ray) in rays.iter().enumerate() {
-        let (record, exponent) = prepared.ray_record(ray);
-        let ray = RayOf::new(Vec3(record.origin), Vec3(record.origin_low), Vec3(record.direction));
-        slice.put(index, kernel, &ray, kernel.closest(&ray), 2f64.powi(-exponent));
+        let (ray, t_scale) = K::Float::list_ray(prepared, ray);
+        slice.put(index, kernel, &ray, t_scale);
     }
 }
 

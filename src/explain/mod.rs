@@ -29,9 +29,6 @@ use ray::Numbers;
 /// How many objects are explained where nobody asks for all.
 pub const DEFAULT_OBJECTS: usize = 20;
 
-/// The kernels, in the order in which they are told.
-const KERNELS: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Certified];
-
 /// Longest name of an object that is told whole.
 const NAME_CHARS: usize = 30;
 
@@ -220,7 +217,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
         level: "f32",
         seen: Vec::new(),
     };
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
         let wants = Wants { surface: true, level: true };
         let mut tracer = CpuTracer::new(prepared, wants);
@@ -233,7 +230,8 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
 }
 
 impl Explanation {
-    /// Adds what a device sees, kernel by kernel; `make` gives a tracer with `t` and normals.
+    /// Adds what a device sees, kernel by kernel; `make` gives a tracer with `t` and normals, or
+    /// none for a kernel that the device can't run.
     ///
     /// # Errors
     /// Those of `make` and of the tracer.
@@ -241,12 +239,13 @@ impl Explanation {
         &mut self,
         scene: &Arc<Scene>,
         rays: &Rays,
-        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Box<dyn Tracer>>,
+        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Box<dyn Tracer>>>,
     ) -> Result<()> {
-        for kernel in KERNELS {
+        for kernel in Kernel::ALL {
             let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-            let mut tracer = make(&prepared, Wants { surface: true, level: false })?;
-            self.add_seen(scene, rays, kernel, "gpu", &mut *tracer)?;
+            if let Some(mut tracer) = make(&prepared, Wants { surface: true, level: false })? {
+                self.add_seen(scene, rays, kernel, "gpu", &mut *tracer)?;
+            }
         }
         Ok(())
     }

@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use super::numbers::{Columns, Quantity, Short, scaled};
 use super::{ObjectExplanation, Rank, Reason, Terms, label};
-use crate::camera::CameraF32;
+use crate::arithmetic::Arithmetic;
 use crate::error::{Error, Result};
 use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
-use crate::kernel::stable::{self, PlaneStable, SphereStable, approach, roots_stable};
+use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
+use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::kernel::{RayOf, lecture};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
 use crate::scene::{Object, Plane, Scene, Sphere};
@@ -141,12 +142,12 @@ impl Numbers {
 
         let of_stable = self.stable_objects.spheres.get(index)?;
         let l = match self.from_pixel {
-            true => stable::offset::<true>(&self.stable, of_stable.center, of_stable.center_low),
-            false => stable::offset::<false>(&self.stable, of_stable.center, of_stable.center_low),
+            true => of_stable.sphere_offset::<true>(&self.stable),
+            false => of_stable.sphere_offset::<false>(&self.stable),
         };
         let k = match self.from_pixel {
-            true => stable::sphere_k::<true>(l, of_stable),
-            false => stable::sphere_k::<false>(l, of_stable),
+            true => of_stable.sphere_k::<true>(l),
+            false => of_stable.sphere_k::<false>(l),
         };
         let chord = approach(&self.stable, l, of_stable.radius);
         let stable_roots =
@@ -193,8 +194,8 @@ impl Numbers {
         ];
         let of_stable = self.stable_objects.planes.get(index)?;
         let offset = match self.from_pixel {
-            true => stable::plane_n_offset::<true>(&self.stable, of_stable),
-            false => stable::plane_n_offset::<false>(&self.stable, of_stable),
+            true => of_stable.plane_n_offset::<true>(&self.stable),
+            false => of_stable.plane_n_offset::<false>(&self.stable),
         };
         let stable = [offset, dot3(self.stable.direction, Vec3(of_stable.normal))];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
@@ -265,24 +266,17 @@ fn real3(v: DVec3) -> Option<[Real; 3]> {
     Some([real(v.x)?, real(v.y)?, real(v.z)?])
 }
 
-/// The ray as the kernel of `prepared` has it, and the exponent of its scale: what
-/// [`CpuTracer`] does for every ray.
+/// The ray as the kernel of `prepared` has it, and the exponent of its scale.
 fn kernel_ray(prepared: &Prepared, rays: &Rays) -> Option<(RayOf<f32>, i32)> {
     match rays {
         Rays::Pixels(pixels) => {
-            let origin = match prepared.kernel {
-                Kernel::Lecture => prepared.reference.into(),
-                Kernel::Stable | Kernel::Certified => Vec3::ZERO,
-            };
             let (i, j) = pixels.offset2(pixels.x, pixels.y);
-            let direction = CameraF32::new(pixels).camera_direction(i as f32, j as f32);
-            Some((RayOf::new(origin, Vec3::ZERO, direction), 0))
+            Some((f32::pixel_ray(&f32::camera(prepared, pixels), i, j), 0))
         }
         Rays::List(rays) => {
-            let (record, exponent) = prepared.ray_record(rays.first()?);
-            let direction = Vec3(record.direction);
-            let ray = RayOf::new(Vec3(record.origin), Vec3(record.origin_low), direction);
-            Some((ray, exponent))
+            let ray = rays.first()?;
+            let (_, exponent) = prepared.ray_record(ray);
+            Some((f32::list_ray(prepared, ray).0, exponent))
         }
     }
 }

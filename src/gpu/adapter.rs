@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
+use crate::trace::Kernel;
 
 /// What to say when no device is there.
 const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
@@ -67,6 +68,22 @@ impl AdapterFacts {
     /// Whether the "GPU" is a program on the CPU.
     pub fn is_software(&self) -> bool {
         self.kind == "software"
+    }
+
+    /// Whether shaders of `kernel` run on this adapter.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] when they need what it lacks.
+    pub fn check_kernel(&self, kernel: Kernel) -> Result<()> {
+        if kernel == Kernel::Double && !self.f64 {
+            return Err(Error::NoAdapter(format!(
+                "`{}` has no f64 in its shaders, which the kernel `{}` needs: use `--device cpu`, \
+                 or another kernel",
+                self.name,
+                kernel.name()
+            )));
+        }
+        Ok(())
     }
 
     fn rank(&self) -> u8 {
@@ -225,6 +242,20 @@ impl Gpu {
     /// [`Error::Device`] when the device fails the test's run.
     pub fn arithmetic_f64(&self) -> Result<Option<Arithmetic>> {
         self.facts.f64.then(|| self_test::test_f64(self)).transpose()
+    }
+
+    /// Whether the arithmetic of `kernel` is the CPU's on this device, operation by operation, so
+    /// that its results are bit-equal.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails the test's run.
+    pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
+        match kernel {
+            Kernel::Lecture | Kernel::Stable | Kernel::Certified => {
+                Ok(self.arithmetic()?.is_ieee())
+            }
+            Kernel::Double => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
+        }
     }
 
     /// Waits for everything submitted and maps the first `bytes` of a buffer.

@@ -31,7 +31,9 @@ const RAY: Part = part!("ray.wgsl");
 const VEC: Part = part!("vec.wgsl");
 const CAMERA: Part = part!("camera.wgsl");
 const LECTURE: Part = part!("lecture.wgsl");
+const RELATIVE: Part = part!("relative.wgsl");
 const STABLE: Part = part!("stable.wgsl");
+const DOUBLE: Part = part!("double.wgsl");
 const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const SELF_TEST: Part = part!("self_test.wgsl");
@@ -55,10 +57,11 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     if needs.source == Source::Pixels {
         parts.push(CAMERA);
     }
-    parts.push(match needs.kernel {
-        Kernel::Lecture => LECTURE,
-        Kernel::Stable => STABLE,
-        Kernel::Certified => CERTIFIED,
+    parts.extend(match needs.kernel {
+        Kernel::Lecture => vec![LECTURE],
+        Kernel::Stable => vec![RELATIVE, STABLE],
+        Kernel::Double => vec![RELATIVE, DOUBLE],
+        Kernel::Certified => vec![CERTIFIED],
     });
     parts.push(RENDER);
     compile_parts(&parts, &Choices::new(needs))
@@ -94,6 +97,7 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.surface, "surface"),
         (needs.source == Source::Pixels, "pixels"),
         (needs.source == Source::List, "list"),
+        (needs.kernel == Kernel::Double, "double"),
         (needs.kernel == Kernel::Certified, "certified"),
         (needs.near, "near"),
     ]
@@ -104,13 +108,15 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
 
 fn constants(needs: &Needs) -> String {
     let [width, height] = WORKGROUP;
-    let kernel = match needs.kernel {
-        Kernel::Lecture => "Lecture",
-        Kernel::Stable => "Stable",
-        Kernel::Certified => "Certified",
+    let (kernel, real) = match needs.kernel {
+        Kernel::Lecture => ("Lecture", "f32"),
+        Kernel::Stable => ("Stable", "f32"),
+        Kernel::Double => ("Double", "f64"),
+        Kernel::Certified => ("Certified", "f32"),
     };
     let mut text =
         format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n");
+    text += &aliases(real);
     if needs.n_spheres > 0 {
         text += &format!("alias SphereRecord = Sphere{kernel};\n");
     }
@@ -125,6 +131,11 @@ fn constants(needs: &Needs) -> String {
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
     }
     text
+}
+
+/// What the parts that several kernels share call a number and a vector.
+fn aliases(real: &str) -> String {
+    format!("alias Real = {real};\nalias Vec3 = vec3<{real}>;\n")
 }
 
 fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
@@ -302,7 +313,8 @@ mod tests {
 
     fn error_of(part: &'static str) -> String {
         let part = Part { file: "shaders/broken.wgsl", text: part };
-        match compile_parts(&[VEC, part], &Choices::default()) {
+        let choices = Choices { constants: aliases("f32"), ..Choices::default() };
+        match compile_parts(&[VEC, part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }

@@ -32,14 +32,46 @@ pub struct Params {
     pub padding: u32,
 }
 
+/// Twin of `Params` in `shaders/render.wgsl` for the kernel `double`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct ParamsDouble {
+    /// View axis.
+    pub forward: [f64; 3],
+    /// Number of spheres.
+    pub n_spheres: u32,
+    /// Number of planes.
+    pub n_planes: u32,
+    /// To the right.
+    pub right: [f64; 3],
+    /// Half a pixel at distance 1.
+    pub step: f64,
+    /// To the top.
+    pub true_up: [f64; 3],
+    /// +∞, which WGSL has no literal for.
+    pub infinity: f64,
+    /// Ray origin relative to the reference point.
+    pub origin: [f64; 3],
+    /// Rays of the tile.
+    pub n_rays: u32,
+    /// Twice the offset of the tile's first pixel from the picture's centre, right.
+    pub offset_i: i32,
+    /// The same, up.
+    pub offset_j: i32,
+    /// Columns of the tile.
+    pub width: u32,
+    /// Fills WGSL's 32-byte alignment of the struct.
+    pub padding: [u32; 6],
+}
+
 #[cfg(test)]
 mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
     use crate::gpu::compile::compile;
-    use crate::kernel::{certified, lecture, stable};
-    use crate::prepare::{Needs, RayRecord, Source};
+    use crate::kernel::{certified, double, lecture, stable};
+    use crate::prepare::{Needs, RayRecord, RayRecordDouble, Source};
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
@@ -111,6 +143,27 @@ mod tests {
             normal
         );
         check!(
+            Double,
+            Pixels,
+            ParamsDouble,
+            "Params",
+            forward,
+            n_spheres,
+            n_planes,
+            right,
+            step,
+            true_up,
+            infinity,
+            origin,
+            n_rays,
+            offset_i,
+            offset_j,
+            width
+        );
+        check!(Double, Pixels, double::SphereDouble, "SphereDouble", center, radius, k);
+        check!(Double, Pixels, double::PlaneDouble, "PlaneDouble", offset, n_offset, normal);
+        check!(Double, List, RayRecordDouble, "RayRecord", origin, direction);
+        check!(
             Certified,
             Pixels,
             certified::SphereCertified,
@@ -121,7 +174,7 @@ mod tests {
             outer2,
             slack,
             q_low,
-            q_high,
+            q_high_or_r2,
             k_error
         );
         check!(

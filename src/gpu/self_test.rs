@@ -31,6 +31,8 @@ pub struct Arithmetic {
     pub quotient_ulp: u64,
     /// The same for square roots.
     pub root_ulp: u64,
+    /// Whether numbers of the type are rounded to the nearest f32.
+    pub narrows_to_nearest: bool,
 }
 
 impl Arithmetic {
@@ -39,6 +41,7 @@ impl Arithmetic {
     pub fn is_ieee(&self) -> bool {
         self.no_contraction
             && self.subnormals
+            && self.narrows_to_nearest
             && [self.sum_ulp, self.product_ulp, self.quotient_ulp, self.root_ulp] == [0; 4]
     }
 
@@ -64,8 +67,9 @@ trait Float: Pod + PartialEq {
     /// An operand with 24 or 53 random bits and an exponent near 0 or, if `small`, among the
     /// subnormals.
     fn operand(random: &mut SplitMix, small: bool) -> Self;
-    /// Sum, product, quotient, root of |a|, error of the sum, remainder of the product.
-    fn expected(a: Self, b: Self) -> [Self; 6];
+    /// Sum, product, quotient, root of |a|, error of the sum, remainder of the product, and `a`
+    /// rounded to f32.
+    fn expected(a: Self, b: Self) -> [Self; 7];
     fn steps(a: Self, b: Self) -> u64;
     /// Whether `found`, for the sum (0) or the product (1), is a neighbour of the exact result on
     /// the side where that result lies, or the nearest itself.
@@ -85,13 +89,14 @@ macro_rules! float {
                 if bits >> 57 & 1 == 0 { magnitude } else { -magnitude }
             }
 
-            fn expected(a: Self, b: Self) -> [Self; 6] {
+            fn expected(a: Self, b: Self) -> [Self; 7] {
                 let sum = a + b;
                 let b_part = sum - a;
                 let a_part = sum - b_part;
                 let sum_error = (a - a_part) + (b - b_part);
                 let product = a * b;
-                [sum, product, a / b, a.abs().sqrt(), sum_error, a.mul_add(b, -product)]
+                let (root, remainder) = (a.abs().sqrt(), a.mul_add(b, -product));
+                [sum, product, a / b, root, sum_error, remainder, $float::from(a as f32)]
             }
 
             fn steps(a: Self, b: Self) -> u64 {
@@ -133,11 +138,11 @@ fn run<F: Float>(gpu: &Gpu) -> Result<Arithmetic> {
     let operands: Vec<[F; 2]> = (0..2 * PAIRS)
         .map(|i| std::array::from_fn(|_| F::operand(&mut random, i >= PAIRS)))
         .collect();
-    let found: Vec<[F; 6]> = on_device(gpu, &operands)?;
+    let found: Vec<[F; 7]> = on_device(gpu, &operands)?;
     Ok(judge(&operands, &found))
 }
 
-fn judge<F: Float>(operands: &[[F; 2]], found: &[[F; 6]]) -> Arithmetic {
+fn judge<F: Float>(operands: &[[F; 2]], found: &[[F; 7]]) -> Arithmetic {
     let mut result = Arithmetic {
         no_contraction: true,
         fused_fma: true,
@@ -147,6 +152,7 @@ fn judge<F: Float>(operands: &[[F; 2]], found: &[[F; 6]]) -> Arithmetic {
         product_ulp: 0,
         quotient_ulp: 0,
         root_ulp: 0,
+        narrows_to_nearest: true,
     };
     for (i, (&[a, b], found)) in operands.iter().zip(found).enumerate() {
         let expected = F::expected(a, b);
@@ -164,12 +170,13 @@ fn judge<F: Float>(operands: &[[F; 2]], found: &[[F; 6]]) -> Arithmetic {
         // Where the sum itself is rounded another way, its error is another one.
         result.no_contraction &= found[4] == expected[4] || steps[0] > 0;
         result.fused_fma &= found[5] == expected[5];
+        result.narrows_to_nearest &= found[6] == expected[6];
     }
     result
 }
 
 /// Runs the self-test's shader on the operands.
-fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 6]>> {
+fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 7]>> {
     let shader = compile_self_test(F::WGSL)?;
     let Gpu { device, queue, .. } = gpu;
     let layout = bind_group_layout(device, &shader);
@@ -182,7 +189,7 @@ fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 6]>> {
             mapped_at_creation: false,
         })
     };
-    let result_bytes = size_of::<[F; 6]>() * operands.len();
+    let result_bytes = size_of::<[F; 7]>() * operands.len();
     let input =
         buffer(size_of_val(operands), wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST);
     let output = buffer(result_bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
@@ -208,8 +215,8 @@ fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 6]>> {
 mod tests {
     use super::*;
 
-    fn judged(change: impl Fn(&[f32; 2], &mut [f32; 6])) -> Arithmetic {
-        let mut random = Random(7);
+    fn judged(change: impl Fn(&[f32; 2], &mut [f32; 7])) -> Arithmetic {
+        let mut random = SplitMix::new(7);
         let operands: Vec<[f32; 2]> = (0..2 * PAIRS)
             .map(|i| std::array::from_fn(|_| f32::operand(&mut random, i >= PAIRS)))
             .collect();
@@ -240,6 +247,8 @@ mod tests {
         assert_eq!(judged(|_, r| r[1] = r[1].next_up()).product_ulp, 1);
         assert_eq!(judged(|_, r| r[2] = r[2].next_down()).quotient_ulp, 1);
         assert!(!judged(|_, r| r[0] = r[0].next_up()).faithful, "a sum on the wrong side");
+        let cut = judged(|_, r| r[6] = r[6].next_down());
+        assert!(!cut.narrows_to_nearest && !cut.is_ieee(), "narrowed toward zero");
         let worse = judged(|_, r| r[3] = f32::from_bits(r[3].to_bits() + 6));
         assert!(worse.root_ulp == 6 && !worse.suits_filter());
     }

@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 use super::adapter::Gpu;
 use super::clock::Clock;
 use super::compile::{WORKGROUP, compile};
-use super::layout::Params;
+use super::layout::{Params, ParamsDouble};
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
-use crate::camera::{CameraF32, Pixels};
+use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, RayRecord};
+use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -66,8 +66,10 @@ impl GpuTracer {
     ///
     /// # Errors
     /// [`Error::TooLarge`] when the scene exceeds the device's limits, [`Error::Device`] when the
-    /// device fails, [`Error::Shader`] when it refuses the shader.
+    /// device fails, [`Error::Shader`] when it refuses the shader, [`Error::NoAdapter`] when the
+    /// kernel needs more than the adapter has.
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
+        gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
         let unsuited = prepared.kernel == Kernel::Certified
             && (prepared.hierarchy.is_some() || !gpu.arithmetic()?.suits_filter());
@@ -87,7 +89,10 @@ impl GpuTracer {
             .collect();
         let params = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("params"),
-            size: size_of::<Params>() as u64,
+            size: match prepared.kernel {
+                Kernel::Double => size_of::<ParamsDouble>(),
+                _ => size_of::<Params>(),
+            } as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -148,6 +153,19 @@ fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
     });
     gpu.queue.write_buffer(&buffer, 0, bytes);
     buffer
+}
+
+fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
+    bytemuck::bytes_of(params).to_vec()
+}
+
+/// Twice the offset of a tile's first pixel from the picture's centre, right and up. A picture has
+/// at most 2^31 columns and rows, so the doubled offsets fit.
+fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
+    let Rays::Pixels(pixels) = rays else { return [0; 2] };
+    let (x, y) = pixels.xy(tile.first);
+    let (offset_i, offset_j) = pixels.offset2(x, y);
+    [offset_i as i32, offset_j as i32]
 }
 
 impl Tracer for GpuTracer {
@@ -254,8 +272,11 @@ impl GpuTracer {
     fn warm_up(&mut self) -> Result<()> {
         self.make_room(64)?;
         let Some(results) = &self.results else { return Ok(()) };
-        let params = Params { n_rays: 1, ..Params::default() };
-        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let params = match self.prepared.kernel {
+            Kernel::Double => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
+            _ => bytes(&Params { n_rays: 1, ..Params::default() }),
+        };
+        self.gpu.queue.write_buffer(&self.params, 0, &params);
         self.gpu.queue.submit([self.dispatch(results, [1, 1]).finish()]);
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
@@ -267,15 +288,19 @@ impl GpuTracer {
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
         let queue = &self.gpu.queue;
-        let params = self.params(rays, tile);
-        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let params = match self.prepared.kernel {
+            Kernel::Double => bytes(&self.params_double(rays, tile)),
+            _ => bytes(&self.params(rays, tile)),
+        };
+        queue.write_buffer(&self.params, 0, &params);
         let mut exponents = Vec::new();
         if let (Rays::List(rays), Some(buffer)) = (rays, &results.rays) {
             let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
             exponents = self.upload_rays(tile_rays, buffer);
         }
         let [width, height] = WORKGROUP;
-        let workgroups = [params.width.div_ceil(width), (tile.height as u32).div_ceil(height)];
+        let workgroups =
+            [(tile.width as u32).div_ceil(width), (tile.height as u32).div_ceil(height)];
         let mut encoder = self.dispatch(results, workgroups);
         let mut ranges = Vec::new();
         let mut offset = 0;
@@ -321,44 +346,64 @@ impl GpuTracer {
     }
 
     fn params(&self, rays: &Rays, tile: &Tile) -> Params {
+        let [offset_i, offset_j] = offsets(rays, tile);
         let common = Params {
             n_spheres: self.prepared.scene.spheres.len() as u32,
             n_planes: self.prepared.scene.planes.len() as u32,
             infinity: f32::INFINITY,
             n_rays: tile.n_rays as u32,
+            offset_i,
+            offset_j,
             width: tile.width as u32,
             ..Params::default()
         };
-        match rays {
-            Rays::Pixels(pixels) => self.camera_params(pixels, tile, common),
-            Rays::List(_) => common,
-        }
-    }
-
-    fn camera_params(&self, pixels: &Pixels, tile: &Tile, common: Params) -> Params {
+        let Rays::Pixels(pixels) = rays else { return common };
         let camera = CameraF32::new(pixels);
-        let (x, y) = pixels.xy(tile.first);
-        let (offset_i, offset_j) = pixels.offset2(x, y);
-        let origin = match self.prepared.kernel {
-            Kernel::Lecture => self.prepared.reference.as_vec3().to_array(),
-            Kernel::Stable | Kernel::Certified => [0.0; 3],
-        };
         Params {
             forward: camera.forward.0,
             right_step: camera.right_step.0,
             true_up_step: camera.true_up_step.0,
-            origin,
-            // A picture has at most 2^31 columns and rows, so the doubled offsets fit.
-            offset_i: offset_i as i32,
-            offset_j: offset_j as i32,
+            origin: self.prepared.camera_origin().as_vec3().to_array(),
             ..common
         }
     }
 
+    fn params_double(&self, rays: &Rays, tile: &Tile) -> ParamsDouble {
+        let [offset_i, offset_j] = offsets(rays, tile);
+        let common = ParamsDouble {
+            n_spheres: self.prepared.scene.spheres.len() as u32,
+            n_planes: self.prepared.scene.planes.len() as u32,
+            infinity: f64::INFINITY,
+            n_rays: tile.n_rays as u32,
+            offset_i,
+            offset_j,
+            width: tile.width as u32,
+            ..ParamsDouble::default()
+        };
+        let Rays::Pixels(pixels) = rays else { return common };
+        let camera = CameraF64::new(pixels);
+        ParamsDouble {
+            forward: camera.forward.0,
+            right: camera.right.0,
+            step: camera.step,
+            true_up: camera.true_up.0,
+            origin: self.prepared.camera_origin().to_array(),
+            ..common
+        }
+    }
+
+    /// The exponents of the rays' scales, empty where they have none.
     fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
+        let queue = &self.gpu.queue;
+        if self.prepared.kernel == Kernel::Double {
+            let records: Vec<RayRecordDouble> =
+                rays.iter().map(|ray| self.prepared.ray_record_double(ray)).collect();
+            queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
+            return Vec::new();
+        }
         let (records, exponents): (Vec<RayRecord>, Vec<i32>) =
             rays.iter().map(|ray| self.prepared.ray_record(ray)).unzip();
-        self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
+        queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
         exponents
     }
 
@@ -389,9 +434,13 @@ impl GpuTracer {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (self.prepared.source == crate::prepare::Source::List).then(|| {
+        let rays = (self.prepared.source == Source::List).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            buffer("rays", size_of::<RayRecord>(), usage)
+            let bytes_per_ray = match self.prepared.kernel {
+                Kernel::Double => size_of::<RayRecordDouble>(),
+                _ => size_of::<RayRecord>(),
+            };
+            buffer("rays", bytes_per_ray, usage)
         });
         let buffers =
             std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);

@@ -27,8 +27,9 @@ pub struct SphereCertified {
     /// Pixels: lower bound of the magnitude of `q = 1/k`, with the sign of `k = l·l − r²`; 0 on
     /// the surface.
     pub q_low: f32,
-    /// Pixels: the same, upper bound; where all spheres are far, the slack is in it. Lists: `r²`.
-    pub q_high: f32,
+    /// Pixels: the same, upper bound; where all spheres are far, the slack is in it. Lists, which
+    /// have no `k` beforehand: `r²`.
+    pub q_high_or_r2: f32,
     /// Lists: [`crate::guard::Guard::k_error`].
     pub k_error: f32,
 }
@@ -315,17 +316,17 @@ pub(crate) fn record_nearness<const PIXELS: bool, const NEAR: bool>(
     let &SphereCertified { inner2, outer2, slack, .. } = sphere;
     let guard = GuardOf { inner2, outer2, slack };
     if !NEAR {
-        far_nearness(ray, Vec3(sphere.center), inner2, outer2, sphere.q_high)
+        far_nearness(ray, Vec3(sphere.center), inner2, outer2, sphere.q_high_or_r2)
     } else if PIXELS {
         let l = Vec3(sphere.center);
-        let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high.abs() };
+        let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high_or_r2.abs() };
         match sphere.q_low > 0.0 {
             true => outside_nearness(ray, l, &guard, q),
             false => inside_nearness(ray, l, &guard, q, widening),
         }
     } else {
         let l = offset(ray, sphere.center, sphere.center_low);
-        let k = dot3(l, l) - sphere.q_high;
+        let k = dot3(l, l) - sphere.q_high_or_r2;
         sphere_nearness(ray, l, &guard, k, sphere.k_error, widening)
     }
 }
@@ -392,7 +393,7 @@ pub fn propose_packet(
         std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
     let inv_a = rays.map(|ray| ray.inv_a);
     for (i, sphere) in spheres.iter().enumerate() {
-        let &SphereCertified { center, inner2, outer2, q_high, .. } = sphere;
+        let &SphereCertified { center, inner2, outer2, q_high_or_r2: q_high, .. } = sphere;
         for lane in 0..PACKET {
             let ray = RayOf {
                 direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),

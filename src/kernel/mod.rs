@@ -1,7 +1,9 @@
 //! The intersection kernels, each the twin by name of a file in `shaders/`.
 
 pub mod certified;
+pub mod double;
 pub mod lecture;
+pub mod relative;
 pub mod stable;
 
 use crate::vec3::{Real, Vec3, dot3};

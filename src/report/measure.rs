@@ -4,8 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::errors::Collector;
+use super::peers::{self, Peer, PeerRun, Program};
 use super::scenes::Case;
-use super::{Class, ClassResult, Contestant, Cost, Effort, Row, SceneResult, Spread};
+use super::{
+    Class, ClassResult, Contestant, Cost, Effort, Missing, PeerResult, Row, SceneResult, Spread,
+};
 use crate::camera::{Pixels, View};
 use crate::device::{Device, Made};
 use crate::error::Result;
@@ -114,6 +117,70 @@ pub(super) fn measure_scenes(
         .map(|costs| costs.into_iter().map(|cost| cost.finish(n_rays)).collect())
         .collect();
     Ok(put_together(cases, subjects, &costs, errors))
+}
+
+/// The installed ones among the peers on each scene, and why the others are missing.
+///
+/// # Errors
+/// [`Error::Interrupted`](crate::Error::Interrupted), or when this machine fails.
+pub(super) fn measure_peers(
+    cases: &[Case],
+    effort: &Effort,
+    control: &Control,
+) -> Result<(Vec<PeerResult>, Vec<Missing>)> {
+    let runs = peers::Effort { n_runs: effort.runs, ..peers::Effort::default() };
+    let (mut results, mut missing) = (Vec::new(), Vec::new());
+    for peer in Peer::ALL {
+        let program = match Program::open(peer, &runs, control) {
+            Ok(program) => program,
+            Err(peers::Missing::Because(why)) => {
+                missing.push(Missing { what: peer.name().into(), why });
+                continue;
+            }
+            Err(peers::Missing::Stopped(error)) => return Err(error),
+        };
+        for case in cases {
+            match program.run(
+                &case.scene,
+                &picture(case, effort.size)?.view,
+                effort.size,
+                &runs,
+                control,
+            ) {
+                Ok(run) => results.push(peer_result(case, run, effort, control)?),
+                Err(peers::Missing::Because(why)) => {
+                    missing
+                        .push(Missing { what: format!("{} on {}", peer.name(), case.name), why });
+                }
+                Err(peers::Missing::Stopped(error)) => return Err(error),
+            }
+        }
+    }
+    Ok((results, missing))
+}
+
+fn peer_result(
+    case: &Case,
+    run: PeerRun,
+    effort: &Effort,
+    control: &Control,
+) -> Result<PeerResult> {
+    let pixels = picture(case, effort.size)?;
+    let index = sample(pixels.len(), effort.samples, effort.seed);
+    let truth = Truth::of_pixels(&case.scene, &pixels, index, control)?;
+    let mut errors = Collector::default();
+    errors.add(&Hits { id: run.ids, ..Hits::default() }, &truth);
+    let ns_per_ray = 1e6 / pixels.len() as f64;
+    let version = run.version.map(|version| format!(" {version}")).unwrap_or_default();
+    Ok(PeerResult {
+        peer: format!("{}{version}", run.peer),
+        n_threads: run.n_threads,
+        scene: case.name.clone(),
+        class: case.class,
+        errors: errors.finish(),
+        trace_ns_per_ray: run.trace_ms.map(|ms| ms.scaled(ns_per_ray)),
+        process_ms: run.wall_ms,
+    })
 }
 
 fn put_together(

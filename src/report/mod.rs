@@ -8,6 +8,7 @@ use serde::Serialize;
 mod errors;
 mod evidence;
 mod measure;
+pub mod peers;
 mod pictures;
 mod scenes;
 mod sweep;
@@ -63,7 +64,10 @@ impl Report {
             true => sweep::measure_sweeps(subjects, &effort, control)?,
             false => Vec::new(),
         };
-        let (peers, missing) = (Vec::new(), Vec::new());
+        let (peers, missing) = match effort.peers {
+            true => measure::measure_peers(cases, &effort, control)?,
+            false => (Vec::new(), Vec::new()),
+        };
         Ok(Report { evidence, effort, scenes, classes, sweeps, peers, missing, pictures })
     }
 
@@ -102,6 +106,8 @@ pub struct Effort {
     pub picture_size: [u32; 2],
     /// Whether the sweeps are measured.
     pub sweeps: bool,
+    /// Whether other renderers are measured.
+    pub peers: bool,
 }
 
 impl Default for Effort {
@@ -114,6 +120,7 @@ impl Default for Effort {
             runs: 3,
             picture_size: [320, 180],
             sweeps: true,
+            peers: false,
         }
     }
 }
@@ -241,6 +248,12 @@ impl Spread {
         let lower = (values.len() - 1) / 2;
         Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
     }
+
+    /// In another unit.
+    pub fn scaled(self, factor: f64) -> Spread {
+        let Spread { median, min, max, n } = self;
+        Spread { median: median * factor, min: min * factor, max: max * factor, n }
+    }
 }
 
 /// Time and memory of one kernel on one device in one scene. "Ids" is a picture's need: which
@@ -306,8 +319,12 @@ pub struct SweepPoint {
 pub struct PeerResult {
     /// Its name and version.
     pub peer: String,
+    /// Threads that it was given.
+    pub n_threads: usize,
     /// The scene's name.
     pub scene: String,
+    /// Sort of the scene.
+    pub class: Class,
     /// Its ids against the exact ones; it gives neither `t` nor normals.
     pub errors: Errors,
     /// Tracing as the peer itself reports it, nanoseconds a ray.

@@ -60,9 +60,19 @@ scenes! {
     Lecture "figure4.toml",
     Lecture "figure5.toml",
     Lecture "inside.toml",
-    Hard "hard/huge_ground.toml",
-    Hard "hard/moved.toml",
+    Hard "hard/far_1e4.toml",
+    Hard "hard/far_1e6.toml",
+    Hard "hard/far_1e8.toml",
     Hard "hard/tiny.toml",
+    Hard "hard/huge_ground.toml",
+    Hard "hard/grazing.toml",
+    Hard "hard/touching.toml",
+    Hard "hard/coincident.toml",
+    Hard "hard/inside_nested.toml",
+    Hard "hard/distant_1e2.toml",
+    Hard "hard/distant_1e4.toml",
+    Hard "hard/distant_1e6.toml",
+    Hard "hard/near_parallel.toml",
 }
 
 #[cfg(test)]

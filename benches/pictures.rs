@@ -1,0 +1,47 @@
+//! Writing pictures into memory.
+
+mod support;
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use criterion::Throughput;
+use kugelblitz::Result;
+use kugelblitz::camera::Pixels;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::scene::Color;
+use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+
+use support::{Candidate, compare, criterion, figure};
+
+fn write(format: Format, pixels: &Pixels, palette: &[Color], hits: &Hits) -> Result<Vec<u8>> {
+    let (options, frame) = (PictureOptions::default(), Frame::from(pixels));
+    let sink = Cursor::new(Vec::new());
+    let mut writer = PictureWriter::create(format, options, frame, palette, sink, "memory")?;
+    writer.rows(hits, pixels.height)?;
+    Ok(writer.finish()?.into_inner())
+}
+
+fn main() -> Result<()> {
+    let (scene, pixels) = figure("figure1.toml", [1280, 720])?;
+    let (palette, rays) = (scene.palette(), Rays::Pixels(pixels));
+    let prepared = Arc::new(Prepared::new(Arc::new(scene), Kernel::Certified, &rays)?);
+    let (wants, mut hits) = (Wants { surface: true, level: false }, Hits::default());
+    CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits)?;
+
+    let (pixels, palette, hits) = (&pixels, &palette, &hits);
+    let candidate = |format: Format| -> Result<Candidate> {
+        write(format, pixels, palette, hits)?;
+        let n_pixels = Throughput::Elements(pixels.len() as u64);
+        let work = move || write(format, pixels, palette, hits);
+        Ok(Candidate::new(format.name(), n_pixels, work))
+    };
+    let others = [Format::Png, Format::Exr, Format::Npy].map(candidate);
+    let others = others.into_iter().collect::<Result<_>>()?;
+    let mut criterion = criterion();
+    compare(&mut criterion, "writing a picture", candidate(Format::Ppm)?, others)?;
+    criterion.final_summary();
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! `kugelblitz export`
+
+use std::path::Path;
+
+use kugelblitz::camera::Pixels;
+use kugelblitz::export;
+use kugelblitz::picture::OutputFile;
+use kugelblitz::scene::read_scene;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use super::head::{Head, Objects};
+use super::output::{STDOUT, objects, print_json};
+use super::{ExportArgs, Run, SizeArgs};
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    head: Head,
+    language: &'static str,
+    size: [u32; 2],
+    objects: Objects,
+    /// What renders the file.
+    run: String,
+}
+
+/// Writes a scene for another renderer.
+pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
+    let to_stdout = args.output == Path::new(OutputFile::STDOUT);
+    if args.talk.json && to_stdout {
+        return Err(Error::Usage(
+            "the scene and --json can't both go to standard output; write the scene to a file with \
+             -o"
+            .into(),
+        ));
+    }
+    let scene = read_scene(&args.scene)?;
+    let whole = SizeArgs { size: args.size, crop: None };
+    let Pixels { view, width, height, .. } = whole.pixels(&scene, &args.scene)?;
+    let palette = scene.palette();
+    let mut file = OutputFile::create(&args.output, false)?;
+    let (language, size) = (args.language, [width, height]);
+    export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
+        .map_err(Error::io(&args.output))?;
+    run.control.check()?;
+    file.commit()?;
+
+    let command = language.command(&args.output.display().to_string(), size);
+    if args.talk.json {
+        print_json(&Summary {
+            head: Head::new("export"),
+            language: language.name(),
+            size,
+            objects: Objects::from(&scene),
+            run: command.clone(),
+        })?;
+    }
+    let (name, next) = match to_stdout {
+        true => (STDOUT.to_string(), String::new()),
+        false => (args.output.display().to_string(), format!("; render it with: {command}")),
+    };
+    args.talk.say(&format!("{name}: {} for {}{next}", objects(&scene), language.renderer()));
+    Ok(())
+}
