@@ -692,3 +692,61 @@ fn help_completions_and_manual_are_there() {
         assert!(run(&["completions", shell], 0).text().contains("all-kernels"), "{shell}");
     }
 }
+
+#[test]
+fn report_measures_what_it_is_given_and_writes_every_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name| file(&folder, name);
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure2.toml");
+    let (html, svg, md, json) = (at("r.html"), at("r.svg"), at("r.md"), at("r.json"));
+    let arguments = [
+        "report",
+        scene,
+        "--device",
+        "cpu",
+        "--kernel",
+        "stable",
+        "--kernel",
+        "certified",
+        "--size",
+        "48x27",
+        "--rounds",
+        "1",
+        "--json",
+        "-o",
+        &html,
+        "-o",
+        &svg,
+        "-o",
+        &md,
+        "-o",
+        &json,
+    ];
+    let printed = run(&arguments, 0).json();
+    let written: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    assert_eq!((&printed["schema"], &printed["command"]), (&1.into(), &"report".into()));
+    let rows = printed["scenes"][0]["rows"].as_array().unwrap();
+    let kernels: Vec<_> = rows.iter().map(|row| row["kernel"].as_str().unwrap()).collect();
+    assert_eq!(kernels, ["stable", "certified"]);
+    assert_eq!(rows[1]["errors"]["rays"], 48 * 27);
+    assert!(fs::read_to_string(&html).unwrap().starts_with("<!DOCTYPE html>"));
+    assert!(fs::read_to_string(&svg).unwrap().starts_with("<svg"));
+    assert!(fs::read_to_string(&md).unwrap().contains("| certified | CPU |"));
+}
+
+#[test]
+fn report_refuses_what_it_cannot_write_before_it_measures() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure2.toml");
+    for (arguments, code, says) in [
+        (vec!["report", scene, "-o", "report.pdf"], 2, ".html"),
+        (vec!["report", scene, "-o", "no/such/folder/report.html"], 1, "no/such/folder"),
+        (vec!["report", "no-such-scene.toml"], 1, "no-such-scene.toml"),
+        (vec!["report", scene, "--rounds", "0"], 2, "--rounds"),
+        (vec!["report", scene, "--samples", "0"], 2, "--samples"),
+    ] {
+        let ran = run(&arguments, code);
+        assert!(ran.stderr.contains(says), "{arguments:?}: {}", ran.stderr);
+        assert!(ran.stdout.is_empty());
+    }
+}

@@ -195,6 +195,20 @@ fn the_example_is_the_doc_test() {
     assert_eq!(example, tested);
 }
 
+/// Nothing between the marks is typed by hand: it is the table that `ci/report.sh` wrote.
+#[test]
+fn the_reports_table_is_the_reports() {
+    let written = fs::read_to_string(root().join("docs/report/lavapipe.md")).unwrap();
+    let begin = "<!-- begin of the report, made by ci/report.sh -->";
+    let rest = README.split_once(begin).expect("the first mark").1;
+    let shown = rest.split_once("<!-- end of the report -->").expect("the second mark").0;
+    assert_eq!(shown.trim(), written.trim());
+    let page = fs::read_to_string(root().join("docs/report/lavapipe.html")).unwrap();
+    let made = written.lines().last().unwrap().rsplit_once("Kugelblitz ").expect("by whom").1;
+    let date = made.trim_end_matches('.').rsplit_once(", ").expect("when").1;
+    assert!(page.contains(date), "page and table are of different runs: {date}");
+}
+
 #[test]
 fn commands_options_and_exit_codes_are_those_of_the_program() {
     let help = run("kugelblitz --help", root());

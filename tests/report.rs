@@ -8,7 +8,8 @@ use kugelblitz::Result;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
-    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
+    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases, markdown,
+    page, plot, text,
 };
 use kugelblitz::trace::{Control, Hits, Kernel, Rays, Timing, Tracer, Wants};
 use kugelblitz::vec3::{Vec3, dot3};
@@ -134,7 +135,7 @@ impl Tracer for FlippedSign {
 }
 
 /// A kernel with one flipped sign, run through the report.
-pub fn with_a_flipped_sign() -> Report {
+fn with_a_flipped_sign() -> Report {
     let flipped = Subject {
         contestant: Contestant { kernel: "flipped".into(), device: "CPU".into() },
         kernel: Kernel::Lecture,
@@ -157,6 +158,16 @@ fn a_flipped_sign_shows() {
     let picture = &report.pictures[0];
     assert_eq!(picture.contestant.kernel, "flipped");
     assert!(picture.faults.contains(&Fault::FalseMiss));
+    let table = text::table(&report);
+    let row = table.lines().find(|line| line.starts_with("flipped")).unwrap();
+    assert!(row.contains('%') && !row.contains("0 of"), "{row}");
+    let row = table.lines().find(|line| line.starts_with("lecture ")).unwrap();
+    assert!(row.contains("0 of"), "{row}");
+    let plot = plot::plane(&report);
+    assert!(plot.contains("flipped, CPU<") && !plot.contains("flipped, CPU: none"), "{plot}");
+    assert!(plot.contains("lecture, CPU: none"), "{plot}");
+    assert!(markdown::table(&report).contains("| flipped | CPU | "));
+    assert!(page::html(&report).contains("flipped was wrong in 1 of 1"));
     let json = serde_json::to_value(&report).unwrap();
     let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
     assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));

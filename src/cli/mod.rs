@@ -18,6 +18,7 @@ pub mod report;
 pub mod trace;
 pub mod verify;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -256,13 +257,13 @@ pub struct ReportArgs {
     pub size: Option<Size>,
     /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
     #[arg(long, value_name = "N")]
-    pub samples: Option<usize>,
+    pub samples: Option<NonZeroUsize>,
     /// Seed of the random draw, and of the scenes that grow
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
-    pub rounds: Option<usize>,
+    pub rounds: Option<NonZeroUsize>,
     /// Also measure POV-Ray and Tachyon, where they are installed
     #[arg(long)]
     pub peers: bool,

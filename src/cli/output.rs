@@ -26,11 +26,19 @@ pub fn print(data: &[u8]) -> Result<()> {
 /// # Errors
 /// As [`print`].
 pub fn print_json(object: &impl Serialize) -> Result<()> {
+    print(&json(object)?)
+}
+
+/// One JSON object, for people to read as well.
+///
+/// # Errors
+/// [`Error::Io`], for a map whose keys are no text.
+pub fn json(object: &impl Serialize) -> Result<Vec<u8>> {
     let mut text = serde_json::to_vec_pretty(object)
         .map_err(std::io::Error::from)
         .map_err(Error::io(STDOUT))?;
     text.push(b'\n');
-    print(&text)
+    Ok(text)
 }
 
 impl TalkArgs {

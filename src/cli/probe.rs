@@ -116,47 +116,14 @@ fn describe(probed: &Probed) -> String {
 }
 
 fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
-    let certified = match measured.certified_on_device {
-        true => "f32 stage on this device",
-        false => "f32 stage on the CPU: this arithmetic does not suit the proof",
-    };
     let mut lines = vec![
-        ("certified kernel", certified.to_string()),
-        ("f32, measured", in_words(&measured.f32)),
+        ("certified kernel", measured.f32.filter_in_words().to_string()),
+        ("f32, measured", measured.f32.to_string()),
     ];
     if let Some(f64) = &measured.f64 {
-        lines.push(("f64, measured", in_words(f64)));
+        lines.push(("f64, measured", f64.to_string()));
     }
     lines
-}
-
-fn in_words(arithmetic: &Arithmetic) -> String {
-    let &Arithmetic { no_contraction, fused_fma, subnormals, .. } = arithmetic;
-    let steps = [
-        ("+", arithmetic.sum_ulp),
-        ("×", arithmetic.product_ulp),
-        ("÷", arithmetic.quotient_ulp),
-        ("√", arithmetic.root_ulp),
-    ];
-    let off: Vec<String> = steps
-        .iter()
-        .filter(|(_, steps)| *steps > 0)
-        .map(|(operation, steps)| format!("{operation} off by up to {steps} ulp"))
-        .collect();
-    let rounding = match off.is_empty() {
-        true => "+ × ÷ √ correctly rounded".to_string(),
-        false => off.join(", "),
-    };
-    let mut words = vec![
-        rounding.as_str(),
-        if no_contraction { "nothing rearranged" } else { "rearranged by the driver" },
-        if subnormals { "subnormals kept" } else { "subnormals flushed" },
-        if fused_fma { "fma rounds once" } else { "fma rounds twice" },
-    ];
-    if !arithmetic.narrows_to_nearest {
-        words.push("not rounded to the nearest f32");
-    }
-    words.join("; ")
 }
 
 fn yes_or_no(yes: bool) -> &'static str {

@@ -1,12 +1,16 @@
 //! `kugelblitz report`
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
+use kugelblitz::picture::OutputFile;
 use kugelblitz::report::{
     AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
+    markdown, page, plot, text,
 };
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
@@ -14,7 +18,7 @@ use serde::Serialize;
 
 use super::head::Head;
 
-use super::output::print_json;
+use super::output::{json, print};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
 use super::{ReportArgs, Run, device};
@@ -32,6 +36,7 @@ struct Summary<'a> {
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
+    let outputs = outputs(&args.output)?;
     let cases = cases(&args.scenes)?;
     let effort = effort(args);
     let mut missing = Vec::new();
@@ -50,10 +55,59 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     drop(progress);
     report.missing.extend(missing);
 
-    if args.talk.json {
-        print_json(&Summary { head: Head::new("report"), report: &report })?;
+    for (file, form) in outputs {
+        write(file, &form.of(&report)?)?;
     }
-    Ok(())
+    match args.talk.json {
+        true => print(&Form::Json.of(&report)?),
+        false => print(text::table(&report).as_bytes()),
+    }
+}
+
+/// What a report can be written as.
+#[derive(Clone, Copy)]
+enum Form {
+    Page,
+    Json,
+    Markdown,
+    Plot,
+}
+
+impl Form {
+    fn from_path(path: &Path) -> Result<Form> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("html") => Ok(Form::Page),
+            Some("json") => Ok(Form::Json),
+            Some("md") => Ok(Form::Markdown),
+            Some("svg") => Ok(Form::Plot),
+            _ => Err(Error::Usage(format!(
+                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
+                 (a short table) or .svg (the main plot)",
+                path.display()
+            ))),
+        }
+    }
+
+    fn of(self, report: &Report) -> Result<Vec<u8>> {
+        Ok(match self {
+            Form::Page => page::html(report).into_bytes(),
+            Form::Json => json(&Summary { head: Head::new("report"), report })?,
+            Form::Markdown => markdown::table(report).into_bytes(),
+            Form::Plot => plot::plane(report).into_bytes(),
+        })
+    }
+}
+
+/// The files, begun early: a folder that isn't there is told before the work and not after it.
+fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
+    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, Form::from_path(path)?));
+    paths.iter().map(begin).collect()
+}
+
+fn write(mut file: OutputFile, bytes: &[u8]) -> Result<()> {
+    let path = file.path().to_path_buf();
+    file.write_all(bytes).map_err(Error::io(path))?;
+    file.commit()
 }
 
 fn kernels(args: &ReportArgs) -> &[Kernel] {
@@ -90,8 +144,8 @@ fn effort(args: &ReportArgs) -> Effort {
     if let Some(size) = args.size {
         effort.size = size.into();
     }
-    effort.samples = args.samples.unwrap_or(effort.samples);
-    effort.rounds = args.rounds.unwrap_or(effort.rounds);
+    effort.samples = args.samples.map_or(effort.samples, NonZeroUsize::get);
+    effort.rounds = args.rounds.map_or(effort.rounds, NonZeroUsize::get);
     effort
 }
 

@@ -1,6 +1,7 @@
 //! What the device's arithmetic really does, measured on the device: no decision rests on the
 //! driver's good manners.
 
+use std::fmt;
 use std::time::Duration;
 
 use bytemuck::Pod;
@@ -51,6 +52,44 @@ impl Arithmetic {
     /// unit off itself, so that quotients may be 2 and roots 4 steps off.
     pub fn suits_filter(&self) -> bool {
         self.no_contraction && self.faithful && self.quotient_ulp <= 2 && self.root_ulp <= 4
+    }
+
+    /// Where the certified kernel's filter runs for a device with this f32, in words.
+    pub fn filter_in_words(&self) -> &'static str {
+        match self.suits_filter() {
+            true => "f32 stage on this device",
+            false => "f32 stage on the CPU: this arithmetic does not suit the proof",
+        }
+    }
+}
+
+/// What was found, in words.
+impl fmt::Display for Arithmetic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let off: Vec<String> = [
+            ("+", self.sum_ulp),
+            ("×", self.product_ulp),
+            ("÷", self.quotient_ulp),
+            ("√", self.root_ulp),
+        ]
+        .iter()
+        .filter(|(_, steps)| *steps > 0)
+        .map(|(operation, steps)| format!("{operation} off by up to {steps} ulp"))
+        .collect();
+        let rounding = match off.is_empty() {
+            true => "+ × ÷ √ correctly rounded".to_string(),
+            false => off.join(", "),
+        };
+        let mut words = vec![
+            rounding.as_str(),
+            if self.no_contraction { "nothing rearranged" } else { "rearranged by the driver" },
+            if self.subnormals { "subnormals kept" } else { "subnormals flushed" },
+            if self.fused_fma { "fma rounds once" } else { "fma rounds twice" },
+        ];
+        if !self.narrows_to_nearest {
+            words.push("not rounded to the nearest f32");
+        }
+        f.write_str(&words.join("; "))
     }
 }
 

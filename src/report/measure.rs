@@ -232,7 +232,7 @@ fn put_together(
 }
 
 /// Of medians, least and largest values, each for itself.
-fn geometric_mean(spreads: &[Spread]) -> Spread {
+pub(super) fn geometric_mean(spreads: &[Spread]) -> Spread {
     let mean = |part: fn(&Spread) -> f64| {
         let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();
         (logarithms / spreads.len().max(1) as f64).exp()

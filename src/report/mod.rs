@@ -1,17 +1,25 @@
 //! Speed against error: what each kernel costs on each device, and how wrong it is.
 //!
-//! All errors are
-//! against exact arithmetic; all times are of the run that made the report.
+//! [`Report::measure`] makes one; [`text`], [`page`], [`plot`] and [`markdown`] show it. All errors
+//! are against exact arithmetic; all times are of the run that made the report.
 
 use serde::Serialize;
 
+mod answer;
 mod errors;
 mod evidence;
+mod figures;
+mod grid;
+pub mod markdown;
 mod measure;
+pub mod page;
 pub mod peers;
 mod pictures;
+pub mod plot;
 mod scenes;
+mod summary;
 mod sweep;
+pub mod text;
 
 pub use errors::{Distribution, Errors};
 pub use measure::{Make, Subject};
@@ -21,8 +29,6 @@ use crate::error::Result;
 use crate::trace::Control;
 
 /// Version of the JSON form of [`Report`]; it changes when a field changes its meaning.
-pub const SCHEMA: u32 = 1;
-
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {

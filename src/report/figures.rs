@@ -1,0 +1,170 @@
+//! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
+
+use super::{Distribution, Errors, Spread};
+
+/// Where there is no number.
+pub const NONE: &str = "–";
+
+/// Three digits that count; see [`digits`].
+pub fn figure(x: f64) -> String {
+    digits(x, 3)
+}
+
+/// A number with `n` digits that count, whole numbers of up to five digits with all of theirs, and what is
+/// smaller than 0.001 or larger as in `1.2e-6`.
+pub fn digits(x: f64, n: usize) -> String {
+    if !x.is_finite() {
+        return if x.is_nan() {
+            NONE
+        } else if x > 0.0 {
+            "∞"
+        } else {
+            "-∞"
+        }
+        .to_string();
+    }
+    if x == 0.0 {
+        return "0".to_string();
+    }
+    // Rounded first: 9.996 has the exponent of 10.0.
+    let rounded = format!("{x:.*e}", n - 1);
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    match exponent {
+        -3..=4 => format!("{x:.*}", (n as i32 - 1 - exponent).max(0) as usize),
+        _ => format!("{x:.1e}"),
+    }
+}
+
+/// A place of a sweep, with all of its digits where they are few.
+pub fn quantity(x: f64) -> String {
+    let shown = [x.to_string(), format!("{x:e}")];
+    shown.into_iter().find(|text| text.len() <= 6).unwrap_or_else(|| figure(x))
+}
+
+/// A share in percent, `NONE` of nothing.
+pub fn percent(part: u64, whole: u64) -> String {
+    match whole {
+        0 => NONE.to_string(),
+        _ => format!("{} %", digits(100.0 * part as f64 / whole as f64, 2)),
+    }
+}
+
+/// The share of wrong ids, or `0 of N`.
+pub fn wrong(errors: &Errors) -> String {
+    match errors.wrong_ids() {
+        _ if errors.rays == 0 => NONE.to_string(),
+        0 => format!("0 of {}", errors.rays),
+        wrong => percent(wrong, errors.rays),
+    }
+}
+
+/// Median, 99.9 % and largest.
+pub fn distribution(distribution: Option<&Distribution>) -> [String; 3] {
+    match distribution {
+        Some(d) => [d.median, d.p999, d.max].map(figure),
+        None => [NONE; 3].map(str::to_string),
+    }
+}
+
+/// The error of `t` that 99.9 % of the rays do not exceed, ulp.
+pub fn t_p999(errors: &Errors) -> String {
+    let [_, p999, _] = distribution(errors.t_ulp.as_ref());
+    p999
+}
+
+/// `12.3 (11.9–14.0)`: median, least and largest.
+pub fn spread(spread: &Spread) -> String {
+    match spread.n {
+        0 => NONE.to_string(),
+        1 => figure(spread.median),
+        _ => format!("{} ({}–{})", figure(spread.median), figure(spread.min), figure(spread.max)),
+    }
+}
+
+/// The shares of rays that f32, f64 and exact arithmetic decided.
+pub fn stages(errors: &Errors) -> [String; 3] {
+    let stages = errors.stages;
+    [stages.f32, stages.f64, stages.exact].map(|part| match part {
+        0 if stages.total() > 0 => "0".to_string(),
+        _ => percent(part, stages.total()),
+    })
+}
+
+/// `1 scene`, `2 scenes`
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// `a`, `a and b`, `a, b and c`
+pub fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A name that can't break a line, a terminal or an XML file: control characters, and those that
+/// turn the direction of writing, are replaced.
+pub fn plain(text: &str) -> String {
+    text.chars().map(|c| if is_unsafe(c) || c == '\n' { '\u{fffd}' } else { c }).collect()
+}
+
+/// The same for a whole document, which keeps its lines.
+pub fn plain_document(text: &str) -> String {
+    text.chars().map(|c| if is_unsafe(c) { '\u{fffd}' } else { c }).collect()
+}
+
+fn is_unsafe(c: char) -> bool {
+    (c.is_control() && c != '\n')
+        || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')
+}
+
+/// A name without what stands in parentheses behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
+pub fn short_name(name: &str) -> &str {
+    name.split(" (").next().unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_that_count() {
+        let shown = [
+            (0.0, "0"),
+            (0.5, "0.500"),
+            (9.996, "10.0"),
+            (123.4, "123"),
+            (1234.5, "1234"),
+            (98765.0, "98765"),
+            (123456.0, "1.2e5"),
+            (0.001, "0.00100"),
+            (0.00012, "1.2e-4"),
+            (f64::INFINITY, "∞"),
+            (f64::NAN, NONE),
+            (f64::MIN_POSITIVE, "2.2e-308"),
+            (f64::MAX, "1.8e308"),
+        ];
+        for (x, text) in shown {
+            assert_eq!(figure(x), text, "{x:?}");
+        }
+    }
+
+    #[test]
+    fn shares() {
+        let errors = |rays, wrong_object| Errors { rays, wrong_object, ..Errors::default() };
+        assert_eq!(wrong(&errors(0, 0)), NONE);
+        assert_eq!(wrong(&errors(1000, 0)), "0 of 1000");
+        assert_eq!(wrong(&errors(1000, 1)), "0.10 %");
+        assert_eq!(wrong(&errors(1000, 1000)), "100 %");
+        assert_eq!(wrong(&errors(1 << 30, 1)), "9.3e-8 %");
+    }
+
+    #[test]
+    fn names_stay_on_their_line() {
+        assert_eq!(plain("a\u{1b}[31m\nb\u{202e}"), "a\u{fffd}[31m\u{fffd}b\u{fffd}");
+        assert_eq!(plain_document("a\nb\0"), "a\nb\u{fffd}");
+        assert_eq!(short_name("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
+    }
+}

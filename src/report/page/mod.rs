@@ -1,0 +1,227 @@
+//! A [`Report`] as one HTML page that needs nothing beside itself: no script, no other file.
+
+mod cells;
+mod heat;
+mod pictures;
+mod tables;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::answer::{answer, price};
+use super::figures::{count, plain_document};
+use super::plot::{plane, sweep, theme, typeset};
+use super::{AdapterEvidence, Effort, Evidence, Report};
+
+/// The page's own style; colours are from the plots' table.
+const STYLE: &str = include_str!("page.css");
+
+/// What the page may load: its own style and pictures, and nothing else.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
+/// The whole report.
+pub fn html(report: &Report) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                title { "Kugelblitz: speed against error" }
+                link rel="icon" href="data:,";
+                style { (PreEscaped(theme::css_variables())) (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { "Speed against error" }
+                    p.answer { (answer(report)) }
+                    @if let Some(price) = price(report) { p { (price) } }
+                    (evidence(&report.evidence))
+                }
+                main {
+                    (plane_section(report))
+                    (class_section(report))
+                    (sweep_sections(report))
+                    (pictures::section(&report.pictures, &report.scenes))
+                    (scene_section(report))
+                    (peer_section(report))
+                    (missing_section(report))
+                    (method(report))
+                }
+                footer {
+                    p { "Kugelblitz " (report.evidence.version) ", " (report.evidence.date) }
+                }
+            }
+        }
+    };
+    plain_document(&page.into_string())
+}
+
+fn evidence(evidence: &Evidence) -> Markup {
+    html! {
+        dl {
+            dt { "Command" } dd { code { (evidence.command) } }
+            dt { "Program" }
+            dd {
+                "Kugelblitz " (evidence.version)
+                @if let Some(commit) = &evidence.commit { ", commit " code { (commit) } }
+            }
+            dt { "Begun" } dd { (evidence.date) }
+            dt { "CPU" }
+            dd { (evidence.host_cpu) ", " (count(evidence.n_cores, "core")) ", " (evidence.system) }
+            @for adapter in &evidence.adapters { (adapter_evidence(adapter)) }
+            @if evidence.adapters.is_empty() { dt { "Adapter" } dd { "none" } }
+        }
+    }
+}
+
+fn adapter_evidence(adapter: &AdapterEvidence) -> Markup {
+    let AdapterEvidence { facts, arithmetic_f32, arithmetic_f64 } = adapter;
+    html! {
+        dt { "Adapter" }
+        dd {
+            (facts.name) " (" (facts.kind) "), driver " (facts.driver)
+            br; "f32, measured: " (arithmetic_f32)
+            br; "f64, measured: "
+            @match arithmetic_f64 { Some(f64) => (f64), None => "none" }
+            br; "kernel certified: " (arithmetic_f32.filter_in_words())
+        }
+    }
+}
+
+/// A plot that is scrolled where the page is narrower than its letters allow.
+fn plot(svg: String) -> Markup {
+    html! { div.wide { (PreEscaped(svg)) } }
+}
+
+fn plane_section(report: &Report) -> Markup {
+    html! {
+        section {
+            h2 { "Time and error of each kernel" }
+            figure {
+                (plot(plane(report)))
+                figcaption {
+                    "Farther left is faster, lower is less often wrong. A point is a kernel on a \
+                     device over all scenes of a class; what has no wrong object lies in the strip \
+                     below the axis, beside the number of rays compared. Steps join the kernels \
+                     that no other is both faster and less wrong than."
+                    @if !report.peers.is_empty() {
+                        " Other renderers stand at the time that they report themselves and are \
+                         not joined; one that reports none is in the table alone."
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn class_section(report: &Report) -> Markup {
+    html! {
+        section {
+            h2 { "Classes of scenes" }
+            h3 { "How wrong" }
+            (tables::class_errors(report))
+            p.note {
+                "Errors are against exact arithmetic. Those of " i { "t" } " and of the normal are \
+                 of the rays that show the right object; an ulp is the distance of neighbouring \
+                 f32 numbers at the exact " i { "t" } "."
+            }
+            h3 { "How fast" }
+            (tables::class_costs(report))
+            p.note {
+                "Nanoseconds a ray, the geometric mean of the scenes' medians, in parentheses that \
+                 of their least and largest times. “Ids” is which object each pixel shows. The \
+                 last columns say which arithmetic decided how many rays."
+            }
+        }
+    }
+}
+
+fn sweep_sections(report: &Report) -> Markup {
+    html! {
+        @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
+            section {
+                h2 { "Sweep: " (own.name) }
+                p { (own.title) }
+                figure { (plot(sweep(report, own))) }
+                details { summary { "Its numbers" } (tables::sweep(report, own)) }
+            }
+        }
+    }
+}
+
+fn scene_section(report: &Report) -> Markup {
+    html! {
+        @if !report.scenes.is_empty() {
+            section {
+                h2 { "Scenes" }
+                (tables::overview(report))
+                @for scene in &report.scenes { (tables::scene(report, scene)) }
+            }
+        }
+    }
+}
+
+fn peer_section(report: &Report) -> Markup {
+    html! {
+        @if !report.peers.is_empty() {
+            section {
+                h2 { "Other renderers" }
+                (tables::peers(&report.peers))
+                p.note {
+                    "Their ids against the exact ones; they give neither " i { "t" } " nor normals. \
+                     The first time is what the program itself reports for tracing, the second is \
+                     of its whole process."
+                }
+            }
+        }
+    }
+}
+
+fn missing_section(report: &Report) -> Markup {
+    html! {
+        @if !report.missing.is_empty() {
+            section {
+                h2 { "Not measured" }
+                ul {
+                    @for missing in &report.missing { li { (missing.what) ": " (missing.why) } }
+                }
+            }
+        }
+    }
+}
+
+fn method(report: &Report) -> Markup {
+    let Effort { size, samples, seed, rounds, runs, picture_size, .. } = report.effort;
+    html! {
+        section {
+            h2 { "Method" }
+            p {
+                "Each scene was traced at " (size[0]) " × " (size[1]) " pixels. In each of "
+                (count(rounds, "round")) ", every kernel on every device was made anew, its shader \
+                 compiled with it; its first picture counts apart, then "
+                (count(runs, "picture")) " were timed. So a time is the median of "
+                (count(rounds * runs, "run")) ", beside the least and the largest. Times of tracing \
+                 hold all stages but reading back, f64 and exact decisions included."
+            }
+            p {
+                "Up to " (typeset(&samples.to_string())) " pixels of each picture, drawn at random with seed " (seed)
+                " where it has more, were compared with exact arithmetic on the scene's f64 \
+                 numbers. An object is wrong where the ray shows another one than the exact \
+                 nearest: one where there is none (false hit), none where there is one (false \
+                 miss), or another. “99.9 %” is the error that 99.9 % of the rays do not exceed."
+            }
+            @if !report.pictures.is_empty() {
+                p {
+                    "The error pictures have " (picture_size[0]) " × " (picture_size[1])
+                    " pixels, each of them compared."
+                }
+            }
+            p {
+                "Drivers keep compiled shaders on disk: the largest time of compiling is of the \
+                 first time ever, the least comes from that store. All times are of this run on \
+                 this machine and drift with what else it did; errors are the same in each run."
+            }
+        }
+    }
+}

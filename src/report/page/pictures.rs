@@ -1,0 +1,127 @@
+//! Pictures beside what is wrong with them.
+
+use maud::{Markup, html};
+
+use super::heat::{
+    FALSE_HIT, FALSE_MISS, RAMP, ULP_RANGE, WRONG_OBJECT, css, fault_data, picture_data,
+};
+use crate::report::figures::{figure, list, percent, short_name};
+use crate::report::plot::theme::kernel_class;
+use crate::report::plot::{tick_label, typeset};
+use crate::report::{ErrorPicture, Fault, SceneResult};
+
+/// A picture, and the devices on which it is the same.
+type Shown<'a> = (&'a ErrorPicture, Vec<String>);
+
+/// All pictures, scene by scene.
+pub fn section(pictures: &[ErrorPicture], scenes: &[SceneResult]) -> Markup {
+    let mut names: Vec<&str> = Vec::new();
+    for picture in pictures {
+        if !names.contains(&picture.scene.as_str()) {
+            names.push(&picture.scene);
+        }
+    }
+    html! {
+        @if !pictures.is_empty() {
+            section {
+                h2 { "Error pictures" }
+                p {
+                    "The scenes with the most wrong ids: what each kernel shows, and beside it \
+                     what is wrong with each pixel."
+                }
+                (legend())
+                @for name in names {
+                    h3 { (name) }
+                    @if let Some(scene) = scenes.iter().find(|scene| scene.name == name) {
+                        p.note { (scene.about) }
+                    }
+                    div.rows { @for shown in of_scene(pictures, name) { (row(&shown)) } }
+                }
+            }
+        }
+    }
+}
+
+fn legend() -> Markup {
+    let ramp: Vec<String> = RAMP.iter().map(|color| css(color)).collect();
+    let swatch = |color: [u8; 3], words: &str| {
+        html! { span { i style=(format!("background:{}", css(&color))) {} (words) } }
+    };
+    html! {
+        div.legend {
+            (swatch(FALSE_HIT, "false hit"))
+            (swatch(FALSE_MISS, "false miss"))
+            (swatch(WRONG_OBJECT, "wrong object"))
+            span {
+                "right, error of t: up to " (tick_label(ULP_RANGE.0)) " ulp"
+                i.ramp style=(format!("background:linear-gradient(to right,{})", ramp.join(","))) {}
+                (tick_label(ULP_RANGE.1)) " ulp and more"
+            }
+        }
+    }
+}
+
+fn of_scene<'a>(pictures: &'a [ErrorPicture], scene: &str) -> Vec<Shown<'a>> {
+    let mut shown: Vec<Shown> = Vec::new();
+    for picture in pictures.iter().filter(|picture| picture.scene == scene) {
+        let device = short_name(&picture.contestant.device).to_string();
+        let same = |(other, _): &&mut Shown| {
+            other.contestant.kernel == picture.contestant.kernel
+                && other.srgb == picture.srgb
+                && other.faults == picture.faults
+        };
+        match shown.iter_mut().find(same) {
+            Some((_, devices)) => devices.push(device),
+            None => shown.push((picture, vec![device])),
+        }
+    }
+    shown
+}
+
+fn row((picture, devices): &Shown) -> Markup {
+    let kernel = &picture.contestant.kernel;
+    let what = format!("{}, kernel {kernel}", picture.scene);
+    html! {
+        p {
+            span.key.(kernel_class(kernel)) {} strong { (kernel) } br;
+            span.soft { (list(devices)) } br;
+            (summary(&picture.faults))
+        }
+        (image(picture, picture_data(picture), &format!("{what}: the picture")))
+        (image(picture, fault_data(picture), &format!("{what}: its errors")))
+    }
+}
+
+fn image(picture: &ErrorPicture, data: Option<String>, what: &str) -> Markup {
+    html! {
+        @match data {
+            Some(data) => img src=(data) width=(picture.width) height=(picture.height) alt=(what);,
+            None => p { "no picture" },
+        }
+    }
+}
+
+/// How many pixels are wrong, and the largest error of those that are right.
+fn summary(faults: &[Fault]) -> Markup {
+    let wrong = faults
+        .iter()
+        .filter(|fault| matches!(fault, Fault::FalseHit | Fault::FalseMiss | Fault::WrongObject))
+        .count();
+    let largest = faults
+        .iter()
+        .filter_map(|fault| match fault {
+            Fault::Right { t_ulp } => Some(*t_ulp),
+            _ => None,
+        })
+        .reduce(f64::max);
+    html! {
+        @match wrong {
+            0 => "no wrong pixel",
+            _ => {
+                (typeset(&wrong.to_string())) " wrong " @if wrong == 1 { "pixel" } @else { "pixels" } " ("
+                (typeset(&percent(wrong as u64, faults.len() as u64))) ")"
+            }
+        }
+        @if let Some(largest) = largest { br; "t up to " (typeset(&figure(largest))) " ulp off" }
+    }
+}

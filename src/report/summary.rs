@@ -1,0 +1,218 @@
+//! What the figures say when put together: who took part, what the best choices are, and which
+//! devices agree.
+
+use super::figures::{list, short_name};
+use super::measure::geometric_mean;
+use super::{Class, ClassResult, Contestant, Errors, PeerResult, Report, Series, Spread, Sweep};
+
+/// Kernels and devices, in the order in which the report first names them.
+pub struct Cast<'a> {
+    pub kernels: Vec<&'a str>,
+    pub devices: Vec<&'a str>,
+}
+
+impl<'a> Cast<'a> {
+    pub fn of(report: &'a Report) -> Cast<'a> {
+        let rows = report.scenes.iter().flat_map(|scene| &scene.rows).map(|row| &row.contestant);
+        let classes = report.classes.iter().map(|class| &class.contestant);
+        let sweeps = report.sweeps.iter().flat_map(|sweep| &sweep.series).map(|s| &s.contestant);
+        let pictures = report.pictures.iter().map(|picture| &picture.contestant);
+        let mut cast = Cast { kernels: Vec::new(), devices: Vec::new() };
+        for contestant in rows.chain(classes).chain(sweeps).chain(pictures) {
+            add(&mut cast.kernels, &contestant.kernel);
+            add(&mut cast.devices, &contestant.device);
+        }
+        cast
+    }
+
+    /// The device's short name, if no other device has the same.
+    pub fn short(&self, device: &'a str) -> &'a str {
+        let short = short_name(device);
+        let alike = self.devices.iter().filter(|other| short_name(other) == short).count();
+        if alike > 1 { device } else { short }
+    }
+
+    /// The place of a device in the order.
+    pub fn device_index(&self, device: &str) -> usize {
+        self.devices.iter().position(|known| *known == device).unwrap_or(self.devices.len())
+    }
+
+    /// `certified, CPU`
+    pub fn label(&self, contestant: &'a Contestant) -> String {
+        format!("{}, {}", contestant.kernel, self.short(&contestant.device))
+    }
+}
+
+fn add<'a>(names: &mut Vec<&'a str>, name: &'a str) {
+    if !names.contains(&name) {
+        names.push(name);
+    }
+}
+
+/// The classes that have results, in order.
+pub fn classes(report: &Report) -> Vec<Class> {
+    let mut classes: Vec<Class> = report.classes.iter().map(|result| result.class).collect();
+    classes.sort();
+    classes.dedup();
+    classes
+}
+
+/// A time that can be drawn: positive and finite.
+pub fn time_of(spread: &Spread) -> Option<f64> {
+    (spread.median > 0.0 && spread.median.is_finite()).then_some(spread.median)
+}
+
+/// Times with `t` and normals over a class: the geometric mean, as that of ids alone.
+pub fn surface_ns_per_ray(report: &Report, class: &ClassResult) -> Option<Spread> {
+    let spreads: Vec<Spread> = report
+        .scenes
+        .iter()
+        .filter(|scene| scene.class == class.class)
+        .flat_map(|scene| &scene.rows)
+        .filter(|row| row.contestant == class.contestant)
+        .map(|row| row.cost.surface_ns_per_ray)
+        .collect();
+    (!spreads.is_empty()).then(|| geometric_mean(&spreads))
+}
+
+/// Another renderer in all scenes of a class.
+pub struct PeerClass<'a> {
+    pub peer: &'a str,
+    pub class: Class,
+    pub n_scenes: usize,
+    /// Counts of ids alone.
+    pub errors: Errors,
+    /// Geometric mean over the scenes, where the peer gives a time for each.
+    pub trace_ns_per_ray: Option<Spread>,
+}
+
+/// The peers' results, put together by class.
+pub fn peer_classes(report: &Report) -> Vec<PeerClass<'_>> {
+    let mut peers = Vec::new();
+    for result in &report.peers {
+        add(&mut peers, &result.peer);
+    }
+    let mut pooled = Vec::new();
+    for peer in peers {
+        for class in [Class::Lecture, Class::Hard, Class::Given] {
+            let results: Vec<&PeerResult> =
+                report.peers.iter().filter(|r| r.peer == peer && r.class == class).collect();
+            if results.is_empty() {
+                continue;
+            }
+            let mut errors = Errors::default();
+            for result in &results {
+                errors.rays += result.errors.rays;
+                errors.false_hits += result.errors.false_hits;
+                errors.false_misses += result.errors.false_misses;
+                errors.wrong_object += result.errors.wrong_object;
+            }
+            let times: Option<Vec<Spread>> = results.iter().map(|r| r.trace_ns_per_ray).collect();
+            let trace_ns_per_ray = times.map(|times| geometric_mean(&times));
+            let n_scenes = results.len();
+            pooled.push(PeerClass { peer, class, n_scenes, errors, trace_ns_per_ray });
+        }
+    }
+    pooled
+}
+
+/// The results of a class that no other is both faster and less wrong than, the fastest first.
+pub fn front(report: &Report, class: Class) -> Vec<&ClassResult> {
+    let mut rows: Vec<(f64, &ClassResult)> = report
+        .classes
+        .iter()
+        .filter(|row| row.class == class && row.errors.rays > 0)
+        .filter_map(|row| Some((time_of(&row.trace_ns_per_ray)?, row)))
+        .collect();
+    let order = |row: &ClassResult| row.errors.wrong_share();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then(order(a.1).total_cmp(&order(b.1))));
+    let mut least = f64::INFINITY;
+    rows.retain(|(_, row)| {
+        let better = row.errors.wrong_share() < least;
+        least = least.min(row.errors.wrong_share());
+        better
+    });
+    rows.into_iter().map(|(_, row)| row).collect()
+}
+
+/// All places of a sweep, ascending.
+pub fn xs(sweep: &Sweep) -> Vec<f64> {
+    let points = sweep.series.iter().flat_map(|series| &series.points);
+    let mut xs: Vec<f64> = points.map(|point| point.x).collect();
+    xs.sort_by(f64::total_cmp);
+    xs.dedup();
+    xs
+}
+
+/// A series of a sweep, for all devices on which it is the same.
+pub struct Line<'a> {
+    pub series: &'a Series,
+    /// Other devices whose errors are the same at every point.
+    pub alike: Vec<&'a str>,
+}
+
+impl<'a> Line<'a> {
+    /// `certified, llvmpipe and CPU`
+    pub fn label(&self, cast: &Cast<'a>) -> String {
+        format!("{}, {}", self.series.contestant.kernel, list(&self.devices(cast)))
+    }
+
+    /// The short names of its devices.
+    pub fn devices(&self, cast: &Cast<'a>) -> Vec<String> {
+        let own = self.series.contestant.device.as_str();
+        [own].iter().chain(&self.alike).map(|device| cast.short(device).to_string()).collect()
+    }
+}
+
+/// The series of a sweep. Devices whose errors are the same to the last bit share one; times are
+/// never taken for the same.
+pub fn lines(sweep: &Sweep) -> Vec<Line<'_>> {
+    let mut lines: Vec<Line> = Vec::new();
+    for series in &sweep.series {
+        match lines.iter_mut().find(|line| is_alike(line.series, series)) {
+            Some(line) => line.alike.push(&series.contestant.device),
+            None => lines.push(Line { series, alike: Vec::new() }),
+        }
+    }
+    lines
+}
+
+fn is_alike(a: &Series, b: &Series) -> bool {
+    a.contestant.kernel == b.contestant.kernel
+        && a.points.len() == b.points.len()
+        && a.points.iter().zip(&b.points).all(|(p, q)| {
+            p.x == q.x
+                && p.errors.is_some()
+                && p.errors == q.errors
+                && p.trace_ns_per_ray.is_none()
+                && q.trace_ns_per_ray.is_none()
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::SweepPoint;
+
+    #[test]
+    fn alike_to_the_last_bit_alone() {
+        let series = |device: &str, wrong_object, time: Option<Spread>| Series {
+            contestant: Contestant { kernel: "stable".into(), device: device.into() },
+            points: vec![SweepPoint {
+                x: 1.0,
+                errors: Some(Errors { rays: 10, wrong_object, ..Errors::default() }),
+                trace_ns_per_ray: time,
+            }],
+        };
+        let sweep = |series: [Series; 2]| Sweep {
+            name: "distance",
+            title: "",
+            x_label: "",
+            series: series.into(),
+        };
+        assert_eq!(lines(&sweep([series("a", 1, None), series("b", 1, None)])).len(), 1);
+        assert_eq!(lines(&sweep([series("a", 1, None), series("b", 2, None)])).len(), 2);
+        let time = Some(Spread::default());
+        assert_eq!(lines(&sweep([series("a", 1, time), series("b", 1, time)])).len(), 2);
+    }
+}

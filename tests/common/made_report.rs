@@ -1,0 +1,355 @@
+//! A report with made-up but likely figures, for what shows reports.
+
+use kugelblitz::gpu::{AdapterFacts, Arithmetic};
+use kugelblitz::report::{
+    AdapterEvidence, Class, ClassResult, Contestant, Cost, Distribution, Effort, ErrorPicture,
+    Errors, Evidence, Fault, Missing, PeerResult, Report, Row, SceneResult, Series, Spread, Sweep,
+    SweepPoint,
+};
+use kugelblitz::trace::StageCounts;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub const KERNELS: [&str; 4] = ["lecture", "stable", "double", "certified"];
+pub const DEVICES: [&str; 2] = ["llvmpipe (LLVM 15.0.6, 256 bits)", "CPU"];
+const SAMPLES: u64 = 1 << 16;
+const PICTURE: [u32; 2] = [240, 135];
+
+const LECTURE_SCENES: [&str; 6] = ["figure1", "figure2", "figure3", "figure4", "figure5", "inside"];
+const HARD_SCENES: [&str; 14] = [
+    "tiny",
+    "moved",
+    "huge_ground",
+    "grazing",
+    "tangent_row",
+    "far_away",
+    "thin_shell",
+    "dust",
+    "nested",
+    "horizon",
+    "coplanar",
+    "glancing_plane",
+    "mirror_twins",
+    "deep_field",
+];
+
+fn contestant(kernel: &str, device: &str) -> Contestant {
+    Contestant { kernel: kernel.into(), device: device.into() }
+}
+
+fn spread(rng: &mut ChaCha8Rng, median: f64) -> Spread {
+    let min = median * rng.random_range(0.90..0.99);
+    Spread { median, min, max: median * rng.random_range(1.02..1.4), n: 15 }
+}
+
+fn distribution(median: f64, n: u64) -> Option<Distribution> {
+    Some(Distribution { median, p999: 40.0 * median, max: 900.0 * median, n: n as usize })
+}
+
+/// The errors of a kernel in a scene that is so hard, from 0 to 1: the same on each device.
+fn errors(kernel: &str, hardness: f64, seed: u64) -> Errors {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let share = match kernel {
+        "lecture" => 0.4 * hardness.powi(3) * rng.random_range(0.5..1.0),
+        "stable" => 0.02 * hardness.powi(6) * rng.random_range(0.3..1.0),
+        "double" if hardness > 0.7 => 2.0 / SAMPLES as f64,
+        _ => 0.0,
+    };
+    let wrong = (share * SAMPLES as f64) as u64;
+    let (false_hits, false_misses) = (wrong / 5, wrong / 2);
+    let right = SAMPLES - wrong;
+    let ulp = match kernel {
+        "lecture" => 0.6 * 10f64.powf(6.0 * hardness),
+        "stable" => 0.5 * 10f64.powf(hardness),
+        "double" => 0.26,
+        _ => 0.25,
+    };
+    let is_exact = matches!(kernel, "double" | "certified");
+    let of_t = if is_exact {
+        Some(Distribution { median: ulp, p999: 0.4995, max: 0.5, n: right as usize })
+    } else {
+        distribution(ulp, right)
+    };
+    let stages = match kernel {
+        "certified" => StageCounts { f32: 921_600 - 812, f64: 800, exact: 12 },
+        "double" => StageCounts { f32: 0, f64: 921_600, exact: 0 },
+        _ => StageCounts { f32: 921_600, f64: 0, exact: 0 },
+    };
+    Errors {
+        rays: SAMPLES,
+        false_hits,
+        false_misses,
+        wrong_object: wrong - false_hits - false_misses,
+        t_ulp: of_t,
+        t_relative: distribution(6e-8 * ulp, right),
+        normal_degrees: distribution(3.4e-6 * ulp, right),
+        stages,
+    }
+}
+
+fn cost(rng: &mut ChaCha8Rng, kernel: &str, device: &str, n_objects: usize) -> Cost {
+    let kernel_factor = match kernel {
+        "lecture" => 1.0,
+        "stable" => 1.22,
+        "double" => 2.4,
+        _ => 1.34,
+    };
+    let device_factor = if device == "CPU" { 2.6 } else { 1.0 };
+    let ns = 2.1 * kernel_factor * device_factor * n_objects as f64 * rng.random_range(0.85..1.15);
+    Cost {
+        n_rays: 921_600,
+        trace_ns_per_ray: spread(rng, ns),
+        surface_ns_per_ray: spread(rng, 1.6 * ns),
+        device_ns_per_ray: (device != "CPU").then(|| spread(rng, 0.9 * ns)),
+        readback_ms: spread(rng, 0.7),
+        compile_ms: spread(rng, 48.0),
+        first_picture_ms: spread(rng, 31.0),
+        bytes_device: 3_686_400 + 64 * n_objects as u64,
+    }
+}
+
+fn scene(rng: &mut ChaCha8Rng, name: &str, class: Class, seed: u64) -> SceneResult {
+    let hardness = match class {
+        Class::Lecture => rng.random_range(0.0..0.2),
+        _ => rng.random_range(0.1..1.0),
+    };
+    let n_spheres = rng.random_range(3..24);
+    let rows = DEVICES
+        .iter()
+        .flat_map(|device| KERNELS.map(|kernel| (kernel, *device)))
+        .map(|(kernel, device)| Row {
+            contestant: contestant(kernel, device),
+            errors: errors(kernel, hardness, seed),
+            cost: cost(rng, kernel, device, n_spheres + 1),
+        })
+        .collect();
+    SceneResult {
+        name: name.into(),
+        class,
+        about: format!("What {name} shows, in the words of its first comment."),
+        n_spheres,
+        n_planes: 1,
+        rows,
+    }
+}
+
+/// Puts the scenes of each class together.
+pub fn classes(scenes: &[SceneResult]) -> Vec<ClassResult> {
+    let mut results = Vec::new();
+    for class in [Class::Lecture, Class::Hard, Class::Given] {
+        for (kernel, device) in DEVICES.iter().flat_map(|d| KERNELS.map(|k| (k, *d))) {
+            let contestant = contestant(kernel, device);
+            let rows: Vec<&Row> = scenes
+                .iter()
+                .filter(|scene| scene.class == class)
+                .flat_map(|scene| &scene.rows)
+                .filter(|row| row.contestant == contestant)
+                .collect();
+            if rows.is_empty() {
+                continue;
+            }
+            let mut errors = rows[0].errors.clone();
+            for row in &rows[1..] {
+                errors.rays += row.errors.rays;
+                errors.false_hits += row.errors.false_hits;
+                errors.false_misses += row.errors.false_misses;
+                errors.wrong_object += row.errors.wrong_object;
+                errors.stages.add(row.errors.stages);
+            }
+            let mean = |of: fn(&Spread) -> f64| {
+                let sum: f64 = rows.iter().map(|row| of(&row.cost.trace_ns_per_ray).ln()).sum();
+                (sum / rows.len() as f64).exp()
+            };
+            let trace_ns_per_ray = Spread {
+                median: mean(|spread| spread.median),
+                min: mean(|spread| spread.min),
+                max: mean(|spread| spread.max),
+                n: 15 * rows.len(),
+            };
+            let n_scenes = rows.len();
+            results.push(ClassResult { class, n_scenes, contestant, errors, trace_ns_per_ray });
+        }
+    }
+    results
+}
+
+fn error_sweep(name: &'static str, title: &'static str, x_label: &'static str) -> Sweep {
+    let series = |kernel: &str, device: &str| Series {
+        contestant: contestant(kernel, device),
+        points: (0..9)
+            .map(|i| SweepPoint {
+                x: 10f64.powi(i),
+                errors: Some(errors(kernel, f64::from(i) / 8.0, i as u64)),
+                trace_ns_per_ray: None,
+            })
+            .collect(),
+    };
+    let series =
+        DEVICES.iter().flat_map(|d| KERNELS.map(|k| (k, *d))).map(|(k, d)| series(k, d)).collect();
+    Sweep { name, title, x_label, series }
+}
+
+fn time_sweep(rng: &mut ChaCha8Rng) -> Sweep {
+    let mut series = Vec::new();
+    for (kernel, device) in DEVICES.iter().flat_map(|d| KERNELS.map(|k| (k, *d))) {
+        let points = (0..9)
+            .map(|i| SweepPoint {
+                x: f64::from(1 << i),
+                errors: None,
+                trace_ns_per_ray: Some(cost(rng, kernel, device, (1 << i) + 2).trace_ns_per_ray),
+            })
+            .collect();
+        series.push(Series { contestant: contestant(kernel, device), points });
+    }
+    Sweep {
+        name: "objects",
+        title: "The time of a ray grows with the number of spheres.",
+        x_label: "spheres in the scene",
+        series,
+    }
+}
+
+fn picture(scene: &str, kernel: &str, device: &str) -> ErrorPicture {
+    let [width, height] = PICTURE;
+    let mut srgb = Vec::new();
+    let mut faults = Vec::new();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for i in 0..width * height {
+        let (x, y) = (f64::from(i % width) - 110.0, f64::from(i / width) - 60.0);
+        let r = (x * x + y * y).sqrt() / 48.0;
+        let is_ground = y > 30.0;
+        let edge = if kernel == "lecture" { 0.12 } else { 0.02 };
+        let bad = rng.random_bool(0.5) && !matches!(kernel, "certified" | "double");
+        srgb.push(if r < 1.0 {
+            [0xd6, 0x27, 0x28]
+        } else if is_ground {
+            [0x8c, 0x8c, 0x8c]
+        } else {
+            [0x20, 0x24, 0x2c]
+        });
+        faults.push(if (r - 1.0).abs() < edge && bad {
+            match (r < 1.0, is_ground) {
+                (_, true) => Fault::WrongObject,
+                (true, _) => Fault::FalseMiss,
+                (false, _) => Fault::FalseHit,
+            }
+        } else if r < 1.0 || is_ground {
+            let grow = if kernel == "lecture" { 5.0 } else { 1.0 };
+            match kernel {
+                "certified" | "double" => Fault::Right { t_ulp: 0.5 * rng.random::<f64>() },
+                _ => Fault::Right { t_ulp: 0.5 * 10f64.powf(grow * r.min(1.2)) },
+            }
+        } else {
+            Fault::Background
+        });
+    }
+    ErrorPicture {
+        scene: scene.into(),
+        contestant: contestant(kernel, device),
+        width,
+        height,
+        srgb,
+        faults,
+    }
+}
+
+fn evidence() -> Evidence {
+    let arithmetic = Arithmetic {
+        no_contraction: true,
+        fused_fma: false,
+        subnormals: true,
+        faithful: true,
+        narrows_to_nearest: true,
+        sum_ulp: 0,
+        product_ulp: 0,
+        quotient_ulp: 0,
+        root_ulp: 0,
+    };
+    let facts = AdapterFacts {
+        name: DEVICES[0].into(),
+        kind: "software",
+        driver: "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".into(),
+        passthrough: true,
+        f64: true,
+        max_binding_bytes: 1 << 27,
+        max_buffer_bytes: 1 << 31,
+        max_workgroups: 65535,
+    };
+    Evidence {
+        version: "0.1.0".into(),
+        commit: Some("9fc4bae1c0de".into()),
+        date: "2026-11-21T07:00:00Z".into(),
+        command: "kugelblitz report --html report.html".into(),
+        system: "Debian GNU/Linux 12".into(),
+        host_cpu: "A CPU @ 2.60GHz".into(),
+        n_cores: 2,
+        adapters: vec![AdapterEvidence {
+            facts,
+            arithmetic_f32: arithmetic,
+            arithmetic_f64: Some(arithmetic),
+        }],
+    }
+}
+
+fn peer(rng: &mut ChaCha8Rng, peer: &str, scene: &str, wrong_object: u64) -> PeerResult {
+    let class = if scene == "moved" { Class::Hard } else { Class::Lecture };
+    PeerResult {
+        peer: peer.into(),
+        n_threads: 2,
+        scene: scene.into(),
+        class,
+        errors: Errors { rays: SAMPLES, wrong_object, ..Errors::default() },
+        trace_ns_per_ray: (peer != "Povray 3.7").then(|| spread(rng, 140.0)),
+        process_ms: spread(rng, 420.0),
+    }
+}
+
+/// The report.
+pub fn report() -> Report {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let sorted = LECTURE_SCENES.map(|name| (name, Class::Lecture));
+    let hard = HARD_SCENES.map(|name| (name, Class::Hard));
+    let scenes: Vec<SceneResult> = sorted
+        .into_iter()
+        .chain(hard)
+        .enumerate()
+        .map(|(i, (name, class))| scene(&mut rng, name, class, i as u64))
+        .collect();
+    let sweeps = vec![
+        error_sweep("distance", "Figure 2, moved away from the origin.", "distance, units"),
+        error_sweep("offset", "Rays that pass ever closer by a silhouette.", "closeness"),
+        time_sweep(&mut rng),
+    ];
+    let peers = vec![
+        peer(&mut rng, "Embree 4.3", "figure1", 12),
+        peer(&mut rng, "Embree 4.3", "moved", 9000),
+        peer(&mut rng, "Povray 3.7", "figure1", 0),
+    ];
+    let pictures = [("figure2", DEVICES[1]), ("moved", DEVICES[0]), ("moved", DEVICES[1])];
+    let pictures = pictures
+        .into_iter()
+        .flat_map(|(scene, device)| KERNELS.map(|kernel| picture(scene, kernel, device)))
+        .collect();
+    Report {
+        evidence: evidence(),
+        effort: Effort {
+            size: [1280, 720],
+            samples: SAMPLES as usize,
+            seed: 1,
+            rounds: 3,
+            runs: 5,
+            picture_size: PICTURE,
+            sweeps: true,
+            peers: true,
+        },
+        classes: classes(&scenes),
+        scenes,
+        sweeps,
+        peers,
+        missing: vec![Missing {
+            what: "pbrt 4".into(),
+            why: "`pbrt` is not installed; install it or leave out --peers".into(),
+        }],
+        pictures,
+    }
+}
