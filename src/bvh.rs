@@ -114,8 +114,11 @@ impl Bvh {
     pub const ROOT: u32 = 0;
 
     /// Builds the hierarchy over spheres with these offsets from the reference point and these
-    /// radii. There are between 1 and [`MOST_SPHERES`], none farther than f32 reaches.
+    /// radii. There are at most [`MOST_SPHERES`], none farther than f32 reaches.
     pub fn new(spheres: &[(DVec3, f64)]) -> Bvh {
+        if spheres.is_empty() {
+            return Bvh { nodes: vec![Node::EMPTY], order: Vec::new() };
+        }
         let boxes: Vec<Aabb> = spheres.par_iter().map(|&(l, r)| sphere_box(l, r)).collect();
         // Bottom-up by locality (PLOC, Meister & Bittner 2018), then reinsertion of some nodes.
         let params =

@@ -111,8 +111,13 @@ pub struct Hierarchy {
     pub build_time: Duration,
 }
 
-/// A scene with more spheres than this is traced through a hierarchy.
-pub const FEW_SPHERES: usize = 128;
+/// Scenes with more spheres than this have a hierarchy. On the CPU, where the rays of a tile go
+/// through it together, it pays from about here on.
+pub const FEW_SPHERES: usize = 16;
+
+/// Scenes with more spheres than this have no list of them: no device should test every ray against
+/// each. A shader unrolls that list, and its compile time grows with the square.
+pub const LISTED_SPHERES: usize = 128;
 
 /// A scene ready to be traced by one kernel from one source of rays.
 #[derive(Clone, Debug)]
@@ -132,7 +137,8 @@ pub struct Prepared {
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
-    /// For the certified kernel and more than [`FEW_SPHERES`]; `objects` then has no spheres.
+    /// For the certified kernel and more than [`FEW_SPHERES`]. With more than [`LISTED_SPHERES`],
+    /// `objects` has no spheres.
     pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }
@@ -180,12 +186,13 @@ impl Prepared {
                 let frame = Frame::new(rays, reference, &scene);
                 (near, in_range) = (frame.near, frame.in_range);
                 let planes = scene.planes.iter().map(|plane| frame.plane(plane)).collect();
-                let spheres = if scene.spheres.len() > FEW_SPHERES {
-                    hierarchy = Some(Hierarchy::new(&frame, rays, &scene)?);
-                    Vec::new()
-                } else {
-                    scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect()
+                let spheres = match scene.spheres.len() <= LISTED_SPHERES {
+                    true => scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect(),
+                    false => Vec::new(),
                 };
+                if scene.spheres.len() > FEW_SPHERES {
+                    hierarchy = Some(Hierarchy::new(&frame, rays, &scene)?);
+                }
                 Objects::Certified(Lists { spheres, planes })
             }
         };
@@ -397,8 +404,7 @@ impl Frame {
                     near: false,
                 };
                 let longest = pixels.longest_direction();
-                // Where there are many, those that are close have a list of their own.
-                let near = scene.spheres.len() > FEW_SPHERES
+                let near = scene.spheres.len() > LISTED_SPHERES
                     || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
                 Frame { near, ..frame }
             }
@@ -459,7 +465,15 @@ impl Frame {
     fn sphere(&self, sphere: &Sphere) -> SphereCertified {
         let r = sphere.radius.abs();
         if r == 0.0 {
-            return SphereCertified { inner2: -1.0, outer2: -1.0, ..SphereCertified::zeroed() };
+            // Seen from outside, where no line comes within −1.
+            let (inner2, outer2, q_low, q_high_or_r2) = (-1.0, -1.0, 1.0, 1.0);
+            return SphereCertified {
+                inner2,
+                outer2,
+                q_low,
+                q_high_or_r2,
+                ..SphereCertified::zeroed()
+            };
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
@@ -589,12 +603,14 @@ impl Hierarchy {
             Rays::List(_) => None,
         };
         let suits = |sphere: &Sphere| match longest {
-            Some(longest) => frame.is_far(sphere, longest) && sphere.radius != 0.0,
-            None => frame.has_box(sphere) && sphere.radius != 0.0,
+            Some(longest) => frame.is_far(sphere, longest),
+            None => frame.has_box(sphere),
         };
-        let ids = 0..spheres.len() as u32;
-        let (inside, outside): (Vec<u32>, Vec<u32>) =
-            ids.into_par_iter().partition(|&i| suits(&spheres[i as usize]));
+        // A radius of 0 can't be hit.
+        let ids = (0..spheres.len() as u32).into_par_iter();
+        let (inside, outside): (Vec<u32>, Vec<u32>) = ids
+            .filter(|&i| spheres[i as usize].radius != 0.0)
+            .partition(|&i| suits(&spheres[i as usize]));
         let boxed: Vec<(DVec3, f64)> = inside
             .par_iter()
             .map(|&i| {

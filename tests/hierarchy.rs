@@ -146,6 +146,7 @@ fn ties_and_extremes() {
         (DVec3::new(0.1, 0.1, 0.9), 1e-30),
         (DVec3::new(0.1, 0.2, 0.9), 1e-200),
         (DVec3::new(1e200, 0.0, 0.0), 1.0),
+        (DVec3::new(0.0, 0.0, 0.5), 0.0),
     ] {
         spheres.push(sphere(center, radius));
     }
@@ -248,6 +249,21 @@ fn flat_rays_are_not_lost() {
             assert!(visited.contains(&index), "{origin:?} {direction:?} misses {l:?}");
             assert!(visited.len() < 200, "a ray looks at {} of 300", visited.len());
         }
+    }
+}
+
+/// A radius of 0 is missed, also where the camera is inside of another sphere.
+#[test]
+fn a_radius_of_zero_is_missed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(613);
+    let camera = common::camera(DVec3::ZERO, DVec3::new(0.2, 0.1, 1.0));
+    for n in [1, 30, 300] {
+        let mut spheres: Vec<Sphere> = (0..n).map(|_| sphere(in_cube(&mut rng), 0.0)).collect();
+        spheres.push(sphere(DVec3::new(0.0, 0.1, 0.0), 3.0));
+        let scene = Arc::new(common::scene(spheres, vec![]));
+        let pixels = Pixels::whole(View::new(&camera), 24, 16);
+        let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
+        assert!(hits.id.iter().all(|&id| id == n + 1), "{n}: {:?}", hits.id);
     }
 }
 

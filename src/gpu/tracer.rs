@@ -12,7 +12,7 @@ use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
+use crate::prepare::{LISTED_SPHERES, Prepared, RayRecord, RayRecordDouble, Source};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -72,7 +72,7 @@ impl GpuTracer {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
         let unsuited = prepared.kernel == Kernel::Certified
-            && (prepared.hierarchy.is_some() || !gpu.arithmetic()?.suits_filter());
+            && (prepared.scene.spheres.len() > LISTED_SPHERES || !gpu.arithmetic()?.suits_filter());
         let stand_in = unsuited.then(|| CpuTracer::new(Arc::clone(&prepared), wants));
         let start = Instant::now();
         let shader = compile(&prepared.needs(wants))?;
