@@ -6,13 +6,14 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::bvh::BvhRay;
 use crate::camera::Pixels;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
-use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
@@ -45,7 +46,7 @@ pub fn finish(
         }
         Kernel::Certified => {}
     }
-    let stage = Stage::new(&prepared.scene, rays);
+    let stage = Stage::new(prepared, rays);
     let start = Instant::now();
     mark_out_of_range(prepared, rays, hits);
     hits.undecided =
@@ -80,13 +81,13 @@ pub struct Decided {
 /// [`crate::Error::Interrupted`] when `control` was cancelled.
 #[cfg(feature = "view")]
 pub fn decide(
-    scene: &Scene,
+    prepared: &Prepared,
     rays: &Rays,
     undecided: &[u32],
     control: &Control,
 ) -> Result<Vec<Decided>> {
     let mut all = Vec::with_capacity(undecided.len());
-    let stage = Stage::new(scene, rays);
+    let stage = Stage::new(prepared, rays);
     let wants = Wants::default();
     stage.decide(undecided, wants, control, &mut Timing::default(), |ray, settled| {
         all.push(Decided { ray, id: settled.id, level: settled.level });
@@ -172,8 +173,12 @@ type Surface = (f32, [f32; 3]);
 struct Stage<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
+    /// Finds the spheres that are not in `rest`.
+    hierarchy: Option<&'a Hierarchy>,
+    /// What the hierarchy's coordinates are relative to.
+    reference: DVec3,
     exact_pixels: Option<ExactPixels>,
-    /// For pixels, whose rays share their origin: `k` of each sphere.
+    /// For pixels, whose rays share their origin: `k` of each sphere; none where there are many.
     ks: Vec<K>,
     /// Whether the f64 bounds hold for these rays.
     usable: bool,
@@ -188,25 +193,24 @@ struct RayF64 {
 }
 
 impl<'a> Stage<'a> {
-    fn new(scene: &'a Scene, rays: &'a Rays) -> Stage<'a> {
-        match rays {
-            Rays::Pixels(pixels) => Stage {
-                scene,
-                rays,
-                exact_pixels: Some(ExactPixels::new(pixels)),
-                ks: scene.spheres.iter().map(|s| K::new(pixels.view.position, s)).collect(),
-                usable: pixels.is_in_range(),
-                input: guard::PIXELS,
-            },
-            Rays::List(_) => Stage {
-                scene,
-                rays,
-                exact_pixels: None,
-                ks: Vec::new(),
-                usable: true,
-                input: guard::LIST_F64,
-            },
-        }
+    fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
+        let scene = &*prepared.scene;
+        let hierarchy = prepared.hierarchy.as_ref();
+        let k = |sphere| K::new(prepared.reference, sphere);
+        let (exact_pixels, ks, usable, input) = match rays {
+            Rays::Pixels(pixels) => (
+                Some(ExactPixels::new(pixels)),
+                match hierarchy {
+                    None => scene.spheres.iter().map(k).collect(),
+                    Some(_) => Vec::new(),
+                },
+                pixels.is_in_range(),
+                guard::PIXELS,
+            ),
+            Rays::List(_) => (None, Vec::new(), true, guard::LIST_F64),
+        };
+        let reference = prepared.reference;
+        Stage { scene, rays, hierarchy, reference, exact_pixels, ks, usable, input }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -246,7 +250,12 @@ impl<'a> Stage<'a> {
         mut put: impl FnMut(u32, Settled),
     ) -> Result<()> {
         let n_objects = self.scene.n_objects().max(1);
-        for rays in undecided.chunks((MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE)) {
+        let at_once = match self.hierarchy {
+            // A ray's candidates are those along it: few of many.
+            Some(_) => MOST_CANDIDATES / 64,
+            None => (MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE),
+        };
+        for rays in undecided.chunks(at_once) {
             let start = Instant::now();
             let decisions = each_ray(rays, control, |ray| self.decide_f64(ray))?;
             timing.refine += start.elapsed();
@@ -267,21 +276,38 @@ impl<'a> Stage<'a> {
     /// The filter again, in f64: keeps the candidates that could be nearest.
     fn decide_f64(&self, index: usize) -> Decision {
         let ray = self.ray_f64(index);
-        let mut nearest_low = 0.0;
-        let mut candidates: Vec<(u32, Nearness<f64>)> = Vec::new();
-        for id in 1..=self.scene.n_objects() as u32 {
-            let Some(object) = self.scene.object(id) else { continue };
-            let root = self.nearness(&ray, id, object);
-            if root.high > 0.0 && root.high >= nearest_low {
-                nearest_low = f64::max(nearest_low, root.low);
-                candidates.push((id, root));
+        let mut candidates = Candidates::default();
+        let mut look = |id: u32| {
+            if let Some(object) = self.scene.object(id) {
+                candidates.add(id, self.nearness(&ray, id, object));
+            }
+            candidates.nearest_low
+        };
+        match self.hierarchy {
+            Some(hierarchy) if self.usable => {
+                let planes = self.scene.spheres.len()..self.scene.n_objects();
+                for id in planes.map(|index| index as u32 + 1) {
+                    look(id);
+                }
+                for (id, _) in &hierarchy.rest {
+                    look(*id);
+                }
+                let origin = ray.origin - self.reference;
+                let direction = DVec3::from_array(ray.ray.direction.0);
+                hierarchy.bvh.visit(&BvhRay { origin, direction }, |place| {
+                    t_bound(&ray, look(hierarchy.ids[place]))
+                });
+            }
+            _ => {
+                for id in 1..=self.scene.n_objects() as u32 {
+                    look(id);
+                }
             }
         }
-        candidates.retain(|(_, root)| root.high >= nearest_low);
-        match candidates.as_slice() {
+        match candidates.finish().as_slice() {
             [] => Decision::Decided(0),
             [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
-            _ => Decision::Open(candidates.into_iter().map(|(id, _)| id).collect()),
+            open => Decision::Open(open.iter().map(|(id, _)| *id).collect()),
         }
     }
 
@@ -335,8 +361,11 @@ impl<'a> Stage<'a> {
         }
         let l = Vec3::from(offset);
         let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
-        let of_ray = || K { value: dot3(l, l) - r * r, error: guard.k_error };
-        let k = self.ks.get(id as usize - 1).copied().unwrap_or_else(of_ray);
+        let k = match (self.rays, self.ks.get(id as usize - 1)) {
+            (_, Some(k)) => *k,
+            (Rays::Pixels(_), None) => K::new(ray.origin, sphere),
+            (Rays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
+        };
         Some(Foot { l, k, r, distance, guard })
     }
 
@@ -448,6 +477,34 @@ impl<'a> Stage<'a> {
             },
         }
     }
+}
+
+/// Objects that could be the nearest.
+#[derive(Default)]
+struct Candidates {
+    nearest_low: f64,
+    roots: Vec<(u32, Nearness<f64>)>,
+}
+
+impl Candidates {
+    fn add(&mut self, id: u32, root: Nearness<f64>) {
+        if root.high > 0.0 && root.high >= self.nearest_low {
+            self.nearest_low = f64::max(self.nearest_low, root.low);
+            self.roots.push((id, root));
+        }
+    }
+
+    /// Those that still could, in the order of their ids, as ties are decided.
+    fn finish(mut self) -> Vec<(u32, Nearness<f64>)> {
+        self.roots.retain(|(_, root)| root.high >= self.nearest_low);
+        self.roots.sort_unstable_by_key(|(id, _)| *id);
+        self.roots
+    }
+}
+
+/// An upper bound of `t = 1/(a·w)` for a nearness `w` of at least `low`.
+fn t_bound(ray: &RayF64, low: f64) -> f64 {
+    guard::widening_f64().wider / (ray.ray.a * low)
 }
 
 /// `k = l·l − r²` and a bound of its error.

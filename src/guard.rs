@@ -159,6 +159,12 @@ impl Guard {
         }
     }
 
+    /// A radius about the sphere, at distance up to `l`, that its points seen from any line stay in
+    /// when computed in f32: offsets and products of a few roundings are off by at most `2⁻²¹·l`.
+    pub fn reach(&self, l: f64) -> f64 {
+        self.outer2.sqrt() + l * 2f64.powi(-19)
+    }
+
     /// The guard in f32: the inner radius rounded down, everything else up.
     pub fn round_to_f32(&self) -> [f32; 4] {
         [
@@ -252,6 +258,11 @@ impl Pixels {
         let aspect = f64::from(self.image_width) / f64::from(self.image_height);
         1.01 * (1.0 + h * h * (1.0 + aspect * aspect)).sqrt()
     }
+}
+
+/// A bound of the error of any computed direction of the picture, `δ·ε·|d|`, rounded up.
+pub fn directions_error(pixels: &Pixels) -> f32 {
+    round_up(PIXELS.direction * UNIT_F32 * pixels.longest_direction())
 }
 
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.

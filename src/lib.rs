@@ -91,6 +91,7 @@
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
 //! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
+//! | [`bvh`] | the hierarchy over many spheres |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
@@ -113,6 +114,7 @@
 //! version 1.0, the interface may change with each minor version.
 
 mod arithmetic;
+pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;

@@ -1,15 +1,18 @@
 //! Scene → [`Prepared`]: the plain numbers that every backend traces, the same for all of them.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
 use glam::DVec3;
+use rayon::prelude::*;
 
+use crate::bvh::{self, Bvh};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
-use crate::kernel::certified::{PlaneCertified, SphereCertified};
+use crate::kernel::certified::{PlaneCertified, SphereCertified, SphereFar};
 use crate::kernel::double::{PlaneDouble, SphereDouble};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
@@ -93,6 +96,29 @@ impl Objects {
     }
 }
 
+/// Spheres that are found through a hierarchy.
+#[derive(Clone, Debug)]
+pub struct Hierarchy {
+    /// The boxes, relative to [`Prepared::reference`].
+    pub bvh: Bvh,
+    /// Object id of each place of [`Bvh::order`].
+    pub ids: Vec<u32>,
+    /// For pixels: the numbers of each place, all of them spheres far from the eye.
+    pub far: Vec<SphereFar>,
+    /// The spheres outside the hierarchy, with their ids: those close to the eye or out of range.
+    pub rest: Vec<(u32, SphereCertified)>,
+    /// Time that it took to build.
+    pub build_time: Duration,
+}
+
+/// Scenes with more spheres than this have a hierarchy. On the CPU, where the rays of a tile go
+/// through it together, it pays from about here on.
+pub const FEW_SPHERES: usize = 16;
+
+/// Scenes with more spheres than this have no list of them: no device should test every ray against
+/// each. A shader unrolls that list, and its compile time grows with the square.
+pub const LISTED_SPHERES: usize = 128;
+
 /// A scene ready to be traced by one kernel from one source of rays.
 #[derive(Clone, Debug)]
 pub struct Prepared {
@@ -111,6 +137,9 @@ pub struct Prepared {
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
+    /// For the certified kernel and more than [`FEW_SPHERES`]. With more than [`LISTED_SPHERES`],
+    /// `objects` has no spheres.
+    pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }
 
@@ -138,7 +167,7 @@ impl Prepared {
             Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
             Rays::List(rays) => MadeFor::Origins(spread(rays, reference)),
         };
-        let (mut near, mut in_range) = (false, true);
+        let (mut near, mut in_range, mut hierarchy) = (false, true, None);
         let objects = match kernel {
             Kernel::Lecture => {
                 Objects::Lecture(Lists::new(&scene, SphereLecture::new, PlaneLecture::new))
@@ -156,14 +185,28 @@ impl Prepared {
             Kernel::Certified => {
                 let frame = Frame::new(rays, reference, &scene);
                 (near, in_range) = (frame.near, frame.in_range);
-                Objects::Certified(Lists::new(
-                    &scene,
-                    |sphere| frame.sphere(sphere),
-                    |plane| frame.plane(plane),
-                ))
+                let planes = scene.planes.iter().map(|plane| frame.plane(plane)).collect();
+                let spheres = match scene.spheres.len() <= LISTED_SPHERES {
+                    true => scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect(),
+                    false => Vec::new(),
+                };
+                if scene.spheres.len() > FEW_SPHERES {
+                    hierarchy = Some(Hierarchy::new(&frame, rays, &scene)?);
+                }
+                Objects::Certified(Lists { spheres, planes })
             }
         };
-        Ok(Prepared { scene, kernel, source, reference, objects, near, in_range, made_for })
+        Ok(Prepared {
+            scene,
+            kernel,
+            source,
+            reference,
+            objects,
+            near,
+            in_range,
+            hierarchy,
+            made_for,
+        })
     }
 
     /// Whether this was made for `rays`: pixels of the same picture, or rays with origins no
@@ -361,7 +404,8 @@ impl Frame {
                     near: false,
                 };
                 let longest = pixels.longest_direction();
-                let near = scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
+                let near = scene.spheres.len() > LISTED_SPHERES
+                    || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
                 Frame { near, ..frame }
             }
             Rays::List(rays) => {
@@ -391,6 +435,28 @@ impl Frame {
                 && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
     }
 
+    /// A sphere that [`Frame::is_far`], for a leaf of a hierarchy.
+    fn far_sphere(&self, sphere: &Sphere, id: u32) -> SphereFar {
+        let l = sphere.center - self.reference;
+        let distance = guard::length_bound(l);
+        let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
+        let [inner2, outer2, ..] = guard.round_to_f32();
+        SphereFar {
+            center: l.as_vec3().to_array(),
+            inner2,
+            outer2,
+            q: guard::far_inverse_f32(self.sphere_k(sphere, l)),
+            reach: guard::round_up(guard.reach(distance)),
+            id,
+        }
+    }
+
+    /// Whether a box in f32 can hold the sphere.
+    fn has_box(&self, sphere: &Sphere) -> bool {
+        let distance = guard::length_bound(sphere.center - self.reference);
+        sphere.radius.abs() <= guard::LARGEST_F32 && distance <= guard::LARGEST_F32
+    }
+
     /// Any ray, for exact statements about the reference point.
     fn exact_ray(&self) -> ExactRay {
         ExactRay::new(&Ray { origin: self.reference, direction: DVec3::X })
@@ -399,7 +465,15 @@ impl Frame {
     fn sphere(&self, sphere: &Sphere) -> SphereCertified {
         let r = sphere.radius.abs();
         if r == 0.0 {
-            return SphereCertified { inner2: -1.0, outer2: -1.0, ..SphereCertified::zeroed() };
+            // Seen from outside, where no line comes within −1.
+            let (inner2, outer2, q_low, q_high_or_r2) = (-1.0, -1.0, 1.0, 1.0);
+            return SphereCertified {
+                inner2,
+                outer2,
+                q_low,
+                q_high_or_r2,
+                ..SphereCertified::zeroed()
+            };
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
@@ -506,6 +580,54 @@ impl Frame {
             let scaled = numerator * 2f64.powi(-exponent);
             if scaled == 0.0 && numerator != 0.0 { f64::NAN } else { scaled }
         })
+    }
+}
+
+impl Hierarchy {
+    /// Puts those spheres of a scene into a hierarchy that suit one.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] for more spheres than a hierarchy holds.
+    fn new(frame: &Frame, rays: &Rays, scene: &Scene) -> Result<Hierarchy> {
+        let start = Instant::now();
+        let spheres = &scene.spheres;
+        if spheres.len() > bvh::MOST_SPHERES {
+            return Err(Error::TooLarge(format!(
+                "{} spheres; a hierarchy holds at most {}: split the scene",
+                spheres.len(),
+                bvh::MOST_SPHERES
+            )));
+        }
+        let longest = match rays {
+            Rays::Pixels(pixels) => Some(pixels.longest_direction()),
+            Rays::List(_) => None,
+        };
+        let suits = |sphere: &Sphere| match longest {
+            Some(longest) => frame.is_far(sphere, longest),
+            None => frame.has_box(sphere),
+        };
+        // A radius of 0 can't be hit.
+        let ids = (0..spheres.len() as u32).into_par_iter();
+        let (inside, outside): (Vec<u32>, Vec<u32>) = ids
+            .filter(|&i| spheres[i as usize].radius != 0.0)
+            .partition(|&i| suits(&spheres[i as usize]));
+        let boxed: Vec<(DVec3, f64)> = inside
+            .par_iter()
+            .map(|&i| {
+                let sphere = &spheres[i as usize];
+                (sphere.center - frame.reference, sphere.radius.abs())
+            })
+            .collect();
+        let bvh = Bvh::new(&boxed);
+        drop(boxed);
+        let ids: Vec<u32> = bvh.order.par_iter().map(|&i| inside[i as usize] + 1).collect();
+        let sphere = |&id: &u32| frame.far_sphere(&spheres[id as usize - 1], id);
+        let far = match longest {
+            Some(_) => ids.par_iter().map(sphere).collect(),
+            None => Vec::new(),
+        };
+        let rest = outside.iter().map(|&i| (i + 1, frame.sphere(&spheres[i as usize]))).collect();
+        Ok(Hierarchy { bvh, ids, far, rest, build_time: start.elapsed() })
     }
 }
 

@@ -7,7 +7,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{UNDECIDED, Widening};
-use crate::prepare::{Needs, Source};
+use crate::prepare::{LISTED_SPHERES, Needs, Source};
 use crate::trace::Kernel;
 
 /// Invocations of one workgroup, columns × rows of the tile.
@@ -193,7 +193,7 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// Inside a loop lavapipe loads each number once per lane (25 cycles each), outside once for all
 /// lanes: figure 2 at 1920 × 1080 takes 22 ms instead of 195. Compiling takes 0.5 s for 64 objects
 /// and grows with their square.
-const MAX_UNROLLED: usize = 128;
+const MAX_UNROLLED: usize = LISTED_SPHERES;
 
 /// What a `//#` directive opens.
 enum Block {

@@ -17,7 +17,7 @@ use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
+use crate::prepare::{LISTED_SPHERES, Prepared, RayRecord, RayRecordDouble, Source};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -123,7 +123,9 @@ fn object_bytes(prepared: &Prepared) -> impl Iterator<Item = (&'static str, &[u8
 }
 
 fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
-    let unsuited = prepared.kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
+    let has_list = prepared.scene.spheres.len() <= LISTED_SPHERES;
+    let unsuited =
+        prepared.kernel == Kernel::Certified && !(has_list && gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
 }
 

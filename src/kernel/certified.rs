@@ -34,6 +34,24 @@ pub struct SphereCertified {
     pub k_error: f32,
 }
 
+/// A far sphere in a leaf of a hierarchy, for rays that start at the reference point.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct SphereFar {
+    /// Centre relative to the reference point.
+    pub center: [f32; 3],
+    /// [`crate::guard::Guard::inner2`]
+    pub inner2: f32,
+    /// [`crate::guard::Guard::outer2`]
+    pub outer2: f32,
+    /// Upper bound of `1/k` with the slack in it.
+    pub q: f32,
+    /// The outer radius, wide enough for tests in f32: see [`crate::guard::Guard::reach`].
+    pub reach: f32,
+    /// The object's id.
+    pub id: u32,
+}
+
 /// A plane as the device sees it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -178,13 +196,25 @@ pub fn far_nearness<R: Real>(
     outer2: R,
     q: R,
 ) -> Nearness<R> {
-    let s = dot3(ray.direction, l) * ray.inv_a;
-    let p = l - ray.direction * s;
-    let m = dot3(p, p);
+    let (s, m) = closest_approach(ray.direction, ray.inv_a, l);
+    far_nearness_at(s, m, ray.inv_a, inner2, outer2, q)
+}
+
+/// Parameter of the point of a line that is closest to the centre, and its squared distance.
+#[inline(always)]
+pub fn closest_approach<R: Real>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
+    let s = dot3(direction, l) * inv_a;
+    let p = l - direction * s;
+    (s, dot3(p, p))
+}
+
+/// [`far_nearness`] from the closest approach.
+#[inline(always)]
+pub fn far_nearness_at<R: Real>(s: R, m: R, inv_a: R, inner2: R, outer2: R, q: R) -> Nearness<R> {
     let inner = inner2 - m;
     let outer = outer2 - m;
-    let low = (s + (inner.abs() * ray.inv_a).sqrt()) * q;
-    let high = (s + (outer.abs() * ray.inv_a).sqrt()) * q;
+    let low = (s + (inner.abs() * inv_a).sqrt()) * q;
+    let high = (s + (outer.abs() * inv_a).sqrt()) * q;
     Nearness {
         low: if inner >= R::ZERO { low } else { R::ZERO },
         high: if outer >= R::ZERO { high } else { R::ZERO },
@@ -278,7 +308,7 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
 
 /// A sphere of the device's list. With `PIXELS` all rays start at the reference point.
 #[inline(always)]
-fn record_nearness<const PIXELS: bool, const NEAR: bool>(
+pub(crate) fn record_nearness<const PIXELS: bool, const NEAR: bool>(
     ray: &RayOf<f32>,
     sphere: &SphereCertified,
     widening: &Widening<f32>,
@@ -303,7 +333,7 @@ fn record_nearness<const PIXELS: bool, const NEAR: bool>(
 
 /// A plane of the device's list.
 #[inline(always)]
-fn plane_record_nearness<const PIXELS: bool>(
+pub(crate) fn plane_record_nearness<const PIXELS: bool>(
     ray: &RayOf<f32>,
     plane: &PlaneCertified,
     widening: &Widening<f32>,

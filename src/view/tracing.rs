@@ -114,6 +114,7 @@ struct Tracing {
 
 /// A layer with the rays that are not decided yet.
 struct Open {
+    prepared: Arc<Prepared>,
     ids: Arc<Words>,
     rays: Vec<u32>,
 }
@@ -125,35 +126,34 @@ impl Tracing {
         let mut open = Vec::new();
         let mut progress = Progress::default();
         for (place, &kernel) in order.kernels.iter().enumerate() {
-            let (ids, rays) = self.trace(&order, place, kernel, &mut time)?;
-            progress.undecided += rays.len() as u64;
-            progress.counts.f32 += (order.pixels.len() - rays.len()) as u64;
-            open.push(Open { ids, rays });
+            let layer = self.trace(&order, place, kernel, &mut time)?;
+            progress.undecided += layer.rays.len() as u64;
+            progress.counts.f32 += (order.pixels.len() - layer.rays.len()) as u64;
+            open.push(layer);
         }
         progress.left = progress.undecided;
 
         let ids = open.iter().map(|layer| Arc::clone(&layer.ids)).collect();
-        let scene = Arc::clone(&order.scene);
         let mut picture =
             Picture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
-        let decide = |some: &[u32], ids: &Words, picture: &Picture| -> Result<()> {
-            let decided = certify::decide(&scene, &rays, some, &turn.control)?;
-            self.undecided.decide(ids, &decided)?;
+        let decide = |some: &[u32], layer: &Open, picture: &Picture| -> Result<()> {
+            let decided = certify::decide(&layer.prepared, &rays, some, &turn.control)?;
+            self.undecided.decide(&layer.ids, &decided)?;
             count(&mut picture.lock(), &decided);
             Ok(())
         };
         let before = Instant::now();
         let mut parts = open
             .iter()
-            .flat_map(|layer| layer.rays.chunks(DECIDE_AT_ONCE).map(|some| (some, &*layer.ids)))
+            .flat_map(|layer| layer.rays.chunks(DECIDE_AT_ONCE).map(move |some| (some, layer)))
             .peekable();
         // A newer order does not keep this one from being shown, or nothing would be while the
         // camera moves.
         while before.elapsed() < BEFORE_SHOWING
             && !turn.is_over()
-            && let Some((some, ids)) = parts.next()
+            && let Some((some, layer)) = parts.next()
         {
-            match decide(some, ids, &picture) {
+            match decide(some, layer, &picture) {
                 Err(Error::Interrupted) => break,
                 result => result?,
             }
@@ -161,8 +161,8 @@ impl Tracing {
         picture.time = time + before.elapsed();
         let picture = Arc::new(picture);
         say(Traced::Picture(Arc::clone(&picture)));
-        for (some, ids) in parts {
-            decide(some, ids, &picture)?;
+        for (some, layer) in parts {
+            decide(some, layer, &picture)?;
             say(Traced::More);
         }
         Ok(())
@@ -175,7 +175,7 @@ impl Tracing {
         place: usize,
         kernel: Kernel,
         time: &mut Duration,
-    ) -> Result<(Arc<Words>, Vec<u32>)> {
+    ) -> Result<Open> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
@@ -184,16 +184,18 @@ impl Tracing {
         if self.backend.on_cpu {
             let mut hits = Hits::default();
             let start = Instant::now();
-            CpuTracer::new(prepared, Wants::default()).trace(&rays, &self.closing, &mut hits)?;
+            let mut tracer = CpuTracer::new(Arc::clone(&prepared), Wants::default());
+            tracer.trace(&rays, &self.closing, &mut hits)?;
             ids.write(gpu, 0, &hits.id);
             *time += start.elapsed();
-            return Ok((ids, Vec::new()));
+            return Ok(Open { prepared, ids, rays: Vec::new() });
         }
         let in_range = prepared.in_range;
         match self.tracers.get_mut(place) {
-            Some(tracer) => tracer.retarget(prepared)?,
+            Some(tracer) => tracer.retarget(Arc::clone(&prepared))?,
             None => {
-                let tracer = GpuTracer::new(Arc::clone(gpu), prepared, Wants::default())?;
+                let tracer =
+                    GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), Wants::default())?;
                 self.tracers.push(tracer);
             }
         }
@@ -206,7 +208,7 @@ impl Tracing {
             Kernel::Lecture | Kernel::Stable | Kernel::Double => Vec::new(),
         };
         *time += start.elapsed();
-        Ok((ids, rays))
+        Ok(Open { prepared, ids, rays })
     }
 }
 

@@ -1,5 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
+mod tile;
+
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -10,12 +12,15 @@ use crate::camera::Pixels;
 use crate::certify;
 use crate::error::Result;
 use crate::guard;
-use crate::kernel::certified::{self, PACKET, Widening};
+use crate::kernel::certified::{
+    self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
+};
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
-use crate::prepare::{Lists, Objects, Prepared};
+use crate::prepare::{Hierarchy, Lists, Objects, Prepared};
 use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
+use tile::{TILE, TileFrame, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -140,6 +145,11 @@ impl Tracer for CpuTracer {
         if rays.is_empty() {
             return Ok(Timing::default());
         }
+        if let Some(hierarchy) = &self.prepared.hierarchy {
+            trace_hierarchy(&self.prepared, hierarchy, rays, control, hits)?;
+            let traced = Timing { trace: start.elapsed(), ..Timing::default() };
+            return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
+        }
         let prepared = &*self.prepared;
         let is_picture = matches!(rays, Rays::Pixels(_));
         let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
@@ -163,6 +173,92 @@ impl Tracer for CpuTracer {
         let (spheres, planes) = self.prepared.objects.bytes();
         (spheres.len() + planes.len()) as u64
     }
+}
+
+/// The certified kernel's f32 stage through a hierarchy. A list of rays is left to f64.
+fn trace_hierarchy(
+    prepared: &Prepared,
+    hierarchy: &Hierarchy,
+    rays: &Rays,
+    control: &Control,
+    hits: &mut Hits,
+) -> Result<()> {
+    let (Rays::Pixels(pixels), true) = (rays, prepared.in_range) else {
+        hits.id.fill(UNDECIDED);
+        return Ok(());
+    };
+    let frame = TileFrame::new(pixels);
+    let rows = Rows { prepared, hierarchy, frame: &frame, pixels };
+    let width = pixels.width as usize;
+    hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
+        control.check()?;
+        let arch = pulp::Arch::new();
+        arch.dispatch(RowOfTiles { rows: &rows, first_row: band * TILE, ids });
+        control.advance(ids.len() as u64);
+        Ok(())
+    })
+}
+
+/// A picture that is traced in rows of tiles.
+struct Rows<'a> {
+    prepared: &'a Prepared,
+    hierarchy: &'a Hierarchy,
+    frame: &'a TileFrame,
+    pixels: &'a Pixels,
+}
+
+/// The ids of one row of tiles, compiled for each instruction set that the processor may have.
+struct RowOfTiles<'a> {
+    rows: &'a Rows<'a>,
+    first_row: usize,
+    ids: &'a mut [u32],
+}
+
+impl pulp::WithSimd for RowOfTiles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let RowOfTiles { rows: Rows { prepared, hierarchy, frame, pixels }, first_row, ids } = self;
+        let widening = guard::widening_f32();
+        let width = pixels.width as usize;
+        let n_rows = ids.len() / width;
+        let (left, top) = pixels.offset2(pixels.x, pixels.y + first_row as u32);
+        let mut tracer = TileTracer::new(hierarchy, frame, widening);
+        for first_column in (0..width).step_by(TILE) {
+            let i = left + 2 * first_column as i64;
+            tracer.trace(i, top);
+            for y in 0..n_rows.min(TILE) {
+                for x in 0..TILE.min(width - first_column) {
+                    let mut nearest = tracer.nearest(x, y);
+                    if !hierarchy.rest.is_empty() || !prepared.scene.planes.is_empty() {
+                        let (i, j) = (i + 2 * x as i64, top - 2 * y as i64);
+                        nearest = others(prepared, hierarchy, frame.ray(i, j), nearest, &widening);
+                    }
+                    ids[y * width + first_column + x] = nearest.decide();
+                }
+            }
+        }
+    }
+}
+
+/// The objects outside the hierarchy.
+fn others(
+    prepared: &Prepared,
+    hierarchy: &Hierarchy,
+    ray: RayOf<f32>,
+    mut nearest: Nearest<f32>,
+    widening: &Widening<f32>,
+) -> Nearest<f32> {
+    for (id, sphere) in &hierarchy.rest {
+        nearest = nearest.nearer(record_nearness::<true, true>(&ray, sphere, widening), *id);
+    }
+    let Objects::Certified(Lists { planes, .. }) = &prepared.objects else { return nearest };
+    let first_id = prepared.scene.spheres.len() as u32 + 1;
+    for (plane, id) in planes.iter().zip(first_id..) {
+        nearest = nearest.nearer(plane_record_nearness::<true>(&ray, plane, widening), id);
+    }
+    nearest
 }
 
 /// The loop over all rays, compiled once a kernel.

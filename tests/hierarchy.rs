@@ -1,0 +1,288 @@
+//! Many spheres: what is found through a hierarchy is what a look at every sphere finds, exactly.
+
+mod common;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::bvh::{Bvh, BvhRay, Child, WIDTH};
+use kugelblitz::camera::{Pixels, View};
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::prepare::{FEW_SPHERES, Prepared};
+use kugelblitz::scene::{Camera, Plane, Scene, Sphere};
+use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::verify::{Truth, compare_to_exact, sample};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use common::{in_cube, plane, sphere};
+
+const WANTS: Wants = Wants { surface: true, level: true };
+
+fn trace(scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> (Hits, Arc<Prepared>) {
+    let prepared = Arc::new(Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap());
+    let mut tracer = CpuTracer::new(Arc::clone(&prepared), wants);
+    let mut hits = Hits::default();
+    tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+    (hits, prepared)
+}
+
+/// Every pixel is right, and the f32 stage decided most of them.
+fn check_picture(
+    what: &str,
+    camera: &Camera,
+    spheres: Vec<Sphere>,
+    planes: Vec<Plane>,
+) -> StageCounts {
+    assert!(spheres.len() > FEW_SPHERES);
+    let scene = Arc::new(common::scene(spheres, planes));
+    // No side is a multiple of a tile's.
+    let pixels = Pixels::whole(View::new(camera), 61, 43);
+    let rays = Rays::Pixels(pixels);
+    let (hits, prepared) = trace(&scene, &rays, WANTS);
+    assert!(prepared.hierarchy.is_some(), "{what}: no hierarchy");
+    let all = (0..pixels.len()).collect();
+    let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
+    let against = compare_to_exact(&hits, &truth);
+    assert_eq!(against.wrong_ids(), 0, "{what}: {against:?}");
+    assert!(against.t_ulp_max <= 0.501, "{what}: {against:?}");
+    assert!(hits.n_hits() > 200, "{what}: {} hits", hits.n_hits());
+    let share = hits.counts.f32 as f64 / rays.len() as f64;
+    println!(
+        "{what}: {:?}, {} in no box",
+        hits.counts,
+        prepared.hierarchy.as_ref().unwrap().rest.len()
+    );
+    assert!(share > 0.5, "{what}: f32 decided {share}");
+    hits.counts
+}
+
+fn looking_at_the_origin(distance: f64) -> Camera {
+    common::camera(DVec3::new(0.3, 0.2, 1.0).normalize() * distance, DVec3::ZERO)
+}
+
+fn uniform(rng: &mut ChaCha8Rng, n: usize) -> Vec<Sphere> {
+    let radius = 0.6 * (n as f64).powf(-1.0 / 3.0);
+    (0..n).map(|_| sphere(in_cube(rng), radius)).collect()
+}
+
+#[test]
+fn clouds_of_all_sorts() {
+    let mut rng = ChaCha8Rng::seed_from_u64(606);
+    check_picture("uniform", &looking_at_the_origin(4.0), uniform(&mut rng, 600), vec![]);
+
+    let clustered = (0..500)
+        .map(|i| {
+            let center = DVec3::splat(f64::from(i % 5) * 0.3 - 0.6) + 0.1 * in_cube(&mut rng);
+            sphere(center, 10f64.powf(rng.random_range(-3.0..-0.8)))
+        })
+        .collect();
+    check_picture("clustered", &looking_at_the_origin(3.0), clustered, vec![]);
+
+    let floor = plane(DVec3::new(0.0, -0.4, 0.0), DVec3::new(0.1, 1.0, 0.0));
+    let with_floor = uniform(&mut rng, 300);
+    check_picture("with a floor", &looking_at_the_origin(3.0), with_floor, vec![floor]);
+}
+
+/// Neighbours touch in exact arithmetic, and the middle pixel looks straight along sixteen contacts.
+#[test]
+fn a_lattice_of_touching_spheres() {
+    let lattice: Vec<Sphere> = (0..8 * 8 * 8)
+        .map(|i| sphere(DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)), 0.5))
+        .collect();
+    let camera = Camera {
+        position: DVec3::new(3.5, 3.0, 30.0),
+        look_at: DVec3::new(3.5, 3.0, 0.0),
+        up: DVec3::Y,
+        fov_degrees: 20.0,
+    };
+    assert_eq!(check_picture("lattice", &camera, lattice, vec![]).exact, 1);
+}
+
+#[test]
+fn far_from_the_origin_and_from_within() {
+    let mut rng = ChaCha8Rng::seed_from_u64(607);
+    let offset = DVec3::new(1e7, -3e7, 2e7);
+    let moved = uniform(&mut rng, 400)
+        .into_iter()
+        .map(|s| Sphere { center: s.center + offset, ..s })
+        .collect();
+    let camera = Camera {
+        position: offset + DVec3::new(0.5, 0.5, 4.0),
+        look_at: offset,
+        up: DVec3::Y,
+        fov_degrees: 45.0,
+    };
+    check_picture("at 1e7", &camera, moved, vec![]);
+
+    // Among the spheres, within one of them, and on the ground of a huge one.
+    let inside = common::camera(DVec3::new(0.01, 0.02, 0.03), DVec3::new(1.0, 0.3, 0.2));
+    let mut spheres = uniform(&mut rng, 400);
+    spheres.retain(|s| s.center.length() > s.radius + 0.05);
+    check_picture("from within the cloud", &inside, spheres.clone(), vec![]);
+    spheres.push(sphere(DVec3::ZERO, 0.9));
+    check_picture("from within a sphere", &inside, spheres.clone(), vec![]);
+    spheres.pop();
+    spheres.push(sphere(DVec3::new(0.0, -1e9 - 0.5, 0.0), 1e9));
+    check_picture("on a huge ground", &looking_at_the_origin(3.0), spheres, vec![]);
+}
+
+/// Equal spheres, and spheres of extreme sizes among ordinary ones.
+#[test]
+fn ties_and_extremes() {
+    let mut rng = ChaCha8Rng::seed_from_u64(608);
+    let once = uniform(&mut rng, 200);
+    let twice: Vec<Sphere> = once.iter().chain(&once).cloned().collect();
+    let scene = Arc::new(common::scene(twice, vec![]));
+    let pixels = Pixels::whole(View::new(&looking_at_the_origin(4.0)), 61, 43);
+    let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
+    assert!(hits.n_hits() > 500);
+    assert!(hits.id.iter().all(|&id| id <= 200), "of equals, the first is seen");
+
+    let mut spheres = uniform(&mut rng, 300);
+    for (center, radius) in [
+        (DVec3::new(0.0, 0.0, -1e30), 1e29),
+        (DVec3::new(0.0, -1e25, 0.0), 1e25),
+        (DVec3::new(0.1, 0.1, 0.9), 1e-30),
+        (DVec3::new(0.1, 0.2, 0.9), 1e-200),
+        (DVec3::new(1e200, 0.0, 0.0), 1.0),
+        (DVec3::new(0.0, 0.0, 0.5), 0.0),
+    ] {
+        spheres.push(sphere(center, radius));
+    }
+    let scene = Arc::new(common::scene(spheres, vec![]));
+    let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
+    let all = (0..pixels.len()).collect();
+    let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
+    assert_eq!(compare_to_exact(&hits, &truth).wrong_ids(), 0);
+}
+
+#[test]
+fn any_rays() {
+    let mut rng = ChaCha8Rng::seed_from_u64(609);
+    let scene = Arc::new(common::scene(uniform(&mut rng, 500), vec![]));
+    let mut rays: Vec<Ray> = (0..3000)
+        .map(|_| {
+            let length = 10f64.powf(rng.random_range(-20.0..20.0));
+            Ray { origin: 3.0 * in_cube(&mut rng), direction: length * in_cube(&mut rng) }
+        })
+        .collect();
+    for (index, ray) in rays.iter_mut().enumerate() {
+        match index % 6 {
+            0 => ray.direction[index % 3] = 0.0,
+            1 => ray.direction[index % 3] *= 1e-300,
+            2 => ray.direction = (-ray.origin).normalize(),
+            3 => ray.origin *= 1e6,
+            4 => ray.direction = -ray.origin,
+            _ => {}
+        }
+    }
+    let truth = Truth::of_list(&scene, &rays, &Control::default()).unwrap();
+    let (hits, _) = trace(&scene, &Rays::List(rays), WANTS);
+    let against = compare_to_exact(&hits, &truth);
+    assert_eq!((against.wrong_ids(), against.t_ulp_max <= 0.501), (0, true), "{against:?}");
+    assert!(hits.n_hits() > 500);
+}
+
+/// Each sphere is in one leaf, within the boxes of all nodes above, by the margin.
+#[test]
+fn boxes_hold_what_is_below_them() {
+    let mut rng = ChaCha8Rng::seed_from_u64(610);
+    let spheres: Vec<(DVec3, f64)> = (0..2000)
+        .map(|_| {
+            let scale = 10f64.powf(rng.random_range(-3.0..6.0));
+            (scale * in_cube(&mut rng), scale * 10f64.powf(rng.random_range(-6.0..-1.0)))
+        })
+        .collect();
+    let bvh = Bvh::new(&spheres);
+    let mut seen = vec![0; spheres.len()];
+    let mut open = vec![(Bvh::ROOT, [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]])];
+    while let Some((child, [low, high])) = open.pop() {
+        match Child::unpack(child) {
+            Child::Leaf { first, n } => {
+                for place in first..first + n {
+                    let index = bvh.order[place as usize] as usize;
+                    let (l, r) = spheres[index];
+                    seen[index] += 1;
+                    for axis in 0..3 {
+                        let margin = (l[axis].abs() + r) * 2f64.powi(-21);
+                        assert!(low[axis] <= l[axis] - r - margin, "{index} {axis}");
+                        assert!(high[axis] >= l[axis] + r + margin, "{index} {axis}");
+                    }
+                }
+            }
+            Child::Node(index) => {
+                let node = &bvh.nodes[index as usize];
+                for k in (0..WIDTH).filter(|&k| node.low[0][k] <= node.high[0][k]) {
+                    let below = [&node.low, &node.high].map(|corner| {
+                        std::array::from_fn(|axis: usize| f64::from(corner[axis][k]))
+                    });
+                    for axis in 0..3 {
+                        assert!(low[axis] <= below[0][axis] && below[1][axis] <= high[axis]);
+                    }
+                    open.push((node.child_bits(k), below));
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&times| times == 1));
+}
+
+/// A ray along an axis through the very edge of a box is not lost to 0 · ∞.
+#[test]
+fn flat_rays_are_not_lost() {
+    let mut rng = ChaCha8Rng::seed_from_u64(611);
+    let spheres: Vec<(DVec3, f64)> = (0..300).map(|_| (in_cube(&mut rng), 0.05)).collect();
+    let bvh = Bvh::new(&spheres);
+    for &(l, r) in &spheres {
+        for axis in 0..3 {
+            let mut direction = DVec3::ZERO;
+            direction[axis] = if rng.random() { 1.0 } else { -1.0 };
+            let mut origin = l - 5.0 * direction;
+            origin[(axis + 1) % 3] += r;
+            let mut visited = Vec::new();
+            bvh.visit(&BvhRay { origin, direction }, |place| {
+                visited.push(bvh.order[place]);
+                f64::INFINITY
+            });
+            let index = spheres.iter().position(|&(other, _)| other == l).unwrap() as u32;
+            assert!(visited.contains(&index), "{origin:?} {direction:?} misses {l:?}");
+            assert!(visited.len() < 200, "a ray looks at {} of 300", visited.len());
+        }
+    }
+}
+
+/// A radius of 0 is missed, also where the camera is inside of another sphere.
+#[test]
+fn a_radius_of_zero_is_missed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(613);
+    let camera = common::camera(DVec3::ZERO, DVec3::new(0.2, 0.1, 1.0));
+    for n in [1, 30, 300] {
+        let mut spheres: Vec<Sphere> = (0..n).map(|_| sphere(in_cube(&mut rng), 0.0)).collect();
+        spheres.push(sphere(DVec3::new(0.0, 0.1, 0.0), 3.0));
+        let scene = Arc::new(common::scene(spheres, vec![]));
+        let pixels = Pixels::whole(View::new(&camera), 24, 16);
+        let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
+        assert!(hits.id.iter().all(|&id| id == n + 1), "{n}: {:?}", hits.id);
+    }
+}
+
+/// 10⁵ rays for each number of spheres; `KUGELBLITZ_SPHERES` is the largest.
+#[test]
+#[ignore = "takes minutes"]
+fn many_rays_into_large_clouds() {
+    let most = std::env::var("KUGELBLITZ_SPHERES").map_or(100_000, |n| n.parse().unwrap());
+    let mut rng = ChaCha8Rng::seed_from_u64(612);
+    let mut n = 1000;
+    while n <= most {
+        let scene = Arc::new(common::scene(uniform(&mut rng, n), vec![]));
+        let pixels = Pixels::whole(View::new(&looking_at_the_origin(4.0)), 1920, 1080);
+        let (hits, _) = trace(&scene, &Rays::Pixels(pixels), Wants::default());
+        let index = sample(pixels.len(), 100_000, 5);
+        let truth = Truth::of_pixels(&scene, &pixels, index, &Control::default()).unwrap();
+        let against = compare_to_exact(&hits, &truth);
+        println!("{n} spheres: {:?} {against:?}", hits.counts);
+        assert_eq!(against.wrong_ids(), 0);
+        n *= 10;
+    }
+}
