@@ -102,7 +102,7 @@ fn price_on<'a>(report: &'a Report, cast: &Cast<'a>, device: &'a str) -> Option<
             format!("{kernel} {} times", list(&ratios))
         });
     }
-    (!kernels.is_empty()).then(|| format!("on {}, {}", cast.short(device), list(&kernels)))
+    (!kernels.is_empty()).then(|| format!("on {}, {}", cast.short(device), kernels.join(", ")))
 }
 
 /// The time of a kernel that was never wrong in a class, against that of the fastest.

@@ -42,7 +42,7 @@ impl Lane {
     /// The words beside the bars.
     pub fn draw(&self, x: &Scale, y: f64) -> Markup {
         let spot = self.spot(x).unwrap_or((x.ends().1, "end"));
-        text(spot.0, y + 4.5, spot.1, "ink halo", &self.words())
+        text(spot.0, y + 4.5, spot.1, "ink halo on-band", &self.words())
     }
 }
 
