@@ -183,6 +183,9 @@ fn peer_result(
     })
 }
 
+/// A subject's errors in all scenes of a class, and its times in each.
+type Pool = (Collector, Vec<Spread>);
+
 fn put_together(
     cases: &[Case],
     subjects: &[Subject],
@@ -190,11 +193,11 @@ fn put_together(
     errors: Vec<Vec<Collector>>,
 ) -> (Vec<SceneResult>, Vec<ClassResult>) {
     let mut scenes = Vec::new();
-    let mut pools: Vec<(Class, Vec<(Collector, Vec<Spread>)>)> = Vec::new();
+    let mut pools: Vec<(Class, Vec<Pool>)> = Vec::new();
     for ((case, costs), errors) in cases.iter().zip(costs).zip(errors) {
         let place = pools.iter().position(|(class, _)| *class == case.class);
         let place = place.unwrap_or_else(|| {
-            let empty = subjects.iter().map(|_| (Collector::default(), Vec::new())).collect();
+            let empty = subjects.iter().map(|_| Pool::default()).collect();
             pools.push((case.class, empty));
             pools.len() - 1
         });
