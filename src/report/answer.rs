@@ -51,6 +51,7 @@ pub fn answer(report: &Report) -> String {
         let place = match right.iter().all(|v| v.n_scenes == first.n_scenes) {
             true => match first.n_scenes {
                 1 => "the scene".to_string(),
+                2 => "both scenes".to_string(),
                 n => format!("all {}", count(n, "scene")),
             },
             false => "their scenes".to_string(),
@@ -95,14 +96,18 @@ fn price_on<'a>(report: &'a Report, cast: &Cast<'a>, device: &'a str) -> Option<
             .collect();
         let Some(ratios) = ratios else { continue };
         kernels.push(if kernels.is_empty() {
-            let ratios: Vec<_> = ratios.iter().map(|(r, class)| format!("{r} ({class})")).collect();
+            let named = |(ratio, class): &(String, &str)| match ratios.len() {
+                1 => ratio.clone(),
+                _ => format!("{ratio} ({class})"),
+            };
+            let ratios: Vec<_> = ratios.iter().map(named).collect();
             format!("{kernel} takes {} times as long as the fastest", list(&ratios))
         } else {
             let ratios: Vec<_> = ratios.into_iter().map(|(ratio, _)| ratio).collect();
             format!("{kernel} {} times", list(&ratios))
         });
     }
-    (!kernels.is_empty()).then(|| format!("on {}, {}", cast.short(device), list(&kernels)))
+    (!kernels.is_empty()).then(|| format!("on {}, {}", cast.short(device), kernels.join(", ")))
 }
 
 /// The time of a kernel that was never wrong in a class, against that of the fastest.

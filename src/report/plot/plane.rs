@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::lanes::{Lane, scale_with_room};
 use super::marks::{
     DASHES, Entry, Shape, TEXT_PX, band, c, legend, line, marker, svg, text, text_width, x_grid,
     x_labels, y_axis,
@@ -34,19 +35,22 @@ struct Place {
     x: Scale,
     y: Scale,
     band_top: f64,
-    /// Labels of the points without a wrong id, one a lane.
-    lanes: Vec<String>,
+    lanes: Vec<Lane>,
 }
 
 impl Place {
     /// Points without a wrong id lie in the lane of their label, all others on the axis.
     fn of(&self, label: &str, errors: &Errors, time: f64) -> (f64, f64) {
-        let lane = self.lanes.iter().position(|lane| lane == label);
+        let lane = self.lanes.iter().position(|lane| lane.label == label);
         let y = match (errors.wrong_ids(), lane) {
-            (0, Some(lane)) => self.band_top + (lane as f64 + 0.5) * LANE,
+            (0, Some(lane)) => self.lane_y(lane),
             _ => self.y.px(errors.wrong_share()),
         };
         (self.x.px(time), y)
+    }
+
+    fn lane_y(&self, lane: usize) -> f64 {
+        self.band_top + (lane as f64 + 0.5) * LANE
     }
 }
 
@@ -97,7 +101,7 @@ pub fn plane(report: &Report) -> String {
         @for (i, corners) in fronts.iter().enumerate() { (front_line(corners, i)) }
         @for point in &points { (bar(point, &place)) }
         @for point in &points { (dot(point, &place)) }
-        (lane_labels(&points, &place))
+        @for (i, lane) in place.lanes.iter().enumerate() { (lane.draw(&place.x, place.lane_y(i))) }
         (labels(&points, &place, &fronts, top))
     };
     let description = "Time to trace one ray against the share of rays with a wrong object, one \
@@ -118,14 +122,26 @@ fn percent_label(share: f64) -> String {
     format!("{} %", tick_label(100.0 * share))
 }
 
-fn place(points: &[Point], top: f64) -> Place {
-    let mut lanes: Vec<String> = Vec::new();
+/// One lane for each label that has points without a wrong id.
+fn lanes(points: &[Point]) -> Vec<Lane> {
+    let mut lanes: Vec<Lane> = Vec::new();
     for point in points.iter().filter(|point| point.errors.wrong_ids() == 0) {
-        if !lanes.contains(&point.label) {
-            lanes.push(point.label.clone());
+        let (rays, times) = (point.errors.rays, (point.time.min, point.time.max));
+        match lanes.iter_mut().find(|lane| lane.label == point.label) {
+            Some(lane) => {
+                lane.rays += rays;
+                lane.times = (lane.times.0.min(times.0), lane.times.1.max(times.1));
+            }
+            None => lanes.push(Lane { label: point.label.clone(), rays, times }),
         }
     }
-    let times = points.iter().flat_map(|point| [point.time.min, point.time.median, point.time.max]);
+    lanes
+}
+
+fn place(points: &[Point], top: f64) -> Place {
+    let lanes = lanes(points);
+    let of_point = |point: &Point| [point.time.min, point.time.median, point.time.max];
+    let times: Vec<f64> = points.iter().flat_map(of_point).collect();
     let mut shares: Vec<f64> = points.iter().map(|point| point.errors.wrong_share()).collect();
     if shares.iter().all(|share| *share == 0.0) {
         // Nobody was wrong: what could be seen goes from one ray to all.
@@ -133,7 +149,7 @@ fn place(points: &[Point], top: f64) -> Place {
         shares.extend([1.0 / rays as f64, 1.0]);
     }
     Place {
-        x: Scale::log(times, (LEFT, RIGHT)),
+        x: scale_with_room(&times, &lanes, (LEFT, RIGHT)),
         y: Scale::log(shares, (top + PLOT_HEIGHT, top)),
         band_top: top + PLOT_HEIGHT + 18.0,
         lanes,
@@ -184,28 +200,6 @@ fn dot(point: &Point, place: &Place) -> Markup {
                 (typeset(&spread(&point.time))) " ns a ray"
             }
             (marker(point.shape, point.class, x, y, RADIUS))
-        }
-    }
-}
-
-/// Beside each lane, of how many rays none was wrong.
-fn lane_labels(points: &[Point], place: &Place) -> Markup {
-    html! {
-        @for label in &place.lanes {
-            @let own: Vec<&Point> = points
-                .iter()
-                .filter(|point| point.label == *label && point.errors.wrong_ids() == 0)
-                .collect();
-            @let rays: u64 = own.iter().map(|point| point.errors.rays).sum();
-            @let words = format!("{label}: none of {}", typeset(&rays.to_string()));
-            @let right = own.iter().map(|p| place.x.px(p.time.max)).fold(LEFT, f64::max) + 12.0;
-            @let left = own.iter().map(|p| place.x.px(p.time.min)).fold(RIGHT, f64::min) - 12.0;
-            @let y = own.first().map_or(0.0, |p| place.of(label, p.errors, p.time.median).1) + 4.5;
-            @if right + text_width(&words) <= RIGHT {
-                (text(right, y, "start", "ink", &words))
-            } @else {
-                (text(left, y, "end", "ink", &words))
-            }
         }
     }
 }
