@@ -121,8 +121,10 @@ impl Bvh {
         }
         let boxes: Vec<Aabb> = spheres.par_iter().map(|&(l, r)| sphere_box(l, r)).collect();
         // Bottom-up by locality (PLOC, Meister & Bittner 2018), then reinsertion of some nodes.
-        let params =
-            BvhBuildParams { max_prims_per_leaf: LEAF_SPHERES, ..BvhBuildParams::fast_build() };
+        let params = BvhBuildParams {
+            max_prims_per_leaf: LEAF_SPHERES,
+            ..BvhBuildParams::very_fast_build()
+        };
         let mut build_time = std::time::Duration::ZERO;
         let binary = build_bvh2(&boxes, params, &mut build_time);
         drop(boxes);
@@ -132,8 +134,9 @@ impl Bvh {
 
 /// The box of a sphere with the margin.
 fn sphere_box(l: DVec3, r: f64) -> Aabb {
-    let (near, far) = (2f64.powi(-20), 2f64.powi(-40) * (l.length() + r));
-    let margin = (l.abs() + r) * near + far;
+    const NEAR: f64 = 1.0 / (1u64 << 20) as f64;
+    const FAR: f64 = 1.0 / (1u64 << 40) as f64;
+    let margin = (l.abs() + r) * NEAR + FAR * (l.length() + r);
     let (low, high) = (l - r - margin, l + r + margin);
     Aabb::new(
         Vec3A::from_array(low.to_array().map(round_down)),
@@ -194,7 +197,8 @@ impl Bvh {
     /// Slabs are computed in f64 with the box widened by `2⁻⁴⁵` of the origin's distance, which
     /// covers the rounding of the origin and of all steps.
     pub fn visit(&self, ray: &BvhRay, mut visit: impl FnMut(usize) -> f64) {
-        let slack = ray.origin.abs().max_element() * 2f64.powi(-45);
+        const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
+        let slack = ray.origin.abs().max_element() * SLACK;
         let inverse = ray.direction.recip();
         let mut t_max = f64::INFINITY;
         let mut stack = vec![(0.0, Bvh::ROOT)];

@@ -162,7 +162,7 @@ impl Guard {
     /// A radius about the sphere, at distance up to `l`, that its points seen from any line stay in
     /// when computed in f32: offsets and products of a few roundings are off by at most `2⁻²¹·l`.
     pub fn reach(&self, l: f64) -> f64 {
-        self.outer2.sqrt() + l * 2f64.powi(-19)
+        self.outer2.sqrt() + l / (1u64 << 19) as f64
     }
 
     /// The guard in f32: the inner radius rounded down, everything else up.

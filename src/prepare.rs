@@ -246,6 +246,11 @@ impl Prepared {
         }
     }
 
+    /// Time that building the hierarchy took; zero where there is none.
+    pub fn build_time(&self) -> Duration {
+        self.hierarchy.as_ref().map_or(Duration::ZERO, |hierarchy| hierarchy.build_time)
+    }
+
     /// What a backend must be able to do for this scene.
     pub fn needs(&self, wants: Wants) -> Needs {
         Needs {

@@ -5,6 +5,8 @@ use std::time::Instant;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
+use kugelblitz::prepare::LISTED_SPHERES;
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 
@@ -50,6 +52,34 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
         }
         Err(error) => Err(error),
     }
+}
+
+/// Opens what --device asks for to trace `scene` with `kernel`. The hierarchy over many spheres is on
+/// the CPU alone: `auto` takes that, with a line; a device that was asked for gets a warning.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn open_for(
+    choice: &DeviceChoice,
+    kernel: Kernel,
+    scene: &Scene,
+    talk: &TalkArgs,
+) -> Result<Device> {
+    let is_on_cpu = kernel == Kernel::Certified && scene.spheres.len() > LISTED_SPHERES;
+    let n_spheres = scene.spheres.len();
+    if is_on_cpu && *choice == DeviceChoice::Auto {
+        talk.say(&format!("tracing on the CPU: its hierarchy is the way to {n_spheres} spheres"));
+        return Ok(Device::Cpu);
+    }
+    let device = open(choice, Some(kernel), talk)?;
+    if is_on_cpu && let Device::Gpu(gpu) = &device {
+        talk.warn(&format!(
+            "the CPU does the work of {}: only it has the hierarchy over {n_spheres} spheres; \
+             `--device cpu` says so",
+            gpu.facts.name
+        ));
+    }
+    Ok(device)
 }
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.

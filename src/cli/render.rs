@@ -51,7 +51,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
     let prepare = start.elapsed();
-    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
+    let build = prepared.build_time();
+    let device = device::open_for(&args.device.device, args.kernel, &scene, &args.talk)?;
     run.control.check()?;
     let wants = format.wants(options.certificates);
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
@@ -94,8 +95,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
             bytes_device: tracer.bytes_device(),
             ms: Ms {
                 read: ms(read),
-                prepare: ms(prepare),
-                build: 0.0,
+                prepare: ms(prepare.saturating_sub(build)),
+                build: ms(build),
                 upload: ms(upload),
                 compile: ms(compile),
                 stages: MsStages::from(tracing),

@@ -59,7 +59,8 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
     let prepare = start.elapsed();
-    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
+    let build = prepared.build_time();
+    let device = device::open_for(&args.device.device, args.kernel, &scene, &args.talk)?;
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
@@ -82,8 +83,8 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             bytes_device: tracer.bytes_device(),
             ms: Ms {
                 read: ms(read),
-                prepare: ms(prepare),
-                build: 0.0,
+                prepare: ms(prepare.saturating_sub(build)),
+                build: ms(build),
                 upload: ms(upload),
                 compile: ms(compile),
                 stages: MsStages::from(timing),
