@@ -146,7 +146,8 @@ pub struct RenderArgs {
 pub struct VerifyArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
-    /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536]
+    /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
+    /// fewer where there are very many objects]
     #[arg(long, value_name = "N")]
     pub samples: Option<usize>,
     /// Seed of the random draw

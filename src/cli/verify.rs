@@ -21,8 +21,10 @@ use super::progress::Progress;
 use super::render::size;
 use super::{Run, VerifyArgs, scene};
 
-/// Pixels that are compared with exact arithmetic without --samples.
-const DEFAULT_SAMPLES: usize = 1 << 16;
+/// Pixels that are compared with exact arithmetic without --samples: as many as take some seconds.
+fn default_samples(n_objects: usize) -> usize {
+    ((1 << 31) / n_objects.max(1)).clamp(1 << 10, 1 << 16)
+}
 
 const WANTS: Wants = Wants { surface: true, level: false };
 
@@ -69,7 +71,11 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
-    let samples = sample(pixels.len(), args.samples.unwrap_or(DEFAULT_SAMPLES), args.seed);
+    let samples = sample(
+        pixels.len(),
+        args.samples.unwrap_or_else(|| default_samples(scene.n_objects())),
+        args.seed,
+    );
     let n_samples = samples.len();
     let n_devices = if device.facts().is_some() { 2 } else { 1 };
     let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;

@@ -7,6 +7,8 @@
 //! ray: [`crate::bvh`] derives the margins. So the proposal is the one that the whole list would
 //! give, and the test of that is in `tests/hierarchy.rs`.
 
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
 use glam::DVec3;
 
 use crate::bvh::{Bvh, Child, Node, WIDTH};
@@ -95,8 +97,8 @@ impl Enclosure {
             let (x, y) = place(packet, 0);
             let (i, j) = (i + 2.0 * x as f64 + width, j - 2.0 * y as f64 - height);
             let axis: Vec3<f32> = (forward + right_step * i + true_up_step * j).into();
-            for k in 0..3 {
-                axes[k][packet] = axis.0[k];
+            for (axes, component) in axes.iter_mut().zip(axis.0) {
+                axes[packet] = component;
             }
             inv_axes[packet] = 1.0 / dot3(axis, axis);
         }

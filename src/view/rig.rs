@@ -231,7 +231,7 @@ mod tests {
     }
 
     fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
-        Scene { background: Color::BLACK, camera: None, image: None, spheres, planes }
+        Scene { spheres, planes, ..Scene::default() }
     }
 
     const SIZE: DVec2 = DVec2::new(640.0, 360.0);
