@@ -246,6 +246,14 @@ impl Prepared {
         }
     }
 
+    /// Spheres that a device tests one after the other; none where there is no list of them.
+    fn n_listed_spheres(&self) -> usize {
+        match &self.objects {
+            Objects::Certified(lists) => lists.spheres.len(),
+            _ => self.scene.spheres.len(),
+        }
+    }
+
     /// Time that building the hierarchy took; zero where there is none.
     pub fn build_time(&self) -> Duration {
         self.hierarchy.as_ref().map_or(Duration::ZERO, |hierarchy| hierarchy.build_time)
@@ -256,7 +264,7 @@ impl Prepared {
         Needs {
             kernel: self.kernel,
             source: self.source,
-            n_spheres: self.scene.spheres.len(),
+            n_spheres: self.n_listed_spheres(),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && self.kernel != Kernel::Certified,

@@ -32,7 +32,7 @@ fn the_window_shows_what_render_draws() {
         let [left, _, width, height] = seen.area();
         assert_eq!((left, format!("{width}x{height}")), (0, size.into()));
         let mut kernel = "certified";
-        for next in ["lecture", "stable", "certified"] {
+        for next in ["lecture", "stable", "double", "certified"] {
             assert_as_rendered(&mut seen, &scene, kernel);
             seen.key("k");
             kernel = next;

@@ -12,7 +12,8 @@ use super::{
 use crate::camera::{Pixels, View};
 use crate::device::{Device, Made};
 use crate::error::Result;
-use crate::prepare::Prepared;
+use crate::prepare::{LISTED_SPHERES, Prepared};
+use crate::scene::Scene;
 use crate::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
 
@@ -21,6 +22,9 @@ const IDS: Wants = Wants { surface: false, level: false };
 
 /// The need of depth and shading.
 const SURFACE: Wants = Wants { surface: true, level: false };
+
+/// The CPU as a device's name.
+const CPU: &str = "CPU";
 
 /// Makes the tracer that is measured.
 pub type Make = Box<dyn Fn(&Arc<Prepared>, Wants) -> Result<Made>>;
@@ -38,7 +42,7 @@ pub struct Subject {
 impl Subject {
     /// A kernel on a device.
     pub fn new(kernel: Kernel, device: &Device) -> Subject {
-        let name = device.facts().map_or("CPU", |facts| &facts.name);
+        let name = device.facts().map_or(CPU, |facts| &facts.name);
         let device = device.clone();
         Subject {
             contestant: Contestant { kernel: kernel.name().into(), device: name.into() },
@@ -52,13 +56,15 @@ impl Subject {
         }
     }
 
+    /// Why this can't be measured on a scene.
+    pub fn unsuited(&self, scene: &Scene) -> Option<&'static str> {
+        let is_list = self.kernel != Kernel::Certified || scene.spheres.len() <= LISTED_SPHERES;
+        (!is_list && self.contestant.device != CPU)
+            .then_some("only the CPU has the hierarchy over many spheres, and would do the work")
+    }
+
     /// A tracer for `scene` and `rays`.
-    pub(super) fn tracer(
-        &self,
-        scene: &Arc<crate::scene::Scene>,
-        rays: &Rays,
-        wants: Wants,
-    ) -> Result<Made> {
+    pub(super) fn tracer(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> Result<Made> {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), self.kernel, rays)?);
         (self.make)(&prepared, wants)
     }

@@ -59,9 +59,14 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     });
     for &(key, modifiers) in &pressed {
         match key {
-            Key::S if modifiers.command => commands.push(Command::Save),
-            Key::Q if modifiers.command => commands.push(Command::Quit),
-            _ if modifiers.command => {}
+            _ if modifiers.command => {
+                state.with_command.push(key);
+                match key {
+                    Key::S => commands.push(Command::Save),
+                    Key::Q => commands.push(Command::Quit),
+                    _ => {}
+                }
+            }
             _ => press(ui, key, modifiers.shift, state, commands),
         }
     }
@@ -71,10 +76,9 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     {
         ui.ctx().copy_text(text);
     }
-    if !ui.input(|input| input.modifiers.command) {
-        let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
-        fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
-    }
+    let alone = pressed.iter().filter(|(_, modifiers)| !modifiers.command);
+    fly(ui, &alone.map(|&(key, _)| key).collect::<Vec<_>>(), state);
+    state.with_command.retain(|&key| ui.input(|input| input.key_down(key)));
 }
 
 fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
@@ -109,7 +113,8 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     let direction = ui.input(|input| {
         axes.map(|(plus, minus)| {
             let mut held = |key| {
-                let counts = input.key_down(key) || pressed.contains(&key);
+                let is_held = input.key_down(key) && !state.with_command.contains(&key);
+                let counts = is_held || pressed.contains(&key);
                 touched |= pressed.contains(&key);
                 f64::from(u8::from(counts))
             };

@@ -62,6 +62,8 @@ pub struct State {
     /// Where the divider stands, 0 to 1.
     pub divider: f32,
     pub show: Show,
+    /// Keys that went down with Ctrl and are not up again: they don't fly, even if Ctrl is.
+    pub with_command: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
     /// Where the picture is.
@@ -100,6 +102,7 @@ impl State {
             compares: false,
             divider: 0.5,
             show: Show::Color,
+            with_command: Vec::new(),
             has_panels: true,
             has_help: false,
             area: Area::default(),
