@@ -4,15 +4,15 @@
 //! # The margin of the boxes
 //! Coordinates are relative to the reference point. A sphere at `L` with radius `r` gets the box
 //! `[L_k − r − δ_k, L_k + r + δ_k]` with `δ_k = 2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)`, rounded outward;
-//! a node gets the union, which is exact. So at each face, at coordinate `v_k`, a box reaches
-//! beyond the true union by at least `2⁻²¹|v_k| + 2⁻⁴⁰(‖L‖ + r)`.
+//! a node gets the union, which is exact. So for each sphere below it, a node's face at coordinate `v_k`
+//! lies beyond the sphere by at least `2⁻²¹|v_k|`, and by nearly `2⁻⁴⁰(‖L‖ + r)` of that sphere.
 //!
 //! A linear function `n·p` of a box takes its largest and smallest values at corners `v`. Computed
 //! in f32 with an `n` rounded to f32, a corner's value is off by at most `4·2⁻²⁴·Σ|n_k v_k|` (one
 //! rounding of `n_k`, one product, two sums). The margin moves it outward by `2⁻²¹·Σ|n_k v_k|`. So
-//! the computed extreme bounds the true one on the true boxes, and what lies beyond a plane by this
-//! test does so exactly. The second part of `δ` is for an `n` that comes from f64 with an error of
-//! `2⁻⁵⁰‖n‖`.
+//! the computed extreme bounds the true one on every sphere, and what lies beyond a plane by this test
+//! does so exactly. The second part of `δ` is for an `n` or a direction that comes from f64 with an
+//! error of `2⁻⁵⁰` of its length.
 
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -194,8 +194,8 @@ impl Bvh {
     /// Shows `visit` every sphere, by its place in [`Bvh::order`], that the ray may hit at
     /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
     ///
-    /// Slabs are computed in f64 with the box widened by `2⁻⁴⁵` of the origin's distance, which
-    /// covers the rounding of the origin and of all steps.
+    /// Slabs are computed in f64. The box's margin covers the rounding of the direction, and `2⁻⁴⁵` of
+    /// the origin's distance that of the origin and of all steps.
     pub fn visit(&self, ray: &BvhRay, mut visit: impl FnMut(usize) -> f64) {
         const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
         let slack = ray.origin.abs().max_element() * SLACK;

@@ -1,6 +1,7 @@
 //! What follows the certified kernel's f32 stage: f64 with the same filter, then exact arithmetic.
 //! Undecided rays flow one way and never loop back.
 
+use std::collections::HashMap;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -13,7 +14,7 @@ use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbe
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
-use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Hierarchy, LISTED_SPHERES, Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
@@ -180,6 +181,8 @@ struct Stage<'a> {
     exact_pixels: Option<ExactPixels>,
     /// For pixels, whose rays share their origin: `k` of each sphere; none where there are many.
     ks: Vec<K>,
+    /// The same of the spheres outside the hierarchy, where `k` may be hard to come by.
+    rest_ks: HashMap<u32, K>,
     /// Whether the f64 bounds hold for these rays.
     usable: bool,
     input: InputError,
@@ -200,17 +203,24 @@ impl<'a> Stage<'a> {
         let (exact_pixels, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
                 Some(ExactPixels::new(pixels)),
-                match hierarchy {
-                    None => scene.spheres.iter().map(k).collect(),
-                    Some(_) => Vec::new(),
+                match scene.spheres.len() <= LISTED_SPHERES {
+                    true => scene.spheres.iter().map(k).collect(),
+                    false => Vec::new(),
                 },
                 pixels.is_in_range(),
                 guard::PIXELS,
             ),
             Rays::List(_) => (None, Vec::new(), true, guard::LIST_F64),
         };
+        let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
+        let rest_ks = match rays {
+            Rays::Pixels(_) => {
+                rest.iter().map(|(id, _)| (*id, k(&scene.spheres[*id as usize - 1]))).collect()
+            }
+            Rays::List(_) => HashMap::new(),
+        };
         let reference = prepared.reference;
-        Stage { scene, rays, hierarchy, reference, exact_pixels, ks, usable, input }
+        Stage { scene, rays, hierarchy, reference, exact_pixels, ks, rest_ks, usable, input }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -252,8 +262,8 @@ impl<'a> Stage<'a> {
         let n_objects = self.scene.n_objects().max(1);
         let at_once = match self.hierarchy {
             // A ray's candidates are those along it: few of many.
-            Some(_) => MOST_CANDIDATES / 64,
-            None => (MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE),
+            Some(_) if self.usable => MOST_CANDIDATES / 64,
+            _ => (MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE),
         };
         for rays in undecided.chunks(at_once) {
             let start = Instant::now();
@@ -361,7 +371,8 @@ impl<'a> Stage<'a> {
         }
         let l = Vec3::from(offset);
         let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
-        let k = match (self.rays, self.ks.get(id as usize - 1)) {
+        let known = self.ks.get(id as usize - 1).or_else(|| self.rest_ks.get(&id));
+        let k = match (self.rays, known) {
             (_, Some(k)) => *k,
             (Rays::Pixels(_), None) => K::new(ray.origin, sphere),
             (Rays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },

@@ -160,7 +160,7 @@ impl Guard {
     }
 
     /// A radius about the sphere, at distance up to `l`, that its points seen from any line stay in
-    /// when computed in f32: offsets and products of a few roundings are off by at most `2⁻²¹·l`.
+    /// when computed in f32: offsets and products are off by at most 12 units, `1.5·2⁻²⁰·l`.
     pub fn reach(&self, l: f64) -> f64 {
         self.outer2.sqrt() + l / (1u64 << 19) as f64
     }

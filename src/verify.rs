@@ -7,6 +7,7 @@ use crate::camera::Pixels;
 use crate::compare::Comparison;
 use crate::error::Result;
 use crate::exact::{self, ExactPixels, ExactRay, Shape};
+use crate::prepare::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
 use crate::scene::{Object, Scene};
 use crate::trace::{Control, Hits, Kernel, Ray};
@@ -103,15 +104,17 @@ fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
 
 /// Whether the line of a ray whose direction is exact to f64 passes a sphere at a distance, and so
 /// surely misses it. The cross product, the lengths and the direction are off by some `2⁻⁵⁰` of
-/// `‖l‖·‖d‖`, a thousandth of what is granted. A number that leaves f64's range rules nothing out.
+/// `‖l‖·‖d‖`, a thousandth of what is granted. Numbers whose squares leave f64's range rule nothing
+/// out.
 fn is_clearly_missed(ray: &Ray, object: &Object) -> bool {
     const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
     let Object::Sphere(sphere) = object else { return false };
     let l = sphere.center - ray.origin;
     let reach = sphere.radius.abs() * (1.0 + GRANTED) + l.length() * GRANTED;
-    let (passed, reached) = (l.cross(ray.direction).length(), reach * ray.direction.length());
-    // Products of numbers below this may underflow.
-    passed > reached && reached > f64::MIN_POSITIVE.sqrt() && passed.is_finite()
+    let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+    let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
+    const LEAST: f64 = 1e-140;
+    passed > reached && reach > LEAST && passed.is_finite()
 }
 
 /// Where and how far a result is from the exact one.

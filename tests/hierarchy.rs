@@ -267,6 +267,35 @@ fn a_radius_of_zero_is_missed() {
     }
 }
 
+/// In a view so narrow that the product of two pixels' sizes is 0, the sphere ahead is seen.
+#[test]
+fn a_very_narrow_view() {
+    let mut spheres: Vec<Sphere> =
+        (0..20).map(|i| sphere(DVec3::new(10.0 + f64::from(i), 3.0, 0.0), 0.4)).collect();
+    spheres.push(sphere(DVec3::new(0.0, 0.0, -9.0), 2.0));
+    let scene = Arc::new(common::scene(spheres, vec![]));
+    for fov_degrees in [1e-9, 1e-100, 1e-170, 1e-250] {
+        let camera =
+            Camera { position: DVec3::ZERO, look_at: DVec3::NEG_Z, up: DVec3::Y, fov_degrees };
+        let pixels = Pixels::whole(View::new(&camera), 24, 16);
+        let (hits, _) = trace(&scene, &Rays::Pixels(pixels), Wants::default());
+        assert!(hits.id.iter().all(|&id| id == 21), "{fov_degrees}: {:?}", hits.id);
+    }
+}
+
+/// Directions of any length, and what the truth rules out of them.
+#[test]
+fn the_truth_knows_rays_of_any_length() {
+    let sphere = sphere(DVec3::new(0.0, 0.9e9, -5e9), 1e9);
+    let scene = common::scene(vec![sphere], vec![]);
+    // Shorter ones would have t beyond f32.
+    let rays: Vec<Ray> = (-25..300)
+        .map(|k| Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z * 1.7 * 10f64.powi(k) })
+        .collect();
+    let truth = Truth::of_list(&scene, &rays, &Control::default()).unwrap();
+    assert!(truth.id.iter().all(|&id| id == 1), "{:?}", truth.id);
+}
+
 /// 10⁵ rays for each number of spheres; `KUGELBLITZ_SPHERES` is the largest.
 #[test]
 #[ignore = "takes minutes"]

@@ -160,7 +160,7 @@ fn every_control_of_the_camera_works() {
 #[test]
 fn two_kernels_stand_side_by_side() {
     let desk = Desk::new();
-    let path = scene("hard/moved");
+    let path = scene("hard/far_1e8");
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
     seen.key("c");
     seen.wait(|event| event.is_settled() && event.kernels() == ["lecture", "certified"]);

@@ -115,8 +115,9 @@ fn kernels(args: &ReportArgs) -> &[Kernel] {
 }
 
 fn command_line() -> String {
+    let arguments = std::env::args_os().skip(1);
     std::iter::once("kugelblitz".into())
-        .chain(std::env::args().skip(1))
+        .chain(arguments.map(|argument| argument.to_string_lossy().into_owned()))
         .collect::<Vec<_>>()
         .join(" ")
 }

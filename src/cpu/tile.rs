@@ -4,8 +4,8 @@
 //! against the tile's farthest nearest hit, eight boxes at a time; a sphere first against the axes
 //! of the tile's packets, eight at a time, then against the eight rays of each packet that it may
 //! touch. What is left out is certainly not hit, or certainly farther than a certain hit of every
-//! ray: [`crate::bvh`] derives the margins. So the proposal is the one that the whole list would
-//! give, and the test of that is in `tests/hierarchy.rs`.
+//! ray: [`crate::bvh`] derives the margins. So what is
+//! decided is right, and more may be decided than by the whole list.
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
@@ -81,13 +81,14 @@ impl Enclosure {
     #[inline(always)]
     fn new(frame: &TileFrame, i: f64, j: f64) -> Enclosure {
         let &TileFrame { forward, right_step, true_up_step, depth, orientation, .. } = frame;
+        let (right, true_up) = (frame.right, frame.true_up);
         let reach = 2.0 * (TILE - 1) as f64;
         let edge = |i: f64, step: DVec3| forward + step * i;
         let normals = [
-            true_up_step.cross(edge(i, right_step)),
-            edge(i + reach, right_step).cross(true_up_step),
-            right_step.cross(edge(j, true_up_step)),
-            edge(j - reach, true_up_step).cross(right_step),
+            true_up.cross(edge(i, right_step)),
+            edge(i + reach, right_step).cross(true_up),
+            right.cross(edge(j, true_up_step)),
+            edge(j - reach, true_up_step).cross(right),
         ]
         .map(|normal| (normal * orientation).normalize().into());
         let [width, height] = PACKET_SIZE.map(|side| (side - 1) as f64);
@@ -140,6 +141,7 @@ impl Enclosure {
     #[inline(always)]
     fn seen(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
         let t = corner_products::<false>(node, self.depth);
+        // Where there is no child, a corner's product is −∞ or NaN, and stays so below.
         let mut inside = corner_products::<true>(node, self.normals[0]);
         for normal in &self.normals[1..] {
             let other = corner_products::<true>(node, *normal);
@@ -174,6 +176,8 @@ fn corner_products<const LARGEST: bool>(node: &Node, n: Vec3<f32>) -> [f32; WIDT
 pub struct TileFrame {
     camera: CameraF32,
     forward: DVec3,
+    right: DVec3,
+    true_up: DVec3,
     right_step: DVec3,
     true_up_step: DVec3,
     depth: DVec3,
@@ -188,7 +192,8 @@ impl TileFrame {
         let View { forward, right, true_up, h, .. } = pixels.view;
         let step = h / f64::from(pixels.image_height);
         let (right_step, true_up_step) = (right * step, true_up * step);
-        let across = right_step.cross(true_up_step);
+        // Not of the steps, whose product may underflow in a very narrow view.
+        let across = right.cross(true_up);
         let volume = forward.dot(across);
         let depth = across / volume;
         let [width, height] = PACKET_SIZE.map(|side| (side - 1) as f64);
@@ -196,6 +201,8 @@ impl TileFrame {
         TileFrame {
             camera: CameraF32::new(pixels),
             forward,
+            right,
+            true_up,
             right_step,
             true_up_step,
             depth,

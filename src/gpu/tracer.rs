@@ -83,15 +83,7 @@ impl GpuTracer {
         let start = Instant::now();
         let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
         let objects = objects.collect();
-        let params = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("params"),
-            size: match prepared.kernel {
-                Kernel::Double => size_of::<ParamsDouble>(),
-                _ => size_of::<Params>(),
-            } as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let n_objects = prepared.scene.n_objects().max(1);
         let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
@@ -127,6 +119,18 @@ fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<
     let unsuited =
         prepared.kernel == Kernel::Certified && !(has_list && gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
+}
+
+fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("params"),
+        size: match kernel {
+            Kernel::Double => size_of::<ParamsDouble>(),
+            _ => size_of::<Params>(),
+        } as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
 }
 
 fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
@@ -182,11 +186,13 @@ impl GpuTracer {
     /// # Errors
     /// Those of [`GpuTracer::new`].
     pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
         self.stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
         let needs = prepared.needs(self.wants);
         if needs != self.prepared.needs(self.wants) {
             self.program = self.gpu.program(&needs)?;
+            self.params = params_buffer(&self.gpu, prepared.kernel);
             let objects =
                 object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
             self.objects = objects.collect();
@@ -237,8 +243,8 @@ impl GpuTracer {
     fn trace_tile_on_device(&mut self, rays: &Rays, tile: &Tile, ids: &Words) -> Result<()> {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(()) };
-        let params = self.params(rays, tile);
-        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let params = self.params_bytes(rays, tile);
+        self.gpu.queue.write_buffer(&self.params, 0, &params);
         let mut encoder = self.dispatch(results, workgroups(tile));
         let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
         encoder.copy_buffer_to_buffer(&results.device[0], 0, ids.buffer(), offset, Some(bytes));
@@ -374,10 +380,7 @@ impl GpuTracer {
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
         let queue = &self.gpu.queue;
-        let params = match self.prepared.kernel {
-            Kernel::Double => bytes(&self.params_double(rays, tile)),
-            _ => bytes(&self.params(rays, tile)),
-        };
+        let params = self.params_bytes(rays, tile);
         queue.write_buffer(&self.params, 0, &params);
         let mut exponents = Vec::new();
         if let (Rays::List(rays), Some(buffer)) = (rays, &results.rays) {
@@ -426,6 +429,13 @@ impl GpuTracer {
             "`{}` did not finish {} rays: {reason}; try `--device cpu`, or fewer objects",
             self.gpu.facts.name, self.tile_rays
         ))
+    }
+
+    fn params_bytes(&self, rays: &Rays, tile: &Tile) -> Vec<u8> {
+        match self.prepared.kernel {
+            Kernel::Double => bytes(&self.params_double(rays, tile)),
+            _ => bytes(&self.params(rays, tile)),
+        }
     }
 
     fn params(&self, rays: &Rays, tile: &Tile) -> Params {

@@ -28,7 +28,6 @@ pub use scenes::{Case, default_cases};
 use crate::error::Result;
 use crate::trace::Control;
 
-/// Version of the JSON form of [`Report`]; it changes when a field changes its meaning.
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {

@@ -16,6 +16,7 @@ fn worst<'a>(cases: &'a [Case], results: &[SceneResult]) -> Vec<&'a Case> {
         result.rows.iter().map(|row| row.errors.wrong_ids()).sum()
     };
     let mut ranked: Vec<_> = cases.iter().zip(results.iter().map(wrong)).collect();
+    ranked.retain(|(_, wrong)| *wrong > 0);
     ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
     ranked.into_iter().map(|(case, _)| case).take(MOST_SCENES).collect()
 }
@@ -53,12 +54,17 @@ pub(super) fn take_pictures(
                 contestant: subject.contestant.clone(),
                 width: pixels.width,
                 height: pixels.height,
-                srgb: hits.id.iter().map(|&id| palette[id as usize]).collect(),
+                srgb: hits.id.iter().map(|&id| color(&palette, id)).collect(),
                 faults: ray_errors(&hits, &truth).map(fault).collect(),
             });
         }
     }
     Ok(pictures)
+}
+
+/// Black for an id that no object has.
+fn color(palette: &[[u8; 3]], id: u32) -> [u8; 3] {
+    palette.get(id as usize).copied().unwrap_or_default()
 }
 
 fn fault(error: RayError) -> Fault {

@@ -5,7 +5,7 @@
 //! notifications need special care.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
 
@@ -30,10 +30,12 @@ fn stamp(path: &Path) -> Stamp {
     Some((metadata.modified().ok()?, metadata.len(), metadata.ino()))
 }
 
-/// The state of a file that has stopped changing.
-fn at_rest(path: &Path, mut known: Stamp) -> Stamp {
+/// The state of a file that has stopped changing, or whose watch is stopped.
+fn at_rest(path: &Path, mut known: Stamp, stopped: &Receiver<()>) -> Stamp {
     loop {
-        std::thread::sleep(REST);
+        if stopped.recv_timeout(REST) != Err(RecvTimeoutError::Timeout) {
+            return known;
+        }
         let now = stamp(path);
         if now == known {
             return now;
@@ -58,7 +60,7 @@ impl Watch {
                 let mut now = stamp(&path);
                 let changed = now != known;
                 if changed {
-                    now = at_rest(&path, now);
+                    now = at_rest(&path, now, &stopped);
                 }
                 known = now;
                 look(changed);
