@@ -1,13 +1,13 @@
 //! Scene → [`Prepared`]: the plain numbers that every backend traces, the same for all of them.
 
+mod hierarchy;
+
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 use glam::DVec3;
-use rayon::prelude::*;
 
-use crate::bvh::{self, Bvh};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
@@ -18,6 +18,8 @@ use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::scene::{Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays, Wants};
+
+pub use hierarchy::Hierarchy;
 
 /// Where the rays come from; each source has its own shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -94,21 +96,6 @@ impl Objects {
             Objects::Certified(lists) => lists.bytes(),
         }
     }
-}
-
-/// Spheres that are found through a hierarchy.
-#[derive(Clone, Debug)]
-pub struct Hierarchy {
-    /// The boxes, relative to [`Prepared::reference`].
-    pub bvh: Bvh,
-    /// Object id of each place of [`Bvh::order`].
-    pub ids: Vec<u32>,
-    /// For pixels: the numbers of each place, all of them spheres far from the eye.
-    pub far: Vec<SphereFar>,
-    /// The spheres outside the hierarchy, with their ids: those close to the eye or out of range.
-    pub rest: Vec<(u32, SphereCertified)>,
-    /// Time that it took to build.
-    pub build_time: Duration,
 }
 
 /// Scenes with more spheres than this have a hierarchy. On the CPU, where the rays of a tile go
@@ -593,54 +580,6 @@ impl Frame {
             let scaled = numerator * 2f64.powi(-exponent);
             if scaled == 0.0 && numerator != 0.0 { f64::NAN } else { scaled }
         })
-    }
-}
-
-impl Hierarchy {
-    /// Puts those spheres of a scene into a hierarchy that suit one.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`] for more spheres than a hierarchy holds.
-    fn new(frame: &Frame, rays: &Rays, scene: &Scene) -> Result<Hierarchy> {
-        let start = Instant::now();
-        let spheres = &scene.spheres;
-        if spheres.len() > bvh::MOST_SPHERES {
-            return Err(Error::TooLarge(format!(
-                "{} spheres; a hierarchy holds at most {}: split the scene",
-                spheres.len(),
-                bvh::MOST_SPHERES
-            )));
-        }
-        let longest = match rays {
-            Rays::Pixels(pixels) => Some(pixels.longest_direction()),
-            Rays::List(_) => None,
-        };
-        let suits = |sphere: &Sphere| match longest {
-            Some(longest) => frame.is_far(sphere, longest),
-            None => frame.has_box(sphere),
-        };
-        // A radius of 0 can't be hit.
-        let ids = (0..spheres.len() as u32).into_par_iter();
-        let (inside, outside): (Vec<u32>, Vec<u32>) = ids
-            .filter(|&i| spheres[i as usize].radius != 0.0)
-            .partition(|&i| suits(&spheres[i as usize]));
-        let boxed: Vec<(DVec3, f64)> = inside
-            .par_iter()
-            .map(|&i| {
-                let sphere = &spheres[i as usize];
-                (sphere.center - frame.reference, sphere.radius.abs())
-            })
-            .collect();
-        let bvh = Bvh::new(&boxed);
-        drop(boxed);
-        let ids: Vec<u32> = bvh.order.par_iter().map(|&i| inside[i as usize] + 1).collect();
-        let sphere = |&id: &u32| frame.far_sphere(&spheres[id as usize - 1], id);
-        let far = match longest {
-            Some(_) => ids.par_iter().map(sphere).collect(),
-            None => Vec::new(),
-        };
-        let rest = outside.iter().map(|&i| (i + 1, frame.sphere(&spheres[i as usize]))).collect();
-        Ok(Hierarchy { bvh, ids, far, rest, build_time: start.elapsed() })
     }
 }
 
