@@ -4,12 +4,14 @@
 mod common;
 #[path = "common/hard_cases.rs"]
 mod hard_cases;
+#[path = "common/hard_scene.rs"]
+mod hard_scene;
 
 use std::sync::Arc;
 
-use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
-use glam::DVec3;
-use hard_cases::{HardCase, HardShape, hard_cases};
+use common::{gpu, in_cube, log_uniform, scene, sphere};
+use hard_cases::hard_cases;
+use hard_scene::hard_scene;
 use kugelblitz::compare::distance;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, nearest};
@@ -56,20 +58,6 @@ fn assert_exact(scene: &Scene, rays: &[Ray], hits: &Hits, what: &str) {
             assert!(off <= 2f64.powi(-23), "normal off by {off:e} of {}", paste());
         }
     }
-}
-
-fn hard_scene(case: &HardCase) -> (Arc<Scene>, Rays) {
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let (spheres, planes) = match case.shape {
-        HardShape::Sphere { center, radius, .. } => {
-            (vec![sphere(vector(center), radius.into())], vec![])
-        }
-        HardShape::Plane { point, normal, .. } => {
-            (vec![], vec![plane(vector(point), vector(normal))])
-        }
-    };
-    let ray = Ray { origin: vector(case.origin), direction: vector(case.direction) };
-    (Arc::new(scene(spheres, planes)), Rays::List(vec![ray]))
 }
 
 #[test]

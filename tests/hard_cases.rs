@@ -4,33 +4,18 @@
 mod common;
 #[path = "common/hard_cases.rs"]
 mod hard_cases;
+#[path = "common/hard_scene.rs"]
+mod hard_scene;
 #[path = "common/judge.rs"]
 mod judge;
 
-use std::sync::Arc;
-
-use common::{gpu, plane, scene, sphere};
-use glam::DVec3;
-use hard_cases::{HardCase, HardShape, hard_cases};
+use common::gpu;
+use hard_cases::{HardCase, hard_cases};
+use hard_scene::hard_scene;
 use kugelblitz::compare::{compare, ulp_distance};
-use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays};
+use kugelblitz::trace::{Hits, Kernel};
 
 use judge::trace;
-
-fn hard_scene(case: &HardCase) -> (Arc<Scene>, Rays) {
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let (spheres, planes) = match case.shape {
-        HardShape::Sphere { center, radius, .. } => {
-            (vec![sphere(vector(center), radius.into())], vec![])
-        }
-        HardShape::Plane { point, normal, .. } => {
-            (vec![], vec![plane(vector(point), vector(normal))])
-        }
-    };
-    let ray = Ray { origin: vector(case.origin), direction: vector(case.direction) };
-    (Arc::new(scene(spheres, planes)), Rays::List(vec![ray]))
-}
 
 fn is_right(case: &HardCase, hits: &Hits) -> bool {
     match case.t {
