@@ -7,14 +7,16 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bvh::BvhRay;
+use crate::bvh::boxes::BoxesRay;
 use crate::camera::Pixels;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
-use crate::prepare::{Hierarchy, LISTED_SPHERES, Prepared, exponent_of, scale_by_power_of_two};
+use crate::prepare::{
+    Hierarchy, LISTED_SPHERES, Prepared, Search, exponent_of, scale_by_power_of_two,
+};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
@@ -302,11 +304,7 @@ impl<'a> Stage<'a> {
                 for (id, _) in &hierarchy.rest {
                     look(*id);
                 }
-                let origin = ray.origin - self.reference;
-                let direction = DVec3::from_array(ray.ray.direction.0);
-                hierarchy.bvh.visit(&BvhRay { origin, direction }, |place| {
-                    t_bound(&ray, look(hierarchy.ids[place]))
-                });
+                self.search(hierarchy, index, &ray, look);
             }
             _ => {
                 for id in 1..=self.scene.n_objects() as u32 {
@@ -318,6 +316,36 @@ impl<'a> Stage<'a> {
             [] => Decision::Decided(0),
             [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
             open => Decision::Open(open.iter().map(|(id, _)| *id).collect()),
+        }
+    }
+
+    /// Shows `look` the ids of the spheres that the ray may hit, nearer ones first; it returns a lower
+    /// bound of the nearness that is still of interest.
+    fn search(
+        &self,
+        hierarchy: &Hierarchy,
+        index: usize,
+        ray: &RayF64,
+        mut look: impl FnMut(u32) -> f64,
+    ) {
+        match (&hierarchy.search, self.rays) {
+            (Search::Pixels { footprints, far }, Rays::Pixels(pixels)) => {
+                let (x, y) = pixels.xy(index);
+                footprints.visit(footprints.cells([x, y], [x, y]), |_, place| {
+                    guard::round_up(t_bound(ray, look(far[place].id)))
+                });
+            }
+            (Search::Rays { boxes, ids }, _) => {
+                let origin = ray.origin - self.reference;
+                let direction = DVec3::from_array(ray.ray.direction.0);
+                boxes
+                    .visit(&BoxesRay { origin, direction }, |place| t_bound(ray, look(ids[place])));
+            }
+            (Search::Pixels { .. }, Rays::List(_)) => {
+                for id in 1..=self.scene.spheres.len() as u32 {
+                    look(id);
+                }
+            }
         }
     }
 

@@ -159,12 +159,6 @@ impl Guard {
         }
     }
 
-    /// A radius about the sphere, at distance up to `l`, that its points seen from any line stay in
-    /// when computed in f32: offsets and products are off by at most 12 units, `1.5·2⁻²⁰·l`.
-    pub fn reach(&self, l: f64) -> f64 {
-        self.outer2.sqrt() + l / (1u64 << 19) as f64
-    }
-
     /// The guard in f32: the inner radius rounded down, everything else up.
     pub fn round_to_f32(&self) -> [f32; 4] {
         [
@@ -260,9 +254,14 @@ impl Pixels {
     }
 }
 
-/// A bound of the error of any computed direction of the picture, `δ·ε·|d|`, rounded up.
-pub fn directions_error(pixels: &Pixels) -> f32 {
-    round_up(PIXELS.direction * UNIT_F32 * pixels.longest_direction())
+/// Relative room for the rounding of `1/(a·w)` in f32: 12 units `2⁻²³` for `a`, 4 for the product and
+/// the quotient.
+pub const T_ROOM: f32 = 1.0 + 1.0 / (1 << 18) as f32;
+
+/// An upper bound of `t = 1/(a·w)` from a lower bound of `a·w` in f32; ∞ for 0 and below.
+#[inline(always)]
+pub fn t_bound_f32(nearness: f32) -> f32 {
+    if nearness > 0.0 { T_ROOM / nearness } else { f32::INFINITY }
 }
 
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.

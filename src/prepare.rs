@@ -19,7 +19,7 @@ use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::scene::{Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays, Wants};
 
-pub use hierarchy::Hierarchy;
+pub use hierarchy::{Hierarchy, Search};
 
 /// Where the rays come from; each source has its own shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -177,7 +177,7 @@ impl Prepared {
                     true => scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect(),
                     false => Vec::new(),
                 };
-                if scene.spheres.len() > FEW_SPHERES {
+                if in_range && scene.spheres.len() > FEW_SPHERES {
                     hierarchy = Some(Hierarchy::new(&frame, rays, &scene)?);
                 }
                 Objects::Certified(Lists { spheres, planes })
@@ -446,8 +446,8 @@ impl Frame {
             inner2,
             outer2,
             q: guard::far_inverse_f32(self.sphere_k(sphere, l)),
-            reach: guard::round_up(guard.reach(distance)),
             id,
+            padding: 0,
         }
     }
 

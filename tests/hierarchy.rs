@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::{Bvh, BvhRay, Child, WIDTH};
+use kugelblitz::bvh::boxes::{Boxes, BoxesRay};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
@@ -184,56 +184,12 @@ fn any_rays() {
     assert!(hits.n_hits() > 500);
 }
 
-/// Each sphere is in one leaf, within the boxes of all nodes above, by the margin.
-#[test]
-fn boxes_hold_what_is_below_them() {
-    let mut rng = ChaCha8Rng::seed_from_u64(610);
-    let spheres: Vec<(DVec3, f64)> = (0..2000)
-        .map(|_| {
-            let scale = 10f64.powf(rng.random_range(-3.0..6.0));
-            (scale * in_cube(&mut rng), scale * 10f64.powf(rng.random_range(-6.0..-1.0)))
-        })
-        .collect();
-    let bvh = Bvh::new(&spheres);
-    let mut seen = vec![0; spheres.len()];
-    let mut open = vec![(Bvh::ROOT, [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]])];
-    while let Some((child, [low, high])) = open.pop() {
-        match Child::unpack(child) {
-            Child::Leaf { first, n } => {
-                for place in first..first + n {
-                    let index = bvh.order[place as usize] as usize;
-                    let (l, r) = spheres[index];
-                    seen[index] += 1;
-                    for axis in 0..3 {
-                        let margin = (l[axis].abs() + r) * 2f64.powi(-21);
-                        assert!(low[axis] <= l[axis] - r - margin, "{index} {axis}");
-                        assert!(high[axis] >= l[axis] + r + margin, "{index} {axis}");
-                    }
-                }
-            }
-            Child::Node(index) => {
-                let node = &bvh.nodes[index as usize];
-                for k in (0..WIDTH).filter(|&k| node.low[0][k] <= node.high[0][k]) {
-                    let below = [&node.low, &node.high].map(|corner| {
-                        std::array::from_fn(|axis: usize| f64::from(corner[axis][k]))
-                    });
-                    for axis in 0..3 {
-                        assert!(low[axis] <= below[0][axis] && below[1][axis] <= high[axis]);
-                    }
-                    open.push((node.child_bits(k), below));
-                }
-            }
-        }
-    }
-    assert!(seen.iter().all(|&times| times == 1));
-}
-
 /// A ray along an axis through the very edge of a box is not lost to 0 · ∞.
 #[test]
 fn flat_rays_are_not_lost() {
     let mut rng = ChaCha8Rng::seed_from_u64(611);
     let spheres: Vec<(DVec3, f64)> = (0..300).map(|_| (in_cube(&mut rng), 0.05)).collect();
-    let bvh = Bvh::new(&spheres);
+    let boxes = Boxes::new(&spheres);
     for &(l, r) in &spheres {
         for axis in 0..3 {
             let mut direction = DVec3::ZERO;
@@ -241,8 +197,8 @@ fn flat_rays_are_not_lost() {
             let mut origin = l - 5.0 * direction;
             origin[(axis + 1) % 3] += r;
             let mut visited = Vec::new();
-            bvh.visit(&BvhRay { origin, direction }, |place| {
-                visited.push(bvh.order[place]);
+            boxes.visit(&BoxesRay { origin, direction }, |place| {
+                visited.push(boxes.order[place]);
                 f64::INFINITY
             });
             let index = spheres.iter().position(|&(other, _)| other == l).unwrap() as u32;

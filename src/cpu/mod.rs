@@ -17,10 +17,10 @@ use crate::kernel::certified::{
 };
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
-use crate::prepare::{Hierarchy, Lists, Objects, Prepared};
+use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
 use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
-use tile::{TILE, TileFrame, TileTracer};
+use tile::{TILE, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -183,34 +183,31 @@ fn trace_hierarchy(
     control: &Control,
     hits: &mut Hits,
 ) -> Result<()> {
-    let (Rays::Pixels(pixels), true) = (rays, prepared.in_range) else {
+    let (Rays::Pixels(pixels), Search::Pixels { footprints, far }) = (rays, &hierarchy.search)
+    else {
         hits.id.fill(UNDECIDED);
         return Ok(());
     };
-    let frame = TileFrame::new(pixels);
-    let rows = Rows { prepared, hierarchy, frame: &frame, pixels };
     let width = pixels.width as usize;
     hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
         control.check()?;
-        let arch = pulp::Arch::new();
-        arch.dispatch(RowOfTiles { rows: &rows, first_row: band * TILE, ids });
-        control.advance(ids.len() as u64);
+        let first_row = (band * TILE) as u32;
+        let tracer = TileTracer::new(footprints, far, pixels);
+        let n_rays = ids.len() as u64;
+        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids };
+        pulp::Arch::new().dispatch(row);
+        control.advance(n_rays);
         Ok(())
     })
 }
 
-/// A picture that is traced in rows of tiles.
-struct Rows<'a> {
-    prepared: &'a Prepared,
-    hierarchy: &'a Hierarchy,
-    frame: &'a TileFrame,
-    pixels: &'a Pixels,
-}
-
 /// The ids of one row of tiles, compiled for each instruction set that the processor may have.
 struct RowOfTiles<'a> {
-    rows: &'a Rows<'a>,
-    first_row: usize,
+    prepared: &'a Prepared,
+    hierarchy: &'a Hierarchy,
+    pixels: &'a Pixels,
+    first_row: u32,
+    tracer: TileTracer<'a>,
     ids: &'a mut [u32],
 }
 
@@ -219,23 +216,17 @@ impl pulp::WithSimd for RowOfTiles<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let RowOfTiles { rows: Rows { prepared, hierarchy, frame, pixels }, first_row, ids } = self;
+        let RowOfTiles { prepared, hierarchy, pixels, first_row, mut tracer, ids } = self;
         let widening = guard::widening_f32();
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
-        let (left, top) = pixels.offset2(pixels.x, pixels.y + first_row as u32);
-        let mut tracer = TileTracer::new(hierarchy, frame, widening);
         for first_column in (0..width).step_by(TILE) {
-            let i = left + 2 * first_column as i64;
-            tracer.trace(i, top);
-            for y in 0..n_rows.min(TILE) {
-                for x in 0..TILE.min(width - first_column) {
-                    let mut nearest = tracer.nearest(x, y);
-                    if !hierarchy.rest.is_empty() || !prepared.scene.planes.is_empty() {
-                        let (i, j) = (i + 2 * x as i64, top - 2 * y as i64);
-                        nearest = others(prepared, hierarchy, frame.ray(i, j), nearest, &widening);
-                    }
-                    ids[y * width + first_column + x] = nearest.decide();
+            let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
+            tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
+            for row in 0..n_rows.min(TILE) {
+                for column in 0..TILE.min(width - first_column) {
+                    let id = tracer.nearest(column, row).decide();
+                    ids[row * width + first_column + column] = id;
                 }
             }
         }
@@ -243,20 +234,21 @@ impl pulp::WithSimd for RowOfTiles<'_> {
 }
 
 /// The objects outside the hierarchy.
+#[inline(always)]
 fn others(
     prepared: &Prepared,
     hierarchy: &Hierarchy,
-    ray: RayOf<f32>,
-    mut nearest: Nearest<f32>,
+    ray: &RayOf<f32>,
     widening: &Widening<f32>,
 ) -> Nearest<f32> {
+    let mut nearest = Nearest::NONE;
     for (id, sphere) in &hierarchy.rest {
-        nearest = nearest.nearer(record_nearness::<true, true>(&ray, sphere, widening), *id);
+        nearest = nearest.nearer(record_nearness::<true, true>(ray, sphere, widening), *id);
     }
     let Objects::Certified(Lists { planes, .. }) = &prepared.objects else { return nearest };
     let first_id = prepared.scene.spheres.len() as u32 + 1;
     for (plane, id) in planes.iter().zip(first_id..) {
-        nearest = nearest.nearer(plane_record_nearness::<true>(&ray, plane, widening), id);
+        nearest = nearest.nearer(plane_record_nearness::<true>(ray, plane, widening), id);
     }
     nearest
 }

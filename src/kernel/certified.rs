@@ -46,10 +46,10 @@ pub struct SphereFar {
     pub outer2: f32,
     /// Upper bound of `1/k` with the slack in it.
     pub q: f32,
-    /// The outer radius, wide enough for tests in f32: see [`crate::guard::Guard::reach`].
-    pub reach: f32,
     /// The object's id.
     pub id: u32,
+    /// Fills two texels of 16 bytes.
+    pub padding: u32,
 }
 
 /// A plane as the device sees it.

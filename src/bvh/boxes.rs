@@ -1,0 +1,162 @@
+//! A hierarchy over the boxes of spheres, for rays from anywhere. The boxes are wide enough that
+//! whatever rounds around them, no sphere is lost.
+//!
+//! Coordinates are relative to the reference point. A sphere at `L` with radius `r` gets the box
+//! `[L_k − r − δ_k, L_k + r + δ_k]` with `δ_k = 2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)`, rounded outward to
+//! f32; a node gets the union, which is exact. The second part of `δ` is for a direction that comes
+//! from f64 with an error of `2⁻⁵⁰` of its length, the first one for an offset from the reference point.
+
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::node::Bvh2Node;
+use rayon::prelude::*;
+
+use super::build;
+use crate::guard::{round_down, round_up};
+
+/// The hierarchy.
+#[derive(Clone, Debug)]
+pub struct Boxes {
+    nodes: Vec<Bvh2Node>,
+    /// Which sphere is at each place of the leaves: its index among those that the hierarchy was
+    /// built over.
+    pub order: Vec<u32>,
+}
+
+impl Boxes {
+    /// Builds the hierarchy over spheres with these offsets from the reference point and these
+    /// radii. There are at most [`super::MOST_SPHERES`], none farther than f32 reaches.
+    pub fn new(spheres: &[(DVec3, f64)]) -> Boxes {
+        if spheres.is_empty() {
+            return Boxes { nodes: Vec::new(), order: Vec::new() };
+        }
+        let boxes: Vec<Aabb> = spheres.par_iter().map(|&(l, r)| sphere_box(l, r)).collect();
+        let binary = build(&boxes);
+        Boxes { nodes: binary.nodes, order: binary.primitive_indices }
+    }
+}
+
+/// The box of a sphere with the margin.
+fn sphere_box(l: DVec3, r: f64) -> Aabb {
+    const NEAR: f64 = 1.0 / (1u64 << 20) as f64;
+    const FAR: f64 = 1.0 / (1u64 << 40) as f64;
+    let margin = (l.abs() + r) * NEAR + FAR * (l.length() + r);
+    let (low, high) = (l - r - margin, l + r + margin);
+    Aabb::new(
+        Vec3A::from_array(low.to_array().map(round_down)),
+        Vec3A::from_array(high.to_array().map(round_up)),
+    )
+}
+
+/// A ray in the hierarchy's frame, in f64.
+#[derive(Clone, Copy, Debug)]
+pub struct BoxesRay {
+    /// Offset of the origin from the reference point.
+    pub origin: DVec3,
+    /// Direction.
+    pub direction: DVec3,
+}
+
+impl Boxes {
+    /// Shows `visit` every sphere, by its place in [`Boxes::order`], that the ray may hit at
+    /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
+    ///
+    /// Slabs are computed in f64. The box's margin covers the rounding of the direction, and `2⁻⁴⁵` of
+    /// the origin's distance that of the origin and of all steps.
+    pub fn visit(&self, ray: &BoxesRay, mut visit: impl FnMut(usize) -> f64) {
+        const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
+        let slack = ray.origin.abs().max_element() * SLACK;
+        let inverse = ray.direction.recip();
+        let enter = |index: usize| enter(self.nodes[index].aabb(), ray, inverse, slack);
+        let mut t_max = f64::INFINITY;
+        let mut stack = Vec::new();
+        if !self.nodes.is_empty() {
+            stack.extend(enter(0).map(|t| (t, 0)));
+        }
+        while let Some((t, index)) = stack.pop() {
+            if t > t_max {
+                continue;
+            }
+            let node = &self.nodes[index];
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                for place in first..first + node.prim_count as usize {
+                    t_max = visit(place);
+                }
+                continue;
+            }
+            let base = stack.len();
+            stack.extend([first, first + 1].into_iter().filter_map(|k| Some((enter(k)?, k))));
+            stack[base..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        }
+    }
+}
+
+/// A lower bound of the `t ≥ 0` at which the ray enters a box; `None` where it misses it.
+fn enter(aabb: &Aabb, ray: &BoxesRay, inverse: DVec3, slack: f64) -> Option<f64> {
+    // Three roundings, of the difference, of the inverse and of the product.
+    const WIDER: f64 = 1.0 + 4.0 * f64::EPSILON;
+    let (mut enter, mut leave) = (0.0, f64::INFINITY);
+    for axis in 0..3 {
+        let low = f64::from(aabb.min[axis]) - slack - ray.origin[axis];
+        let high = f64::from(aabb.max[axis]) + slack - ray.origin[axis];
+        // Along a direction this flat the slab is left only where it is not entered at all.
+        if !inverse[axis].is_finite() {
+            if ray.direction[axis] == 0.0 && (low > 0.0 || high < 0.0) {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = (low * inverse[axis], high * inverse[axis]);
+        enter = f64::max(enter, a.min(b) / WIDER);
+        leave = f64::min(leave, a.max(b) * WIDER);
+    }
+    (enter <= leave).then_some(enter)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
+
+    fn spheres(n: usize) -> Vec<(DVec3, f64)> {
+        let mut random = SplitMix::new(610);
+        let mut decades = |low: f64, high: f64| 10f64.powf(low + (high - low) * random.unit());
+        (0..n)
+            .map(|_| {
+                let scale = decades(-3.0, 6.0);
+                let l = DVec3::from_array(std::array::from_fn(|_| decades(-2.0, 1.0) - 1.0));
+                (scale * l, scale * decades(-6.0, -1.0))
+            })
+            .collect()
+    }
+
+    /// Each sphere is in one leaf, within the boxes of all nodes above, by the margin.
+    #[test]
+    fn boxes_hold_what_is_below_them() {
+        let spheres = spheres(2000);
+        let boxes = Boxes::new(&spheres);
+        let mut seen = vec![0; spheres.len()];
+        let mut open = vec![(0, boxes.nodes[0].aabb().min, boxes.nodes[0].aabb().max)];
+        while let Some((index, low, high)) = open.pop() {
+            let node = &boxes.nodes[index];
+            let Aabb { min, max, .. } = *node.aabb();
+            assert!(low.cmple(min).all() && max.cmple(high).all(), "node {index}");
+            let first = node.first_index as usize;
+            if !node.is_leaf() {
+                open.extend([(first, min, max), (first + 1, min, max)]);
+                continue;
+            }
+            for &sphere in &boxes.order[first..first + node.prim_count as usize] {
+                let (l, r) = spheres[sphere as usize];
+                seen[sphere as usize] += 1;
+                for axis in 0..3 {
+                    let margin = (l[axis].abs() + r) * 2f64.powi(-21);
+                    assert!(f64::from(min[axis]) <= l[axis] - r - margin, "{sphere} {axis}");
+                    assert!(f64::from(max[axis]) >= l[axis] + r + margin, "{sphere} {axis}");
+                }
+            }
+        }
+        assert!(seen.iter().all(|&times| times == 1));
+    }
+}

@@ -1,0 +1,160 @@
+//! What a sphere may cover of a picture: whole pixels, so that looking for the spheres along a
+//! pixel's ray compares integers, on every device alike.
+//!
+//! # Derivation
+//! A point seen at `t` in the direction `f + x·R + y·T` is `t·(f + x·R + y·T)` from the eye. With
+//! the reciprocal basis `g_f, g_R, g_T` of the frame (`g_f·f = 1`, `g_f·R = 0`, …) a point `p` has
+//! `t = g_f·p` and `x = g_R·p / g_f·p`.
+//!
+//! The pairs `(g_f·p, g_R·p)` of the points of a sphere about `L` with radius `r` lie in the disc
+//! about `(g_f·L, g_R·L)` with radius `σ·r`, where `σ²` is the largest eigenvalue of the two
+//! vectors' Gram matrix, by Gershgorin at most `max(g_f², g_R²) + |g_f·g_R|`. So `x` lies between
+//! the slopes of the tangents from the origin to that disc. These are its middle turned by `±φ`,
+//! `sin φ = σr/D` with the middle's distance `D`; a tangent that leaves the half-plane `t > 0`
+//! bounds nothing, nor do tangents where `D` is hardly above the radius.
+//!
+//! # Rounding
+//! In f64, with `ε = 2⁻⁵²` and a frame orthonormal to `2⁻¹⁰` ([`Pixels::is_in_range`]):
+//! 1. The reciprocal basis is off by less than `16ε`, a product with `L` by `20ε·ℓ`, `σ` by `20ε`.
+//! 2. `D ≥ (1 + 2⁻¹⁰)σr` or nothing is bounded; so `cos φ` is off by less than `2¹²ε`, and the
+//!    tangents are turned by less than `2¹³ε = 2⁻³⁹`.
+//! 3. The radius is widened by [`SPARE`]`·(ℓ + r) = 2⁻³⁴(ℓ + r)`, which turns the tangents outward by
+//!    at least `2⁻³⁵`, above all of that.
+//! 4. A slope's quotient and its way to a column lose `4ε` of the column and of the picture's width,
+//!    below `2⁻²⁰` pixel within the picture and next to it; [`EDGE`] is `2⁻¹⁰` pixel.
+
+use glam::DVec3;
+
+use crate::camera::{Pixels, View};
+use crate::guard::round_down;
+
+/// Part of a sphere's distance and radius that it is widened by.
+const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
+
+/// Part of a disc's distance below which its tangents bound nothing.
+const GRAZING: f64 = 1.0 / (1u64 << 10) as f64;
+
+/// What a footprint is widened by on each side before it is rounded to pixels, px.
+const EDGE: f64 = 1.0 / (1u64 << 10) as f64;
+
+/// Columns or rows of cells that a footprint can tell apart.
+const MOST_CELLS: u32 = 1 << 15;
+
+/// A rectangle of cells that holds all pixels that may see a sphere, and a lower bound of its `t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// First and last column, cells.
+    pub columns: [u16; 2],
+    /// First and last row, cells.
+    pub rows: [u16; 2],
+    /// No pixel sees it nearer than this.
+    pub t: f32,
+}
+
+impl Footprint {
+    /// The smallest footprint that holds both.
+    pub fn union(&self, other: &Footprint) -> Footprint {
+        let hull = |[a, b]: [u16; 2], [c, d]: [u16; 2]| [a.min(c), b.max(d)];
+        Footprint {
+            columns: hull(self.columns, other.columns),
+            rows: hull(self.rows, other.rows),
+            t: self.t.min(other.t),
+        }
+    }
+}
+
+/// A picture that spheres are projected to.
+#[derive(Clone, Copy, Debug)]
+pub struct Projection {
+    /// `g_f`, `g_R`, `g_T`.
+    depth: DVec3,
+    across: DVec3,
+    upward: DVec3,
+    depth_length: f64,
+    /// `σ` of columns and rows.
+    stretch: [f64; 2],
+    /// Half a pixel at `t = 1`.
+    step: f64,
+    width: u32,
+    height: u32,
+    cell_shift: u32,
+}
+
+impl Projection {
+    /// The whole picture that `pixels` are part of. Its frame [`Pixels::is_in_range`].
+    pub fn new(pixels: &Pixels) -> Projection {
+        let View { forward, right, true_up, h, .. } = pixels.view;
+        let (width, height) = (pixels.image_width, pixels.image_height);
+        let volume = forward.dot(right.cross(true_up));
+        let depth = right.cross(true_up) / volume;
+        let across = true_up.cross(forward) / volume;
+        let upward = forward.cross(right) / volume;
+        let stretch = [across, upward].map(|g: DVec3| {
+            (depth.length_squared().max(g.length_squared()) + depth.dot(g).abs()).sqrt()
+        });
+        let cells = |shift: u32| (width.max(height) - 1) >> shift;
+        Projection {
+            depth,
+            across,
+            upward,
+            depth_length: depth.length(),
+            stretch,
+            step: h / f64::from(height),
+            width,
+            height,
+            cell_shift: (0..32).find(|&shift| cells(shift) < MOST_CELLS).unwrap_or(31),
+        }
+    }
+
+    /// A cell has `2^cell_shift` columns and rows of pixels: one but for huge pictures.
+    pub fn cell_shift(&self) -> u32 {
+        self.cell_shift
+    }
+
+    /// Size of a cell at `t = 1`.
+    pub(super) fn cell_angle(&self) -> f64 {
+        2.0 * self.step * f64::from(1u32 << self.cell_shift)
+    }
+
+    /// The footprint of the sphere at `l` from the eye with radius `r`; `None` where no pixel sees
+    /// it.
+    pub fn footprint(&self, l: DVec3, r: f64) -> Option<Footprint> {
+        let [depth, across, upward] = [self.depth, self.across, self.upward].map(|g| g.dot(l));
+        let spare = SPARE * (l.length() + r);
+        let reach = r * self.depth_length + spare;
+        if depth + reach <= 0.0 {
+            return None;
+        }
+        let [left, right] = slopes(depth, across, r * self.stretch[0] + spare);
+        let [bottom, top] = slopes(depth, upward, r * self.stretch[1] + spare);
+        let column = |x: f64| (f64::from(self.width - 1) + x / self.step) / 2.0;
+        let row = |y: f64| (f64::from(self.height - 1) - y / self.step) / 2.0;
+        Some(Footprint {
+            columns: self.cells(column(left), column(right), self.width)?,
+            rows: self.cells(row(top), row(bottom), self.height)?,
+            t: round_down((depth - reach).max(0.0)),
+        })
+    }
+
+    /// The cells of the pixels from `first` to `last` that the picture has; `None` for none.
+    fn cells(&self, first: f64, last: f64, n: u32) -> Option<[u16; 2]> {
+        // A bound that is NaN is none.
+        let first = (first - EDGE).ceil().max(0.0);
+        let last = (last + EDGE).floor().min(f64::from(n - 1));
+        (first <= last).then(|| [first, last].map(|pixel| (pixel as u32 >> self.cell_shift) as u16))
+    }
+}
+
+/// The least and the largest slope `b/a`, where `a > 0`, in the disc about `(a, b)`.
+fn slopes(a: f64, b: f64, radius: f64) -> [f64; 2] {
+    let distance = (a * a + b * b).sqrt();
+    if distance - radius <= GRAZING * distance {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    let tangent = ((distance - radius) * (distance + radius)).sqrt();
+    let slope = |radius: f64| {
+        let turned = a * tangent - b * radius;
+        (turned > 0.0).then(|| (b * tangent + a * radius) / turned)
+    };
+    [slope(-radius).unwrap_or(f64::NEG_INFINITY), slope(radius).unwrap_or(f64::INFINITY)]
+}
