@@ -26,6 +26,21 @@ fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     );
 }
 
+//#if far
+// As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
+// lower bound still lacks the factor FAR_NARROWER.
+fn far_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, q: f32) -> Nearness {
+    let s = dot3(ray.direction, l) * ray.inv_a;
+    let p = l - ray.direction * s;
+    let m = dot3(p, p);
+    let inner = inner2 - m;
+    let outer = outer2 - m;
+    let low = (s + sqrt(abs(inner) * ray.inv_a)) * q;
+    let high = (s + sqrt(abs(outer) * ray.inv_a)) * q;
+    return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
+}
+//#end
+
 //#if spheres
 struct SphereCertified {
     center: vec3f,
@@ -95,18 +110,9 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     //#end
 }
 //#else
-// As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
-// lower bound still lacks the factor FAR_NARROWER.
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
-    let l = sphere.center;
-    let s = dot3(ray.direction, l) * ray.inv_a;
-    let p = l - ray.direction * s;
-    let m = dot3(p, p);
-    let inner = sphere.inner2 - m;
-    let outer = sphere.outer2 - m;
-    let low = (s + sqrt(abs(inner) * ray.inv_a)) * sphere.q_high_or_r2;
-    let high = (s + sqrt(abs(outer) * ray.inv_a)) * sphere.q_high_or_r2;
-    return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
+    return far_nearness(
+        ray, sphere.center, sphere.inner2, sphere.outer2, sphere.q_high_or_r2);
 }
 //#end
 //#end
@@ -146,11 +152,20 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
 }
 //#end
 
-// The object of a ray, or UNDECIDED.
-fn propose(ray: Ray) -> u32 {
+//#if spheres
+//#if hierarchy
+//#else
+fn sphere_id(index: u32) -> u32 {
+    return index + 1u;
+}
+//#end
+//#end
+
+// The nearest of the objects that are tested one after the other.
+fn nearest_listed(ray: Ray) -> Nearest {
     var nearest = Nearest(0.0, 0.0, 0.0, 0u);
     //#each sphere
-    nearest = nearer(nearest, sphere_nearness(ray, spheres[INDEX]), INDEX + 1u);
+    nearest = nearer(nearest, sphere_nearness(ray, spheres[INDEX]), sphere_id(INDEX));
     //#end
     //#if near
     //#else
@@ -159,6 +174,11 @@ fn propose(ray: Ray) -> u32 {
     //#each plane
     nearest = nearer(nearest, plane_nearness(ray, planes[INDEX]), params.n_spheres + INDEX + 1u);
     //#end
-    let decided = nearest.id == 0u || nearest.low > nearest.second_high;
-    return select(UNDECIDED, nearest.id, decided);
+    return nearest;
+}
+
+// The object, or UNDECIDED where the bounds leave it open.
+fn decide(nearest: Nearest) -> u32 {
+    let is_decided = nearest.id == 0u || nearest.low > nearest.second_high;
+    return select(UNDECIDED, nearest.id, is_decided);
 }

@@ -64,7 +64,7 @@ struct RayRecord {
 //#end
 
 // Straight-line up to the stores, without an early return: a software device takes its quick path
-// for loads with one address only where no lane can be switched off.
+// for loads with one address only where no lane can be switched off. A hierarchy comes last.
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
@@ -81,7 +81,12 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#end
     //#end
     //#if certified
-    let hit = Hit(0.0, propose(ray));
+    //#if hierarchy
+    let nearest = nearest_far(ray, cell_of(pixel.xy), nearest_listed(ray));
+    //#else
+    let nearest = nearest_listed(ray);
+    //#end
+    let hit = Hit(0.0, decide(nearest));
     //#else
     let hit = closest(ray);
     //#end

@@ -217,7 +217,7 @@ impl<'a> Stage<'a> {
         let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
         let rest_ks = match rays {
             Rays::Pixels(_) => {
-                rest.iter().map(|(id, _)| (*id, k(&scene.spheres[*id as usize - 1]))).collect()
+                rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
             }
             Rays::List(_) => HashMap::new(),
         };
@@ -301,8 +301,8 @@ impl<'a> Stage<'a> {
                 for id in planes.map(|index| index as u32 + 1) {
                     look(id);
                 }
-                for (id, _) in &hierarchy.rest {
-                    look(*id);
+                for &id in &hierarchy.rest {
+                    look(id);
                 }
                 self.search(hierarchy, index, &ray, look);
             }

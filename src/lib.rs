@@ -91,7 +91,7 @@
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
 //! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
-//! | [`bvh`] | the hierarchy over many spheres |
+//! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |

@@ -37,7 +37,7 @@ pub struct Needs {
     pub kernel: Kernel,
     /// Where the rays come from.
     pub source: Source,
-    /// Number of spheres.
+    /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Number of planes.
     pub n_planes: usize,
@@ -45,6 +45,8 @@ pub struct Needs {
     pub surface: bool,
     /// Whether a ray of the certified kernel may start in, on or close to a sphere.
     pub near: bool,
+    /// Whether the spheres of a picture are found through a hierarchy.
+    pub hierarchy: bool,
 }
 
 /// The objects in the form of one kernel, in id order.
@@ -98,12 +100,12 @@ impl Objects {
     }
 }
 
-/// Scenes with more spheres than this have a hierarchy. On the CPU, where the rays of a tile go
-/// through it together, it pays from about here on.
+/// With more spheres than this, those of a picture are found through a hierarchy. It pays from about
+/// here on.
 pub const FEW_SPHERES: usize = 16;
 
-/// Scenes with more spheres than this have no list of them: no device should test every ray against
-/// each. A shader unrolls that list, and its compile time grows with the square.
+/// With more spheres than this, those along any rays are. A device tests them one after the other
+/// up to here, unrolled, and its compiler takes longer with the square of their number.
 pub const LISTED_SPHERES: usize = 128;
 
 /// A scene ready to be traced by one kernel from one source of rays.
@@ -124,8 +126,7 @@ pub struct Prepared {
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
-    /// For the certified kernel and more than [`FEW_SPHERES`]. With more than [`LISTED_SPHERES`],
-    /// `objects` has no spheres.
+    /// For the certified kernel and many spheres. `objects` then has only those that are not in it.
     pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }
@@ -173,13 +174,18 @@ impl Prepared {
                 let frame = Frame::new(rays, reference, &scene);
                 (near, in_range) = (frame.near, frame.in_range);
                 let planes = scene.planes.iter().map(|plane| frame.plane(plane)).collect();
-                let spheres = match scene.spheres.len() <= LISTED_SPHERES {
-                    true => scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect(),
-                    false => Vec::new(),
+                let spheres = if scene.spheres.len() <= most_listed(rays) {
+                    scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect()
+                } else if in_range {
+                    let found = Hierarchy::new(&frame, rays, &scene)?;
+                    let sphere = |&id: &u32| frame.sphere(&scene.spheres[id as usize - 1]);
+                    let rest = found.rest.iter().map(sphere).collect();
+                    hierarchy = Some(found);
+                    rest
+                } else {
+                    // The f32 stage has no say about these rays.
+                    Vec::new()
                 };
-                if in_range && scene.spheres.len() > FEW_SPHERES {
-                    hierarchy = Some(Hierarchy::new(&frame, rays, &scene)?);
-                }
                 Objects::Certified(Lists { spheres, planes })
             }
         };
@@ -233,8 +239,13 @@ impl Prepared {
         }
     }
 
-    /// Spheres that a device tests one after the other; none where there is no list of them.
-    fn n_listed_spheres(&self) -> usize {
+    /// Whether the f32 stage has no way to these rays' many spheres, which f64 then finds.
+    pub fn is_left_to_f64(&self) -> bool {
+        self.hierarchy.as_ref().is_some_and(|hierarchy| !hierarchy.is_by_pixel())
+    }
+
+    /// Spheres that a device tests one after the other.
+    pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
             Objects::Certified(lists) => lists.spheres.len(),
             _ => self.scene.spheres.len(),
@@ -256,7 +267,15 @@ impl Prepared {
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && self.kernel != Kernel::Certified,
             near: self.near,
+            hierarchy: self.hierarchy.as_ref().is_some_and(Hierarchy::is_by_pixel),
         }
+    }
+}
+
+fn most_listed(rays: &Rays) -> usize {
+    match rays {
+        Rays::Pixels(_) => FEW_SPHERES,
+        Rays::List(_) => LISTED_SPHERES,
     }
 }
 
@@ -404,7 +423,7 @@ impl Frame {
                     near: false,
                 };
                 let longest = pixels.longest_direction();
-                let near = scene.spheres.len() > LISTED_SPHERES
+                let near = scene.spheres.len() > FEW_SPHERES
                     || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
                 Frame { near, ..frame }
             }

@@ -7,8 +7,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::bvh::boxes::{Boxes, BoxesRay};
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::compare::compare;
 use kugelblitz::cpu::CpuTracer;
-use kugelblitz::prepare::{FEW_SPHERES, Prepared};
+use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
 use kugelblitz::scene::{Camera, Plane, Scene, Sphere};
 use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
@@ -19,12 +21,24 @@ use common::{in_cube, plane, sphere};
 
 const WANTS: Wants = Wants { surface: true, level: true };
 
+/// On the CPU. The device sees the same, though it may leave other rays to f64.
 fn trace(scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> (Hits, Arc<Prepared>) {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap());
-    let mut tracer = CpuTracer::new(Arc::clone(&prepared), wants);
+    let hits = trace_with(&mut CpuTracer::new(Arc::clone(&prepared), wants), rays);
+    let mut on_device = GpuTracer::new(common::gpu(), Arc::clone(&prepared), wants).unwrap();
+    assert_same(&trace_with(&mut on_device, rays), &hits);
+    (hits, prepared)
+}
+
+fn trace_with(tracer: &mut dyn Tracer, rays: &Rays) -> Hits {
     let mut hits = Hits::default();
     tracer.trace(rays, &Control::default(), &mut hits).unwrap();
-    (hits, prepared)
+    hits
+}
+
+fn assert_same(on_device: &Hits, on_cpu: &Hits) {
+    let difference = compare(on_device, on_cpu);
+    assert!(difference.is_equal(), "{difference:?}");
 }
 
 /// Every pixel is right, and the f32 stage decided most of them.
@@ -69,7 +83,8 @@ fn uniform(rng: &mut ChaCha8Rng, n: usize) -> Vec<Sphere> {
 #[test]
 fn clouds_of_all_sorts() {
     let mut rng = ChaCha8Rng::seed_from_u64(606);
-    check_picture("uniform", &looking_at_the_origin(4.0), uniform(&mut rng, 600), vec![]);
+    // On the device, more than a row of a texture.
+    check_picture("uniform", &looking_at_the_origin(4.0), uniform(&mut rng, 5000), vec![]);
 
     let clustered = (0..500)
         .map(|i| {
@@ -125,6 +140,81 @@ fn far_from_the_origin_and_from_within() {
     spheres.pop();
     spheres.push(sphere(DVec3::new(0.0, -1e9 - 0.5, 0.0), 1e9));
     check_picture("on a huge ground", &looking_at_the_origin(3.0), spheres, vec![]);
+}
+
+/// The device's copy of a hierarchy follows the camera, and parts of a picture are parts of the whole.
+#[test]
+fn a_moved_camera_and_parts_of_pictures() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    let mut spheres = uniform(&mut rng, 700);
+    spheres.push(sphere(DVec3::new(0.0, 0.0, 9.0), 0.5));
+    let scene = Arc::new(common::scene(spheres, vec![]));
+    let mut on_device: Option<GpuTracer> = None;
+    let cameras = [
+        looking_at_the_origin(4.0),
+        // In a sphere, which is then in no hierarchy.
+        common::camera(DVec3::new(0.0, 0.1, 9.0), DVec3::ZERO),
+        looking_at_the_origin(30.0),
+        // Away from all.
+        common::camera(DVec3::new(0.0, 0.0, 40.0), DVec3::new(0.0, 0.0, 50.0)),
+        looking_at_the_origin(2.5),
+    ];
+    for camera in &cameras {
+        let whole = Pixels::whole(View::new(camera), 61, 43);
+        let rays = Rays::Pixels(whole);
+        let prepared =
+            Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
+        let on_cpu = trace_with(&mut CpuTracer::new(Arc::clone(&prepared), WANTS), &rays);
+        let tracer = match &mut on_device {
+            Some(tracer) => {
+                tracer.retarget(Arc::clone(&prepared)).unwrap();
+                tracer
+            }
+            None => on_device
+                .insert(GpuTracer::new(common::gpu(), Arc::clone(&prepared), WANTS).unwrap()),
+        };
+        assert_same(&trace_with(tracer, &rays), &on_cpu);
+        let part = Pixels { x: 13, y: 7, width: 29, height: 30, ..whole };
+        let mut cpu = CpuTracer::new(prepared, WANTS);
+        let on_device = trace_with(tracer, &Rays::Pixels(part));
+        assert_same(&on_device, &trace_with(&mut cpu, &Rays::Pixels(part)));
+        for index in 0..part.len() {
+            let (x, y) = part.xy(index);
+            assert_eq!(on_device.id[index], on_cpu.id[(y * 61 + x) as usize], "pixel {x}, {y}");
+        }
+    }
+}
+
+/// More spheres around the eye than a shader unrolls, and others, with ids all over.
+#[test]
+fn many_spheres_around_the_eye() {
+    let mut rng = ChaCha8Rng::seed_from_u64(615);
+    let eye = DVec3::new(0.0, 0.0, 4.0);
+    let mut spheres = uniform(&mut rng, 300);
+    for (k, index) in (0..LISTED_SPHERES + 20).zip((0..).step_by(2)) {
+        let radius = 30.0 + 0.01 * k as f64;
+        spheres.insert(index, sphere(eye + 0.1 * in_cube(&mut rng), radius));
+    }
+    let camera = common::camera(eye, DVec3::ZERO);
+    check_picture("around the eye", &camera, spheres, vec![]);
+}
+
+#[test]
+fn more_spheres_than_a_device_holds_are_refused() {
+    let mut rng = ChaCha8Rng::seed_from_u64(616);
+    let scene = Arc::new(common::scene(uniform(&mut rng, 3000), vec![]));
+    let pixels = Pixels::whole(View::new(&looking_at_the_origin(4.0)), 1920, 1080);
+    let prepared =
+        Arc::new(Prepared::new(scene, Kernel::Certified, &Rays::Pixels(pixels)).unwrap());
+    let refusal = |max_texture_side| {
+        let mut gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+        gpu.facts.max_texture_side = max_texture_side;
+        GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), WANTS).err()
+    };
+    let error = refusal(1).unwrap();
+    assert_eq!(error.exit_code(), 7);
+    assert!(error.to_string().contains("takes at most 2048"), "{error}");
+    assert!(refusal(2).is_none());
 }
 
 /// Equal spheres, and spheres of extreme sizes among ordinary ones.

@@ -10,7 +10,7 @@ use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
-use kugelblitz::prepare::Prepared;
+use kugelblitz::prepare::{FEW_SPHERES, Prepared};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
@@ -246,7 +246,7 @@ fn an_empty_scene_is_background() {
 fn packets_give_what_single_rays_give() {
     for seed in 20..26 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let spheres = (0..30)
+        let spheres = (0..FEW_SPHERES)
             .map(|_| {
                 let distance = log_uniform(&mut rng, 5.0, 1e3).abs();
                 sphere(in_cube(&mut rng).normalize() * distance, distance * 0.2)
@@ -260,7 +260,7 @@ fn packets_give_what_single_rays_give() {
             let rays = Rays::Pixels(pixels);
             let prepared =
                 Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
-            assert!(!prepared.near, "no packets here");
+            assert!(!prepared.near && prepared.hierarchy.is_none(), "no packets here");
             let mut hits = Hits::default();
             let wants = Wants { surface: false, level: true };
             CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();

@@ -3,10 +3,13 @@
 //! decorates them.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
+use kugelblitz::camera::{Pixels, View};
 use kugelblitz::gpu::{Shader, compile};
-use kugelblitz::prepare::{Needs, Source};
-use kugelblitz::trace::Kernel;
+use kugelblitz::prepare::{Needs, Prepared, Source};
+use kugelblitz::scene::read_scene;
+use kugelblitz::trace::{Kernel, Rays, Wants};
 
 /// `(opcode, operands)` of each instruction.
 fn walk(words: &[u32]) -> Vec<(u32, &[u32])> {
@@ -85,7 +88,15 @@ fn bindings(words: &[u32]) -> Vec<u32> {
 }
 
 fn needs(kernel: Kernel, source: Source) -> Needs {
-    Needs { kernel, source, n_spheres: 3, n_planes: 2, surface: false, near: false }
+    Needs {
+        kernel,
+        source,
+        n_spheres: 3,
+        n_planes: 2,
+        surface: false,
+        near: false,
+        hierarchy: false,
+    }
 }
 
 /// All combinations that the program can ask for, and some more.
@@ -103,7 +114,12 @@ fn all_needs() -> Vec<Needs> {
                         };
                         if asked_for {
                             let needs = needs(kernel, source);
-                            all.push(Needs { n_spheres, n_planes, surface, near: inside, ..needs });
+                            let needs =
+                                Needs { n_spheres, n_planes, surface, near: inside, ..needs };
+                            all.push(needs);
+                            if certified && inside && source == Source::Pixels {
+                                all.push(Needs { hierarchy: true, ..needs });
+                            }
                         }
                     }
                 }
@@ -183,12 +199,18 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
         let (whole, words) = shader(&needs);
         assert_complete(&whole, &words);
         assert_eq!(has(&whole, "plane"), needs.n_planes > 0, "{needs:?}");
-        assert_eq!(has(&whole, "sphere"), needs.n_spheres > 0, "{needs:?}");
-        // Results, parameters; spheres; planes; the list of rays.
+        let has_spheres = needs.n_spheres > 0;
+        assert_eq!(has(&whole, "sphere"), has_spheres || needs.hierarchy, "{needs:?}");
+        // Results, parameters; spheres; planes; the list of rays; the hierarchy.
         let surface = if needs.surface { 2 } else { 0 };
         let list = usize::from(needs.source == Source::List);
         let objects = usize::from(needs.n_spheres > 0) + usize::from(needs.n_planes > 0);
-        assert_eq!(bindings(&words).len(), 2 + surface + objects + list, "{needs:?}");
+        let hierarchy = match needs.hierarchy {
+            true => 3 + usize::from(has_spheres),
+            false => 0,
+        };
+        let expected = 2 + surface + objects + list + hierarchy;
+        assert_eq!(bindings(&words).len(), expected, "{needs:?}");
         if needs.n_planes > 0 {
             let (_, without) = shader(&Needs { n_planes: 0, ..needs });
             let floats = |words: &[u32]| check_no_contraction(words).unwrap();
@@ -196,6 +218,51 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
             assert_eq!(bindings(&without).len() + 1, bindings(&words).len(), "{needs:?}");
         }
     }
+}
+
+/// The scenes that come along, and what the program then asks of the device.
+fn scenes() -> Vec<(String, Needs)> {
+    let mut found = Vec::new();
+    for folder in ["scenes", "scenes/hard", "scenes/clouds"] {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|ending| ending != "toml") {
+                continue;
+            }
+            let scene = read_scene(&path).unwrap();
+            let view = View::new(scene.camera.as_ref().unwrap());
+            let rays = Rays::Pixels(Pixels::whole(view, 64, 48));
+            for kernel in Kernel::ALL {
+                let prepared = Prepared::new(Arc::new(scene.clone()), kernel, &rays).unwrap();
+                let needs = prepared.needs(Wants::default());
+                found.push((format!("{} {}", path.display(), kernel.name()), needs));
+            }
+        }
+    }
+    found
+}
+
+/// What a hierarchy brings: textures, loops, and names.
+fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
+    const OP_TYPE_IMAGE: u32 = 25;
+    const OP_LOOP_MERGE: u32 = 246;
+    let names = ["hierarchy", "walk", "node", "cell", "texel", "rest_ids", "far_spheres"];
+    let named = names.iter().filter(|name| has(shader, name)).count();
+    count(words, OP_TYPE_IMAGE) + count(words, OP_LOOP_MERGE) + named
+}
+
+#[test]
+fn a_hierarchy_only_where_there_are_many_spheres() {
+    let mut n_with = 0;
+    for (name, needs) in scenes() {
+        let (shader, words) = shader(&needs);
+        assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, needs.hierarchy, "{name}");
+        let is_many = needs.kernel == Kernel::Certified && name.contains("caffeine");
+        assert!(!needs.hierarchy || is_many || name.contains("hard"), "{name}");
+        n_with += usize::from(needs.hierarchy);
+    }
+    assert!(n_with > 0);
 }
 
 #[test]

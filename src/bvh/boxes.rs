@@ -34,6 +34,11 @@ impl Boxes {
         let binary = build(&boxes);
         Boxes { nodes: binary.nodes, order: binary.primitive_indices }
     }
+
+    /// Bytes of the nodes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+    }
 }
 
 /// The box of a sphere with the margin.

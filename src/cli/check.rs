@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::prepare::Prepared;
+use kugelblitz::prepare::{Hierarchy, Prepared};
 use kugelblitz::render::{available_memory, plan};
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
@@ -15,7 +15,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Head, Objects};
-use super::output::{bytes, count, objects, print, print_json};
+use super::output::{bytes, count, ms, objects, print, print_json};
 use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -29,8 +29,28 @@ struct Summary {
     bytes_scene: u64,
     /// Bytes of the objects on the device, by kernel.
     bytes_device: BTreeMap<&'static str, u64>,
+    /// The hierarchy over many spheres; `null` where they are few.
+    hierarchy: Option<Built>,
     /// What a picture takes; `null` without a camera.
     picture: Option<Picture>,
+}
+
+#[derive(Serialize)]
+struct Built {
+    /// Spheres that it doesn't hold: those close to the eye or out of range.
+    spheres_outside: usize,
+    bytes: u64,
+    ms_build: f64,
+}
+
+impl From<&Hierarchy> for Built {
+    fn from(hierarchy: &Hierarchy) -> Built {
+        Built {
+            spheres_outside: hierarchy.rest.len(),
+            bytes: hierarchy.bytes(),
+            ms_build: ms(hierarchy.build_time),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -65,8 +85,10 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let anywhere = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = pixels.map_or_else(|| Rays::List(vec![anywhere]), Rays::Pixels);
     let mut bytes_device = BTreeMap::new();
+    let mut hierarchy = None;
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &rays)?);
+        hierarchy = hierarchy.or(prepared.hierarchy.as_ref().map(Built::from));
         let tracer = CpuTracer::new(prepared, Wants::default());
         bytes_device.insert(kernel.name(), tracer.bytes_device());
     }
@@ -93,6 +115,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
             clouds: scene.clouds.iter().map(CloudFile::from).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
+            hierarchy,
             picture,
         });
     }
@@ -105,6 +128,13 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let _ = writeln!(text, "in memory: {}", bytes(scene.bytes()));
     for (kernel, n) in bytes_device {
         let _ = writeln!(text, "on the device, {kernel}: {}", bytes(n));
+    }
+    if let Some(Built { spheres_outside, bytes: n, ms_build }) = hierarchy {
+        let outside = match spheres_outside {
+            0 => String::new(),
+            n => format!(", without {}", count(n, "sphere")),
+        };
+        let _ = writeln!(text, "hierarchy: {}, built in {ms_build:.0} ms{outside}", bytes(n));
     }
     match picture {
         Some(Picture { size: [width, height], rays, bytes_memory }) => {

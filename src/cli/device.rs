@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
-use kugelblitz::prepare::LISTED_SPHERES;
-use kugelblitz::scene::Scene;
+use kugelblitz::prepare::Prepared;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 
@@ -54,28 +53,25 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
     }
 }
 
-/// Opens what --device asks for to trace `scene` with `kernel`. The hierarchy over many spheres is on
-/// the CPU alone: `auto` takes that, with a line; a device that was asked for gets a warning.
+/// Opens what --device asks for to trace a prepared scene. Lists of rays into many spheres are left
+/// to f64 on the CPU: `auto` takes that, with a line; a device that was asked for gets a warning.
 ///
 /// # Errors
 /// Those of [`open`].
-pub fn open_for(
-    choice: &DeviceChoice,
-    kernel: Kernel,
-    scene: &Scene,
-    talk: &TalkArgs,
-) -> Result<Device> {
-    let is_on_cpu = kernel == Kernel::Certified && scene.spheres.len() > LISTED_SPHERES;
-    let n_spheres = scene.spheres.len();
+pub fn open_for(choice: &DeviceChoice, prepared: &Prepared, talk: &TalkArgs) -> Result<Device> {
+    let is_on_cpu = prepared.is_left_to_f64();
+    let n_spheres = prepared.scene.spheres.len();
     if is_on_cpu && *choice == DeviceChoice::Auto {
-        talk.say(&format!("tracing on the CPU: its hierarchy is the way to {n_spheres} spheres"));
+        talk.say(&format!(
+            "tracing on the CPU: its hierarchy is the way from any ray to {n_spheres} spheres"
+        ));
         return Ok(Device::Cpu);
     }
-    let device = open(choice, Some(kernel), talk)?;
+    let device = open(choice, Some(prepared.kernel), talk)?;
     if is_on_cpu && let Device::Gpu(gpu) = &device {
         talk.warn(&format!(
-            "the CPU does the work of {}: only it has the hierarchy over {n_spheres} spheres; \
-             `--device cpu` says so",
+            "the CPU does the work of {}: only it has the hierarchy for any rays into {n_spheres} \
+             spheres; `--device cpu` says so",
             gpu.facts.name
         ));
     }

@@ -52,7 +52,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
     let prepare = start.elapsed();
     let build = prepared.build_time();
-    let device = device::open_for(&args.device.device, args.kernel, &scene, &args.talk)?;
+    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
     run.control.check()?;
     let wants = format.wants(options.certificates);
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;

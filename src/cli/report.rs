@@ -47,7 +47,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     });
     let adapters = adapters.collect::<Result<Vec<_>>>()?;
     let evidence = Evidence::collect(command_line(), COMMIT, adapters);
-    let subjects = subjects(&devices, kernels(args), &cases, &mut missing)?;
+    let subjects = subjects(&devices, kernels(args), &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &subjects, &effort);
     let progress = Progress::start(&args.talk, &run.control, n_rays);
@@ -179,15 +179,13 @@ fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>>
 fn subjects(
     devices: &[Device],
     kernels: &[Kernel],
-    cases: &[Case],
     missing: &mut Vec<Missing>,
 ) -> Result<Vec<Subject>> {
     let mut subjects = Vec::new();
     for device in devices {
         for &kernel in kernels {
             let subject = Subject::new(kernel, device);
-            let unsuited = cases.iter().find_map(|case| subject.unsuited(&case.scene));
-            match why_not(kernel, device)?.or(unsuited.map(str::to_string)) {
+            match why_not(kernel, device)? {
                 None => subjects.push(subject),
                 Some(why) => missing.push(Missing {
                     what: format!("{} on {}", kernel.name(), device.label()),

@@ -60,7 +60,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
     let prepare = start.elapsed();
     let build = prepared.build_time();
-    let device = device::open_for(&args.device.device, args.kernel, &scene, &args.talk)?;
+    let device = device::open_for(&args.device.device, &prepared, &args.talk)?;
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);

@@ -64,10 +64,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let pixels = args.size.pixels(&scene, &args.scene)?;
     refuse_what_cannot_fit(&pixels)?;
     let only = (!args.all_kernels).then_some(args.kernel);
-    let device = match only {
-        Some(kernel) => device::open_for(&args.device.device, kernel, &scene, &args.talk)?,
-        None => device::open(&args.device.device, None, &args.talk)?,
-    };
+    let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);

@@ -171,7 +171,8 @@ impl Tracer for CpuTracer {
 
     fn bytes_device(&self) -> u64 {
         let (spheres, planes) = self.prepared.objects.bytes();
-        (spheres.len() + planes.len()) as u64
+        let hierarchy = self.prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
+        (spheres.len() + planes.len()) as u64 + hierarchy
     }
 }
 
@@ -242,10 +243,10 @@ fn others(
     widening: &Widening<f32>,
 ) -> Nearest<f32> {
     let mut nearest = Nearest::NONE;
-    for (id, sphere) in &hierarchy.rest {
+    let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else { return nearest };
+    for (sphere, id) in spheres.iter().zip(&hierarchy.rest) {
         nearest = nearest.nearer(record_nearness::<true, true>(ray, sphere, widening), *id);
     }
-    let Objects::Certified(Lists { planes, .. }) = &prepared.objects else { return nearest };
     let first_id = prepared.scene.spheres.len() as u32 + 1;
     for (plane, id) in planes.iter().zip(first_id..) {
         nearest = nearest.nearer(plane_record_nearness::<true>(ray, plane, widening), id);

@@ -41,6 +41,8 @@ pub struct AdapterFacts {
     pub max_buffer_bytes: u64,
     /// Workgroups that one dispatch takes along one axis.
     pub max_workgroups: u32,
+    /// Columns or rows of a texture.
+    pub max_texture_side: u32,
 }
 
 impl AdapterFacts {
@@ -63,6 +65,7 @@ impl AdapterFacts {
             max_binding_bytes: limits.max_storage_buffer_binding_size,
             max_buffer_bytes: limits.max_buffer_size,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
+            max_texture_side: limits.max_texture_dimension_2d,
         }
     }
 

@@ -4,6 +4,8 @@
 use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use super::hierarchy::TEXELS_PER_ROW;
+use crate::bvh::footprints::{BORROW, IS_LEAF};
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{UNDECIDED, Widening};
@@ -36,6 +38,7 @@ const STABLE: Part = part!("stable.wgsl");
 const DOUBLE: Part = part!("double.wgsl");
 const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
+const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
 #[cfg(feature = "view")]
@@ -68,6 +71,9 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
         Kernel::Certified => vec![CERTIFIED],
     });
     parts.push(RENDER);
+    if needs.hierarchy {
+        parts.push(HIERARCHY);
+    }
     compile_parts(&parts, &Choices::new(needs))
 }
 
@@ -117,6 +123,8 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.kernel == Kernel::Double, "double"),
         (needs.kernel == Kernel::Certified, "certified"),
         (needs.near, "near"),
+        (needs.hierarchy || needs.n_spheres > 0 && !needs.near, "far"),
+        (needs.hierarchy, "hierarchy"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -152,6 +160,12 @@ fn constants(needs: &Needs) -> String {
         text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
         text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
+    }
+    if needs.hierarchy {
+        text += &format!("const IS_LEAF = {IS_LEAF}u;\nconst BORROW = {BORROW}u;\n");
+        text += &format!("const NO_PLACE = {}u;\n", u32::MAX);
+        text += &format!("const T_ROOM = {:?}f;\n", guard::T_ROOM);
+        text += &format!("const ROW_BITS = {}u;\n", TEXELS_PER_ROW.ilog2());
     }
     text
 }
@@ -198,7 +212,7 @@ const MAX_UNROLLED: usize = LISTED_SPHERES;
 /// What a `//#` directive opens.
 enum Block {
     If(bool),
-    Each { kind: &'static str, count: usize, body: String },
+    Each { count: usize, body: String },
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
@@ -217,13 +231,13 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
                 _ => return Err(wrong("no //#if is open here")),
             },
             Some(["each", kind]) => open.push(match *kind {
-                "sphere" => each("spheres", choices.n_spheres),
-                "plane" => each("planes", choices.n_planes),
+                "sphere" => each(choices.n_spheres),
+                "plane" => each(choices.n_planes),
                 _ => return Err(wrong("unknown kind of object")),
             }),
             Some(["end"]) => match open.pop() {
                 Some(Block::If(_)) => {}
-                Some(Block::Each { kind, count, body }) => text += &repeat(kind, count, &body),
+                Some(Block::Each { count, body }) => text += &repeat(count, &body),
                 None => return Err(wrong("nothing is open here")),
             },
             Some(_) => return Err(wrong("unknown directive")),
@@ -241,16 +255,16 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
     }
 }
 
-fn each(kind: &'static str, count: usize) -> Block {
-    Block::Each { kind, count, body: String::new() }
+fn each(count: usize) -> Block {
+    Block::Each { count, body: String::new() }
 }
 
-fn repeat(kind: &str, count: usize, body: &str) -> String {
+fn repeat(count: usize, body: &str) -> String {
     if count <= MAX_UNROLLED {
         (0..count).map(|index| body.replace("INDEX", &format!("{index}u"))).collect()
     } else {
         let body = body.replace("INDEX", "i");
-        format!("for (var i = 0u; i < params.n_{kind}; i++) {{ {body} }}")
+        format!("for (var i = 0u; i < {count}u; i++) {{ {body} }}")
     }
 }
 

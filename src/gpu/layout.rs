@@ -64,6 +64,20 @@ pub struct ParamsDouble {
     pub padding: [u32; 6],
 }
 
+/// Twin of `Walk` in `shaders/hierarchy.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Walk {
+    /// Nodes of the hierarchy.
+    pub n_nodes: u32,
+    /// Picture column of the tile's first pixel.
+    pub first_x: u32,
+    /// Picture row of it.
+    pub first_y: u32,
+    /// [`crate::bvh::footprints::Footprints::cell_shift`]
+    pub cell_shift: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use std::mem::{offset_of, size_of};
@@ -84,6 +98,7 @@ mod tests {
             n_planes: 1,
             surface: kernel != Kernel::Certified,
             near: true,
+            hierarchy: kernel == Kernel::Certified && source == Source::Pixels,
         };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -191,6 +206,7 @@ mod tests {
             n_offset_error
         );
         check!(Stable, List, RayRecord, "RayRecord", origin, origin_low, direction);
+        check!(Certified, Pixels, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
     }
 
     #[test]

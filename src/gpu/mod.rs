@@ -3,6 +3,7 @@
 mod adapter;
 mod clock;
 mod compile;
+mod hierarchy;
 mod layout;
 #[cfg(feature = "view")]
 mod live;

@@ -20,23 +20,28 @@ pub fn bind_group_layout_for(
         .global_variables
         .iter()
         .filter_map(|(_, variable)| {
+            let buffer = |ty| wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            };
             let ty = match variable.space {
-                naga::AddressSpace::Uniform => wgpu::BufferBindingType::Uniform,
-                naga::AddressSpace::Storage { access } => wgpu::BufferBindingType::Storage {
-                    read_only: !access.contains(naga::StorageAccess::STORE),
+                naga::AddressSpace::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+                naga::AddressSpace::Storage { access } => {
+                    buffer(wgpu::BufferBindingType::Storage {
+                        read_only: !access.contains(naga::StorageAccess::STORE),
+                    })
+                }
+                // Textures, which are all of one kind here.
+                naga::AddressSpace::Handle => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
                 },
                 _ => return None,
             };
-            Some(wgpu::BindGroupLayoutEntry {
-                binding: variable.binding.as_ref()?.binding,
-                visibility,
-                ty: wgpu::BindingType::Buffer {
-                    ty,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
+            let binding = variable.binding.as_ref()?.binding;
+            Some(wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
         })
         .collect();
     entries.sort_by_key(|entry| entry.binding);
@@ -52,13 +57,19 @@ pub fn bind_group<'a>(
     layout: &wgpu::BindGroupLayout,
     buffers: impl IntoIterator<Item = &'a wgpu::Buffer>,
 ) -> wgpu::BindGroup {
-    let entries: Vec<_> = buffers
+    bind_resources(device, layout, buffers.into_iter().map(wgpu::Buffer::as_entire_binding))
+}
+
+/// Binds buffers and textures in the order of the shader's bindings.
+pub fn bind_resources<'a>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
         .into_iter()
         .enumerate()
-        .map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding: binding as u32,
-            resource: buffer.as_entire_binding(),
-        })
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("kugelblitz"),

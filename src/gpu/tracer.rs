@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use super::adapter::Gpu;
 use super::clock::Clock;
 use super::compile::WORKGROUP;
+use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
 use super::live::Words;
-use super::pipeline::bind_group;
+use super::pipeline::bind_resources;
 use super::program::Program;
 #[cfg(feature = "view")]
 use crate::camera::Pixels;
@@ -17,7 +18,7 @@ use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{LISTED_SPHERES, Prepared, RayRecord, RayRecordDouble, Source};
+use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -42,6 +43,7 @@ pub struct GpuTracer {
     program: Arc<Program>,
     params: wgpu::Buffer,
     objects: Vec<wgpu::Buffer>,
+    hierarchy: Option<DeviceHierarchy>,
     results: Option<Results>,
     tile_rays: usize,
     clock: Option<Clock>,
@@ -83,9 +85,10 @@ impl GpuTracer {
         let start = Instant::now();
         let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
         let objects = objects.collect();
+        let hierarchy = device_hierarchy(&gpu, &prepared, stand_in.is_some())?;
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
-        let n_objects = prepared.scene.n_objects().max(1);
+        let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
         let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
         let mut tracer = GpuTracer {
             gpu,
@@ -94,6 +97,7 @@ impl GpuTracer {
             program,
             params,
             objects,
+            hierarchy,
             results: None,
             tile_rays,
             clock: None,
@@ -115,10 +119,20 @@ fn object_bytes(prepared: &Prepared) -> impl Iterator<Item = (&'static str, &[u8
 }
 
 fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
-    let has_list = prepared.scene.spheres.len() <= LISTED_SPHERES;
-    let unsuited =
-        prepared.kernel == Kernel::Certified && !(has_list && gpu.arithmetic()?.suits_filter());
+    let unsuited = prepared.kernel == Kernel::Certified
+        && (prepared.is_left_to_f64() || !gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
+}
+
+fn device_hierarchy(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    has_stand_in: bool,
+) -> Result<Option<DeviceHierarchy>> {
+    match &prepared.hierarchy {
+        Some(hierarchy) if !has_stand_in => DeviceHierarchy::new(gpu, hierarchy),
+        _ => Ok(None),
+    }
 }
 
 fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
@@ -156,7 +170,7 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     Ok(())
 }
 
-fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
+pub(super) fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.len() as u64,
@@ -202,6 +216,11 @@ impl GpuTracer {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
+        let hierarchy = device_hierarchy(&self.gpu, &prepared, self.stand_in.is_some())?;
+        if hierarchy.is_some() {
+            self.results = None;
+        }
+        self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()
     }
@@ -243,8 +262,7 @@ impl GpuTracer {
     fn trace_tile_on_device(&mut self, rays: &Rays, tile: &Tile, ids: &Words) -> Result<()> {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(()) };
-        let params = self.params_bytes(rays, tile);
-        self.gpu.queue.write_buffer(&self.params, 0, &params);
+        self.write_params(rays, tile);
         let mut encoder = self.dispatch(results, workgroups(tile));
         let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
         encoder.copy_buffer_to_buffer(&results.device[0], 0, ids.buffer(), offset, Some(bytes));
@@ -289,6 +307,7 @@ impl Tracer for GpuTracer {
             device + r.staging.size() + r.rays.as_ref().map_or(0, wgpu::Buffer::size)
         });
         self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+            + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
             + results_bytes
     }
@@ -379,9 +398,7 @@ impl GpuTracer {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
-        let queue = &self.gpu.queue;
-        let params = self.params_bytes(rays, tile);
-        queue.write_buffer(&self.params, 0, &params);
+        self.write_params(rays, tile);
         let mut exponents = Vec::new();
         if let (Rays::List(rays), Some(buffer)) = (rays, &results.rays) {
             let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
@@ -431,10 +448,15 @@ impl GpuTracer {
         ))
     }
 
-    fn params_bytes(&self, rays: &Rays, tile: &Tile) -> Vec<u8> {
-        match self.prepared.kernel {
+    fn write_params(&self, rays: &Rays, tile: &Tile) {
+        let params = match self.prepared.kernel {
             Kernel::Double => bytes(&self.params_double(rays, tile)),
             _ => bytes(&self.params(rays, tile)),
+        };
+        self.gpu.queue.write_buffer(&self.params, 0, &params);
+        if let (Some(hierarchy), Rays::Pixels(pixels)) = (&self.hierarchy, rays) {
+            let (x, y) = pixels.xy(tile.first);
+            hierarchy.start_at(&self.gpu, [x, y]);
         }
     }
 
@@ -537,7 +559,10 @@ impl GpuTracer {
         });
         let buffers =
             std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);
-        let bind_group = bind_group(device, &self.program.bind_group_layout, buffers);
+        let resources = buffers
+            .map(wgpu::Buffer::as_entire_binding)
+            .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
+        let bind_group = bind_resources(device, &self.program.bind_group_layout, resources);
         self.gpu.check()?;
         self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
         Ok(())

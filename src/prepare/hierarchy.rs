@@ -12,7 +12,8 @@ use crate::bvh::footprint::{Footprint, Projection};
 use crate::bvh::footprints::Footprints;
 use crate::camera::Pixels;
 use crate::error::{Error, Result};
-use crate::kernel::certified::{SphereCertified, SphereFar};
+use crate::kernel::certified::SphereFar;
+use crate::render::available_memory;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 
@@ -21,8 +22,8 @@ use crate::trace::Rays;
 pub struct Hierarchy {
     /// The spheres that have a place in it.
     pub search: Search,
-    /// The others, with their ids: those close to the eye or out of range.
-    pub rest: Vec<(u32, SphereCertified)>,
+    /// Ids of the others: those close to the eye or out of range.
+    pub rest: Vec<u32>,
     /// Time that it took to build.
     pub build_time: Duration,
 }
@@ -50,24 +51,60 @@ impl Hierarchy {
     /// Puts those spheres of a scene into a hierarchy that suit one.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] for more spheres than a hierarchy holds.
+    /// [`Error::TooLarge`] for more spheres than a hierarchy holds or than there is memory to build
+    /// one over.
     pub(super) fn new(frame: &Frame, rays: &Rays, scene: &Scene) -> Result<Hierarchy> {
         let start = Instant::now();
         let spheres = &scene.spheres;
-        if spheres.len() > bvh::MOST_SPHERES {
-            return Err(Error::TooLarge(format!(
-                "{} spheres; a hierarchy holds at most {}: split the scene",
-                spheres.len(),
-                bvh::MOST_SPHERES
-            )));
-        }
+        check_size(spheres.len(), available_memory())?;
         let (search, outside) = match rays {
             Rays::Pixels(pixels) => by_pixels(frame, pixels, spheres),
             Rays::List(_) => by_rays(frame, spheres),
         };
-        let rest = outside.iter().map(|&i| (i + 1, frame.sphere(&spheres[i as usize]))).collect();
+        let rest = outside.iter().map(|&i| i + 1).collect();
         Ok(Hierarchy { search, rest, build_time: start.elapsed() })
     }
+
+    /// Whether it is searched by pixel.
+    pub fn is_by_pixel(&self) -> bool {
+        matches!(self.search, Search::Pixels { .. })
+    }
+
+    /// Bytes of the nodes and of the spheres' numbers in them.
+    pub fn bytes(&self) -> u64 {
+        let bytes = match &self.search {
+            Search::Pixels { footprints, far } => {
+                size_of_val(&footprints.nodes[..]) + size_of_val(&far[..])
+            }
+            Search::Rays { boxes, ids } => boxes.bytes() + size_of_val(&ids[..]),
+        };
+        bytes as u64
+    }
+}
+
+/// Most bytes a sphere while a hierarchy is built: 20 for its index and footprint, 32 for its box; in
+/// the builder 32 for its place along a curve, two nodes of 48 that are being joined, two that stay,
+/// and 4 for its place. Measured: 280.
+const BUILD_BYTES: u64 = 20 + 32 + 32 + 2 * 48 + 2 * 48 + 4;
+
+fn check_size(n_spheres: usize, available_bytes: u64) -> Result<()> {
+    if n_spheres > bvh::MOST_SPHERES {
+        return Err(Error::TooLarge(format!(
+            "{n_spheres} spheres; a hierarchy holds at most {}: split the scene",
+            bvh::MOST_SPHERES
+        )));
+    }
+    let needed = n_spheres as u64 * BUILD_BYTES;
+    if needed > available_bytes {
+        return Err(Error::TooLarge(format!(
+            "building the hierarchy over {n_spheres} spheres needs {} MiB of memory, but only {} \
+             MiB are available, enough for {} spheres: free some, or split the scene",
+            needed >> 20,
+            available_bytes >> 20,
+            available_bytes / BUILD_BYTES
+        )));
+    }
+    Ok(())
 }
 
 /// Indices of the spheres that can be hit: a radius of 0 can't.
@@ -109,4 +146,20 @@ fn by_rays(frame: &Frame, spheres: &[Sphere]) -> (Search, Vec<u32>) {
     let boxes = Boxes::new(&offsets);
     let ids = boxes.order.par_iter().map(|&at| inside[at as usize] + 1).collect();
     (Search::Rays { boxes, ids }, outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_many_spheres_are_refused_with_numbers() {
+        assert!(check_size(1_000_000, BUILD_BYTES * 1_000_000).is_ok());
+        let too_little = check_size(1_000_000, BUILD_BYTES * 1_000_000 - 1).unwrap_err();
+        assert_eq!(too_little.exit_code(), 7);
+        assert!(too_little.to_string().contains("enough for 999999 spheres"), "{too_little}");
+        let too_many = check_size(bvh::MOST_SPHERES + 1, u64::MAX).unwrap_err();
+        assert_eq!(too_many.exit_code(), 7);
+        assert!(too_many.to_string().contains("at most 536870912"), "{too_many}");
+    }
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::camera::{Pixels, View};
 use crate::device::{Device, Made};
 use crate::error::Result;
-use crate::prepare::{LISTED_SPHERES, Prepared};
+use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
@@ -54,13 +54,6 @@ impl Subject {
                 device.tracer(prepared, wants)
             }),
         }
-    }
-
-    /// Why this can't be measured on a scene.
-    pub fn unsuited(&self, scene: &Scene) -> Option<&'static str> {
-        let is_list = self.kernel != Kernel::Certified || scene.spheres.len() <= LISTED_SPHERES;
-        (!is_list && self.contestant.device != CPU)
-            .then_some("only the CPU has the hierarchy over many spheres, and would do the work")
     }
 
     /// A tracer for `scene` and `rays`.

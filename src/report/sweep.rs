@@ -190,15 +190,6 @@ fn times_along(subjects: &[Subject], effort: &Effort, control: &Control) -> Resu
     for n in OBJECTS {
         let (scene, rays) = many_spheres(n, effort.seed);
         for (subject, series) in subjects.iter().zip(&mut all) {
-            if subject.unsuited(&scene).is_some() {
-                series.points.push(SweepPoint {
-                    x: n as f64,
-                    errors: None,
-                    trace_ns_per_ray: None,
-                });
-                control.advance(rays.len() as u64 * (1 + n_runs(effort)) as u64);
-                continue;
-            }
             let mut tracer = subject.tracer(&scene, &rays, Wants::default())?.tracer;
             tracer.trace(&rays, control, &mut hits)?;
             let seconds = time_runs(&mut *tracer, &rays, n_runs(effort), control, &mut hits)?;
