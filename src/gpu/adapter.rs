@@ -265,6 +265,12 @@ impl Gpu {
         }
     }
 
+    /// Takes this for what the device's f32 does.
+    #[cfg(test)]
+    pub(super) fn tell_arithmetic(self, arithmetic: Arithmetic) -> Gpu {
+        Gpu { arithmetic: arithmetic.into(), ..self }
+    }
+
     /// What the device's f32 really does, measured at the first call (a few milliseconds).
     ///
     /// # Errors

@@ -85,7 +85,7 @@ impl GpuTracer {
         let start = Instant::now();
         let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
         let objects = objects.collect();
-        let hierarchy = device_hierarchy(&gpu, &prepared, stand_in.is_some())?;
+        let hierarchy = device_hierarchy(&gpu, &prepared)?;
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
@@ -124,15 +124,9 @@ fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
 }
 
-fn device_hierarchy(
-    gpu: &Gpu,
-    prepared: &Prepared,
-    has_stand_in: bool,
-) -> Result<Option<DeviceHierarchy>> {
-    match &prepared.hierarchy {
-        Some(hierarchy) if !has_stand_in => DeviceHierarchy::new(gpu, hierarchy),
-        _ => Ok(None),
-    }
+fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
+    let hierarchy = prepared.hierarchy.as_ref();
+    Ok(hierarchy.map(|hierarchy| DeviceHierarchy::new(gpu, hierarchy)).transpose()?.flatten())
 }
 
 fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
@@ -216,7 +210,7 @@ impl GpuTracer {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        let hierarchy = device_hierarchy(&self.gpu, &prepared, self.stand_in.is_some())?;
+        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
         if hierarchy.is_some() {
             self.results = None;
         }
@@ -566,5 +560,59 @@ impl GpuTracer {
         self.gpu.check()?;
         self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Pixels, View};
+    use crate::gpu::{Arithmetic, Pick};
+    use crate::prepare::FEW_SPHERES;
+    use crate::scene::{Camera, Color, Scene, Sphere};
+    use glam::DVec3;
+
+    fn row_of_spheres(n: usize) -> Arc<Scene> {
+        let sphere = |i| Sphere {
+            name: None,
+            center: DVec3::new(i as f64 - n as f64 / 2.0, 0.0, -(n as f64)),
+            radius: 0.4,
+            color: Color::BLACK,
+        };
+        Arc::new(Scene { spheres: (0..n).map(sphere).collect(), ..Scene::default() })
+    }
+
+    /// No device here orders sums anew, so one is told that it does.
+    #[test]
+    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
+        let camera = Camera {
+            position: DVec3::ZERO,
+            look_at: DVec3::NEG_Z,
+            up: DVec3::Y,
+            fov_degrees: 60.0,
+        };
+        let pixels = Pixels::whole(View::new(&camera), 80, 60);
+        for n in [FEW_SPHERES, 2 * FEW_SPHERES] {
+            let rays = Rays::Pixels(pixels);
+            let scene = row_of_spheres(n);
+            let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
+            let trace = |is_suited: bool| {
+                let gpu =
+                    Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+                let found = gpu.arithmetic().unwrap();
+                assert!(found.suits_filter());
+                let told = gpu.tell_arithmetic(Arithmetic { no_contraction: is_suited, ..found });
+                let mut tracer =
+                    GpuTracer::new(Arc::new(told), Arc::clone(&prepared), Wants::default())
+                        .unwrap();
+                assert_eq!(tracer.stand_in.is_none(), is_suited);
+                let mut hits = Hits::default();
+                tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
+                hits
+            };
+            let (on_device, on_cpu) = (trace(true), trace(false));
+            assert_eq!(on_device.id, on_cpu.id);
+            assert!(on_cpu.n_hits() > 40);
+        }
     }
 }
