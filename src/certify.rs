@@ -331,7 +331,7 @@ impl<'a> Stage<'a> {
         match (&hierarchy.search, self.rays) {
             (Search::Pixels { footprints, far }, Rays::Pixels(pixels)) => {
                 let (x, y) = pixels.xy(index);
-                footprints.visit(footprints.cells([x, y], [x, y]), |_, place| {
+                footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
                     guard::round_up(t_bound(ray, look(far[place].id)))
                 });
             }

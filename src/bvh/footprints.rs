@@ -139,8 +139,7 @@ impl Footprints {
     /// Shows `visit` the leaves, and the places of their spheres, that may be seen in one of the
     /// cells at `t ≤ t_max`, nearer nodes first. `visit` returns the `t_max` from then on.
     #[inline(always)]
-    pub fn visit(&self, cells: Cells, mut visit: impl FnMut(&Node, usize) -> f32) {
-        let mut t_max = f32::INFINITY;
+    pub fn visit(&self, cells: Cells, mut t_max: f32, mut visit: impl FnMut(&Node, usize) -> f32) {
         let mut at = 0;
         while let Some(node) = self.nodes.get(at) {
             if !node.covers(cells) || node.t > t_max {

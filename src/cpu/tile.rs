@@ -79,9 +79,10 @@ impl<'a> TileTracer<'a> {
         for number in 0..PACKETS {
             self.start(number, x, y, &others);
         }
-        let last = self.last_pixel(x, y, [TILE, TILE]);
+        let last = TILE as u32 - 1;
+        let cells = self.footprints.cells([x, y], self.in_picture(x + last, y + last));
         let mut t_max = self.farthest();
-        self.footprints.visit(self.footprints.cells([x, y], last), |node, at| {
+        self.footprints.visit(cells, t_max, |node, at| {
             let sphere = &self.far[at];
             let mut hit = false;
             for packet in &mut self.packets {
@@ -96,12 +97,11 @@ impl<'a> TileTracer<'a> {
         });
     }
 
-    /// The last pixel of a block, which the picture may cut off.
+    /// The pixel, or the picture's last one where it ends before. So the rays of a tile that the
+    /// picture cuts off are rays of the picture too, and no longer in sight than those.
     #[inline(always)]
-    fn last_pixel(&self, x: u32, y: u32, [width, height]: [usize; 2]) -> [u32; 2] {
-        let Pixels { image_width, image_height, .. } = *self.pixels;
-        let end = [x + width as u32 - 1, y + height as u32 - 1];
-        [end[0].min(image_width - 1), end[1].min(image_height - 1)]
+    fn in_picture(&self, x: u32, y: u32) -> [u32; 2] {
+        [x.min(self.pixels.image_width - 1), y.min(self.pixels.image_height - 1)]
     }
 
     #[inline(always)]
@@ -112,10 +112,17 @@ impl<'a> TileTracer<'a> {
         y: u32,
         others: &impl Fn(&RayOf<f32>) -> Nearest<f32>,
     ) {
-        let packet = &mut self.packets[number];
-        for lane in 0..PACKET {
+        let pixel = |lane: usize| {
             let (column, row) = place(number, lane);
-            let (i, j) = self.pixels.offset2(x + column as u32, y + row as u32);
+            self.in_picture(x + column as u32, y + row as u32)
+        };
+        let mut packet = Packet {
+            cells: self.footprints.cells(pixel(0), pixel(PACKET - 1)),
+            ..Packet::default()
+        };
+        for lane in 0..PACKET {
+            let [x, y] = pixel(lane);
+            let (i, j) = self.pixels.offset2(x, y);
             let direction = self.camera.camera_direction(i as f32, j as f32);
             let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
             for axis in 0..3 {
@@ -128,11 +135,8 @@ impl<'a> TileTracer<'a> {
             packet.second_high[lane] = nearest.second_high;
             packet.id[lane] = nearest.id;
         }
-        packet.t_max = farthest(packet);
-        let (column, row) = place(number, 0);
-        let first = [x + column as u32, y + row as u32];
-        let last = self.last_pixel(first[0], first[1], PACKET_SIZE);
-        self.packets[number].cells = self.footprints.cells(first, last);
+        packet.t_max = farthest(&packet);
+        self.packets[number] = packet;
     }
 
     /// An upper bound of the `t` of every ray's nearest hit.
