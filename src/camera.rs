@@ -94,6 +94,14 @@ impl Pixels {
         self.width as usize * self.height as usize
     }
 
+    /// Whether the picture has all pixels of the rectangle.
+    pub fn is_in_picture(&self) -> bool {
+        let ends_within =
+            |first: u32, n: u32, side| first.checked_add(n).is_some_and(|end| end <= side);
+        ends_within(self.x, self.width, self.image_width)
+            && ends_within(self.y, self.height, self.image_height)
+    }
+
     /// Whether the rectangle is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

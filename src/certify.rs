@@ -14,9 +14,7 @@ use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbe
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
-use crate::prepare::{
-    Hierarchy, LISTED_SPHERES, Prepared, Search, exponent_of, scale_by_power_of_two,
-};
+use crate::prepare::{Hierarchy, Prepared, Search, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
@@ -181,9 +179,9 @@ struct Stage<'a> {
     /// What the hierarchy's coordinates are relative to.
     reference: DVec3,
     exact_pixels: Option<ExactPixels>,
-    /// For pixels, whose rays share their origin: `k` of each sphere; none where there are many.
+    /// For pixels, whose rays share their origin: `k` of each sphere; none with a hierarchy.
     ks: Vec<K>,
-    /// The same of the spheres outside the hierarchy, where `k` may be hard to come by.
+    /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
     rest_ks: HashMap<u32, K>,
     /// Whether the f64 bounds hold for these rays.
     usable: bool,
@@ -205,9 +203,9 @@ impl<'a> Stage<'a> {
         let (exact_pixels, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
                 Some(ExactPixels::new(pixels)),
-                match scene.spheres.len() <= LISTED_SPHERES {
-                    true => scene.spheres.iter().map(k).collect(),
-                    false => Vec::new(),
+                match hierarchy {
+                    None => scene.spheres.iter().map(k).collect(),
+                    Some(_) => Vec::new(),
                 },
                 pixels.is_in_range(),
                 guard::PIXELS,

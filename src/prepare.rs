@@ -100,12 +100,11 @@ impl Objects {
     }
 }
 
-/// With more spheres than this, those of a picture are found through a hierarchy. It pays from about
-/// here on.
+/// A picture of more spheres than this has a hierarchy. It pays from about here on.
 pub const FEW_SPHERES: usize = 16;
 
-/// With more spheres than this, those along any rays are. A device tests them one after the other
-/// up to here, unrolled, and its compiler takes longer with the square of their number.
+/// A list of rays into more spheres than this has a hierarchy. Up to here a device tests them one
+/// after the other, unrolled, and its compiler takes longer with the square of their number.
 pub const LISTED_SPHERES: usize = 128;
 
 /// A scene ready to be traced by one kernel from one source of rays.
@@ -126,7 +125,8 @@ pub struct Prepared {
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
-    /// For the certified kernel and many spheres. `objects` then has only those that are not in it.
+    /// For the certified kernel and many spheres. `objects` then has only those of
+    /// [`Hierarchy::rest`].
     pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }
@@ -145,7 +145,8 @@ impl Prepared {
     /// [`Prepared::check`].
     ///
     /// # Errors
-    /// [`Error::Usage`] for an empty list of rays.
+    /// [`Error::Usage`] for an empty list of rays; [`Error::TooLarge`] where the hierarchy over many
+    /// spheres would not fit the memory.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
         let (source, reference) = match rays {
             Rays::Pixels(pixels) => (Source::Pixels, pixels.view.position),
@@ -202,7 +203,7 @@ impl Prepared {
         })
     }
 
-    /// Whether this was made for `rays`: pixels of the same picture, or rays with origins no
+    /// Whether this was made for `rays`: pixels of the same picture and within it, or rays with origins no
     /// farther from the reference point than those it was made for.
     ///
     /// # Errors
@@ -211,6 +212,7 @@ impl Prepared {
         let suits = match (self.made_for, rays) {
             (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {
                 (view, width, height) == (pixels.view, pixels.image_width, pixels.image_height)
+                    && pixels.is_in_picture()
             }
             (MadeFor::Origins(farthest), Rays::List(rays)) => {
                 spread(rays, self.reference) <= farthest

@@ -63,7 +63,7 @@ fn check_picture(
     assert!(hits.n_hits() > 200, "{what}: {} hits", hits.n_hits());
     let share = hits.counts.f32 as f64 / rays.len() as f64;
     println!(
-        "{what}: {:?}, {} in no box",
+        "{what}: {:?}, {} not in the hierarchy",
         hits.counts,
         prepared.hierarchy.as_ref().unwrap().rest.len()
     );

@@ -229,6 +229,19 @@ fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
 }
 
 #[test]
+fn pixels_that_the_picture_lacks_are_refused() {
+    let scene = Arc::new(scene(vec![sphere(DVec3::NEG_Z * 5.0, 1.0)], vec![]));
+    let whole = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30);
+    let prepared = Prepared::new(scene, Kernel::Certified, &Rays::Pixels(whole)).unwrap();
+    let check = |x, y, width, height| {
+        prepared.check(&Rays::Pixels(Pixels { x, y, width, height, ..whole })).is_ok()
+    };
+    assert!(check(0, 0, 40, 30) && check(39, 29, 1, 1));
+    assert!(!check(1, 0, 40, 30) && !check(0, 1, 40, 30));
+    assert!(!check(u32::MAX, 0, 2, 1) && !check(0, u32::MAX, 1, 2));
+}
+
+#[test]
 fn an_empty_scene_is_background() {
     let scene = Arc::new(scene(vec![], vec![]));
     let pixels = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30);

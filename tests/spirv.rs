@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::gpu::{Shader, compile};
-use kugelblitz::prepare::{Needs, Prepared, Source};
+use kugelblitz::prepare::{FEW_SPHERES, Needs, Prepared, Source};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 
@@ -220,8 +220,8 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
     }
 }
 
-/// The scenes that come along, and what the program then asks of the device.
-fn scenes() -> Vec<(String, Needs)> {
+/// The scenes that come along, their spheres, and what the program then asks of the device.
+fn scenes() -> Vec<(String, usize, Needs)> {
     let mut found = Vec::new();
     for folder in ["scenes", "scenes/hard", "scenes/clouds"] {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
@@ -236,7 +236,8 @@ fn scenes() -> Vec<(String, Needs)> {
             for kernel in Kernel::ALL {
                 let prepared = Prepared::new(Arc::new(scene.clone()), kernel, &rays).unwrap();
                 let needs = prepared.needs(Wants::default());
-                found.push((format!("{} {}", path.display(), kernel.name()), needs));
+                let name = format!("{} {}", path.display(), kernel.name());
+                found.push((name, scene.spheres.len(), needs));
             }
         }
     }
@@ -255,11 +256,11 @@ fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
 #[test]
 fn a_hierarchy_only_where_there_are_many_spheres() {
     let mut n_with = 0;
-    for (name, needs) in scenes() {
+    for (name, n_spheres, needs) in scenes() {
         let (shader, words) = shader(&needs);
         assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, needs.hierarchy, "{name}");
-        let is_many = needs.kernel == Kernel::Certified && name.contains("caffeine");
-        assert!(!needs.hierarchy || is_many || name.contains("hard"), "{name}");
+        let is_many = needs.kernel == Kernel::Certified && n_spheres > FEW_SPHERES;
+        assert_eq!(needs.hierarchy, is_many, "{name}");
         n_with += usize::from(needs.hierarchy);
     }
     assert!(n_with > 0);

@@ -166,8 +166,8 @@ fn footprint_box(footprint: &Footprint, cell_angle: f64) -> Aabb {
     Aabb::new(corner(0, -0.5), corner(1, 0.5))
 }
 
-/// A subtree in the order of the walk. An inner node links to what follows it as seen from itself,
-/// a leaf has no place yet.
+/// A subtree in the order of the walk, not yet linked: an inner node's link is the number of nodes of
+/// its subtree, a leaf's is [`IS_LEAF`] alone.
 #[derive(Default)]
 struct Part {
     nodes: Vec<Node>,
@@ -211,9 +211,9 @@ fn flatten_in_parallel(binary: &Bvh2, footprints: &[Footprint]) -> Part {
     while roots.len() < PARTS && roots.iter().any(|&root| !binary.nodes[root].is_leaf()) {
         roots = roots.into_iter().flat_map(|root| halves(binary, root)).collect();
     }
-    let flat = |&root: &usize| (root, flatten(binary, footprints, root, &mut HashMap::new()));
-    let mut parts = roots.par_iter().map(flat).collect();
-    flatten(binary, footprints, 0, &mut parts)
+    let flat = |&root: &usize| (root, flatten(binary, footprints, root, HashMap::new()));
+    let parts = roots.par_iter().map(flat).collect();
+    flatten(binary, footprints, 0, parts)
 }
 
 /// The subtree below a node, with the `parts` of it that are flat already.
@@ -221,17 +221,13 @@ fn flatten(
     binary: &Bvh2,
     footprints: &[Footprint],
     root: usize,
-    parts: &mut HashMap<usize, Part>,
+    mut parts: HashMap<usize, Part>,
 ) -> Part {
     enum Step {
         Enter(usize),
         Close(usize),
     }
     let mut flat = Part::default();
-    if !parts.is_empty() {
-        flat.nodes.reserve_exact(binary.nodes.len());
-        flat.order.reserve_exact(footprints.len());
-    }
     let mut open = vec![Step::Enter(root)];
     while let Some(step) = open.pop() {
         match step {
@@ -242,9 +238,12 @@ fn flatten(
                     flat.nodes.extend(part.nodes);
                     flat.order.extend(part.order);
                 } else if node.is_leaf() {
-                    let sphere = binary.primitive_indices[node.first_index as usize];
-                    flat.nodes.push(Node::new(&footprints[sphere as usize], IS_LEAF));
-                    flat.order.push(sphere);
+                    let first = node.first_index as usize;
+                    for place in first..first + node.prim_count as usize {
+                        let sphere = binary.primitive_indices[place];
+                        flat.nodes.push(Node::new(&footprints[sphere as usize], IS_LEAF));
+                        flat.order.push(sphere);
+                    }
                 } else {
                     let [near, far] = children(binary, index);
                     let at = flat.nodes.len();

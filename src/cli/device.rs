@@ -63,15 +63,16 @@ pub fn open_for(choice: &DeviceChoice, prepared: &Prepared, talk: &TalkArgs) -> 
     let n_spheres = prepared.scene.spheres.len();
     if is_on_cpu && *choice == DeviceChoice::Auto {
         talk.say(&format!(
-            "tracing on the CPU: its hierarchy is the way from any ray to {n_spheres} spheres"
+            "tracing on the CPU, in f64: {n_spheres} spheres are too many for a list of rays on a \
+             device"
         ));
         return Ok(Device::Cpu);
     }
     let device = open(choice, Some(prepared.kernel), talk)?;
     if is_on_cpu && let Device::Gpu(gpu) = &device {
         talk.warn(&format!(
-            "the CPU does the work of {}: only it has the hierarchy for any rays into {n_spheres} \
-             spheres; `--device cpu` says so",
+            "the CPU does the work of {}: {n_spheres} spheres are too many for a list of rays \
+             there; `--device cpu` says so",
             gpu.facts.name
         ));
     }

@@ -224,7 +224,7 @@ impl pulp::WithSimd for RowOfTiles<'_> {
         for first_column in (0..width).step_by(TILE) {
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
             tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
-            for row in 0..n_rows.min(TILE) {
+            for row in 0..n_rows {
                 for column in 0..TILE.min(width - first_column) {
                     let id = tracer.nearest(column, row).decide();
                     ids[row * width + first_column + column] = id;

@@ -11,14 +11,13 @@ use crate::bvh::footprints::{Cells, Footprints};
 use crate::camera::{CameraF32, Pixels};
 use crate::guard;
 use crate::kernel::RayOf;
-use crate::kernel::certified::{Nearest, SphereFar, Widening, closest_approach, far_nearness_at};
+use crate::kernel::certified::{
+    Nearest, PACKET, SphereFar, Widening, closest_approach, far_nearness_at,
+};
 use crate::vec3::Vec3;
 
 /// Columns and rows of a tile, px.
 pub const TILE: usize = 8;
-
-/// Rays of a packet.
-const PACKET: usize = 8;
 
 /// Columns and rows of a packet, px.
 const PACKET_SIZE: [usize; 2] = [4, 2];
@@ -135,7 +134,7 @@ impl<'a> TileTracer<'a> {
             packet.second_high[lane] = nearest.second_high;
             packet.id[lane] = nearest.id;
         }
-        packet.t_max = farthest(&packet);
+        packet.t_max = t_bound(&packet);
         self.packets[number] = packet;
     }
 
@@ -162,7 +161,7 @@ impl<'a> TileTracer<'a> {
 
 /// [`guard::t_bound_f32`] of the packet's ray that sees farthest.
 #[inline(always)]
-fn farthest(packet: &Packet) -> f32 {
+fn t_bound(packet: &Packet) -> f32 {
     let mut least = f32::INFINITY;
     for lane in 0..PACKET {
         let nearness = packet.a[lane] * packet.low[lane];
@@ -204,7 +203,7 @@ fn test_packet(packet: &mut Packet, sphere: &SphereFar, widening: &Widening<f32>
         let second = best.second_high[k];
         best.second_high[k] = if farther > second { farther } else { second };
     }
-    best.t_max = farthest(&best);
+    best.t_max = t_bound(&best);
     *packet = best;
     true
 }

@@ -287,7 +287,7 @@ impl Shader {
     pub fn spirv(&self) -> Result<Vec<u32>> {
         let options = spv::Options {
             flags: spv::WriterFlags::empty(),
-            // Every index is below a length that the host passes along with the buffer.
+            // Every index is below a length: see SAFETY in pipeline.rs.
             bounds_check_policies: naga::proc::BoundsCheckPolicies::default(),
             force_loop_bounding: false,
             ..spv::Options::default()

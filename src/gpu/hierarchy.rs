@@ -1,5 +1,7 @@
 //! A hierarchy over spheres on the device.
 
+use std::time::Duration;
+
 use super::adapter::Gpu;
 use super::layout::Walk;
 use super::tracer::storage;
@@ -17,6 +19,9 @@ const TEXEL_BYTES: usize = 16;
 /// Bytes that are on their way to the device at a time.
 const UPLOAD_BYTES: usize = 64 << 20;
 
+/// An upload of that much that takes longer is given up.
+const UPLOAD_TIMEOUT: Duration = Duration::from_secs(60);
+
 /// What `shaders/hierarchy.wgsl` reads.
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
@@ -25,8 +30,6 @@ pub struct DeviceHierarchy {
     far: wgpu::TextureView,
     n_nodes: u32,
     cell_shift: u32,
-    /// Of what the textures hold.
-    bytes: u64,
 }
 
 impl DeviceHierarchy {
@@ -50,11 +53,10 @@ impl DeviceHierarchy {
         let device_hierarchy = DeviceHierarchy {
             walk,
             rest_ids,
-            nodes: texture(gpu, "nodes", bytemuck::cast_slice(nodes)),
-            far: texture(gpu, "far spheres", bytemuck::cast_slice(far)),
+            nodes: texture(gpu, "nodes", bytemuck::cast_slice(nodes))?,
+            far: texture(gpu, "far spheres", bytemuck::cast_slice(far))?,
             n_nodes: nodes.len() as u32,
             cell_shift: *cell_shift,
-            bytes: hierarchy.bytes(),
         };
         gpu.check()?;
         Ok(Some(device_hierarchy))
@@ -62,8 +64,12 @@ impl DeviceHierarchy {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
+        let texels = |view: &wgpu::TextureView| {
+            u64::from(view.texture().width()) * u64::from(view.texture().height())
+        };
         let rest = self.rest_ids.as_ref().map_or(0, wgpu::Buffer::size);
-        self.bytes + self.walk.size() + rest
+        let textures = (texels(&self.nodes) + texels(&self.far)) * TEXEL_BYTES as u64;
+        textures + self.walk.size() + rest
     }
 
     /// In the order of the shader's bindings.
@@ -99,7 +105,7 @@ fn check_limits(gpu: &Gpu, n_spheres: usize) -> Result<()> {
 }
 
 /// A texture that holds `bytes` row by row.
-fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::TextureView {
+fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
     let row_bytes = TEXELS_PER_ROW as usize * TEXEL_BYTES;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -132,15 +138,19 @@ fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::TextureView {
             },
             wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
         );
-        gpu.submit(gpu.device.create_command_encoder(&Default::default()).finish());
+        let descriptor = wgpu::CommandEncoderDescriptor::default();
+        let done = gpu.submit(gpu.device.create_command_encoder(&descriptor).finish());
+        gpu.wait(done, UPLOAD_TIMEOUT).map_err(|reason| {
+            Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
+        })
     };
     let (whole, last) = bytes.split_at(bytes.len() / row_bytes * row_bytes);
     let rows_at_once = UPLOAD_BYTES / row_bytes;
     for (index, rows) in whole.chunks(rows_at_once * row_bytes).enumerate() {
-        write(index * rows_at_once, rows, TEXELS_PER_ROW as usize);
+        write(index * rows_at_once, rows, TEXELS_PER_ROW as usize)?;
     }
     if !last.is_empty() {
-        write(whole.len() / row_bytes, last, last.len() / TEXEL_BYTES);
+        write(whole.len() / row_bytes, last, last.len() / TEXEL_BYTES)?;
     }
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }

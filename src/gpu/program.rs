@@ -8,8 +8,8 @@ use super::pipeline::{bind_group_layout, pipeline};
 use crate::error::Result;
 use crate::prepare::Needs;
 
-/// Programs that a device keeps: three kernels, with and without surfaces, near and far, and some
-/// more for scenes that are edited.
+/// Programs that a device keeps: four kernels, with and without surfaces, near and far, and some more
+/// for scenes that are edited and for cameras among many spheres.
 const MOST_PROGRAMS: usize = 16;
 
 /// The shader for some needs, ready to run.

@@ -146,7 +146,7 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let limit = facts.max_binding_bytes.min(facts.max_buffer_bytes);
     let (spheres, planes) = prepared.objects.bytes();
     let parts = [
-        ("spheres", spheres.len() as u64, prepared.scene.spheres.len()),
+        ("spheres", spheres.len() as u64, prepared.n_listed_spheres()),
         ("planes", planes.len() as u64, prepared.scene.planes.len()),
     ];
     for (what, bytes, count) in parts {
@@ -189,31 +189,34 @@ fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
 }
 
 impl GpuTracer {
-    /// Takes another prepared scene, with the same wants: a moved camera costs no new shader.
+    /// Takes another prepared scene, with the same wants. A moved camera costs no new shader while as
+    /// many spheres are too close to it for the hierarchy. After an error all is as before.
     ///
     /// # Errors
     /// Those of [`GpuTracer::new`].
     pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
-        self.stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
+        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
         let needs = prepared.needs(self.wants);
-        if needs != self.prepared.needs(self.wants) {
-            self.program = self.gpu.program(&needs)?;
+        let is_new = needs != self.prepared.needs(self.wants);
+        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
+        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
+        if let Some(program) = program {
+            self.program = program;
             self.params = params_buffer(&self.gpu, prepared.kernel);
             let objects =
                 object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
             self.objects = objects.collect();
-            self.results = None;
         } else {
             for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
-        if hierarchy.is_some() {
+        if is_new || hierarchy.is_some() {
             self.results = None;
         }
+        self.stand_in = stand_in;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()

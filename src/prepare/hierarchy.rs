@@ -17,12 +17,14 @@ use crate::render::available_memory;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 
-/// Spheres that are found through a hierarchy.
+/// Many spheres: those that are found through a hierarchy, and the rest. Left out are those that can't
+/// be hit, and of a picture those that no pixel sees.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     /// The spheres that have a place in it.
     pub search: Search,
-    /// Ids of the others: those close to the eye or out of range.
+    /// Ids of those that each ray looks at: out of range, or for a picture too close to the eye. In a
+    /// very wide view, above some 160 degrees, all are too close.
     pub rest: Vec<u32>,
     /// Time that it took to build.
     pub build_time: Duration,
