@@ -96,7 +96,8 @@ impl<'a> TileTracer<'a> {
         });
     }
 
-    /// The last pixel of a block, which the picture may cut off.
+    /// The last pixel of a block, which the picture may cut off. Of a block beyond its edge the cells
+    /// mean nothing, nor do the rays.
     #[inline(always)]
     fn last_pixel(&self, x: u32, y: u32, [width, height]: [usize; 2]) -> [u32; 2] {
         let Pixels { image_width, image_height, .. } = *self.pixels;
