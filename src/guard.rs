@@ -255,7 +255,8 @@ impl Pixels {
 }
 
 /// Relative room for the rounding of `1/(a·w)` in f32: 12 units `2⁻²³` for `a`, 4 for the product and
-/// the quotient.
+/// the quotient. What leaves f32's normal range belongs to a `t` below `2⁻¹²⁰` or above `2⁶⁰`, where
+/// no far sphere is seen.
 pub const T_ROOM: f32 = 1.0 + 1.0 / (1 << 18) as f32;
 
 /// An upper bound of `t = 1/(a·w)` from a lower bound of `a·w` in f32; ∞ for 0 and below.

@@ -2,16 +2,17 @@
 //! whatever rounds around them, no sphere is lost.
 //!
 //! Coordinates are relative to the reference point. A sphere at `L` with radius `r` gets the box
-//! `[L_k − r − δ_k, L_k + r + δ_k]` with `δ_k = 2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)`, rounded outward to
-//! f32; a node gets the union, which is exact. The second part of `δ` is for a direction that comes
-//! from f64 with an error of `2⁻⁵⁰` of its length, the first one for an offset from the reference point.
+//! `[L_k − r − δ_k, L_k + r + δ_k]`, rounded outward to f32, with `δ_k` from
+//! `2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)` to twice that; a node gets the union, which is exact. The second
+//! part of `δ` is for a direction that comes from f64 with an error of `2⁻⁵⁰` of its length, the
+//! first one for an offset from the reference point.
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 use rayon::prelude::*;
 
-use super::build;
+use super::{build, spread};
 use crate::guard::{round_down, round_up};
 
 /// The hierarchy.
@@ -30,7 +31,8 @@ impl Boxes {
         if spheres.is_empty() {
             return Boxes { nodes: Vec::new(), order: Vec::new() };
         }
-        let boxes: Vec<Aabb> = spheres.par_iter().map(|&(l, r)| sphere_box(l, r)).collect();
+        let sphere_box = |(index, &(l, r)): (usize, &(DVec3, f64))| sphere_box(l, r, index);
+        let boxes: Vec<Aabb> = spheres.par_iter().enumerate().map(sphere_box).collect();
         let binary = build(&boxes);
         Boxes { nodes: binary.nodes, order: binary.primitive_indices }
     }
@@ -41,11 +43,12 @@ impl Boxes {
     }
 }
 
-/// The box of a sphere with the margin.
-fn sphere_box(l: DVec3, r: f64) -> Aabb {
+/// The box of a sphere with the margin, up to twice as wide.
+fn sphere_box(l: DVec3, r: f64, index: usize) -> Aabb {
     const NEAR: f64 = 1.0 / (1u64 << 20) as f64;
     const FAR: f64 = 1.0 / (1u64 << 40) as f64;
     let margin = (l.abs() + r) * NEAR + FAR * (l.length() + r);
+    let margin = margin * (1.0 + DVec3::from_array(spread(index)));
     let (low, high) = (l - r - margin, l + r + margin);
     Aabb::new(
         Vec3A::from_array(low.to_array().map(round_down)),
@@ -134,6 +137,22 @@ mod tests {
                 (scale * l, scale * decades(-6.0, -1.0))
             })
             .collect()
+    }
+
+    #[test]
+    fn equal_spheres_make_no_deep_tree() {
+        let boxes = Boxes::new(&[(DVec3::new(1e5, -3.0, 0.0), 2.0); 5000]);
+        let mut deepest = 0;
+        let mut open = vec![(0, 1)];
+        while let Some((index, depth)) = open.pop() {
+            let node = &boxes.nodes[index];
+            deepest = deepest.max(depth);
+            if !node.is_leaf() {
+                let first = node.first_index as usize;
+                open.extend([(first, depth + 1), (first + 1, depth + 1)]);
+            }
+        }
+        assert!(deepest < 500, "{deepest} levels");
     }
 
     /// Each sphere is in one leaf, within the boxes of all nodes above, by the margin.

@@ -13,15 +13,21 @@
 //! `sin φ = σr/D` with the middle's distance `D`; a tangent that leaves the half-plane `t > 0`
 //! bounds nothing, nor do tangents where `D` is hardly above the radius.
 //!
+//! No point of the sphere has a smaller `t` than `g_f·L − r·|g_f|`.
+//!
 //! # Rounding
 //! In f64, with `ε = 2⁻⁵²` and a frame orthonormal to `2⁻¹⁰` ([`Pixels::is_in_range`]):
-//! 1. The reciprocal basis is off by less than `16ε`, a product with `L` by `20ε·ℓ`, `σ` by `20ε`.
-//! 2. `D ≥ (1 + 2⁻¹⁰)σr` or nothing is bounded; so `cos φ` is off by less than `2¹²ε`, and the
-//!    tangents are turned by less than `2¹³ε = 2⁻³⁹`.
-//! 3. The radius is widened by [`SPARE`]`·(ℓ + r) = 2⁻³⁴(ℓ + r)`, which turns the tangents outward by
-//!    at least `2⁻³⁵`, above all of that.
+//! 1. The reciprocal basis is off by less than `4.5ε`, a product with `L`, which is rounded itself,
+//!    by `8ε·ℓ`, `σ` by `12ε`.
+//! 2. The radius is widened by `SPARE·(ℓ + r) = 2¹⁸ε(ℓ + r)`. So the disc holds the true one with
+//!    nearly all of that to spare, however small `D` is against `ℓ`; and as `D < 1.01ℓ`, its
+//!    tangents are turned outward by at least `2⁻³⁵` from the true ones. The bound of `t` has the
+//!    same to spare.
+//! 3. `D − ρ ≥ 2⁻¹⁰D` for the widened radius `ρ`, or nothing is bounded. So `√(D² − ρ²)` is off by
+//!    less than `2¹⁰ε` of itself, and the tangents are turned by less than `2¹⁰ε = 2⁻⁴²`.
 //! 4. A slope's quotient and its way to a column lose `4ε` of the column and of the picture's width,
-//!    below `2⁻²⁰` pixel within the picture and next to it; [`EDGE`] is `2⁻¹⁰` pixel.
+//!    below `2⁻²⁰` pixel within the picture and next to it; `EDGE` is `2⁻¹⁰` pixel. Where `h/H`
+//!    underflows, the whole picture is narrower than what the tangents are turned by.
 
 use glam::DVec3;
 
@@ -92,7 +98,7 @@ impl Projection {
         let stretch = [across, upward].map(|g: DVec3| {
             (depth.length_squared().max(g.length_squared()) + depth.dot(g).abs()).sqrt()
         });
-        let cells = |shift: u32| (width.max(height) - 1) >> shift;
+        let cells = |shift: u32| width.max(height).saturating_sub(1) >> shift;
         Projection {
             depth,
             across,
@@ -111,9 +117,9 @@ impl Projection {
         self.cell_shift
     }
 
-    /// Size of a cell at `t = 1`.
+    /// Size of a cell at `t = 1`. Above 0, also where that underflows.
     pub(super) fn cell_angle(&self) -> f64 {
-        2.0 * self.step * f64::from(1u32 << self.cell_shift)
+        (2.0 * self.step * f64::from(1u32 << self.cell_shift)).max(f64::MIN_POSITIVE)
     }
 
     /// The footprint of the sphere at `l` from the eye with radius `r`; `None` where no pixel sees
@@ -127,8 +133,8 @@ impl Projection {
         }
         let [left, right] = slopes(depth, across, r * self.stretch[0] + spare);
         let [bottom, top] = slopes(depth, upward, r * self.stretch[1] + spare);
-        let column = |x: f64| (f64::from(self.width - 1) + x / self.step) / 2.0;
-        let row = |y: f64| (f64::from(self.height - 1) - y / self.step) / 2.0;
+        let column = |x: f64| (f64::from(self.width) - 1.0 + x / self.step) / 2.0;
+        let row = |y: f64| (f64::from(self.height) - 1.0 - y / self.step) / 2.0;
         Some(Footprint {
             columns: self.cells(column(left), column(right), self.width)?,
             rows: self.cells(row(top), row(bottom), self.height)?,
@@ -140,7 +146,7 @@ impl Projection {
     fn cells(&self, first: f64, last: f64, n: u32) -> Option<[u16; 2]> {
         // A bound that is NaN is none.
         let first = (first - EDGE).ceil().max(0.0);
-        let last = (last + EDGE).floor().min(f64::from(n - 1));
+        let last = (last + EDGE).floor().min(f64::from(n) - 1.0);
         (first <= last).then(|| [first, last].map(|pixel| (pixel as u32 >> self.cell_shift) as u16))
     }
 }

@@ -12,8 +12,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
-use super::build;
 use super::footprint::{Footprint, Projection};
+use super::{build, spread};
 
 /// A node of 16 bytes, as the device sees it. [`Node::covers`] and the walk have their twins in
 /// `shaders/hierarchy.wgsl`.
@@ -112,8 +112,11 @@ impl Footprints {
             return Footprints { cell_shift, ..Footprints::default() };
         }
         let cell_angle = projection.cell_angle();
-        let boxes: Vec<Aabb> =
-            footprints.par_iter().map(|footprint| footprint_box(footprint, cell_angle)).collect();
+        let boxes: Vec<Aabb> = footprints
+            .par_iter()
+            .enumerate()
+            .map(|(index, footprint)| footprint_box(footprint, cell_angle, index))
+            .collect();
         let binary = build(&boxes);
         drop(boxes);
         let mut part = flatten_in_parallel(&binary, footprints);
@@ -155,11 +158,14 @@ impl Footprints {
 }
 
 /// Depth counts by its logarithm, as many cells as would look that large from the eye.
-fn footprint_box(footprint: &Footprint, cell_angle: f64) -> Aabb {
+fn footprint_box(footprint: &Footprint, cell_angle: f64, index: usize) -> Aabb {
     let Footprint { columns, rows, t } = footprint;
     let depth = f64::from(t.max(f32::MIN_POSITIVE)).ln() / cell_angle;
     // Any finite box will do: it says only what is grouped.
-    let depth = depth.clamp(-1e9, 1e9) as f32;
+    let depth = depth.clamp(-1e9, 1e9);
+    // A cell, or what f32 can tell apart.
+    let room = f64::max(1.0, depth.abs() / f64::from(1 << 16));
+    let depth = (depth + room * spread(index)[0]) as f32;
     let corner = |end: usize, half: f32| {
         Vec3A::new(f32::from(columns[end]) + half, f32::from(rows[end]) + half, depth)
     };

@@ -13,8 +13,18 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use crate::random::SplitMix;
+
 /// Most spheres of a hierarchy: the places of leaves and the numbers of nodes have 31 bits.
 pub const MOST_SPHERES: usize = 1 << 29;
+
+/// A number in `0..1` for each axis, another one for each index. The builder joins equal boxes one by
+/// one, in a time that grows with the square of their number; boxes that differ a little it joins in
+/// pairs.
+fn spread(index: usize) -> [f64; 3] {
+    let mut random = SplitMix::new(index as u64);
+    std::array::from_fn(|_| random.unit())
+}
 
 /// The binary tree over these boxes, which are finite, with one in each leaf. Node 0 is the root.
 fn build(boxes: &[Aabb]) -> Bvh2 {
