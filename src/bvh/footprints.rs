@@ -234,6 +234,8 @@ fn flatten(
         Close(usize),
     }
     let mut flat = Part::default();
+    flat.nodes.reserve(parts.values().map(|part| part.nodes.len()).sum());
+    flat.order.reserve(parts.values().map(|part| part.order.len()).sum());
     let mut open = vec![Step::Enter(root)];
     while let Some(step) = open.pop() {
         match step {

@@ -1,6 +1,6 @@
 //! The hierarchies over many spheres. [`footprints`] finds what the pixels of one picture may see,
 //! [`boxes`] what any ray may hit. Both are built by the same library, bottom-up by locality (PLOC,
-//! Meister & Bittner 2018) with reinsertion of some nodes.
+//! Meister & Bittner 2018); a slower build with reinsertion traces 3 % faster and takes 10 % longer.
 
 pub mod boxes;
 pub mod footprint;
@@ -28,7 +28,6 @@ fn spread(index: usize) -> [f64; 3] {
 
 /// The binary tree over these boxes, which are finite, with one in each leaf. Node 0 is the root.
 fn build(boxes: &[Aabb]) -> Bvh2 {
-    let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_fast_build() };
     let mut build_time = Duration::ZERO;
-    build_bvh2(boxes, params, &mut build_time)
+    build_bvh2(boxes, BvhBuildParams::fastest_build(), &mut build_time)
 }
