@@ -98,7 +98,7 @@ fn check_limits(gpu: &Gpu, n_spheres: usize) -> Result<()> {
             "the picture shows {n_spheres} spheres; `{}` takes at most {most}, in a texture of \
              {} MiB: use fewer spheres, or `--device cpu`",
             gpu.facts.name,
-            texels * TEXEL_BYTES >> 20
+            (texels * TEXEL_BYTES) >> 20
         )));
     }
     Ok(())
