@@ -274,6 +274,7 @@ fn evidence() -> Evidence {
         max_binding_bytes: 1 << 27,
         max_buffer_bytes: 1 << 31,
         max_workgroups: 65535,
+        max_texture_side: 1 << 14,
     };
     Evidence {
         version: "0.1.0".into(),
