@@ -101,6 +101,7 @@ fn describe(probed: &Probed) -> String {
         ("largest binding", bytes(facts.max_binding_bytes)),
         ("largest buffer", bytes(facts.max_buffer_bytes)),
         ("workgroups an axis", facts.max_workgroups.to_string()),
+        ("texels a side", facts.max_texture_side.to_string()),
     ];
     let mut text = format!("{}\n", facts.name);
     let arithmetic = match (&probed.arithmetic, &probed.failure) {
