@@ -306,7 +306,6 @@ impl Gpu {
     }
 
     /// Waits until the device is done with `submission`.
-    #[cfg(feature = "view")]
     pub(crate) fn wait(
         &self,
         submission: wgpu::SubmissionIndex,
