@@ -25,7 +25,9 @@ fi
 # One profile and one lock file for everything, so that nothing is built twice.
 step cargo fmt --check
 step cargo clippy --release --locked --all-targets -- -D warnings
-step cargo clippy --release --locked --no-default-features -- -D warnings
+# The library that traces on the CPU, and the program without its window.
+step cargo clippy --release --locked --no-default-features --all-targets -- -D warnings
+step cargo clippy --release --locked --no-default-features --features cli -- -D warnings
 step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
 # Builds the program as well, with the features that the tests' dependencies ask for: a plain build
 # would compile the largest dependencies a second time.
@@ -49,6 +51,7 @@ gpu_log="$target/gpu-tests.log"
 rm -f "$gpu_log"
 tests=0
 step cargo test --release --locked --no-fail-fast || tests=$?
+step cargo test --release --locked --no-default-features --no-fail-fast || tests=$?
 
 # Each line: a test, "on", its adapter. Absence is a failure.
 printf '\n== GPU tests\n'

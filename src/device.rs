@@ -5,14 +5,18 @@ use std::time::Duration;
 
 use crate::cpu::CpuTracer;
 use crate::error::Result;
+#[cfg(feature = "gpu")]
 use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
 use crate::prepare::Prepared;
-use crate::trace::{Kernel, Tracer, Wants};
+#[cfg(feature = "gpu")]
+use crate::trace::Kernel;
+use crate::trace::{Tracer, Wants};
 
 /// What traces the rays.
 #[derive(Clone)]
 pub enum Device {
     /// A Vulkan device.
+    #[cfg(feature = "gpu")]
     Gpu(Arc<Gpu>),
     /// The CPU reference.
     Cpu,
@@ -36,6 +40,7 @@ impl Device {
     pub fn tracer(&self, prepared: &Arc<Prepared>, wants: Wants) -> Result<Made> {
         let prepared = Arc::clone(prepared);
         match self {
+            #[cfg(feature = "gpu")]
             Device::Gpu(gpu) => {
                 let tracer = GpuTracer::new(Arc::clone(gpu), prepared, wants)?;
                 let (compile, upload) = (tracer.compile_time, tracer.upload_time);
@@ -50,6 +55,7 @@ impl Device {
     }
 
     /// What the adapter says about itself; `None` for the CPU.
+    #[cfg(feature = "gpu")]
     pub fn facts(&self) -> Option<&AdapterFacts> {
         match self {
             Device::Gpu(gpu) => Some(&gpu.facts),
@@ -61,8 +67,10 @@ impl Device {
     ///
     /// # Errors
     /// Those of [`Gpu::is_ieee`].
+    #[cfg(feature = "gpu")]
     pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
         match self {
+            #[cfg(feature = "gpu")]
             Device::Gpu(gpu) => gpu.is_ieee(kernel),
             Device::Cpu => Ok(true),
         }
@@ -71,6 +79,7 @@ impl Device {
     /// `gpu` or `cpu`.
     pub fn kind(&self) -> &'static str {
         match self {
+            #[cfg(feature = "gpu")]
             Device::Gpu(_) => "gpu",
             Device::Cpu => "cpu",
         }
@@ -78,10 +87,12 @@ impl Device {
 
     /// For a line of talk; a software adapter is called one.
     pub fn label(&self) -> String {
-        match self.facts() {
-            Some(facts) if facts.is_software() => format!("{} (software)", facts.name),
-            Some(facts) => facts.name.clone(),
-            None => "the CPU".into(),
+        match self {
+            #[cfg(feature = "gpu")]
+            Device::Gpu(gpu) if gpu.facts.is_software() => format!("{} (software)", gpu.facts.name),
+            #[cfg(feature = "gpu")]
+            Device::Gpu(gpu) => gpu.facts.name.clone(),
+            Device::Cpu => "the CPU".into(),
         }
     }
 }

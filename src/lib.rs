@@ -125,6 +125,7 @@ pub mod exact;
 pub mod explain;
 pub mod export;
 pub mod generate;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod guard;
 pub mod kernel;
@@ -134,6 +135,7 @@ pub mod prepare;
 mod random;
 pub mod rays;
 pub mod render;
+#[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
 pub mod trace;

@@ -1,16 +1,20 @@
 //! What the tests share.
 #![allow(dead_code)]
 
+#[cfg(feature = "gpu")]
 use std::io::Write;
+#[cfg(feature = "gpu")]
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+#[cfg(feature = "gpu")]
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
 /// software driver. Each caller is counted in `target/gpu-tests.log`, which `ci/test.sh` reads.
+#[cfg(feature = "gpu")]
 pub fn gpu() -> Arc<Gpu> {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
     let gpu = GPU.get_or_init(|| {
