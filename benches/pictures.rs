@@ -11,31 +11,35 @@ use kugelblitz::camera::Pixels;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::Color;
+use kugelblitz::scene::Scene;
+use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
 
 use support::{Candidate, compare, criterion, figure};
 
-fn write(format: Format, pixels: &Pixels, palette: &[Color], hits: &Hits) -> Result<Vec<u8>> {
+fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<Vec<u8>> {
     let (options, frame) = (PictureOptions::default(), Frame::from(pixels));
+    let encoding = format.encoding(options.bits);
+    let mut colors = Colors::new(encoding);
+    Shader::new(scene, encoding).shade(hits, &mut colors)?;
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, frame, palette, sink, "memory")?;
-    writer.rows(hits, pixels.height)?;
+    let mut writer = PictureWriter::create(format, options, frame, sink, "memory")?;
+    writer.rows(&colors, hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
 
 fn main() -> Result<()> {
     let (scene, pixels) = figure("figure1.toml", [1280, 720])?;
-    let (palette, rays) = (scene.palette(), Rays::Pixels(pixels));
-    let prepared = Arc::new(Prepared::new(Arc::new(scene), Kernel::Certified, &rays)?);
+    let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
+    let prepared = Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays)?);
     let (wants, mut hits) = (Wants { surface: true, level: false }, Hits::default());
     CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits)?;
 
-    let (pixels, palette, hits) = (&pixels, &palette, &hits);
+    let (pixels, scene, hits) = (&pixels, &*scene, &hits);
     let candidate = |format: Format| -> Result<Candidate> {
-        write(format, pixels, palette, hits)?;
+        write(format, pixels, scene, hits)?;
         let n_pixels = Throughput::Elements(pixels.len() as u64);
-        let work = move || write(format, pixels, palette, hits);
+        let work = move || write(format, pixels, scene, hits);
         Ok(Candidate::new(format.name(), n_pixels, work))
     };
     let others = [Format::Png, Format::Exr, Format::Npy].map(candidate);

@@ -15,6 +15,7 @@
 //! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 //! use kugelblitz::prepare::Prepared;
 //! use kugelblitz::scene::parse_scene;
+//! use kugelblitz::shade::{Colors, Shader};
 //! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
 //!
 //! fn main() -> kugelblitz::Result<()> {
@@ -43,10 +44,12 @@
 //!     assert_eq!(hits.id[0], 0); // the corner sees the background
 //!
 //!     let (options, frame) = (PictureOptions::default(), Frame::from(&pixels));
-//!     let (palette, sink) = (scene.palette(), Cursor::new(Vec::new()));
-//!     let mut writer =
-//!         PictureWriter::create(Format::Png, options, frame, &palette, sink, "ball.png")?;
-//!     writer.rows(&hits, pixels.height)?;
+//!     let encoding = Format::Png.encoding(options.bits);
+//!     let mut colors = Colors::new(encoding);
+//!     Shader::new(&scene, encoding).shade(&hits, &mut colors)?;
+//!     let sink = Cursor::new(Vec::new());
+//!     let mut writer = PictureWriter::create(Format::Png, options, frame, sink, "ball.png")?;
+//!     writer.rows(&colors, &hits, pixels.height)?;
 //!     let png = writer.finish()?.into_inner();
 //!     assert!(png.starts_with(b"\x89PNG"));
 //!     Ok(())
@@ -100,6 +103,7 @@
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
+//! | [`shade`] | hits → colours |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
@@ -138,6 +142,7 @@ pub mod render;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
+pub mod shade;
 pub mod trace;
 pub mod vec3;
 pub mod verify;

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
 
 use crate::error::{Error, Result};
-use crate::scene::Color;
 use crate::trace::Hits;
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
@@ -51,8 +50,8 @@ impl Record {
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
-    /// `palette` is the linear colour by id; without `rgb` it is not looked at.
-    pub fn append(self, hits: &Hits, range: Range<usize>, palette: &[Color], out: &mut Vec<u8>) {
+    /// `rgb` has their linear colours; a layout without `rgb` doesn't look at it.
+    pub fn append(self, hits: &Hits, range: Range<usize>, rgb: &[[f32; 3]], out: &mut Vec<u8>) {
         out.reserve(range.len() * self.bytes());
         for i in range {
             // One copy of the whole record: many small ones are several times slower.
@@ -63,9 +62,8 @@ impl Record {
                 words[2 + axis] = hits.normal[i][axis].to_ne_bytes();
             }
             if self.rgb {
-                let color = palette[hits.id[i] as usize].0;
                 for channel in 0..3 {
-                    words[5 + channel] = color[channel].to_ne_bytes();
+                    words[5 + channel] = rgb[i][channel].to_ne_bytes();
                 }
                 out.extend_from_slice(words.as_flattened());
             } else {

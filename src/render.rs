@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::camera::Pixels;
 use crate::error::{Error, Result};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
+use crate::shade::{Colors, Shader};
 use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
@@ -54,9 +55,9 @@ pub fn plan(
     let mut n_band_rows = band_rows(pixels, wants);
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let writer =
-            writer_bytes(format, options, Frame::from(pixels), n_band_rows, n_objects + 1)?;
-        let bytes = writer.saturating_add(hits_bytes(n_rays, wants));
+        let writer = writer_bytes(format, options, Frame::from(pixels), n_band_rows)?;
+        let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
+        let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
         if bytes <= available_bytes {
             return Ok(Plan { n_band_rows, bytes });
         }
@@ -106,18 +107,21 @@ pub struct Rendered {
     pub counts: StageCounts,
     /// Time in the stages of tracing.
     pub timing: Timing,
+    /// Time for colours.
+    pub shade: Duration,
     /// Time for encoding and writing.
     pub write: Duration,
 }
 
-/// Traces `pixels` band by band and writes each band as soon as it is there. The caller ends the
+/// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller ends the
 /// picture with [`PictureWriter::finish`].
 ///
 /// # Errors
-/// Those of [`Tracer::trace`] and [`PictureWriter::rows`]; [`Error::Interrupted`] between bands as
+/// Those of [`Tracer::trace`], [`Shader::shade`] and [`PictureWriter::rows`]; [`Error::Interrupted`] between bands as
 /// well.
 pub fn render<W: Write + Seek>(
     tracer: &mut dyn Tracer,
+    shader: &Shader,
     pixels: &Pixels,
     n_band_rows: u32,
     writer: &mut PictureWriter<W>,
@@ -125,10 +129,14 @@ pub fn render<W: Write + Seek>(
 ) -> Result<Rendered> {
     let mut rendered = Rendered::default();
     let mut hits = Hits::default();
+    let mut colors = Colors::new(shader.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         let start = Instant::now();
-        writer.rows(&hits, band.height)?;
+        shader.shade(&hits, &mut colors)?;
+        rendered.shade += start.elapsed();
+        let start = Instant::now();
+        writer.rows(&colors, &hits, band.height)?;
         rendered.write += start.elapsed();
     }
     control.check()?;
@@ -174,7 +182,8 @@ mod tests {
 
     use super::*;
     use crate::camera::View;
-    use crate::scene::{Camera, Color};
+    use crate::scene::{Camera, Color, Plane, Scene};
+    use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let camera = Camera {
@@ -184,6 +193,10 @@ mod tests {
             fov_degrees: 45.0,
         };
         Pixels::whole(View::new(&camera), width, height)
+    }
+
+    fn plane() -> Plane {
+        Plane { name: None, point: DVec3::ZERO, normal: DVec3::Z, color: Color([1.0; 3]) }
     }
 
     /// Every pixel hits the object 1; the time is one microsecond a band.
@@ -246,19 +259,19 @@ mod tests {
     #[test]
     fn sums_are_of_all_bands_and_a_cancelled_run_stops_between_two() {
         let pixels = pixels(10, 25);
-        let palette = [Color::BLACK, Color([1.0; 3])];
+        let scene = Scene { planes: vec![plane()], ..Scene::default() };
+        let shader = Shader::new(&scene, Encoding::Srgb8);
         let draw = |cancel_at| {
             let mut tracer = Wall { n_calls: 0, cancel_at };
             let mut writer = PictureWriter::create(
                 Format::Ppm,
                 PictureOptions::default(),
                 Frame::from(&pixels),
-                &palette,
                 std::io::Cursor::new(Vec::new()),
                 "memory",
             )?;
             let control = Control::default();
-            let rendered = render(&mut tracer, &pixels, 10, &mut writer, &control)?;
+            let rendered = render(&mut tracer, &shader, &pixels, 10, &mut writer, &control)?;
             writer.finish()?;
             Ok(rendered)
         };

@@ -113,7 +113,7 @@ fn assert_keys(value: &Value, expected: &str) {
 const RENDER_KEYS: &str = "schema version command adapter device kernel size \
     objects objects.spheres objects.planes rays rays.total rays.f32 rays.f64 rays.exact hits \
     bytes_device ms ms.read ms.prepare ms.build ms.upload ms.compile ms.trace ms.refine \
-    ms.decide ms.readback ms.write ms.total";
+    ms.decide ms.readback ms.shade ms.write ms.total";
 const ADAPTER_KEYS: &str = "adapter.name adapter.type adapter.driver";
 
 #[test]

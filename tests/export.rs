@@ -125,7 +125,7 @@ fn compare(found: &Lines, expected: &Lines) -> Result<(), String> {
 }
 
 fn text(language: Language, scene: &Scene, view: &View, size: [u32; 2]) -> String {
-    let palette = scene.palette();
+    let palette: Vec<_> = scene.colors().collect();
     let mut text = Vec::new();
     write(language, scene, view, size, |id| palette[id as usize], &mut text).unwrap();
     String::from_utf8(text).unwrap()

@@ -6,11 +6,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use glam::DVec3;
 use kugelblitz::picture::{
     Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter, writer_bytes,
 };
 use kugelblitz::rays::{read_rays, write_hits};
-use kugelblitz::scene::Color;
+use kugelblitz::scene::{Color, Plane, Scene};
+use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::Hits;
 use kugelblitz::{Error, Result};
 use npyz::WriterBuilder;
@@ -63,6 +65,22 @@ fn band(hits: &Hits, width: usize, first: usize, n: usize) -> Hits {
     }
 }
 
+/// The colours of hits whose objects have those of `palette`, the background's first.
+fn shaded(
+    format: Format,
+    options: PictureOptions,
+    palette: &[Color],
+    hits: &Hits,
+) -> Result<Colors> {
+    let object = |&color| Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color };
+    let planes = palette[1..].iter().map(object).collect();
+    let scene = Scene { background: palette[0], planes, ..Scene::default() };
+    let encoding = format.encoding(options.bits);
+    let mut colors = Colors::new(encoding);
+    Shader::new(&scene, encoding).shade(hits, &mut colors)?;
+    Ok(colors)
+}
+
 fn encode(
     format: Format,
     options: PictureOptions,
@@ -72,12 +90,12 @@ fn encode(
     n_band_rows: u32,
 ) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, frame, palette, sink, "memory")?;
+    let mut writer = PictureWriter::create(format, options, frame, sink, "memory")?;
     let mut first = 0;
     while first < frame.height {
         let n = n_band_rows.min(frame.height - first);
         let rows = band(hits, frame.width as usize, first as usize, n as usize);
-        writer.rows(&rows, n)?;
+        writer.rows(&shaded(format, options, palette, &rows)?, &rows, n)?;
         first += n;
     }
     Ok(writer.finish()?.into_inner())
@@ -132,8 +150,8 @@ fn png_says_that_it_is_srgb() {
 /// Formats that only need colours take hits that have only ids.
 fn encode_ids(format: Format, frame: Frame, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, EIGHT, frame, palette, sink, "memory")?;
-    writer.rows(&hits, frame.height)?;
+    let mut writer = PictureWriter::create(format, EIGHT, frame, sink, "memory")?;
+    writer.rows(&shaded(format, EIGHT, palette, &hits)?, &hits, frame.height)?;
     Ok(writer.finish()?.into_inner())
 }
 
@@ -336,27 +354,28 @@ fn an_interrupted_picture_leaves_the_old_file() {
     let palette = [Color::BLACK, Color([1.0; 3])];
     let n_files = || std::fs::read_dir(folder.path()).unwrap().count();
     for format in Format::ALL {
+        let colors = shaded(format, EIGHT, &palette, &hits).unwrap();
         std::fs::write(&path, "old").unwrap();
         let begin = || {
             let file = OutputFile::create(&path, format.needs_seek()).unwrap();
             let frame = Frame::whole(8, 8);
-            PictureWriter::create(format, EIGHT, frame, &palette, file, &path).unwrap()
+            PictureWriter::create(format, EIGHT, frame, file, &path).unwrap()
         };
         let mut writer = begin();
-        writer.rows(&hits, 4).unwrap();
+        writer.rows(&colors, &hits, 4).unwrap();
         drop(writer);
         assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
 
         // Ended too early is no better than interrupted.
         let mut writer = begin();
-        writer.rows(&hits, 4).unwrap();
+        writer.rows(&colors, &hits, 4).unwrap();
         assert!(matches!(writer.finish(), Err(Error::Usage(_))), "{format}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old", "{format}");
         assert_eq!(n_files(), 1, "{format}");
 
         let mut writer = begin();
-        writer.rows(&hits, 4).unwrap();
-        writer.rows(&hits, 4).unwrap();
+        writer.rows(&colors, &hits, 4).unwrap();
+        writer.rows(&colors, &hits, 4).unwrap();
         writer.finish().unwrap().commit().unwrap();
         let whole = std::fs::read(&path).unwrap();
         let both = Hits {
@@ -378,17 +397,24 @@ fn wrong_bands_are_refused() {
     for format in Format::ALL {
         let begin = || {
             let sink = Cursor::new(Vec::new());
-            PictureWriter::create(format, CERTIFICATES, Frame::whole(4, 2), &palette, sink, "m")
-                .unwrap()
+            PictureWriter::create(format, CERTIFICATES, Frame::whole(4, 2), sink, "m").unwrap()
         };
-        assert!(matches!(begin().rows(&hits, 3), Err(Error::Usage(_))));
-        assert!(matches!(begin().rows(&hits, 1), Err(Error::Usage(_))));
+        let colors = shaded(format, CERTIFICATES, &palette, &hits).unwrap();
+        assert!(matches!(begin().rows(&colors, &hits, 3), Err(Error::Usage(_))));
+        assert!(matches!(begin().rows(&colors, &hits, 1), Err(Error::Usage(_))));
         let alien = Hits { id: vec![2; 8], ..hits.clone() };
-        let message = begin().rows(&alien, 2).err().unwrap().to_string();
+        let message = shaded(format, CERTIFICATES, &palette, &alien).unwrap_err().to_string();
         assert!(message.contains("id 2") && message.contains("end at 1"), "{message}");
+        let other = match colors {
+            Colors::Linear(_) => Colors::Srgb8(vec![[0; 3]; 8]),
+            _ => Colors::Linear(vec![[0.0; 3]; 8]),
+        };
+        assert!(matches!(begin().rows(&other, &hits, 2), Err(Error::Usage(_))), "{format}");
+        let too_few = Colors::new(colors.encoding());
+        assert!(matches!(begin().rows(&too_few, &hits, 2), Err(Error::Usage(_))), "{format}");
         let ids_only = Hits { id: hits.id.clone(), ..Hits::default() };
         let is_enough = !format.wants(true).surface;
-        assert_eq!(begin().rows(&ids_only, 2).is_ok(), is_enough, "{format}");
+        assert_eq!(begin().rows(&colors, &ids_only, 2).is_ok(), is_enough, "{format}");
     }
 }
 
@@ -401,9 +427,8 @@ fn a_full_disk_is_an_error_with_a_name() {
         let attempt = || -> Result<()> {
             let file = OutputFile::create("/dev/full", format.needs_seek())?;
             let frame = Frame::whole(512, 512);
-            let mut writer =
-                PictureWriter::create(format, EIGHT, frame, &palette, file, "/dev/full")?;
-            writer.rows(&hits, 512)?;
+            let mut writer = PictureWriter::create(format, EIGHT, frame, file, "/dev/full")?;
+            writer.rows(&shaded(format, EIGHT, &palette, &hits)?, &hits, 512)?;
             writer.finish()?.commit()
         };
         let error = attempt().err().unwrap();
@@ -625,14 +650,15 @@ fn encode_times_at_full_hd() {
                 let mut n_bytes = 0;
                 for _ in 0..5 {
                     let start = Instant::now();
+                    let colors = shaded(format, options, &palette, hits).unwrap();
                     let sink = Cursor::new(Vec::with_capacity(1 << 27));
                     let mut writer =
-                        PictureWriter::create(format, options, frame, &palette, sink, "m").unwrap();
-                    writer.rows(hits, height).unwrap();
+                        PictureWriter::create(format, options, frame, sink, "m").unwrap();
+                    writer.rows(&colors, hits, height).unwrap();
                     n_bytes = writer.finish().unwrap().into_inner().len();
                     best_ms = best_ms.min(start.elapsed().as_secs_f64() * 1e3);
                 }
-                let held = writer_bytes(format, options, frame, height, palette.len()).unwrap();
+                let held = writer_bytes(format, options, frame, height).unwrap();
                 println!(
                     "{name} {format} {:?}: {best_ms:.1} ms, {n_bytes} bytes, holds at most {held}",
                     options.bits

@@ -36,7 +36,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let whole = SizeArgs { size: args.size, crop: None };
     let Pixels { view, width, height, .. } = whole.pixels(&scene, &args.scene)?;
-    let palette = scene.palette();
+    let palette: Vec<_> = scene.colors().collect();
     let mut file = OutputFile::create(&args.output, false)?;
     let (language, size) = (args.language, [width, height]);
     export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)

@@ -87,6 +87,8 @@ pub struct Ms {
     pub compile: f64,
     #[serde(flatten)]
     pub stages: MsStages,
+    /// Colours.
+    pub shade: f64,
     pub write: f64,
     /// From the program's start, so with opening the device as well.
     pub total: f64,

@@ -9,6 +9,7 @@ use kugelblitz::device::Made;
 use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{self, available_memory};
+use kugelblitz::shade::Shader;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -61,11 +62,17 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let progress = Progress::start(&args.talk, &run.control, n_rays);
     let start = Instant::now();
     let frame = Frame::from(&pixels);
-    let palette = scene.palette();
-    let mut writer = PictureWriter::create(format, options, frame, &palette, file, &args.output)?;
+    let shader = Shader::new(&scene, format.encoding(options.bits));
+    let mut writer = PictureWriter::create(format, options, frame, file, &args.output)?;
     let mut write = start.elapsed();
-    let rendered =
-        render::render(&mut *tracer, &pixels, plan.n_band_rows, &mut writer, &run.control)?;
+    let rendered = render::render(
+        &mut *tracer,
+        &shader,
+        &pixels,
+        plan.n_band_rows,
+        &mut writer,
+        &run.control,
+    )?;
     let start = Instant::now();
     writer.finish()?.commit()?;
     write += rendered.write + start.elapsed();
@@ -100,6 +107,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
                 upload: ms(upload),
                 compile: ms(compile),
                 stages: MsStages::from(tracing),
+                shade: ms(rendered.shade),
                 write: ms(write),
                 total: ms(run.start.elapsed()),
             },

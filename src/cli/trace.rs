@@ -90,6 +90,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
                 stages: MsStages::from(timing),
                 write: ms(write),
                 total: ms(run.start.elapsed()),
+                ..Ms::default()
             },
         })?;
     }

@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 use super::{Frame, SOFTWARE};
 use crate::error::{Error, Result};
-use crate::scene::Color;
 use crate::trace::Hits;
 
 /// Lines that are compressed together. The format fixes this number for its ZIP compression.
@@ -162,11 +161,11 @@ impl Exr {
     pub(super) fn rows(
         &mut self,
         hits: &Hits,
-        palette: &[Color],
+        rgb: &[[f32; 3]],
         out: &mut Vec<u8>,
     ) -> io::Result<()> {
         for start in (0..hits.id.len()).step_by(self.width) {
-            self.append_line(hits, start..start + self.width, palette);
+            self.append_line(hits, start..start + self.width, rgb);
         }
         let n_lines = self.lines.len() / self.line_bytes;
         let n_lines_done = self.table.len() * BLOCK_LINES;
@@ -196,15 +195,13 @@ impl Exr {
     }
 
     /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
-    fn append_line(&mut self, hits: &Hits, line: std::ops::Range<usize>, palette: &[Color]) {
+    fn append_line(&mut self, hits: &Hits, line: std::ops::Range<usize>, rgb: &[[f32; 3]]) {
         let ids = &hits.id[line.clone()];
         for &(_, _, channel) in self.channels {
             let out = &mut self.lines;
             match channel {
                 Channel::Alpha => push(out, ids.iter().map(|_| 1.0_f32.to_ne_bytes())),
-                Channel::Rgb(i) => {
-                    push(out, ids.iter().map(|&id| palette[id as usize].0[i].to_ne_bytes()))
-                }
+                Channel::Rgb(i) => push(out, rgb[line.clone()].iter().map(|c| c[i].to_ne_bytes())),
                 Channel::Normal(i) => {
                     push(out, hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()))
                 }

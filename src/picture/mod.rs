@@ -1,8 +1,6 @@
-//! [`Hits`] → picture file: [`PictureWriter`] takes bands of rows from top to bottom and writes
-//! PNG, EXR, PPM or NPY into an [`OutputFile`] or any other sink.
-//!
-//! The colour of a pixel is the palette's entry for its id, flat and unlit. Memory is bounded by
-//! a band, not by the picture.
+//! Colours and [`Hits`] → picture file: [`PictureWriter`] takes bands of rows from top to bottom
+//! and writes PNG, EXR, PPM or NPY into an [`OutputFile`] or any other sink. Memory is bounded by a
+//! band, not by the picture.
 //!
 //! # What is not promised
 //! Bytes of a file may change from one version to the next; decoded values do not.
@@ -13,6 +11,7 @@ mod npy;
 mod png;
 mod ppm;
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -22,7 +21,7 @@ pub use atomic::OutputFile;
 
 use crate::camera::Pixels;
 use crate::error::{Error, Result};
-use crate::scene::Color;
+use crate::shade::{Colors, Encoding};
 use crate::trace::{Hits, Wants};
 
 /// What every file says about its maker.
@@ -95,6 +94,15 @@ impl Format {
             Format::Exr | Format::Npy => true,
         };
         Wants { surface, level: surface && certificates }
+    }
+
+    /// How its colours are encoded.
+    pub fn encoding(self, bits: Bits) -> Encoding {
+        match (self, bits) {
+            (Format::Png | Format::Ppm, Bits::Eight) => Encoding::Srgb8,
+            (Format::Png | Format::Ppm, Bits::Sixteen) => Encoding::Srgb16,
+            (Format::Exr | Format::Npy, _) => Encoding::Linear,
+        }
     }
 
     /// Whether the writer goes back in the file at the end, so that a pipe can't take it
@@ -206,8 +214,8 @@ impl From<&Pixels> for Frame {
     }
 }
 
-/// Bytes that a [`PictureWriter`] holds at most, beside the [`Hits`] it is given: for a palette of
-/// `n_colors` and bands of `n_band_rows` rows.
+/// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`] it is given, for
+/// bands of `n_band_rows` rows.
 ///
 /// # Errors
 /// [`Error::Usage`] for an empty rectangle or one outside its picture, [`Error::TooLarge`] for a
@@ -217,7 +225,6 @@ pub fn writer_bytes(
     options: PictureOptions,
     frame: Frame,
     n_band_rows: u32,
-    n_colors: usize,
 ) -> Result<u64> {
     let Frame { image_width, image_height, x, y, width, height } = frame;
     if width == 0 || height == 0 {
@@ -245,7 +252,8 @@ pub fn writer_bytes(
         Format::Ppm => {
             let pixel_bytes = png::pixel_bytes(options.bits);
             let band_px = u128::from(width) * u128::from(n_band_rows);
-            (pixel_bytes, band_px * pixel_bytes)
+            // For 16 bits, once more with the bytes swapped.
+            (pixel_bytes, 2 * band_px * pixel_bytes)
         }
         Format::Npy => {
             let pixel_bytes = npy::pixel_bytes(options.certificates);
@@ -265,27 +273,25 @@ pub fn writer_bytes(
              have ({MAX_FILE_BYTES}); render parts of it with --crop"
         )));
     }
-    let palette_bytes = n_colors as u128 * (size_of::<Color>() + size_of::<[u16; 3]>()) as u128;
     // What doesn't fit u64 doesn't fit any memory either, and the caller compares with that.
-    Ok(u64::try_from(band_bytes + palette_bytes).unwrap_or(u64::MAX))
+    Ok(u64::try_from(band_bytes).unwrap_or(u64::MAX))
 }
 
 /// Writes one picture, band by band, from top to bottom.
 ///
 /// ```
-/// # use kugelblitz::{picture::*, scene::Color, trace::Hits};
+/// # use kugelblitz::{picture::*, shade::Colors, trace::Hits};
 /// # fn main() -> kugelblitz::Result<()> {
-/// let palette = [Color::BLACK, Color([1.0, 0.0, 0.0])];
 /// let sink = std::io::Cursor::new(Vec::new());
 /// let mut writer = PictureWriter::create(
 ///     Format::Ppm,
 ///     PictureOptions::default(),
 ///     Frame::whole(2, 1),
-///     &palette,
 ///     sink,
 ///     "memory",
 /// )?;
-/// writer.rows(&Hits { id: vec![0, 1], ..Hits::default() }, 1)?;
+/// let hits = Hits { id: vec![0, 1], ..Hits::default() };
+/// writer.rows(&Colors::Srgb8(vec![[0; 3], [255, 0, 0]]), &hits, 1)?;
 /// let bytes = writer.finish()?.into_inner();
 /// assert_eq!(bytes, b"P6\n2 1\n255\n\0\0\0\xff\0\0");
 /// # Ok(())
@@ -298,7 +304,7 @@ pub struct PictureWriter<W> {
     encoder: Encoder,
     frame: Frame,
     wants: Wants,
-    palette: Vec<Color>,
+    encoding: Encoding,
     n_rows_done: u32,
     /// Encoded bytes on their way to the sink.
     encoded: Vec<u8>,
@@ -308,15 +314,14 @@ pub struct PictureWriter<W> {
 
 enum Encoder {
     Png(Box<png::Png>),
-    Ppm(ppm::Ppm),
+    Ppm,
     Npy(npy::Npy),
     Exr(Box<exr::Exr>),
 }
 
 impl<W: Write + Seek> PictureWriter<W> {
     /// Begins a picture: writes its header to `sink`, which stands at the beginning of its file
-    /// and which errors call `path`. `palette[id]` is the linear colour of the object `id`,
-    /// `palette[0]` the background's.
+    /// and which errors call `path`.
     ///
     /// # Errors
     /// Those of [`writer_bytes`], and [`Error::Io`] from the sink.
@@ -324,18 +329,18 @@ impl<W: Write + Seek> PictureWriter<W> {
         format: Format,
         options: PictureOptions,
         frame: Frame,
-        palette: &[Color],
         sink: W,
         path: impl Into<PathBuf>,
     ) -> Result<PictureWriter<W>> {
-        writer_bytes(format, options, frame, 1, palette.len())?;
+        writer_bytes(format, options, frame, 1)?;
         let path = path.into();
         let mut encoded = Vec::new();
         let encoder = match format {
-            Format::Png => png::Png::begin(options.bits, frame, palette, &mut encoded)
+            Format::Png => png::Png::begin(options.bits, frame, &mut encoded)
                 .map(|png| Encoder::Png(Box::new(png))),
             Format::Ppm => {
-                Ok(Encoder::Ppm(ppm::Ppm::begin(options.bits, frame, palette, &mut encoded)))
+                ppm::begin(options.bits, frame, &mut encoded);
+                Ok(Encoder::Ppm)
             }
             Format::Npy => {
                 npy::Npy::begin(options.certificates, frame, &mut encoded).map(Encoder::Npy)
@@ -348,7 +353,7 @@ impl<W: Write + Seek> PictureWriter<W> {
             encoder,
             frame,
             wants: format.wants(options.certificates),
-            palette: palette.to_vec(),
+            encoding: format.encoding(options.bits),
             n_rows_done: 0,
             encoded,
             sink,
@@ -358,29 +363,29 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next `n_rows` rows: `hits` has one entry a pixel, row by row.
+    /// Writes the next `n_rows` rows: `colors` and `hits` have one entry a pixel, row by row.
     ///
     /// # Errors
-    /// [`Error::Io`] from the sink. [`Error::Usage`] when `hits` has not `n_rows` rows with the
-    /// fields that [`Format::wants`], or when the rows are more than the picture has.
-    /// [`Error::Device`] for an id without a colour. After an error the picture is lost.
-    pub fn rows(&mut self, hits: &Hits, n_rows: u32) -> Result<()> {
-        self.check(hits, n_rows)?;
+    /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
+    /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
+    /// or when the rows are more than the picture has. After an error the picture is lost.
+    pub fn rows(&mut self, colors: &Colors, hits: &Hits, n_rows: u32) -> Result<()> {
+        self.check(colors, hits, n_rows)?;
         if n_rows == 0 {
             return Ok(());
         }
-        let PictureWriter { palette, encoded, .. } = self;
+        let encoded = &mut self.encoded;
         match &mut self.encoder {
-            Encoder::Png(png) => png.rows(hits, encoded),
-            Encoder::Ppm(ppm) => {
-                ppm.rows(hits, encoded);
+            Encoder::Png(png) => png.rows(colors, encoded),
+            Encoder::Ppm => {
+                ppm::rows(colors, encoded);
                 Ok(())
             }
             Encoder::Npy(npy) => {
-                npy.rows(hits, palette, encoded);
+                npy.rows(hits, linear(colors), encoded);
                 Ok(())
             }
-            Encoder::Exr(exr) => exr.rows(hits, palette, encoded),
+            Encoder::Exr(exr) => exr.rows(hits, linear(colors), encoded),
         }
         .map_err(Error::io(&self.path))?;
         self.n_rows_done += n_rows;
@@ -404,7 +409,7 @@ impl<W: Write + Seek> PictureWriter<W> {
             Encoder::Png(png) => {
                 png.finish(&mut self.encoded).and_then(|()| self.sink.write_all(&self.encoded))
             }
-            Encoder::Ppm(_) | Encoder::Npy(_) => Ok(()),
+            Encoder::Ppm | Encoder::Npy(_) => Ok(()),
             Encoder::Exr(exr) => {
                 let (position_bytes, table) = exr.finish();
                 self.sink
@@ -418,7 +423,7 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(self.sink)
     }
 
-    fn check(&self, hits: &Hits, n_rows: u32) -> Result<()> {
+    fn check(&self, colors: &Colors, hits: &Hits, n_rows: u32) -> Result<()> {
         let n_rows_left = self.frame.height - self.n_rows_done;
         if n_rows > n_rows_left {
             return Err(Error::Usage(format!(
@@ -427,7 +432,16 @@ impl<W: Write + Seek> PictureWriter<W> {
             )));
         }
         let n_pixels = self.frame.width as usize * n_rows as usize;
+        if colors.encoding() != self.encoding {
+            return Err(Error::Usage(format!(
+                "{}: the picture takes {:?}, but colours in {:?} were given",
+                self.path.display(),
+                self.encoding,
+                colors.encoding()
+            )));
+        }
         for (field, length, is_wanted) in [
+            ("colour", colors.len(), true),
             ("id", hits.id.len(), true),
             ("t", hits.t.len(), self.wants.surface),
             ("normal", hits.normal.len(), self.wants.surface),
@@ -441,14 +455,6 @@ impl<W: Write + Seek> PictureWriter<W> {
                 )));
             }
         }
-        let largest_id = hits.id.iter().copied().max().unwrap_or(0);
-        if largest_id as usize >= self.palette.len() {
-            return Err(Error::Device(format!(
-                "a pixel has the id {largest_id}, but the ids of this scene end at {}; the device \
-                 gave a wrong answer: try --device cpu, and `kugelblitz probe` to look at it",
-                self.palette.len().saturating_sub(1)
-            )));
-        }
         Ok(())
     }
 
@@ -459,45 +465,23 @@ impl<W: Write + Seek> PictureWriter<W> {
     }
 }
 
-/// The palette as bytes of a file: encoded once, not once a pixel.
-enum ByteColors {
-    Eight(Vec<[u8; 3]>),
-    /// Big endian.
-    Sixteen(Vec<[u8; 6]>),
+/// Colours of whole numbers as bytes of a file, the high byte first; empty for linear ones.
+fn be_bytes(colors: &Colors) -> Cow<'_, [u8]> {
+    match colors {
+        Colors::Srgb8(pixels) => Cow::Borrowed(pixels.as_flattened()),
+        Colors::Srgb16(pixels) => {
+            let channels = pixels.as_flattened().iter();
+            Cow::Owned(channels.flat_map(|channel| channel.to_be_bytes()).collect())
+        }
+        Colors::Linear(_) => Cow::Borrowed(&[]),
+    }
 }
 
-impl ByteColors {
-    fn new(bits: Bits, palette: &[Color]) -> ByteColors {
-        match bits {
-            Bits::Eight => {
-                ByteColors::Eight(palette.iter().map(|&color| color.to_srgb8()).collect())
-            }
-            Bits::Sixteen => ByteColors::Sixteen(
-                palette
-                    .iter()
-                    .map(|&color| {
-                        let [r, g, b] = color.to_srgb16().map(u16::to_be_bytes);
-                        [r[0], r[1], g[0], g[1], b[0], b[1]]
-                    })
-                    .collect(),
-            ),
-        }
-    }
-
-    /// Appends the colours of `ids`, each of which has one.
-    fn append(&self, ids: &[u32], out: &mut Vec<u8>) {
-        fn append<const N: usize>(colors: &[[u8; N]], ids: &[u32], out: &mut Vec<u8>) {
-            let start = out.len();
-            out.resize(start + ids.len() * N, 0);
-            let (pixels, _) = out[start..].as_chunks_mut::<N>();
-            for (pixel, &id) in pixels.iter_mut().zip(ids) {
-                *pixel = colors[id as usize];
-            }
-        }
-        match self {
-            ByteColors::Eight(colors) => append(colors, ids, out),
-            ByteColors::Sixteen(colors) => append(colors, ids, out),
-        }
+/// The colours of a file that holds floats; empty for others.
+fn linear(colors: &Colors) -> &[[f32; 3]] {
+    match colors {
+        Colors::Linear(pixels) => pixels,
+        Colors::Srgb8(_) | Colors::Srgb16(_) => &[],
     }
 }
 
@@ -542,7 +526,7 @@ mod tests {
     fn impossible_pictures_are_refused_before_anything_is_allocated() {
         let estimate = |format, width, height| {
             let frame = Frame::whole(width, height);
-            writer_bytes(format, PictureOptions::default(), frame, 64, 10)
+            writer_bytes(format, PictureOptions::default(), frame, 64)
         };
         for format in Format::ALL {
             assert!(estimate(format, 1920, 1080).is_ok_and(|bytes| bytes < 64 << 20));
@@ -561,9 +545,9 @@ mod tests {
     #[test]
     fn a_rectangle_outside_its_picture_is_refused() {
         let frame = Frame { x: 5, ..Frame::whole(8, 8) };
-        let result = writer_bytes(Format::Png, PictureOptions::default(), frame, 1, 1);
+        let result = writer_bytes(Format::Png, PictureOptions::default(), frame, 1);
         assert!(usage(result).contains("not inside"));
         let frame = Frame { y: u32::MAX, ..Frame::whole(8, 8) };
-        assert!(writer_bytes(Format::Png, PictureOptions::default(), frame, 1, 1).is_err());
+        assert!(writer_bytes(Format::Png, PictureOptions::default(), frame, 1).is_err());
     }
 }

@@ -4,7 +4,6 @@ use std::io;
 
 use super::Frame;
 use crate::npy::Record;
-use crate::scene::Color;
 use crate::trace::Hits;
 
 pub(super) struct Npy {
@@ -26,7 +25,7 @@ impl Npy {
         Ok(Npy { record })
     }
 
-    pub(super) fn rows(&mut self, hits: &Hits, palette: &[Color], out: &mut Vec<u8>) {
-        self.record.append(hits, 0..hits.id.len(), palette, out);
+    pub(super) fn rows(&self, hits: &Hits, rgb: &[[f32; 3]], out: &mut Vec<u8>) {
+        self.record.append(hits, 0..hits.id.len(), rgb, out);
     }
 }

@@ -5,10 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Bits, ByteColors, Frame, SOFTWARE};
+use super::{Bits, Frame, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
-use crate::scene::Color;
-use crate::trace::Hits;
+use crate::shade::Colors;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;
@@ -34,30 +33,26 @@ pub(super) fn check_size(frame: Frame) -> Result<()> {
     Ok(())
 }
 
-/// Bytes held for a band: four rows (colours, this and the last one in the codec, filtered) and
-/// the compressed band. The longest code of the codec's fixed table has 12 bits for 8.
+/// Bytes held for a band: three rows (this and the last one in the codec, filtered), for 16 bits the
+/// band with its bytes swapped, and the compressed band. The longest code of the codec's fixed table
+/// has 12 bits for 8.
 pub(super) fn band_bytes(bits: Bits, width: u32, n_band_rows: u32) -> u128 {
     let row_bytes = u128::from(width) * pixel_bytes(bits) + 1;
     let compressed_bytes = row_bytes * u128::from(n_band_rows) * 3 / 2;
-    4 * row_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
+    let swapped_bytes = match bits {
+        Bits::Eight => 0,
+        Bits::Sixteen => row_bytes * u128::from(n_band_rows),
+    };
+    3 * row_bytes + swapped_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
 }
 
 pub(super) struct Png {
-    colors: ByteColors,
-    width: usize,
     stream: StreamWriter<'static, Tray>,
     tray: Tray,
-    /// One row of colours.
-    row: Vec<u8>,
 }
 
 impl Png {
-    pub(super) fn begin(
-        bits: Bits,
-        frame: Frame,
-        palette: &[Color],
-        out: &mut Vec<u8>,
-    ) -> io::Result<Png> {
+    pub(super) fn begin(bits: Bits, frame: Frame, out: &mut Vec<u8>) -> io::Result<Png> {
         let tray = Tray::default();
         let mut encoder = Encoder::new(tray.clone(), frame.width, frame.height);
         encoder.set_color(ColorType::Rgb);
@@ -73,21 +68,11 @@ impl Png {
         encoder.set_filter(Filter::Up);
         let stream = encoder.write_header()?.into_stream_writer_with_size(CHUNK_BYTES)?;
         tray.empty_into(out);
-        Ok(Png {
-            colors: ByteColors::new(bits, palette),
-            width: frame.width as usize,
-            stream,
-            tray,
-            row: Vec::new(),
-        })
+        Ok(Png { stream, tray })
     }
 
-    pub(super) fn rows(&mut self, hits: &Hits, out: &mut Vec<u8>) -> io::Result<()> {
-        for ids in hits.id.chunks_exact(self.width) {
-            self.row.clear();
-            self.colors.append(ids, &mut self.row);
-            self.stream.write_all(&self.row)?;
-        }
+    pub(super) fn rows(&mut self, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
+        self.stream.write_all(&be_bytes(colors))?;
         self.tray.empty_into(out);
         Ok(())
     }

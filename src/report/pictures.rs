@@ -4,6 +4,7 @@ use super::measure::{Subject, picture};
 use super::scenes::Case;
 use super::{Effort, ErrorPicture, Fault, SceneResult};
 use crate::error::Result;
+use crate::scene::Color;
 use crate::trace::{Control, Hits, Rays, Wants};
 use crate::verify::{RayError, Truth, ray_errors};
 
@@ -42,8 +43,7 @@ pub(super) fn take_pictures(
         let all = (0..pixels.len()).collect();
         let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
         let rays = Rays::Pixels(pixels);
-        let palette: Vec<[u8; 3]> =
-            case.scene.palette().iter().map(|color| color.to_srgb8()).collect();
+        let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
         for subject in &on_first {
             let wants = Wants { surface: true, level: false };
             let mut tracer = subject.tracer(&case.scene, &rays, wants)?.tracer;

@@ -139,12 +139,11 @@ impl Scene {
         }
     }
 
-    /// Linear colours by id: `[0]` is the background.
-    pub fn palette(&self) -> Vec<Color> {
+    /// Linear colours by id: the first is the background's.
+    pub fn colors(&self) -> impl Iterator<Item = Color> {
         std::iter::once(self.background)
             .chain(self.spheres.iter().map(|s| s.color))
             .chain(self.planes.iter().map(|p| p.color))
-            .collect()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::kernel::RayOf;
 use crate::kernel::lecture::quadratic;
 use crate::kernel::relative::approach;
 use crate::prepare::{Objects, Prepared};
-use crate::scene::{Object, Scene};
+use crate::scene::{Color, Object, Scene};
 use crate::trace::{Hits, Level};
 use crate::vec3::{Real, Vec3, dot3};
 use crate::verify::{TError, Truth};
@@ -38,7 +38,7 @@ pub fn palette(show: Show, scene: &Scene, pixels: &Pixels) -> Vec<u32> {
             let side = |id| if is_front(scene, pixels, id) { FRONT } else { BACK };
             std::iter::once(NOTHING).chain((1..=n).map(side)).collect()
         }
-        _ => scene.palette().into_iter().map(|color| color.to_srgb8()).collect(),
+        _ => scene.colors().map(Color::to_srgb8).collect(),
     };
     colors.into_iter().chain([NOT_YET]).map(word).collect()
 }

@@ -12,6 +12,7 @@ use crate::picture::{Format, Frame, OutputFile, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::render::{available_memory, plan, render};
 use crate::scene::Scene;
+use crate::shade::Shader;
 use crate::trace::{Control, Kernel, Rays, Tracer};
 
 /// The first of `NAME-1.png`, `NAME-2.png`, … in `folder` that isn't there.
@@ -42,10 +43,10 @@ pub fn save(
         true => Box::new(CpuTracer::new(prepared, wants)),
         false => Box::new(GpuTracer::new(Arc::clone(&backend.gpu), prepared, wants)?),
     };
-    let palette = scene.palette();
+    let shader = Shader::new(scene, format.encoding(options.bits));
     let frame = Frame::from(&pixels);
-    let mut writer = PictureWriter::create(format, options, frame, &palette, file, path)?;
-    render(&mut *tracer, &pixels, plan.n_band_rows, &mut writer, control)?;
+    let mut writer = PictureWriter::create(format, options, frame, file, path)?;
+    render(&mut *tracer, &shader, &pixels, plan.n_band_rows, &mut writer, control)?;
     writer.finish()?.commit()
 }
 
