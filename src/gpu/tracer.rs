@@ -16,10 +16,11 @@ use super::program::Program;
 use crate::camera::Pixels;
 use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
-use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
