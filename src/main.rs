@@ -2,6 +2,7 @@
 
 mod cli;
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -78,7 +79,10 @@ fn stop_now(control: &Control) -> ! {
         output::remove_unfinished();
         match control.is_cancelled() {
             true => cli::complain::complain(&interrupted),
-            false => eprintln!("error: interrupted while output files were put in their places"),
+            false => {
+                let why = "interrupted while output files were put in their places";
+                let _ = writeln!(std::io::stderr(), "error: {why}");
+            }
         }
     }))
 }

@@ -127,6 +127,16 @@ fn f32_and_f64_over_a_million_spheres_on_the_gpu() {
     }
 }
 
+#[test]
+fn large_pictures_on_the_cpu_and_on_the_gpu() {
+    gpu();
+    for device in ["cpu", "gpu"] {
+        let scene = scene("figure1");
+        let arguments = ["render", &scene, "-o", "a.ppm", "--size", "20000x20000", "--device"];
+        interrupted(&[&arguments[..], &[device]].concat(), "a.ppm", 1500);
+    }
+}
+
 /// Reading, then the building of a hierarchy, then tracing: whichever it is at the time.
 #[test]
 fn the_certified_kernel_over_a_million_spheres() {
@@ -187,6 +197,30 @@ fn pipes_that_nobody_opens() {
     for arguments in cases {
         interrupted(arguments, "other", 300);
     }
+}
+
+/// On a terminal, which `script` makes; with one thread, so that it takes a while everywhere.
+#[test]
+fn building_a_hierarchy_is_seen_and_told() {
+    let picture = large().folder.path().join("a.png");
+    let command = format!(
+        "{} render {} -o {} --size 16x9 --device cpu -v",
+        env!("CARGO_BIN_EXE_kugelblitz"),
+        large().scene,
+        picture.display()
+    );
+    let output = Command::new("script")
+        .args(["--quiet", "--return", "--command", &command, "/dev/null"])
+        .env("RAYON_NUM_THREADS", "1")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let talk = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{talk}");
+    assert!(talk.contains("building the hierarchy over 1000000 spheres"), "{talk}");
+    let lines: Vec<&str> = talk.lines().collect();
+    assert!(lines.iter().any(|line| line.contains(" building, ")), "{talk}");
+    assert!(lines.iter().any(|line| line.contains("note: ") && line.contains(" built ")), "{talk}");
 }
 
 #[test]
