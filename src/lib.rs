@@ -11,12 +11,13 @@
 //! use std::sync::Arc;
 //!
 //! use kugelblitz::camera::{Pixels, View};
+//! use kugelblitz::control::Control;
 //! use kugelblitz::cpu::CpuTracer;
 //! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 //! use kugelblitz::prepare::Prepared;
 //! use kugelblitz::scene::parse_scene;
 //! use kugelblitz::shade::{Colors, Shader};
-//! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
+//! use kugelblitz::trace::{Hits, Kernel, Rays, Tracer};
 //!
 //! fn main() -> kugelblitz::Result<()> {
 //!     let path = Path::new("ball.toml"); // only for messages
@@ -104,6 +105,8 @@
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
+//! | [`control`] | cancelling and progress |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
@@ -122,6 +125,7 @@ pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;
+pub mod control;
 pub mod cpu;
 pub mod device;
 pub mod error;
@@ -134,6 +138,7 @@ pub mod gpu;
 pub mod guard;
 pub mod kernel;
 mod npy;
+pub mod output;
 pub mod picture;
 pub mod prepare;
 mod random;
