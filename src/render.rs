@@ -18,10 +18,21 @@ const BAND_BYTES: u64 = 16 << 20;
 /// How a picture is cut into bands, and what that costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
+    /// The file's format.
+    pub format: Format,
+    /// How it is written.
+    pub options: PictureOptions,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
     pub bytes: u64,
+}
+
+impl Plan {
+    /// What the tracer must compute for the picture.
+    pub fn wants(&self) -> Wants {
+        self.format.wants(self.options.certificates)
+    }
 }
 
 /// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
@@ -60,7 +71,7 @@ pub fn plan(
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
         if bytes <= available_bytes {
-            return Ok(Plan { n_band_rows, bytes });
+            return Ok(Plan { format, options, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
@@ -179,10 +190,13 @@ fn trace_band(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::DVec3;
 
     use super::*;
     use crate::camera::View;
+    use crate::prepare::Prepared;
     use crate::scene::{Camera, Color, Plane, Scene};
     use crate::shade::Encoding;
 
@@ -216,6 +230,9 @@ mod tests {
                 control.cancel();
             }
             Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
+        }
+        fn retarget(&mut self, _: Arc<Prepared>) -> Result<()> {
+            Ok(())
         }
         fn bytes_device(&self) -> u64 {
             0

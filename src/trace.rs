@@ -1,5 +1,6 @@
 //! What every backend takes and gives: [`Rays`] in, [`Hits`] out, through one [`Tracer`].
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec3;
@@ -7,6 +8,7 @@ use glam::DVec3;
 use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::Result;
+use crate::prepare::Prepared;
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -189,7 +191,7 @@ impl Timing {
 }
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
-pub trait Tracer {
+pub trait Tracer: Send {
     /// Traces all `rays` into `hits`, which it resets.
     ///
     /// # Errors
@@ -197,6 +199,12 @@ pub trait Tracer {
     /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits,
     /// [`Error::Usage`] when the scene was prepared for other rays.
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+
+    /// Takes another prepared scene, with the same [`Wants`]. After an error all is as before.
+    ///
+    /// # Errors
+    /// Those of making a tracer.
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()>;
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;

@@ -133,6 +133,11 @@ impl Tracer for FlippedSign {
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.prepared = prepared;
+        Ok(())
+    }
+
     fn bytes_device(&self) -> u64 {
         0
     }

@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use kugelblitz::Result;
 use kugelblitz::output;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Scene, read_scene_with};
-use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz::trace::Kernel;
 
 use super::output::count;
 use super::progress::Progress;
@@ -22,26 +21,14 @@ pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
     read_scene_with(path, &run.control).map(Arc::new)
 }
 
-/// Prepares a scene, and shows that it takes a while.
-///
-/// # Errors
-/// Those of [`Prepared::new_with`].
-pub fn prepare(
-    scene: &Arc<Scene>,
-    kernel: Kernel,
-    rays: &Rays,
-    talk: &TalkArgs,
-    run: &Run,
-) -> Result<Arc<Prepared>> {
+/// Shows, while it lives, that preparing a scene takes a while.
+pub fn preparing(scene: &Scene, kernel: Kernel, talk: &TalkArgs) -> Progress {
     let what = match kernel {
         Kernel::Certified => "building the hierarchy over",
         Kernel::Lecture | Kernel::Stable | Kernel::Double => "preparing",
     };
-    let _progress = Progress::of_step(
-        talk,
-        format!("{what} {}, {}", count(scene.spheres.len(), "sphere"), kernel.name()),
-    );
-    Prepared::new_with(Arc::clone(scene), kernel, rays, &run.control).map(Arc::new)
+    let n_spheres = count(scene.spheres.len(), "sphere");
+    Progress::of_step(talk, format!("{what} {n_spheres}, {}", kernel.name()))
 }
 
 /// Refuses outputs that would replace what they are made from, or each other.

@@ -1,14 +1,14 @@
 //! `kugelblitz trace`
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
-use kugelblitz::device::Made;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::{read_rays_with, write_hits};
 use kugelblitz::render::{available_memory, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use super::device;
@@ -58,16 +58,15 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
         });
     }
 
-    let start = Instant::now();
-    let prepared = scene::prepare(&scene, args.kernel, &rays, &args.talk, run)?;
-    let prepare = start.elapsed();
-    let build = prepared.build_time();
-    let device = device::open_for(&args.device.device, &prepared, &args.talk)?;
-    let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
+    let device = device::open_for_list(&args.device.device, args.kernel, &scene, &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
+    let progress = scene::preparing(&scene, args.kernel, &args.talk);
+    let making = session.make_ready(&rays, wants, &run.control)?;
+    drop(progress);
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
     let mut hits = Hits::default();
-    let timing = tracer.trace(&rays, &run.control, &mut hits)?;
+    let timing = session.trace(&rays, wants, &run.control, &mut hits)?;
     drop(progress);
     let start = Instant::now();
     let progress = Progress::of_bytes(&args.talk, &run.control);
@@ -78,18 +77,18 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     if args.talk.json {
         print_json(&Summary {
             head: Head::new("trace"),
-            on: On::from(&device),
+            on: On::from(session.device()),
             kernel: args.kernel.name(),
             objects: Objects::from(&*scene),
             rays: RayCounts::from(hits.counts),
             hits: hits.n_hits(),
-            bytes_device: tracer.bytes_device(),
+            bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),
-                prepare: ms(prepare.saturating_sub(build)),
-                build: ms(build),
-                upload: ms(upload),
-                compile: ms(compile),
+                prepare: ms(making.prepare),
+                build: ms(making.build),
+                upload: ms(making.upload),
+                compile: ms(making.compile),
                 stages: MsStages::from(timing),
                 write: ms(write),
                 total: ms(run.start.elapsed()),
@@ -105,8 +104,8 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
         hits.n_hits(),
         objects(&scene),
         args.kernel.name(),
-        device.label(),
-        building(build),
+        session.device().label(),
+        building(making.build),
         human(timing.trace + timing.refine + timing.decide + timing.readback)
     ));
     Ok(())

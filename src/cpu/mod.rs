@@ -170,6 +170,11 @@ impl Tracer for CpuTracer {
         certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
     }
 
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.prepared = prepared;
+        Ok(())
+    }
+
     fn bytes_device(&self) -> u64 {
         let (spheres, planes) = self.prepared.objects.bytes();
         let hierarchy = self.prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);

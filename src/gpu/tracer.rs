@@ -193,41 +193,6 @@ fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
     [offset_i as i32, offset_j as i32]
 }
 
-impl GpuTracer {
-    /// Takes another prepared scene, with the same wants. A moved camera costs no new shader while as
-    /// many spheres are too close to it for the hierarchy. After an error all is as before.
-    ///
-    /// # Errors
-    /// Those of [`GpuTracer::new`].
-    pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
-        self.gpu.facts.check_kernel(prepared.kernel)?;
-        check_limits(&self.gpu, &prepared)?;
-        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
-        let needs = prepared.needs(self.wants);
-        let is_new = needs != self.prepared.needs(self.wants);
-        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
-        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
-        if let Some(program) = program {
-            self.program = program;
-            self.params = params_buffer(&self.gpu, prepared.kernel);
-            let objects =
-                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
-            self.objects = objects.collect();
-        } else {
-            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
-                self.gpu.queue.write_buffer(buffer, 0, bytes);
-            }
-        }
-        if is_new || hierarchy.is_some() {
-            self.results = None;
-        }
-        self.stand_in = stand_in;
-        self.hierarchy = hierarchy;
-        self.prepared = prepared;
-        self.gpu.check()
-    }
-}
-
 #[cfg(feature = "view")]
 impl GpuTracer {
     /// Traces all pixels and leaves their ids on the device, in `ids`: with the kernel `certified`
@@ -300,6 +265,36 @@ impl Tracer for GpuTracer {
             control.advance(tile.n_rays as u64);
         }
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
+    }
+
+    /// A moved camera costs no new shader while as many spheres are too close to it for the
+    /// hierarchy.
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.gpu.facts.check_kernel(prepared.kernel)?;
+        check_limits(&self.gpu, &prepared)?;
+        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
+        let needs = prepared.needs(self.wants);
+        let is_new = needs != self.prepared.needs(self.wants);
+        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
+        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
+        if let Some(program) = program {
+            self.program = program;
+            self.params = params_buffer(&self.gpu, prepared.kernel);
+            let objects =
+                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+            self.objects = objects.collect();
+        } else {
+            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
+                self.gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        if is_new || hierarchy.is_some() {
+            self.results = None;
+        }
+        self.stand_in = stand_in;
+        self.hierarchy = hierarchy;
+        self.prepared = prepared;
+        self.gpu.check()
     }
 
     fn bytes_device(&self) -> u64 {
