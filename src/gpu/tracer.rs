@@ -239,7 +239,7 @@ impl GpuTracer {
         let rays = Rays::Pixels(pixels);
         if let Some(cpu) = &mut self.stand_in {
             let mut hits = Hits::default();
-            cpu.trace(&rays, control, &mut hits)?;
+            cpu.propose(&rays, control, &mut hits)?;
             ids.write(&self.gpu, 0, &hits.id);
             return self.gpu.check();
         }
@@ -276,9 +276,9 @@ fn workgroups(tile: &Tile) -> [u32; 2] {
 }
 
 impl Tracer for GpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         if let Some(cpu) = &mut self.stand_in {
-            return cpu.trace(rays, control, hits);
+            return cpu.propose(rays, control, hits);
         }
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -294,6 +294,16 @@ impl Tracer for GpuTracer {
             first += tile.n_rays;
             control.advance(tile.n_rays as u64);
         }
+        Ok(timing)
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
