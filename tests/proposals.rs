@@ -6,7 +6,7 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
+use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::cpu::{CpuTracer, propose_alone};
@@ -129,6 +129,7 @@ fn assert_proposals(cases: &[Case]) -> Tally {
         all.add(compare_case(&gpu, case).unwrap_or_else(|what| panic!("{what}")));
     }
     assert!(all.rays > 0 && all.hits > 0, "{all:?}");
+    println!("{} decided in f32: {all:?}", all.decided_share());
     all
 }
 
@@ -182,7 +183,7 @@ fn cloud(distribution: Distribution, count: u64) -> Scene {
     let (cloud, file) = (folder.path().join("cloud.npy"), folder.path().join("cloud.toml"));
     let recipe = Recipe { distribution, count, seed: 3 };
     write_cloud(&cloud, &recipe, &Control::default()).unwrap();
-    write_scene(&file, Path::new("cloud.npy"), &recipe).unwrap();
+    write_scene(&file, &cloud, &recipe).unwrap();
     read_scene(&file).unwrap()
 }
 
@@ -190,14 +191,15 @@ fn cloud(distribution: Distribution, count: u64) -> Scene {
 fn proposals_of_the_lectures_scenes() {
     let cases = scenes_of("scenes");
     let all = assert_proposals(&cases);
-    // Measured 0.984, with eyes on and in spheres among them.
-    assert!(all.decided_share() > 0.97, "{all:?}");
+    // Measured 0.99998, with eyes on and in spheres among them.
+    assert!(all.decided_share() > 0.9995, "{all:?}");
     let (gpu, mut easy) = (suited_gpu(), Tally::default());
     for case in cases.iter().filter(|case| case.what.contains("own view")) {
         easy.add(compare_case(&gpu, case).unwrap());
     }
-    // Measured 0.998.
-    assert!(easy.decided_share() > 0.995, "{easy:?}");
+    println!("{} decided in f32 in their own views: {easy:?}", easy.decided_share());
+    // Measured 0.99997.
+    assert!(easy.decided_share() > 0.9995, "{easy:?}");
 }
 
 #[test]
@@ -227,10 +229,32 @@ fn proposals_of_clouds() {
             easy.add(tally);
         }
     }
-    // Measured 0.9995.
-    assert!(easy.hits > 0 && easy.decided_share() > 0.998, "{easy:?}");
+    println!("{} decided in f32 in clouds: {easy:?}", easy.decided_share());
+    // Measured 0.9998.
+    assert!(easy.hits > 0 && easy.decided_share() > 0.999, "{easy:?}");
 }
 
+/// A ray at a sphere's silhouette or along a plane, but for one part in `2¹⁰` … `2³⁰`.
+fn grazing(rng: &mut ChaCha8Rng, scene: &Scene) -> Ray {
+    let origin = in_cube(rng) * 10.0;
+    let off = log_uniform(rng, 2f64.powi(-30), 2f64.powi(-10));
+    let index = rng.random_range(0..scene.n_objects());
+    let direction = match scene.spheres.get(index) {
+        Some(sphere) => {
+            let l = sphere.center - origin;
+            let inside = l.length_squared() - sphere.radius * sphere.radius;
+            let across = l.cross(in_cube(rng)).normalize();
+            l + across * (1.0 + off) * sphere.radius * l.length() / inside.max(1.0).sqrt()
+        }
+        None => {
+            let normal = scene.planes[index - scene.spheres.len()].normal;
+            in_cube(rng).cross(normal) + normal * off
+        }
+    };
+    Ray { origin, direction: direction * log_uniform(rng, 1e-12, 1e12) }
+}
+
+/// Half of the rays go anywhere, half graze something.
 fn random_list(n_spheres: usize, n_planes: usize, seed: u64) -> Case {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let spheres = (0..n_spheres)
@@ -241,16 +265,19 @@ fn random_list(n_spheres: usize, n_planes: usize, seed: u64) -> Case {
         .collect();
     let planes =
         (0..n_planes).map(|_| plane(in_cube(&mut rng) * 100.0, in_cube(&mut rng))).collect();
-    let rays = (0..20_000)
-        .map(|_| Ray {
+    let scene = scene(spheres, planes);
+    let mut ray = |index: usize| match index % 2 {
+        0 => grazing(&mut rng, &scene),
+        _ => Ray {
             origin: in_cube(&mut rng) * 10.0,
             direction: in_cube(&mut rng) * log_uniform(&mut rng, 1e-12, 1e12),
-        })
-        .collect();
+        },
+    };
+    let rays = Rays::List((0..20_000).map(&mut ray).collect());
     Case {
         what: format!("list into {n_spheres} spheres and {n_planes} planes, seed {seed}"),
-        scene: Arc::new(scene(spheres, planes)),
-        rays: Rays::List(rays),
+        scene: Arc::new(scene),
+        rays,
     }
 }
 
@@ -263,9 +290,8 @@ fn proposals_for_lists_of_rays() {
         .collect();
     assert!(cases.iter().all(|case| case.prepared().hierarchy.is_none()));
     let all = assert_proposals(&cases);
-    assert!(all.undecided > 0, "{all:?}");
-    // Measured 0.9993.
-    assert!(all.decided_share() > 0.998, "{all:?}");
+    // Measured 0.885: what is left open grazes.
+    assert!(all.undecided > 1000 && all.decided_share() > 0.85, "{all:?}");
 }
 
 /// A tile of the CPU shows a ray more spheres than its walk alone does, never other objects.
@@ -287,19 +313,24 @@ fn tiles_propose_what_single_rays_do_or_leave_it_open() {
             }
         }
     }
+    println!("{n_open} rays left open by tiles, {n_more} by tiles alone");
     assert!(n_open > 0 && n_more <= n_open / 2, "{n_more} of {n_open}");
 }
 
-/// An ordinary view, many spheres, and rays that start anywhere.
-fn sabotaged_cases() -> [Case; 3] {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/figure1.toml");
+/// An ordinary view, a hard one, many spheres, and rays that start anywhere.
+fn sabotaged_cases() -> [Case; 4] {
+    let read = |name| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        read_scene(&folder.join(name)).unwrap()
+    };
     let picture = |what, scene: Scene| {
         let camera = scene.camera.clone().unwrap();
         let [whole, _] = pictures(what, &Arc::new(scene), &camera);
         whole
     };
     [
-        picture("figure 1", read_scene(&file).unwrap()),
+        picture("figure 1", read("figure1.toml")),
+        picture("touching spheres", read("hard/touching.toml")),
         picture("a cloud", cloud(Distribution::Uniform, 3_000)),
         random_list(7, 2, 60),
     ]
@@ -350,13 +381,13 @@ fn sabotage_of_a_shader_is_noticed() {
     for case in &cases {
         compare_case(&honest, case).unwrap_or_else(|what| panic!("{what}"));
     }
-    let [figure, cloud, list] = [0, 1, 2];
+    let [figure, hard, cloud, list] = [0, 1, 2, 3];
     let decision = "return select(UNDECIDED, nearest.id, is_decided);";
     // What it is called, what it does, the cases that notice it, and whether a device with other
     // arithmetic than the CPU's is caught as well.
     let sabotages = [
         ("always undecided", Text(decision, "return UNDECIDED;"), vec![figure, cloud, list], true),
-        ("never undecided", Text(decision, "return nearest.id;"), vec![figure, cloud, list], false),
+        ("never undecided", Text(decision, "return nearest.id;"), vec![hard, list], false),
         (
             "a flipped sign in the distance from the line",
             Text("let p = l - ray.direction * s;", "let p = l + ray.direction * s;"),
@@ -384,11 +415,11 @@ fn sabotage_of_a_shader_is_noticed() {
         (
             "a lost second object",
             Text("select(nearest.second_high, farther, farther > nearest.second_high)", "0.0"),
-            vec![figure, cloud, list],
+            vec![hard],
             false,
         ),
-        ("guards cut to a third", Numbers(cut_guards), vec![figure, cloud, list], false),
-        ("planes' bounds cut to a third", Numbers(cut_plane_errors), vec![figure, list], false),
+        ("guards cut to a third", Numbers(cut_guards), vec![hard, cloud, list], false),
+        ("planes' bounds cut to a third", Numbers(cut_plane_errors), vec![list], false),
     ];
     let is_ieee = honest.is_ieee(Kernel::Certified).unwrap();
     for (what, sabotage, noticed_by, is_seen_anywhere) in sabotages {
@@ -419,18 +450,17 @@ fn sabotage_of_a_shader_is_noticed() {
 
 #[test]
 fn sabotage_of_proposals_is_noticed() {
-    let [case, ..] = sabotaged_cases();
+    let [_, case, ..] = sabotaged_cases();
     let twin = of_twin(case.prepared(), &case.rays);
     let tally = compare(&twin, &twin, true).unwrap();
     assert_eq!((tally.rays, tally.undecided), (twin.len(), Tally::of(&twin).undecided));
-    let open = twin.iter().position(|&id| id == UNDECIDED).expect("an undecided ray");
-    let (hit, miss) = (twin.iter().position(|&id| id != 0), twin.iter().position(|&id| id == 0));
-    for (index, id, is_seen_anywhere) in [
-        (open, 1, false),
-        (hit.unwrap(), UNDECIDED, false),
-        (hit.unwrap(), 0, true),
-        (miss.unwrap(), 1, true),
-    ] {
+    let first = |is_wanted: fn(u32) -> bool| twin.iter().position(|&id| is_wanted(id)).unwrap();
+    let open = first(|id| id == UNDECIDED);
+    let hit = first(|id| id != 0 && id != UNDECIDED);
+    let miss = first(|id| id == 0);
+    for (index, id, is_seen_anywhere) in
+        [(open, 1, false), (hit, UNDECIDED, false), (hit, 0, true), (miss, 1, true)]
+    {
         let mut device = twin.clone();
         device[index] = id;
         assert!(compare(&twin, &device, true).is_err(), "{} became {id}", twin[index]);
