@@ -13,6 +13,7 @@ use glam::DVec3;
 
 use crate::error::Result;
 
+pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
 pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_with};

@@ -10,8 +10,8 @@ use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{Camera, Color, ImageSize, Plane, Scene, SceneError, Sphere};
 use crate::camera::View;
+use crate::control::Control;
 use crate::error::Result;
-use crate::trace::Control;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///

@@ -26,10 +26,11 @@ use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
 use super::worker::Worker;
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::gpu::{Layer, Pick, Present, Words};
 use crate::scene::{Camera, ImageSize, Scene, read_scene};
-use crate::trace::{Control, Kernel};
+use crate::trace::Kernel;
 
 /// What the window begins with.
 pub struct Options {

@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 use super::worker::{Turn, Worker};
 use crate::camera::Pixels;
 use crate::certify::{self, Decided};
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);

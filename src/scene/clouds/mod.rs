@@ -27,10 +27,10 @@ use glam::DVec3;
 use super::places::{Fault, Stop};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
+use crate::control::Control;
 use crate::error::Error;
 use crate::render::available_memory;
-use crate::trace::Control;
-use watched::Watched;
+pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
 #[derive(Debug)]
