@@ -38,3 +38,24 @@ impl Files {
         Ok(bytes)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pipe_keeps_nobody_who_wants_regular_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, file] = ["pipe", "file"].map(|name| folder.path().join(name));
+        let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+        let kind = rustix::fs::FileType::Fifo;
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).unwrap();
+        std::fs::write(&file, "text").unwrap();
+        for path in [&pipe, &"/dev/zero".into(), &folder.path().into()] {
+            let error = Files::Regular.read(path).unwrap_err();
+            assert!(error.to_string().contains("regular file"), "{error}");
+        }
+        assert_eq!(Files::Regular.read(&file).unwrap(), b"text");
+        assert_eq!(Files::All.read(&file).unwrap(), b"text");
+    }
+}

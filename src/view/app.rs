@@ -258,7 +258,8 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if event == WindowEvent::Destroyed {
             // Nothing may be asked of it any more.
-            (self.open, self.lost) = (None, None);
+            self.close();
+            self.lost = None;
             (self.notify)(&Notice::Destroyed);
             event_loop.exit();
         }
@@ -343,7 +344,6 @@ impl<N: FnMut(&Notice)> App<N> {
     fn open(&mut self, window: Arc<Window>) -> Result<()> {
         (self.notify)(&Notice::Opening);
         let screen = Screen::open(&self.options.pick, &window)?;
-        self.epoch += 1;
         let backend = Backend { gpu: Arc::clone(&screen.gpu), on_cpu: self.options.on_cpu };
         let epoch = self.epoch;
         let proxy = || self.proxy.clone();
@@ -402,6 +402,12 @@ impl<N: FnMut(&Notice)> App<N> {
         Ok(())
     }
 
+    /// Gives up the device. What its threads have said is not heard any more.
+    fn close(&mut self) {
+        self.open = None;
+        self.epoch += 1;
+    }
+
     /// Tells what went wrong, and has a device opened anew after one was lost.
     fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
         if !matches!(error, Error::Device(_)) {
@@ -412,10 +418,9 @@ impl<N: FnMut(&Notice)> App<N> {
         }
         self.losses.retain(|at| at.elapsed() < SOON);
         self.losses.push(Instant::now());
-        let Some(open) = self.open.take() else { return };
-        let window = Arc::clone(&open.window);
+        let Some(window) = self.open.as_ref().map(|open| Arc::clone(&open.window)) else { return };
         // The old surface must be gone before the window can have another.
-        drop(open);
+        self.close();
         self.state.picture = None;
         self.state.painted = [None, None];
         if self.losses.len() > MOST_LOSSES {

@@ -137,8 +137,18 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     ui.ctx().request_repaint();
 }
 
-/// What the mouse does over the picture.
+/// What the mouse does over the picture, and has done.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+    mouse(ui, rect, state, commands);
+    let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
+    if let Some((question, _)) = state.click.take_if(is_over) {
+        commands.push(Command::Explain(question));
+    } else if state.click.is_some() {
+        ui.ctx().request_repaint_after(DOUBLE_CLICK);
+    }
+}
+
+fn mouse(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     let is_dividing = state.compares && divider(ui, rect, state);
     if is_dividing {
@@ -154,7 +164,7 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
         - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
-    click(ui, &response, pixel, state, commands);
+    click(&response, pixel, state);
     if !response.dragged() {
         commands.push(Command::Hover(state.question(pixel)));
     }
@@ -206,13 +216,7 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     state.rig.zoom(direction, depth, ZOOM_STEP.powf(steps));
 }
 
-fn click(
-    ui: &Ui,
-    response: &Response,
-    pixel: [u32; 2],
-    state: &mut State,
-    commands: &mut Vec<Command>,
-) {
+fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
     if response.double_clicked() {
         state.click = None;
         if state.known(pixel).is_some() {
@@ -222,12 +226,6 @@ fn click(
         }
     } else if response.clicked() {
         state.click = Some((state.question(pixel), Instant::now()));
-    }
-    let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
-    if let Some((question, _)) = state.click.take_if(is_over) {
-        commands.push(Command::Explain(question));
-    } else if state.click.is_some() {
-        ui.ctx().request_repaint_after(DOUBLE_CLICK);
     }
 }
 
@@ -327,7 +325,7 @@ mod tests {
         state.reload(Arc::new(other.unwrap()), camera);
         frame(&context, &mut state, small, vec![Event::PointerGone]);
         std::thread::sleep(DOUBLE_CLICK);
-        let commands = frame(&context, &mut state, small, vec![Event::PointerMoved(at / 2.0)]);
+        let commands = frame(&context, &mut state, small, Vec::new());
         let asked = commands.into_iter().find_map(|command| match command {
             Command::Explain(question) => Some(question),
             _ => None,
