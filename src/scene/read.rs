@@ -33,8 +33,10 @@ pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
 
 /// As [`read_scene_with`], for those who read a scene again while they watch its file: what is no
 /// regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
-#[cfg(feature = "view")]
-pub(crate) fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
+///
+/// # Errors
+/// As [`read_scene_with`].
+pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
     read_scene_from(Files::Regular, path, control)
 }
 

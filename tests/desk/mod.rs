@@ -647,6 +647,10 @@ impl Drop for Seen {
 /// Most growth of the memory of a window in use, MiB.
 const MOST_GROWTH: f64 = 20.0;
 
+/// The same for some rounds more, MiB: what allocators keep grows a little with each. A picture that
+/// each resize left behind would be 40.
+const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
+
 /// Most memory that use takes in addition to the first picture's, MiB: shaders of all kernels, with
 /// and without surfaces, on lavapipe 4 each; numbers, paint and frames of a picture of a million
 /// pixels, what allocators keep of them.
@@ -693,7 +697,10 @@ pub fn work_through(rounds: usize) {
     }
     println!("memory: {first:.1}, then {memory:.1?} MiB");
     let growth = memory[2 * rounds - 1] - memory[rounds - 1];
-    assert!(growth < MOST_GROWTH, "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}");
+    assert!(
+        growth < MOST_GROWTH_OF_ROUNDS,
+        "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}"
+    );
     let in_use = memory[2 * rounds - 1] - first;
     assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
     seen.quit();
