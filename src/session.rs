@@ -98,6 +98,11 @@ impl Session {
         }
     }
 
+    /// Traces with another kernel.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = kernel;
+    }
+
     /// Looks from another place.
     pub fn set_camera(&mut self, camera: Camera) {
         self.camera = Some(camera);
@@ -131,7 +136,9 @@ impl Session {
         control: &Control,
     ) -> Result<(&mut Ready, Making)> {
         let (ready, making) = match self.ready.take() {
-            Some(ready) if ready.suits(&self.scene, rays, wants) => (ready, Making::default()),
+            Some(ready) if ready.suits(&self.scene, self.kernel, rays, wants) => {
+                (ready, Making::default())
+            }
             old => self.make(old, rays, wants, control)?,
         };
         Ok((self.ready.insert(ready), making))
@@ -260,8 +267,9 @@ impl Session {
 }
 
 impl Ready {
-    fn suits(&self, scene: &Arc<Scene>, rays: &Rays, wants: Wants) -> bool {
+    fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
         self.wants == wants
+            && self.prepared.kernel == kernel
             && Arc::ptr_eq(&self.prepared.scene, scene)
             && self.prepared.check(rays).is_ok()
     }

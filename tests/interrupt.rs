@@ -6,10 +6,19 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use common::gpu;
+use common::{camera, gpu, in_cube, sphere};
+use glam::DVec3;
+use kugelblitz::Error;
+use kugelblitz::camera::{Pixels, View};
+use kugelblitz::control::Control;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -199,12 +208,43 @@ fn pipes_that_nobody_opens() {
     }
 }
 
+/// The program ends what doesn't end by itself; the library must do that: one row of pixels, and a list
+/// of rays, that would each take minutes.
+#[test]
+fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1313);
+    let spheres: Vec<_> = (0..1_000_000).map(|_| sphere(in_cube(&mut rng), 1e-3)).collect();
+    let scene = Arc::new(common::scene(spheres, Vec::new()));
+    let view = View::new(&camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO));
+    let row = Pixels { height: 1, ..Pixels::whole(view, 30_000, 30_000) };
+    let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };
+    for rays in [Rays::Pixels(row), Rays::List(vec![ray; 30_000])] {
+        for kernel in [Kernel::Lecture, Kernel::Double] {
+            let control = Arc::new(Control::default());
+            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control).unwrap();
+            let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+            let later = Arc::clone(&control);
+            let cancel = std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(200));
+                later.cancel();
+            });
+            let start = Instant::now();
+            let traced = tracer.trace(&rays, &control, &mut Hits::default());
+            assert!(matches!(traced, Err(Error::Interrupted)), "{kernel:?}");
+            assert!(start.elapsed() < BOUND, "{kernel:?}: {:?}", start.elapsed());
+            cancel.join().unwrap();
+            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control);
+            assert!(matches!(prepared, Err(Error::Interrupted)));
+        }
+    }
+}
+
 /// On a terminal, which `script` makes; with one thread, so that it takes a while everywhere.
 #[test]
 fn building_a_hierarchy_is_seen_and_told() {
     let picture = large().folder.path().join("a.png");
     let command = format!(
-        "{} render {} -o {} --size 16x9 --device cpu -v",
+        "{} render {} -o {} --device cpu -v",
         env!("CARGO_BIN_EXE_kugelblitz"),
         large().scene,
         picture.display()

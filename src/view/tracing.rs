@@ -235,13 +235,14 @@ fn count(progress: &mut Progress, decided: &[Decided]) {
 /// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
 pub struct Numbers {
     backend: Backend,
-    sessions: Vec<Session>,
+    /// One for all kernels: its room for results is as large as the pictures.
+    session: Option<Session>,
 }
 
 impl Numbers {
     /// Without anything compiled yet.
     pub fn new(backend: Backend) -> Numbers {
-        Numbers { backend, sessions: Vec::new() }
+        Numbers { backend, session: None }
     }
 
     /// Traces `pixels` of the scene with `kernel`.
@@ -255,14 +256,10 @@ impl Numbers {
         pixels: Pixels,
         control: &Control,
     ) -> Result<Hits> {
-        let known = self.sessions.iter().position(|session| session.kernel() == kernel);
-        let place = known.unwrap_or(self.sessions.len());
-        if known.is_none() {
-            let device = self.backend.device();
-            self.sessions.push(Session::new(Arc::clone(scene), device, kernel));
-        }
-        let session = &mut self.sessions[place];
+        let new = || Session::new(Arc::clone(scene), self.backend.device(), kernel);
+        let session = self.session.get_or_insert_with(new);
         session.set_scene(Arc::clone(scene));
+        session.set_kernel(kernel);
         let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
         session.trace(&Rays::Pixels(pixels), wants, control, &mut hits)?;
         Ok(hits)
