@@ -12,10 +12,10 @@ use crate::camera::Pixels;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
 use crate::guard::{self, Guard, InputError};
-use crate::kernel::RayOf;
 use crate::host;
+use crate::kernel::RayOf;
 use crate::kernel::certified::{
-    GuardOf, Nearness, UNDECIDED, half_chord_normal, plane_nearness_at, sphere_nearness,
+    GuardOf, Nearness, UNDECIDED, half_chord_radius, normalized, plane_nearness_at, sphere_nearness,
 };
 use crate::prepare::{Hierarchy, Prepared, Search, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
@@ -459,7 +459,7 @@ impl<'a> Stage<'a> {
         if error > NORMAL_TOLERANCE || foot.k.value.abs() <= foot.k.error {
             return None;
         }
-        Some(half_chord_normal(&ray.ray, foot.l, r, foot.k.value > 0.0))
+        Some(normalized(half_chord_radius(&ray.ray, foot.l, r, foot.k.value > 0.0)))
     }
 
     /// Fills in `t` and normal of all rays whose object is known.

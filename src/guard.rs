@@ -207,14 +207,14 @@ pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f6
     unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
 }
 
-/// Bound of the error of a [`crate::kernel::certified::half_chord_normal`] in f64, for a sphere of
-/// radius `r` at distance up to `l`. `width` is the length between the halves of the chord that
+/// Bound of the error of a normal in f64 from [`crate::kernel::certified::half_chord_radius`], for a
+/// sphere of radius `r` at distance up to `l`. `width` is the length between the halves of the chord that
 /// `inner2` and `outer2` give: the chord's error by that of `P`. `P` itself is off by the offset, by
 /// the turned line, twice as that turns the chord too, and by its rounding.
 pub fn normal_error(r: f64, l: f64, width: f64, unit: f64, input: InputError) -> f64 {
     let InputError { offset, direction } = input;
     let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
-    (foot + width + (steps::NORMAL_CHORD + direction) * unit * r) / r
+    (foot + width + (steps::CHORD + steps::NORMALIZED + direction) * unit * r) / r
 }
 
 /// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more

@@ -611,8 +611,7 @@ impl Frame {
             return n_offset;
         }
         // Scaled up, the normal is exact, and rounding the product to f64 costs no digits of it.
-        let (normal, exponent) =
-            if exponent < 0 { (normal, 0) } else { (plane.normal, exponent) };
+        let (normal, exponent) = if exponent < 0 { (normal, 0) } else { (plane.normal, exponent) };
         plane_numbers(&self.exact_ray(), plane.point, normal).map_or(f64::NAN, |numbers| {
             let numerator = with_exact_sign(&numbers.numerator);
             let scaled = numerator * 2f64.powi(-exponent);

@@ -38,7 +38,8 @@ struct Found {
 
 /// Four words each.
 fn texels(bytes: &[u8]) -> Value {
-    let words = bytes.chunks_exact(4).map(|w| Value::U32(u32::from_le_bytes(w.try_into().unwrap())));
+    let words =
+        bytes.chunks_exact(4).map(|w| Value::U32(u32::from_le_bytes(w.try_into().unwrap())));
     let words: Vec<Value> = words.collect();
     Value::Parts(words.chunks_exact(4).map(|texel| Value::Parts(texel.to_vec())).collect())
 }
@@ -237,7 +238,7 @@ fn any_eye(rng: &mut ChaCha8Rng) -> DVec3 {
 fn pictures_have_only_finite_numbers() {
     let mut rng = ChaCha8Rng::seed_from_u64(1171);
     let (mut operations, mut hierarchies) = (0, 0);
-    for case in 0..1500 {
+    for case in 0..600 {
         let eye = any_eye(&mut rng);
         let most = if case % 10 == 0 { 60 } else { 4 };
         let scene = any_scene(&mut rng, eye, most);
@@ -259,7 +260,7 @@ fn pictures_have_only_finite_numbers() {
         hierarchies += u32::from(hierarchy);
     }
     println!("{operations} operations, {hierarchies} hierarchies");
-    assert!(operations > 500_000 && hierarchies > 30);
+    assert!(operations > 200_000 && hierarchies > 20);
 }
 
 fn any_ray(rng: &mut ChaCha8Rng, scene: &Scene, middle: DVec3) -> Ray {
@@ -303,14 +304,14 @@ fn any_ray(rng: &mut ChaCha8Rng, scene: &Scene, middle: DVec3) -> Ray {
 fn lists_of_rays_have_only_finite_numbers() {
     let mut rng = ChaCha8Rng::seed_from_u64(1172);
     let mut operations = 0;
-    for _ in 0..1500 {
+    for _ in 0..600 {
         let middle = any_eye(&mut rng);
         let scene = any_scene(&mut rng, middle, 4);
         let rays = (0..8).map(|_| any_ray(&mut rng, &scene, middle)).collect();
         operations += check(&scene, &Rays::List(rays)).0;
     }
     println!("{operations} operations");
-    assert!(operations > 500_000);
+    assert!(operations > 200_000);
 }
 
 /// Each of these would be a division by zero, an overflow or `∞ · 0`: what must not be looked at
@@ -333,7 +334,7 @@ fn sabotage_an_infinity_is_noticed() {
     let changes: [(&str, bool, Change); 4] = [
         ("nothing", false, |_| {}),
         ("an infinite centre", true, |p| lists(p, |s| s[2] = f32::INFINITY)),
-        ("an error of k that overflows", true, |p| lists(p, |s| s[11] = f32::MAX)),
+        ("a k beside its error", true, |p| lists(p, |s| [s[10], s[11]] = [9.0, -1e-40])),
         ("a centre that overflows when squared", true, |p| lists(p, |s| s[2] = 1e30)),
     ];
     for (what, is_noticed, change) in changes {

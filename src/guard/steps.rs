@@ -31,11 +31,13 @@ pub const R2: f64 = 2.01;
 /// A normal's rounding to f32 on the host, relative.
 pub const NORMAL: f64 = 0.501;
 
-/// [`crate::kernel::certified::half_chord_normal`] in f64, whose division and root are faithful as
-/// well: `P` rounds by `ŝ` (3 + 3 + 1 + 1) and step 3; of `ℓ`. The rest is of second order in
-/// `ℓ/r`, which [`crate::guard::normal_error`] keeps below `2⁻²⁵/ε`.
+/// `P` of a normal: `ŝ` and step 3; of `ℓ`. The host's division and root are faithful as well, so that
+/// `ŝ` takes 3 + 3 + 1 + 1 there and 9.01 would do.
 pub const NORMAL_FOOT: f64 = 10.6;
 
-/// There, of `r`: half the chord (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2, the normalisation
-/// 3/2 + 1 + 1 + 1.
-pub const NORMAL_CHORD: f64 = 12.0;
+/// [`crate::kernel::certified::half_chord_radius`] on the host, but for `P`; of `r`: half the chord
+/// (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2.
+pub const CHORD: f64 = 6.6;
+
+/// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
+pub const NORMALIZED: f64 = 4.6;

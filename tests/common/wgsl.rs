@@ -131,7 +131,12 @@ impl<'a> Machine<'a> {
         self.call(&entry.function, &entry.name, arguments);
     }
 
-    fn call(&mut self, function: &'a Function, name: &'a str, arguments: Vec<Value>) -> Option<Value> {
+    fn call(
+        &mut self,
+        function: &'a Function,
+        name: &'a str,
+        arguments: Vec<Value>,
+    ) -> Option<Value> {
         let mut frame =
             Frame { function, name, arguments, locals: Vec::new(), values: HashMap::new() };
         for (_, LocalVariable { ty, init, .. }) in function.local_variables.iter() {
@@ -288,9 +293,7 @@ impl<'a> Machine<'a> {
             Expression::Compose { components, .. } => {
                 Value::Parts(components.iter().map(|&c| part(c)).collect())
             }
-            Expression::Splat { size, value } => {
-                Value::Parts(vec![part(*value); *size as usize])
-            }
+            Expression::Splat { size, value } => Value::Parts(vec![part(*value); *size as usize]),
             other => panic!("{other:?}"),
         }
     }
@@ -367,7 +370,8 @@ impl<'a> Machine<'a> {
             self.operations += 1;
             if !result.is_finite() || !operands.iter().all(Value::is_finite) {
                 let what = &frame.function.expressions[handle];
-                self.not_finite.push(format!("{}: {what:?} of {operands:?}: {result:?}", frame.name));
+                self.not_finite
+                    .push(format!("{}: {what:?} of {operands:?}: {result:?}", frame.name));
             }
         }
         result
