@@ -57,8 +57,7 @@ fn prepare(kernel: Kernel) -> Result<Arc<Prepared>> {
 
 fn trace(prepared: Arc<Prepared>) -> Result<Hits> {
     let mut hits = Hits::default();
-    let wants = Wants { surface: true, level: true };
-    CpuTracer::new(prepared, wants).trace(&rays(), &Control::default(), &mut hits)?;
+    CpuTracer::new(prepared, Wants::default()).trace(&rays(), &Control::default(), &mut hits)?;
     Ok(hits)
 }
 
