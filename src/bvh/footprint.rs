@@ -23,26 +23,28 @@
 //!    nearly all of that to spare, however small `D` is against `ℓ`; and as `D < 1.01ℓ`, its
 //!    tangents are turned outward by at least `2⁻³⁵` from the true ones. The bound of `t` has the
 //!    same to spare.
-//! 3. `D − ρ ≥ 2⁻¹⁰D` for the widened radius `ρ`, or nothing is bounded. So `√(D² − ρ²)` is off by
-//!    less than `2¹⁰ε` of itself, and the tangents are turned by less than `2¹⁰ε = 2⁻⁴²`.
+//! 3. `D − ρ ≥ 2⁻¹⁰D` for the widened radius `ρ`, or nothing is bounded. So `T = √(D² − ρ²)` is off by
+//!    less than `2¹⁰ε` of itself, and as `tan φ = ρ/T`, the tangents are turned by at most `ρT/D² <
+//!    2⁻⁴·⁵` of that, with all other roundings by less than `2⁶ε = 2⁻⁴⁶`.
 //! 4. A slope's quotient and its way to a column lose `4ε` of the column and of the picture's width,
 //!    below `2⁻²⁰` pixel within the picture and next to it; `EDGE` is `2⁻¹⁰` pixel. Where `h/H`
 //!    underflows, the whole picture is narrower than what the tangents are turned by.
 //!
-//! `SPARE` is `2⁷` times what 3 asks for and `EDGE` `2¹⁰` times what 4 does: half of either is as right,
-//! and no ray shows it. Both are so small that hardly a footprint is a pixel wider for them. Tests look
-//! at what is asked for, in exact arithmetic: the products of 1 and the tangents of 3.
+//! `SPARE` turns tangents `2¹¹` times as far as 3 asks for and `EDGE` is `2¹⁰` times what 4 does: half
+//! of either is as right, and no ray shows it. Both are so small that hardly a footprint is a pixel
+//! wider for them. Tests look at what is asked for, in exact arithmetic: the products of 1 and the
+//! tangents of 3.
 
 use glam::DVec3;
 
 use crate::camera::{Pixels, View};
 use crate::guard::round_down;
 
-/// Part of a sphere's distance and radius that it is widened by: at least `2⁷` times the need.
+/// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
 
-/// Part of a disc's distance below which its tangents bound nothing: the need of 3 is its inverse, and
-/// half of it would double that, still within `SPARE`.
+/// Part of a disc's distance below which its tangents bound nothing: half of it would make the need of
+/// 3 larger by `√2`, still within `SPARE`.
 const GRAZING: f64 = 1.0 / (1u64 << 10) as f64;
 
 /// What a footprint is widened by on each side before it is rounded to pixels, px: `2¹⁰` times the need.
@@ -255,13 +257,13 @@ mod tests {
                 let turned = off / ((distance - radius) * (distance + radius)).sqrt();
                 // The slope's own rounding is item 4's.
                 let turned = turned.abs() - 2.0 * f64::EPSILON;
-                worst = worst.max(turned / 2f64.powi(-42));
+                worst = worst.max(turned / 2f64.powi(-46));
             }
         }
         println!("tangents: {worst:.3} of the bound");
         assert!(worst <= 1.0 && worst > 0.05, "{worst}");
-        // What the disc is widened by turns them 2⁷ times as far.
-        assert!(SPARE / 2.0 >= 128.0 * 2f64.powi(-42));
+        // What the disc is widened by turns them 2¹¹ times as far.
+        assert!(SPARE / 2.0 >= 2048.0 * 2f64.powi(-46));
     }
 
     /// A point at the pixel's very centre belongs to the pixel.
