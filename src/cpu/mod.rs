@@ -1,6 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
 mod tile;
+mod walk;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -8,10 +9,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::arithmetic::Arithmetic;
-use crate::camera::Pixels;
+use crate::camera::{CameraF32, Pixels};
 use crate::certify;
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{
     self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
@@ -139,7 +140,7 @@ impl HitsSlice<'_> {
 }
 
 impl Tracer for CpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -148,8 +149,7 @@ impl Tracer for CpuTracer {
         }
         if let Some(hierarchy) = &self.prepared.hierarchy {
             trace_hierarchy(&self.prepared, hierarchy, rays, control, hits)?;
-            let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-            return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
+            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let prepared = &*self.prepared;
         let is_picture = matches!(rays, Rays::Pixels(_));
@@ -166,8 +166,17 @@ impl Tracer for CpuTracer {
             },
             (Objects::Certified(lists), false) => run(&Certified::<false, true>::new(lists)),
         }?;
-        let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-        certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
+        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     fn bytes_device(&self) -> u64 {
@@ -236,6 +245,34 @@ impl pulp::WithSimd for RowOfTiles<'_> {
         }
         Ok(())
     }
+}
+
+/// What the kernel `certified` proposes where each ray goes through the hierarchy alone, as on a
+/// device, into `ids`: the twin that a device's proposals are compared with. A tile of
+/// [`CpuTracer`] also shows a ray the spheres of its neighbours, and so may leave more rays open,
+/// but never sees another object.
+///
+/// # Errors
+/// [`crate::Error::Usage`] for anything else than a picture of many spheres.
+pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
+    prepared.check(&Rays::Pixels(*pixels))?;
+    let hierarchy = prepared.hierarchy.as_ref();
+    let Some((hierarchy, Search::Pixels { footprints, far })) =
+        hierarchy.map(|hierarchy| (hierarchy, &hierarchy.search))
+    else {
+        return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
+    };
+    let camera = CameraF32::new(pixels);
+    let widening = guard::widening_f32();
+    let propose = |index: usize| {
+        let (x, y) = pixels.xy(index);
+        let (i, j) = pixels.offset2(x, y);
+        let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, camera.camera_direction(i as f32, j as f32));
+        let listed = others(prepared, hierarchy, &ray, &widening);
+        let cell = footprints.cells([x, y], [x, y]);
+        walk::nearest_far(&ray, cell, listed, footprints, far, &widening).decide()
+    };
+    Ok((0..pixels.len()).into_par_iter().map(propose).collect())
 }
 
 /// The objects outside the hierarchy.
