@@ -9,11 +9,12 @@ use std::sync::Arc;
 
 use common::{plane, sphere};
 use glam::DVec3;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::host;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
 use kugelblitz::{Error, Result};
 
 const DEFAULT: u32 = 0x1f80;
