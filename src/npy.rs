@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
 
 use crate::error::{Error, Result};
+use crate::render::available_memory;
 use crate::scene::Color;
 use crate::trace::Hits;
 
@@ -112,15 +113,25 @@ pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Resu
 /// Values that are decoded at once.
 const VALUES_AT_ONCE: usize = 1 << 16;
 
-impl FloatTable<File> {
-    /// Opens a file and reads its header. `columns` are the allowed numbers of columns.
+/// The path that means standard input, and what messages call it.
+pub(crate) const STDIN: &str = "-";
+const STDIN_IN_WORDS: &str = "standard input";
+
+impl FloatTable<Box<dyn Read>> {
+    /// Opens a file and reads its header; `-` is standard input. `columns` are the allowed numbers of
+    /// columns.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
-    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<File>> {
+    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<Box<dyn Read>>> {
+        if path == Path::new(STDIN) {
+            let stdin = Box::new(io::stdin().lock());
+            return FloatTable::new(stdin, None, Path::new(STDIN_IN_WORDS), columns);
+        }
         let file = File::open(path).map_err(Error::io(path))?;
         let metadata = file.metadata().map_err(Error::io(path))?;
-        FloatTable::new(file, metadata.is_file().then_some(metadata.len()), path, columns)
+        let n_bytes = metadata.is_file().then_some(metadata.len());
+        FloatTable::new(Box::new(file), n_bytes, path, columns)
     }
 }
 
@@ -196,19 +207,26 @@ impl<R: Read> FloatTable<R> {
         })
     }
 
+    /// The file, as messages call it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Room for one `T` a row.
     ///
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
         let mut rows = Vec::new();
-        rows.try_reserve_exact(self.n_rows).map_err(|_| {
-            Error::TooLarge(format!(
+        let needed = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
+        // Of a pipe, the header alone says how much there is, and it may say anything.
+        if needed > available_memory() || rows.try_reserve_exact(self.n_rows).is_err() {
+            return Err(Error::TooLarge(format!(
                 "{}: {} rows don't fit this machine's memory; give them in parts",
                 self.path.display(),
                 self.n_rows
-            ))
-        })?;
+            )));
+        }
         rows.resize(self.n_rows, zero);
         Ok(rows)
     }

@@ -6,15 +6,19 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::npy::{FloatTable, Record};
+use crate::npy::{self, FloatTable, Record};
 use crate::picture::OutputFile;
 use crate::trace::{Hits, Ray};
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;
 
+/// The path that means standard input.
+pub const STDIN: &str = npy::STDIN;
+
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either
-/// byte order. A row is an origin in world units and a direction of any length but zero.
+/// byte order; [`STDIN`] is standard input. A row is an origin in world units and a direction of any
+/// length but zero.
 ///
 /// # Errors
 /// [`Error::Io`] when the file can't be read. [`Error::Input`] when it has another shape or type,
@@ -23,6 +27,7 @@ const N_COLUMNS: usize = 6;
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
     let table = FloatTable::open(path, &[N_COLUMNS as u64])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
+    let path = table.path().to_owned();
     table.read(|row, column, value| {
         let ray = &mut rays[row];
         match column.checked_sub(3) {
@@ -38,10 +43,8 @@ pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
         } else {
             continue;
         };
-        return Err(Error::Input {
-            path: path.to_owned(),
-            message: format!("row {row} (counted from 0) {problem}"),
-        });
+        let message = format!("row {row} (counted from 0) {problem}");
+        return Err(Error::Input { path, message });
     }
     Ok(rays)
 }

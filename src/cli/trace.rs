@@ -7,7 +7,7 @@ use std::time::Instant;
 use kugelblitz::device::Made;
 use kugelblitz::picture::OutputFile;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{read_rays, write_hits};
+use kugelblitz::rays::{STDIN, read_rays, write_hits};
 use kugelblitz::render::{available_memory, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result};
@@ -43,18 +43,19 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             "the hits and --json can't both go to standard output; write the hits to a file".into(),
         ));
     }
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && args.output != Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.display()
+        )));
+    }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
     let rays = Rays::List(read_rays(&args.rays)?);
     let read = start.elapsed();
-    if rays.is_empty() {
-        return Err(Error::Input {
-            path: args.rays.clone(),
-            message: "there are no rays in it; give at least one row".into(),
-        });
-    }
 
     let start = Instant::now();
     let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
@@ -109,6 +110,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
 /// A file of float64 needs a ray and a hit for each row; one of float32 needs twice that for its
 /// size, so this refuses only what is certain not to fit.
 fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
     let needed = n_rays * size_of::<Ray>() as u64 + hits_bytes(n_rays, wants);
