@@ -101,6 +101,7 @@
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -112,6 +113,8 @@
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod arithmetic;
 pub mod bvh;
@@ -130,6 +133,7 @@ pub mod guard;
 pub mod kernel;
 mod npy;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;

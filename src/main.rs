@@ -1,5 +1,7 @@
 //! The program `kugelblitz`: parse, run, print the error, exit code.
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod cli;
 
 use std::process::ExitCode;
@@ -9,11 +11,17 @@ use std::time::Instant;
 use clap::Parser;
 use kugelblitz::trace::Control;
 
+use cli::complain::{complain, complain_about_usage};
+use cli::output::talk;
 use cli::{Cli, Command, Run};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return ExitCode::from(complain_about_usage(&error)),
+    };
+    fail_writes_beyond_the_file_size_limit();
     stop_on_interrupt(Arc::clone(&run.control));
     let result = match cli.command {
         Command::Render(args) => cli::render::run(&args, &run),
@@ -32,10 +40,7 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            cli::complain::complain(&error);
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => ExitCode::from(complain(&error)),
     }
 }
 
@@ -49,6 +54,15 @@ fn stop_on_interrupt(control: Arc<Control>) {
     };
     if let Err(error) = ctrlc::set_handler(ask) {
         // The program does its work without it too; Ctrl-C then kills it.
-        eprintln!("warning: Ctrl-C can't be handled: {error}");
+        talk(&format!("warning: Ctrl-C can't be handled: {error}"));
     }
+}
+
+/// Beyond the limit of `ulimit -f`, the system ends a program that doesn't ignore this signal before
+/// the write can fail.
+#[allow(unsafe_code)]
+fn fail_writes_beyond_the_file_size_limit() {
+    // SAFETY: ignoring a signal runs no code of ours in a handler, and no other thread is there yet
+    // that could set it at the same time.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }

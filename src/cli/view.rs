@@ -7,7 +7,7 @@ use kugelblitz::gpu::Pick;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
-use super::output::{print, printed_line};
+use super::output::{print_text, printed_line, talk};
 use super::{Run, ViewArgs};
 
 /// Opens the window.
@@ -40,12 +40,12 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         return printed_line(notice);
     }
     match notice {
-        Notice::Camera { toml } => print(toml.as_bytes())?,
+        Notice::Camera { toml } => print_text(toml)?,
         Notice::Saved { path, size: [width, height] } => {
-            eprintln!("{}: {width}×{height}", path.display());
+            talk(&format!("{}: {width}×{height}", path.display()));
         }
-        Notice::SceneWrong { error } => eprintln!("error: {error}"),
-        Notice::Trouble { message } => eprintln!("warning: {message}"),
+        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
+        Notice::Trouble { message } => talk(&format!("warning: {message}")),
         Notice::Opened { .. }
         | Notice::Shown { .. }
         | Notice::Hover { .. }

@@ -11,6 +11,7 @@
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `paint`, `show` | numbers as colours, and which numbers |
+//! | `display` | the display that isn't there |
 //! | `reload` | watching the scene file |
 //! | `notice` | what the program is told |
 //!
@@ -22,6 +23,7 @@
 mod app;
 mod ask;
 mod controls;
+mod display;
 mod notice;
 mod paint;
 mod painter;
