@@ -1,6 +1,5 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -113,34 +112,12 @@ pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Resu
 /// Values that are decoded at once.
 const VALUES_AT_ONCE: usize = 1 << 16;
 
-/// The path that means standard input, and what messages call it.
-pub(crate) const STDIN: &str = "-";
-const STDIN_IN_WORDS: &str = "standard input";
-
-impl FloatTable<Box<dyn Read>> {
-    /// Opens a file and reads its header; `-` is standard input. `columns` are the allowed numbers of
-    /// columns.
+impl<R: Read> FloatTable<R> {
+    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
+    /// is for messages; `columns` are the allowed numbers of columns.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
-    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<Box<dyn Read>>> {
-        if path == Path::new(STDIN) {
-            let stdin = Box::new(io::stdin().lock());
-            return FloatTable::new(stdin, None, Path::new(STDIN_IN_WORDS), columns);
-        }
-        let file = File::open(path).map_err(Error::io(path))?;
-        let metadata = file.metadata().map_err(Error::io(path))?;
-        let n_bytes = metadata.is_file().then_some(metadata.len());
-        FloatTable::new(Box::new(file), n_bytes, path, columns)
-    }
-}
-
-impl<R: Read> FloatTable<R> {
-    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
-    /// is for messages.
-    ///
-    /// # Errors
-    /// As [`FloatTable::open`].
     pub fn new(
         mut reader: R,
         n_file_bytes: Option<u64>,
@@ -205,11 +182,6 @@ impl<R: Read> FloatTable<R> {
             order: header.order(),
             value,
         })
-    }
-
-    /// The file, as messages call it.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Room for one `T` a row.

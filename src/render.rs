@@ -4,9 +4,10 @@ use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
 use crate::camera::Pixels;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
-use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::trace::{Hits, Rays, StageCounts, Timing, Tracer, Wants};
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for

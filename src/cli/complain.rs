@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
-use kugelblitz::picture::OutputFile;
+use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{plain, steers};
 use kugelblitz::scene::SceneError;
 use miette::{
@@ -15,9 +15,8 @@ use miette::{
 use super::excerpt::Excerpt;
 use super::output::{STDOUT, talk, talk_in_colour};
 
-/// Prints what went wrong: a scene error with its place in the file, all else as one line. Returns
-/// the exit code.
-pub fn complain(error: &Error) -> u8 {
+/// Prints what went wrong: a scene error with its place in the file, all else as one line.
+pub fn complain(error: &Error) {
     match error {
         Error::Scene(error) => complain_about_scene(error),
         // Nobody reads any more (`… | head`), so nobody misses anything.
@@ -26,7 +25,6 @@ pub fn complain(error: &Error) -> u8 {
                 && source.kind() == ErrorKind::BrokenPipe => {}
         _ => talk(&format!("error: {error}")),
     }
-    error.exit_code()
 }
 
 /// Prints what clap found in the command line: that it is wrong, or that it asks for help or the
@@ -41,7 +39,11 @@ pub fn complain_about_usage(error: &clap::Error) -> u8 {
         error.print()
     };
     match printed {
-        Err(failure) if !error.use_stderr() => complain(&Error::io(STDOUT)(failure)),
+        Err(failure) if !error.use_stderr() => {
+            let failure = Error::io(STDOUT)(failure);
+            complain(&failure);
+            failure.exit_code()
+        }
         _ => error.exit_code() as u8,
     }
 }

@@ -8,6 +8,7 @@ use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
 use super::output::{print_text, printed_line, talk};
+use super::quiet::{self, Quiet};
 use super::{Run, ViewArgs};
 
 /// Opens the window.
@@ -23,15 +24,35 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         kernel: args.kernel,
         size,
         control: Arc::clone(&run.control),
+        on_display_lost,
         lose_device_after: args.lose_device_after,
     };
-    let mut failed = None;
-    view::run(options, |notice| {
+    let (mut failed, mut quiet) = (None, None);
+    let ran = view::run(options, |notice| {
+        match notice {
+            Notice::Opening => quiet = Quiet::start(),
+            Notice::Opened { .. } => {
+                let noise = quiet.take().map(Quiet::end);
+                if args.talk.verbose {
+                    quiet::show(&noise.unwrap_or_default(), true);
+                }
+            }
+            _ => {}
+        }
         if let Err(error) = tell(args, notice) {
             failed.get_or_insert(error);
         }
-    })?;
+    });
+    if let Some(noise) = quiet.take().map(Quiet::end) {
+        quiet::show(&noise, args.talk.verbose);
+    }
+    ran?;
     failed.map_or(Ok(()), Err)
+}
+
+/// Xlib ends the process after this.
+fn on_display_lost() {
+    talk("error: the connection to the display was lost");
 }
 
 /// Data to standard output, talk to standard error.
@@ -46,7 +67,9 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         }
         Notice::SceneWrong { error } => talk(&format!("error: {error}")),
         Notice::Trouble { message } => talk(&format!("warning: {message}")),
-        Notice::Opened { .. }
+        Notice::Destroyed => talk("the window was closed by another program"),
+        Notice::Opening
+        | Notice::Opened { .. }
         | Notice::Shown { .. }
         | Notice::Hover { .. }
         | Notice::Explained { .. }

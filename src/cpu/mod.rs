@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::arithmetic::Arithmetic;
 use crate::camera::{CameraF32, Pixels};
 use crate::certify;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{
@@ -19,7 +20,7 @@ use crate::kernel::certified::{
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
-use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
 use tile::{TILE, TileTracer};
 
@@ -204,8 +205,8 @@ fn trace_hierarchy(
         let first_row = (band * TILE) as u32;
         let tracer = TileTracer::new(footprints, far, pixels);
         let n_rays = ids.len() as u64;
-        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids };
-        pulp::Arch::new().dispatch(row);
+        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, tracer, ids };
+        pulp::Arch::new().dispatch(row)?;
         control.advance(n_rays);
         Ok(())
     })
@@ -217,20 +218,22 @@ struct RowOfTiles<'a> {
     hierarchy: &'a Hierarchy,
     pixels: &'a Pixels,
     first_row: u32,
+    control: &'a Control,
     tracer: TileTracer<'a>,
     ids: &'a mut [u32],
 }
 
 impl pulp::WithSimd for RowOfTiles<'_> {
-    type Output = ();
+    type Output = Result<()>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let RowOfTiles { prepared, hierarchy, pixels, first_row, mut tracer, ids } = self;
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
+        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, mut tracer, ids } = self;
         let widening = guard::widening_f32();
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
+            control.check()?;
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
             tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
             for row in 0..n_rows {
@@ -240,6 +243,7 @@ impl pulp::WithSimd for RowOfTiles<'_> {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -314,14 +318,14 @@ impl<K: Kernel> TraceRays for K {
             Rays::Pixels(pixels) => {
                 let camera = K::Float::camera(prepared, pixels);
                 for_each_chunk::<Self>(hits, pixels.width as usize, control, |row, slice| {
-                    trace_row(self, &camera, pixels, row as u32, slice);
+                    trace_row(self, &camera, pixels, row as u32, control, slice)
                 })
             }
             Rays::List(rays) => {
                 for_each_chunk::<Self>(hits, RAYS_PER_CHUNK, control, |chunk, slice| {
                     let first = chunk * RAYS_PER_CHUNK;
                     let end = (first + RAYS_PER_CHUNK).min(rays.len());
-                    trace_list(self, prepared, &rays[first..end], slice);
+                    trace_list(self, prepared, &rays[first..end], control, slice)
                 })
             }
         }
@@ -333,13 +337,16 @@ fn trace_row<K: Kernel>(
     camera: &<K::Float as Arithmetic>::Camera,
     pixels: &Pixels,
     row: u32,
+    control: &Control,
     slice: &mut HitsSlice,
-) {
+) -> Result<()> {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
     let ray_at = |column: usize| K::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
     let mut column = 0;
+    // A ray may have millions of spheres to look at.
     while column + PACKET <= width {
+        control.check()?;
         let Some(ids) = kernel.packet(&std::array::from_fn(|lane| ray_at(column + lane))) else {
             break;
         };
@@ -347,15 +354,25 @@ fn trace_row<K: Kernel>(
         column += PACKET;
     }
     for column in column..width {
+        control.check()?;
         slice.put(column, kernel, &ray_at(column), 1.0);
     }
+    Ok(())
 }
 
-fn trace_list<K: Kernel>(kernel: &K, prepared: &Prepared, rays: &[Ray], slice: &mut HitsSlice) {
+fn trace_list<K: Kernel>(
+    kernel: &K,
+    prepared: &Prepared,
+    rays: &[Ray],
+    control: &Control,
+    slice: &mut HitsSlice,
+) -> Result<()> {
     for (index, ray) in rays.iter().enumerate() {
+        control.check()?;
         let (ray, t_scale) = K::Float::list_ray(prepared, ray);
         slice.put(index, kernel, &ray, t_scale);
     }
+    Ok(())
 }
 
 /// Runs `work(chunk index, entries)` over all chunks of `n` rays in parallel, until cancelled.
@@ -363,11 +380,11 @@ fn for_each_chunk<K: Kernel>(
     hits: &mut Hits,
     n: usize,
     control: &Control,
-    work: impl Fn(usize, &mut HitsSlice) + Sync,
+    work: impl Fn(usize, &mut HitsSlice) -> Result<()> + Sync,
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
-        work(chunk, &mut slice);
+        work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())
     };

@@ -16,10 +16,11 @@ use super::program::Program;
 use crate::camera::Pixels;
 use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
-use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -34,6 +35,10 @@ const TILE_MAX_RAYS: usize = 1 << 20;
 /// Ray–object tests of the first dispatch, before anything is known about the device: about a
 /// millisecond on two CPU cores.
 const FIRST_TILE_TESTS: usize = 1 << 19;
+
+/// Fewest rays of one dispatch, a row of a workgroup: so that it ends in time also where each ray has
+/// millions of objects to look at.
+const TILE_LEAST_RAYS: usize = WORKGROUP[0] as usize;
 
 /// Traces on a Vulkan device.
 pub struct GpuTracer {
@@ -89,7 +94,7 @@ impl GpuTracer {
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
+        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
@@ -364,8 +369,8 @@ impl GpuTracer {
     fn adapt(&mut self, n_rays: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
         let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
-        let least = if ratio >= 1.0 { self.tile_rays } else { 64 };
-        self.tile_rays = wanted.max(least).clamp(64, TILE_MAX_RAYS);
+        let least = if ratio >= 1.0 { self.tile_rays } else { TILE_LEAST_RAYS };
+        self.tile_rays = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
     }
 
     fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {

@@ -11,8 +11,8 @@
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `paint`, `show` | numbers as colours, and which numbers |
-//! | `display` | the display that isn't there |
 //! | `reload` | watching the scene file |
+//! | `display` | the display that isn't there, and its end |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
