@@ -226,13 +226,14 @@ fn count(progress: &mut Progress, decided: &[Decided]) {
 /// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
 pub struct Numbers {
     backend: Backend,
-    tracers: Vec<(Kernel, GpuTracer)>,
+    /// One for all kernels: its room for results is as large as the pictures.
+    tracer: Option<GpuTracer>,
 }
 
 impl Numbers {
     /// Without anything compiled yet.
     pub fn new(backend: Backend) -> Numbers {
-        Numbers { backend, tracers: Vec::new() }
+        Numbers { backend, tracer: None }
     }
 
     /// Traces `pixels` of the scene with `kernel`.
@@ -254,18 +255,17 @@ impl Numbers {
             CpuTracer::new(prepared, wants).trace(&rays, control, &mut hits)?;
             return Ok(hits);
         }
-        let position = match self.tracers.iter().position(|(known, _)| *known == kernel) {
-            Some(position) => {
-                self.tracers[position].1.retarget(prepared)?;
-                position
+        let tracer = match &mut self.tracer {
+            Some(tracer) => {
+                tracer.retarget(prepared)?;
+                tracer
             }
-            None => {
+            none => {
                 let gpu = Arc::clone(&self.backend.gpu);
-                self.tracers.push((kernel, GpuTracer::new(gpu, prepared, wants)?));
-                self.tracers.len() - 1
+                none.insert(GpuTracer::new(gpu, prepared, wants)?)
             }
         };
-        self.tracers[position].1.trace(&rays, control, &mut hits)?;
+        tracer.trace(&rays, control, &mut hits)?;
         Ok(hits)
     }
 }
