@@ -105,6 +105,7 @@
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -116,6 +117,8 @@
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod arithmetic;
 pub mod bvh;
@@ -137,6 +140,7 @@ pub mod kernel;
 mod npy;
 pub mod output;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;
