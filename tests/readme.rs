@@ -249,7 +249,9 @@ fn commands_options_and_exit_codes_are_those_of_the_program() {
     let help = run("kugelblitz render --help", root());
     assert!(help.contains(&format!("[possible values: {}]", kernels.join(", "))), "{help}");
     let options = README.split("Common options:").nth(1).unwrap().split_once("\n\n").unwrap().0;
-    for option in options.split('`').filter(|word| word.starts_with('-')) {
+    let options: Vec<_> = options.split('`').filter(|word| word.starts_with('-')).collect();
+    assert!(options.len() >= 7, "{options:?}");
+    for option in options {
         let option = option.split(' ').next().unwrap();
         assert!(help.contains(option), "{option}\n{help}");
     }
@@ -268,10 +270,11 @@ fn formulas_and_links_lead_somewhere() {
     assert!(rows.len() >= 12, "{rows:?}");
     for row in rows {
         let function = code(row[2]);
-        for cell in &row[3..] {
-            let Some(file) = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()) else {
-                continue;
-            };
+        let cells = row[3..].iter().map(|cell| cell.trim_matches(['|', ' ']));
+        let files: Vec<_> = cells.filter(|cell| !cell.is_empty()).collect();
+        assert!(!files.is_empty(), "{function} is nowhere");
+        for cell in files {
+            let file = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()).expect(cell);
             let text = fs::read_to_string(root().join(code(file))).unwrap();
             let defined = ["(", "<"].map(|after| format!("fn {function}{after}"));
             assert!(defined.iter().any(|fn_| text.contains(fn_)), "{function} in {file}");

@@ -89,7 +89,9 @@ fn errors_repeat_exactly_and_times_have_their_range() {
     let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
     assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
     assert_eq!(first.classes.len(), 2 * subjects.len());
+    assert_eq!(first.sweeps.len(), 3);
     for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {
+        assert_eq!(sweep.series.len(), subjects.len(), "{}", sweep.name);
         for series in &sweep.series {
             assert_eq!(series.points.len(), n_points, "{}", sweep.name);
             assert!(series.points.is_sorted_by(|a, b| a.x < b.x));
