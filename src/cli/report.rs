@@ -9,8 +9,8 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::picture::OutputFile;
 use kugelblitz::report::{
-    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
-    markdown, page, plot, text,
+    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases, page,
+    plot, text,
 };
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
@@ -60,7 +60,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     }
     match args.talk.json {
         true => print(&Form::Json.of(&report)?),
-        false => print(text::table(&report).as_bytes()),
+        false => print(text::terminal(&report).as_bytes()),
     }
 }
 
@@ -92,7 +92,7 @@ impl Form {
         Ok(match self {
             Form::Page => page::html(report).into_bytes(),
             Form::Json => json(&Summary { head: Head::new("report"), report })?,
-            Form::Markdown => markdown::table(report).into_bytes(),
+            Form::Markdown => text::markdown(report).into_bytes(),
             Form::Plot => plot::plane(report).into_bytes(),
         })
     }
@@ -137,12 +137,11 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort = Effort {
-        seed: args.seed,
-        sweeps: args.scenes.is_empty(),
-        peers: args.peers,
-        ..Effort::default()
-    };
+    let mut effort = Effort { seed: args.seed, ..Effort::default() };
+    if !args.scenes.is_empty() {
+        effort.sweeps = false;
+        effort.clouds.clear();
+    }
     if let Some(size) = args.size {
         effort.size = size.into();
     }

@@ -1,6 +1,7 @@
 //! Axes: where a number is drawn, and which numbers are written beside it.
 
 /// A range of numbers along a range of pixels.
+#[derive(Clone)]
 pub struct Scale {
     is_log: bool,
     /// Of the numbers, or of their decimal logarithms.
@@ -109,6 +110,11 @@ pub fn tick_label(x: f64) -> String {
         _ if factor == "1" => format!("10{}", superscript(exponent)),
         _ => format!("{factor}·10{}", superscript(exponent)),
     }
+}
+
+/// A share as it stands beside an axis, in percent.
+pub fn percent_label(share: f64) -> String {
+    format!("{} %", tick_label(100.0 * share))
 }
 
 /// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in
