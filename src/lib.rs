@@ -11,11 +11,12 @@
 //! use std::sync::Arc;
 //!
 //! use kugelblitz::camera::{Pixels, View};
+//! use kugelblitz::control::Control;
 //! use kugelblitz::cpu::CpuTracer;
 //! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 //! use kugelblitz::prepare::Prepared;
 //! use kugelblitz::scene::parse_scene;
-//! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
+//! use kugelblitz::trace::{Hits, Kernel, Rays, Tracer};
 //!
 //! fn main() -> kugelblitz::Result<()> {
 //!     let path = Path::new("ball.toml"); // only for messages
@@ -100,6 +101,8 @@
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
+//! | [`control`] | cancelling and progress |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
@@ -118,6 +121,7 @@ pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;
+pub mod control;
 pub mod cpu;
 pub mod device;
 pub mod error;
@@ -129,6 +133,7 @@ pub mod gpu;
 pub mod guard;
 pub mod kernel;
 mod npy;
+pub mod output;
 pub mod picture;
 pub mod prepare;
 mod random;

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::prepare::{Hierarchy, Prepared};
+use kugelblitz::prepare::Hierarchy;
 use kugelblitz::render::{available_memory, plan};
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
@@ -87,7 +86,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let mut bytes_device = BTreeMap::new();
     let mut hierarchy = None;
     for kernel in Kernel::ALL {
-        let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &rays)?);
+        let prepared = scene::prepare(&scene, kernel, &rays, &args.talk, run)?;
         hierarchy = hierarchy.or(prepared.hierarchy.as_ref().map(Built::from));
         let tracer = CpuTracer::new(prepared, Wants::default());
         bytes_device.insert(kernel.name(), tracer.bytes_device());

@@ -7,11 +7,12 @@ use super::errors::Collector;
 use super::measure::{IDS, SURFACE, Subject};
 use super::{CloudResult, Effort, Missing, Spread};
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::generate::{Distribution, Recipe};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Rays};
+use crate::trace::{Hits, Kernel, Rays};
 use crate::verify::{Truth, sample};
 
 /// Size of the pictures, px.

@@ -7,11 +7,12 @@ use super::errors::Collector;
 use super::scenes::Case;
 use super::{Class, ClassResult, Contestant, Cost, Effort, Row, SceneResult, Spread};
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
 
 /// A picture's need.
