@@ -94,6 +94,7 @@
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
+//! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
@@ -104,6 +105,7 @@
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -115,6 +117,8 @@
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
+
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 mod arithmetic;
 pub mod bvh;
@@ -131,10 +135,12 @@ pub mod export;
 pub mod generate;
 pub mod gpu;
 pub mod guard;
+pub mod host;
 pub mod kernel;
 mod npy;
 pub mod output;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;

@@ -14,7 +14,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Head, Objects};
-use super::output::{bytes, count, ms, objects, print, print_json};
+use super::output::{bytes, count, ms, objects, print_json, print_text};
 use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -144,5 +144,5 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         }
         None => text += "no camera: `trace` can use this scene, `render` can't\n",
     }
-    print(text.as_bytes())
+    print_text(&text)
 }

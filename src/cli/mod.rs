@@ -4,6 +4,7 @@ pub mod check;
 pub mod complain;
 pub mod completions;
 pub mod device;
+pub mod excerpt;
 pub mod explain;
 pub mod export;
 pub mod generate;
@@ -184,7 +185,8 @@ pub struct CheckArgs {
 pub struct TraceArgs {
     /// Scene file (TOML); it needs no camera
     pub scene: PathBuf,
-    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length
+    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
+    /// standard input
     #[arg(long, value_name = "RAYS.npy")]
     pub rays: PathBuf,
     /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::ProbeArgs;
 use super::head::Head;
-use super::output::{bytes, print, print_json};
+use super::output::{bytes, print_json, print_text};
 use super::quiet::{self, quietly};
 
 #[derive(Serialize)]
@@ -67,7 +67,7 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
         print_json(&Summary { head: Head::new("probe"), adapters })?;
     } else {
         let text: Vec<String> = adapters.iter().map(describe).collect();
-        print(text.join("\n").as_bytes())?;
+        print_text(&text.join("\n"))?;
     }
     if is_empty {
         return Err(Error::NoAdapter(

@@ -12,13 +12,14 @@ use kugelblitz::report::{
     AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases, page,
     plot, text,
 };
+use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::Head;
 
-use super::output::{json, print};
+use super::output::{json, print, print_text};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
 use super::{ReportArgs, Run, device};
@@ -62,7 +63,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     }
     match args.talk.json {
         true => print(&Form::Json.of(&report)?)?,
-        false => print(text::terminal(&report).as_bytes())?,
+        false => print_text(&text::terminal(&report))?,
     }
     output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
@@ -133,10 +134,7 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
     let _progress = Progress::of_bytes(&args.talk, &run.control);
     args.scenes
         .iter()
-        .map(|path| {
-            let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-            Case::new(&text, path, Class::Given, &run.control)
-        })
+        .map(|path| Case::new(&read_scene_text(path)?, path, Class::Given, &run.control))
         .collect()
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use kugelblitz::device::Made;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::rays::{read_rays_with, write_hits};
+use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
 use kugelblitz::render::{available_memory, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result};
@@ -41,6 +41,13 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             "the hits and --json can't both go to standard output; write the hits to a file".into(),
         ));
     }
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && args.output != Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.display()
+        )));
+    }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
@@ -51,12 +58,6 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
     drop(progress);
     let read = start.elapsed();
-    if rays.is_empty() {
-        return Err(Error::Input {
-            path: args.rays.clone(),
-            message: "there are no rays in it; give at least one row".into(),
-        });
-    }
 
     let start = Instant::now();
     let prepared = scene::prepare(&scene, args.kernel, &rays, &args.talk, run)?;
@@ -114,6 +115,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
 /// A file of float64 needs a ray and a hit for each row; one of float32 needs twice that for its
 /// size, so this refuses only what is certain not to fit.
 fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
     let needed = n_rays * size_of::<Ray>() as u64 + hits_bytes(n_rays, wants);

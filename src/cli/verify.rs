@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Objects, On};
-use super::output::{bytes, objects, print, print_json};
+use super::output::{bytes, objects, print_json, print_text};
 use super::progress::Progress;
 use super::render::size;
 use super::{Run, VerifyArgs, scene};
@@ -109,7 +109,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             objects(&scene),
             device.label()
         );
-        print((head + &table(&results)).as_bytes())?;
+        print_text(&(head + &table(&results)))?;
     }
     match broken.is_empty() {
         true => Ok(()),

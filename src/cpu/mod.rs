@@ -14,6 +14,7 @@ use crate::certify;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
+use crate::host;
 use crate::kernel::certified::{
     self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
 };
@@ -45,6 +46,8 @@ trait Kernel: Sync {
     type Float: Arithmetic;
     /// Whether the kernel itself gives `t` and normals.
     const GIVES_SURFACE: bool = true;
+    /// Whether its ids rest on a proof.
+    const IS_PROVEN: bool = false;
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The ids of a packet of pixels' rays, where the kernel has a quicker way for them.
     fn packet(&self, _: &[RayOf<Self::Float>; PACKET]) -> Option<[u32; PACKET]> {
@@ -101,6 +104,7 @@ impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
 impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
+    const IS_PROVEN: bool = true;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
@@ -202,6 +206,7 @@ fn trace_hierarchy(
     let width = pixels.width as usize;
     hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
         control.check()?;
+        host::check()?;
         let first_row = (band * TILE) as u32;
         let tracer = TileTracer::new(footprints, far, pixels);
         let n_rays = ids.len() as u64;
@@ -384,6 +389,9 @@ fn for_each_chunk<K: Kernel>(
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
+        if K::IS_PROVEN {
+            host::check()?;
+        }
         work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())

@@ -41,24 +41,33 @@ pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
 }
 
 fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene> {
+    parse_scene_from(files, &text_of(files, path)?, path, control)
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// [`Error::Scene`](crate::Error::Scene) where it can't be read or is not UTF-8.
+pub fn read_scene_text(path: &Path) -> Result<String> {
+    text_of(Files::All, path)
+}
+
+fn text_of(files: Files, path: &Path) -> Result<String> {
     let bytes = files.read(path).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
-    match String::from_utf8(bytes) {
-        Ok(text) => parse_scene_from(files, &text, path, control),
-        Err(error) => {
-            let start = error.utf8_error().valid_up_to();
-            let text = String::from_utf8_lossy(error.as_bytes());
-            let message = format!(
-                "byte 0x{:02x} is not UTF-8 text",
-                error.as_bytes()[start..].first().copied().unwrap_or(0)
-            );
-            let help = "a scene file is TOML, saved as UTF-8";
-            let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
-            Err(Fault::new(span, message, help).in_text(&text, path).into())
-        }
-    }
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes());
+        let message = format!(
+            "byte 0x{:02x} is not UTF-8 text",
+            error.as_bytes()[start..].first().copied().unwrap_or(0)
+        );
+        let help = "a scene file is TOML, saved as UTF-8";
+        let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
+        Fault::new(span, message, help).in_text(&text, path).into()
+    })
 }
 
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are

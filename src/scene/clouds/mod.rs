@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::open::Files;
-use super::places::{Fault, Stop};
+use super::places::{Fault, Stop, cut, quoted};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
 use crate::control::Control;
@@ -128,7 +128,7 @@ impl<'t> Source<'t> {
             Some(format) => Ok(Source { table, path, format }),
             None => Err(Fault::new(
                 table.file.span.clone(),
-                format!("the name {:?} does not tell its format", table.file.value),
+                format!("the name {:?} does not tell its format", quoted(&table.file.value)),
                 "a cloud is a file that ends in .npy, .csv or .xyz",
             )),
         }
@@ -139,6 +139,9 @@ impl<'t> Source<'t> {
         n_bytes.saturating_mul(self.format.n_passes())
     }
 }
+
+/// Characters of what was found that a message tells: a cell or a word may be a whole file.
+const MOST_FOUND: usize = 400;
 
 /// A cloud while it is read: what its spheres must be, and where they go.
 struct Reading<'a> {
@@ -164,7 +167,8 @@ impl<'a> Reading<'a> {
 
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        let message = format!("{}: {found}", self.source.path.display());
+        let message =
+            format!("{}: {}", self.source.path.display(), cut(&found.to_string(), MOST_FOUND));
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
