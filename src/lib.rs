@@ -99,6 +99,7 @@
 //! | [`cpu`] | the CPU backend |
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
@@ -128,6 +129,7 @@ pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod kernel;
+pub mod memory;
 mod npy;
 pub mod picture;
 pub mod prepare;

@@ -7,35 +7,40 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use kugelblitz::Result;
 use kugelblitz::trace::Control;
 
-use cli::{Cli, Command, Run};
+use cli::{Cli, Command, Run, threads};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
     let cli = Cli::parse();
     stop_on_interrupt(Arc::clone(&run.control));
-    let result = match cli.command {
-        Command::Render(args) => cli::render::run(&args, &run),
-        Command::Verify(args) => cli::verify::run(&args, &run),
-        Command::Check(args) => cli::check::run(&args, &run),
-        Command::Trace(args) => cli::trace::run(&args, &run),
-        Command::Explain(args) => cli::explain::run(&args, &run),
-        Command::Report(args) => cli::report::run(&args, &run),
-        Command::Export(args) => cli::export::run(&args, &run),
-        #[cfg(feature = "view")]
-        Command::View(args) => cli::view::run(&args, &run),
-        Command::Generate(args) => cli::generate::run(&args, &run),
-        Command::Probe(args) => cli::probe::run(&args),
-        Command::Completions(args) => cli::completions::run(&args),
-        Command::Man(args) => cli::man::run(&args),
-    };
+    let result = threads::start().and_then(|()| dispatch(cli.command, &run));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             cli::complain::complain(&error);
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+fn dispatch(command: Command, run: &Run) -> Result<()> {
+    match command {
+        Command::Render(args) => cli::render::run(&args, run),
+        Command::Verify(args) => cli::verify::run(&args, run),
+        Command::Check(args) => cli::check::run(&args, run),
+        Command::Trace(args) => cli::trace::run(&args, run),
+        Command::Explain(args) => cli::explain::run(&args, run),
+        Command::Report(args) => cli::report::run(&args, run),
+        Command::Export(args) => cli::export::run(&args, run),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args, run),
+        Command::Generate(args) => cli::generate::run(&args, run),
+        Command::Probe(args) => cli::probe::run(&args),
+        Command::Completions(args) => cli::completions::run(&args),
+        Command::Man(args) => cli::man::run(&args),
     }
 }
 

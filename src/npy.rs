@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::scene::Color;
 use crate::trace::Hits;
 
@@ -201,6 +202,9 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
+        let advice = "give them in parts";
+        let what = format!("{}: reading {} rows", self.path.display(), self.n_rows);
+        memory::require(what, (self.n_rows as u64).saturating_mul(size_of::<T>() as u64), advice)?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(self.n_rows).map_err(|_| {
             Error::TooLarge(format!(

@@ -48,7 +48,7 @@ impl Progress {
             "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
         ));
         let (stop, stopped) = channel();
-        let thread = std::thread::spawn(move || {
+        let follow = move || {
             let goes_on = |time| stopped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
             let is_short = !goes_on(DELAY);
             let (_, n_all) = look(&control);
@@ -68,8 +68,9 @@ impl Progress {
                 }
             }
             bar.finish_and_clear();
-        });
-        Progress(Some((stop, thread)))
+        };
+        // Without a thread to spare there is no bar.
+        Progress(std::thread::Builder::new().spawn(follow).ok().map(|thread| (stop, thread)))
     }
 }
 

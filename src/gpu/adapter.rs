@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::program::Programs;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::trace::Kernel;
 
 /// What to say when no device is there.
@@ -163,8 +164,10 @@ impl Gpu {
     /// Opens a Vulkan device.
     ///
     /// # Errors
-    /// [`Error::NoAdapter`] when none fits, with the names of those that are there.
+    /// [`Error::NoAdapter`] when none fits, with the names of those that are there;
+    /// [`Error::TooLarge`] where a limit of the address space leaves too little for a driver.
     pub fn open(pick: &Pick) -> Result<Gpu> {
+        memory::require_device()?;
         let (adapter, facts) = Gpu::choose(adapters(), pick)?;
         Gpu::from_adapter(&adapter, facts)
     }
