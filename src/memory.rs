@@ -12,13 +12,14 @@ use crate::error::{Error, Result};
 /// address range of 64 MiB that glibc's allocator sets aside for a thread.
 const RESERVE: u64 = 64 << 20;
 
-/// Address space that a Vulkan driver takes for itself until the first picture is traced. Measured
-/// with Mesa's llvmpipe and LLVM 15 on two cores: 520 MiB; with less it fails, and now and then
-/// crashes.
-const DEVICE_ADDRESSES: u64 = 640 << 20;
+/// Address space that a Vulkan driver takes for itself until the first picture is traced, and for
+/// each of its threads. Measured with Mesa's llvmpipe and LLVM 15 on two processors: with 610 MiB
+/// in all it works, with less it fails, and below 530 MiB it now and then ends the process.
+const DEVICE_ADDRESSES: u64 = 544 << 20;
+const DEVICE_THREAD_ADDRESSES: u64 = 72 << 20;
 
-/// The same from when it is open on: for compiling shaders.
-const SHADER_ADDRESSES: u64 = 256 << 20;
+/// Threads that llvmpipe starts at most.
+const MOST_DEVICE_THREADS: u64 = 32;
 
 /// What sets the limit to [`Available::bytes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,21 +117,12 @@ pub fn address_space() -> Option<u64> {
 /// # Errors
 /// [`Error::TooLarge`]
 pub fn require_device() -> Result<()> {
-    require_addresses("a Vulkan driver", DEVICE_ADDRESSES)
-}
-
-/// As [`require_device`], for an open device that will compile shaders.
-///
-/// # Errors
-/// [`Error::TooLarge`]
-pub fn require_shader() -> Result<()> {
-    require_addresses("compiling a shader", SHADER_ADDRESSES)
-}
-
-fn require_addresses(what: &str, needed_bytes: u64) -> Result<()> {
+    let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let of_threads = n_threads.min(MOST_DEVICE_THREADS) * DEVICE_THREAD_ADDRESSES;
     let available =
         Available { bytes: address_space().unwrap_or(u64::MAX), limit: Limit::AddressSpace };
-    available.require(what, needed_bytes, "raise the limit, or use `--device cpu`")
+    let advice = "raise the limit, or use `--device cpu`";
+    available.require("a Vulkan driver", DEVICE_ADDRESSES + of_threads, advice)
 }
 
 /// Bytes that the machine and the control groups have left.

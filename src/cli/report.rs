@@ -12,6 +12,7 @@ use kugelblitz::report::{
     AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
     markdown, page, plot, text,
 };
+use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
@@ -130,7 +131,7 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
     args.scenes
         .iter()
         .map(|path| {
-            let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+            let text = read_scene_text(path)?;
             Case::new(&text, path, Class::Given, &run.control)
         })
         .collect()

@@ -169,7 +169,6 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
 /// Whether this machine has the memory to hand over the scene; a device in software keeps it there
 /// too.
 fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
-    memory::require_shader()?;
     let (spheres, planes) = prepared.objects.bytes();
     let objects = (spheres.len() + planes.len()) as u64;
     let hierarchy = prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);

@@ -265,6 +265,14 @@ impl<'a> Reading<'a> {
     }
 }
 
+/// At most the first 60 characters of what a file says where something else was expected.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(60) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.into(),
+    }
+}
+
 /// What was found and what is expected.
 type Problem = (String, &'static str);
 
