@@ -11,11 +11,12 @@
 //! use std::sync::Arc;
 //!
 //! use kugelblitz::camera::{Pixels, View};
+//! use kugelblitz::control::Control;
 //! use kugelblitz::cpu::CpuTracer;
 //! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 //! use kugelblitz::prepare::Prepared;
 //! use kugelblitz::scene::parse_scene;
-//! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
+//! use kugelblitz::trace::{Hits, Kernel, Rays, Tracer};
 //!
 //! fn main() -> kugelblitz::Result<()> {
 //!     let path = Path::new("ball.toml"); // only for messages
@@ -93,6 +94,7 @@
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
+//! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
@@ -101,7 +103,10 @@
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
+//! | [`control`] | cancelling and progress |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -114,11 +119,14 @@
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
 
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
+
 mod arithmetic;
 pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;
+pub mod control;
 pub mod cpu;
 pub mod device;
 pub mod error;
@@ -128,10 +136,13 @@ pub mod export;
 pub mod generate;
 pub mod gpu;
 pub mod guard;
+pub mod host;
 pub mod kernel;
 pub mod memory;
 mod npy;
+pub mod output;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;

@@ -1,6 +1,5 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -113,24 +112,12 @@ pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Resu
 /// Values that are decoded at once.
 const VALUES_AT_ONCE: usize = 1 << 16;
 
-impl FloatTable<File> {
-    /// Opens a file and reads its header. `columns` are the allowed numbers of columns.
+impl<R: Read> FloatTable<R> {
+    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
+    /// is for messages; `columns` are the allowed numbers of columns.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
-    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<File>> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        let metadata = file.metadata().map_err(Error::io(path))?;
-        FloatTable::new(file, metadata.is_file().then_some(metadata.len()), path, columns)
-    }
-}
-
-impl<R: Read> FloatTable<R> {
-    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
-    /// is for messages.
-    ///
-    /// # Errors
-    /// As [`FloatTable::open`].
     pub fn new(
         mut reader: R,
         n_file_bytes: Option<u64>,
@@ -202,9 +189,10 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
-        let advice = "give them in parts";
+        // Of a pipe, the header alone says how much there is, and it may say anything.
+        let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
         let what = format!("{}: reading {} rows", self.path.display(), self.n_rows);
-        memory::require(what, (self.n_rows as u64).saturating_mul(size_of::<T>() as u64), advice)?;
+        memory::require(what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(self.n_rows).map_err(|_| {
             Error::TooLarge(format!(

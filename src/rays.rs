@@ -1,27 +1,53 @@
 //! Lists of rays from a file, and what they hit into one.
 
-use std::io::Write;
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{FloatTable, Record};
-use crate::picture::OutputFile;
+use crate::output::OutputFile;
+use crate::scene::Watched;
 use crate::trace::{Hits, Ray};
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;
 
+/// The path that means standard input.
+pub const STDIN: &str = "-";
+
+/// What messages call it.
+const STDIN_IN_WORDS: &str = "standard input";
+
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either
-/// byte order. A row is an origin in world units and a direction of any length but zero.
+/// byte order; [`STDIN`] is standard input. A row is an origin in world units and a direction of any
+/// length but zero.
 ///
 /// # Errors
 /// [`Error::Io`] when the file can't be read. [`Error::Input`] when it has another shape or type,
 /// is cut off, or has a row (counted from 0) with a number that is not finite or with a zero
 /// direction. [`Error::TooLarge`] when the rays don't fit the memory.
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
-    let table = FloatTable::open(path, &[N_COLUMNS as u64])?;
+    read_rays_with(path, &Control::default())
+}
+
+/// As [`read_rays`]; `control` counts the bytes and can stop the reading.
+///
+/// # Errors
+/// [`Error::Interrupted`] as well.
+pub fn read_rays_with(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+    read(path, control).map_err(|error| control.check().err().unwrap_or(error))
+}
+
+fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+    let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
+    control.expect_bytes(n_bytes.unwrap_or(0));
+    let file = Watched::new(file, control);
+    let table = FloatTable::new(file, n_bytes, &path, &[N_COLUMNS as u64])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(|row, column, value| {
         let ray = &mut rays[row];
@@ -38,12 +64,22 @@ pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
         } else {
             continue;
         };
-        return Err(Error::Input {
-            path: path.to_owned(),
-            message: format!("row {row} (counted from 0) {problem}"),
-        });
+        let message = format!("row {row} (counted from 0) {problem}");
+        return Err(Error::Input { path, message });
     }
     Ok(rays)
+}
+
+/// The file's name for messages, the file, and its length where it has one.
+fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
+    if path == Path::new(STDIN) {
+        // It may be a file that is read from somewhere amid it.
+        let stdin = io::stdin().as_fd().try_clone_to_owned()?;
+        return Ok((STDIN_IN_WORDS.into(), stdin.into(), None));
+    }
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    Ok((path.into(), file, metadata.is_file().then_some(metadata.len())))
 }
 
 /// Hits that are encoded at once; keeps the memory small.
@@ -51,12 +87,12 @@ const HITS_AT_ONCE: usize = 1 << 16;
 
 /// Writes a structured NumPy array of shape (N,) with the fields `id` (u4; 0 is no hit), `t` (f4;
 /// +∞ without a hit), `normal` (3f4, unit, towards the ray; zero without a hit) and, where `hits`
-/// has levels, `level` (u1). `-` is standard output.
+/// has levels, `level` (u1). `control` counts the bytes.
 ///
 /// # Errors
-/// [`Error::Io`]; the old file is then as it was. [`Error::Usage`] when `hits` lacks `t` or
-/// `normal`.
-pub fn write_hits(path: &Path, hits: &Hits) -> Result<()> {
+/// [`Error::Io`] and [`Error::Interrupted`]. [`Error::Usage`] when `hits` lacks `t` or `normal`.
+pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Result<()> {
+    let path = file.path().to_path_buf();
     let n_hits = hits.id.len();
     let level = !hits.level.is_empty();
     if hits.t.len() != n_hits || hits.normal.len() != n_hits || level && hits.level.len() != n_hits
@@ -67,14 +103,16 @@ pub fn write_hits(path: &Path, hits: &Hits) -> Result<()> {
         )));
     }
     let record = Record { rgb: false, level };
-    let mut file = OutputFile::create(path, false)?;
     let mut bytes = Vec::new();
-    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(path))?;
+    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(&path))?;
+    control.expect_bytes((bytes.len() + n_hits * record.bytes()) as u64);
     let mut start = 0;
     loop {
-        file.write_all(&bytes).map_err(Error::io(path))?;
+        control.check()?;
+        file.write_all(&bytes).map_err(Error::io(&path))?;
+        control.advance_bytes(bytes.len() as u64);
         if start == n_hits {
-            return file.commit();
+            return Ok(());
         }
         bytes.clear();
         let end = n_hits.min(start + HITS_AT_ONCE);

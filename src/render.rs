@@ -4,10 +4,11 @@ use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
 use crate::camera::Pixels;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
-use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::trace::{Hits, Rays, StageCounts, Timing, Tracer, Wants};
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
@@ -181,7 +182,7 @@ mod tests {
     }
 
     impl Tracer for Wall {
-        fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
             self.n_calls += 1;
             hits.reset(rays.len(), Wants::default());
             hits.id.fill(1);
@@ -190,6 +191,9 @@ mod tests {
                 control.cancel();
             }
             Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
+        }
+        fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
+            Ok(timing)
         }
         fn bytes_device(&self) -> u64 {
             0

@@ -1,12 +1,12 @@
 //! What every backend takes and gives: [`Rays`] in, [`Hits`] out, through one [`Tracer`].
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use glam::DVec3;
 
 use crate::camera::Pixels;
-use crate::error::{Error, Result};
+use crate::control::Control;
+use crate::error::Result;
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -125,7 +125,9 @@ pub struct Hits {
     pub t: Vec<f32>,
     /// Unit normal that faces the ray, zero on the background; empty unless [`Wants::surface`].
     pub normal: Vec<[f32; 3]>,
-    /// [`Level`] as a number; empty unless [`Wants::level`].
+    /// [`Level`] as a number; empty unless [`Wants::level`]. Unlike all else here, it may differ
+    /// between devices and between crops of a picture: a device whose f32 rounds otherwise leaves
+    /// other rays open, and so does a CPU whose tiles of pixels begin elsewhere.
     pub level: Vec<u8>,
     /// Indices of rays that the kernel could not decide, ascending; their entries mean nothing.
     pub undecided: Vec<u32>,
@@ -188,67 +190,39 @@ impl Timing {
     }
 }
 
-/// How the caller watches and stops long work.
-#[derive(Debug, Default)]
-pub struct Control {
-    cancelled: AtomicBool,
-    rays_done: AtomicU64,
-    bytes_done: AtomicU64,
-    bytes_expected: AtomicU64,
-}
-
-impl Control {
-    /// Asks the work to stop at its next step.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Rays traced so far.
-    pub fn rays_done(&self) -> u64 {
-        self.rays_done.load(Ordering::Relaxed)
-    }
-
-    /// Counts finished rays.
-    pub fn advance(&self, n_rays: u64) {
-        self.rays_done.fetch_add(n_rays, Ordering::Relaxed);
-    }
-
-    /// Bytes of large files read or written so far, and expected in all.
-    pub fn bytes(&self) -> (u64, u64) {
-        let [done, expected] =
-            [&self.bytes_done, &self.bytes_expected].map(|n| n.load(Ordering::Relaxed));
-        (done, expected)
-    }
-
-    /// Begins to read or write `n_bytes`.
-    pub fn expect_bytes(&self, n_bytes: u64) {
-        self.bytes_done.store(0, Ordering::Relaxed);
-        self.bytes_expected.store(n_bytes, Ordering::Relaxed);
-    }
-
-    /// Counts bytes read or written.
-    pub fn advance_bytes(&self, n_bytes: u64) {
-        self.bytes_done.fetch_add(n_bytes, Ordering::Relaxed);
-    }
-
-    /// Fails with [`Error::Interrupted`] once [`Control::cancel`] was called.
-    pub fn check(&self) -> Result<()> {
-        if self.cancelled.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
-    }
-}
-
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer {
+    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
+    /// `certified` proposes ids alone, in f32: an object, 0, or
+    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+
+    /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
+    /// `timing`.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `control` was cancelled.
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing>;
+
     /// Traces all `rays` into `hits`, which it resets.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
     /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits,
     /// [`Error::Usage`] when the scene was prepared for other rays.
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        let timing = self.propose(rays, control, hits)?;
+        self.certify(rays, control, hits, timing)
+    }
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;

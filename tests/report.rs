@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::Result;
+use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
     Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases, markdown,
     page, plot, text,
 };
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Timing, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
 use kugelblitz::vec3::{Vec3, dot3};
 
 const EFFORT: Effort = Effort {
@@ -104,7 +105,7 @@ struct FlippedSign {
 }
 
 impl Tracer for FlippedSign {
-    fn trace(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
         hits.reset(rays.len(), self.wants);
@@ -130,6 +131,10 @@ impl Tracer for FlippedSign {
         }
         hits.counts.f32 = rays.len() as u64;
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+    }
+
+    fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
+        Ok(timing)
     }
 
     fn bytes_device(&self) -> u64 {

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::memory::Available;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
+use kugelblitz::prepare::{Hierarchy, record_bytes};
 use kugelblitz::render::plan;
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
@@ -16,7 +15,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Head, Objects};
-use super::output::{bytes, count, ms, objects, print, print_json};
+use super::output::{bytes, count, ms, objects, print_json, print_text};
 use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -90,7 +89,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
     });
     let mut bytes_device = BTreeMap::from(listed);
-    let prepared = Arc::new(Prepared::new(scene.clone(), Kernel::Certified, &rays)?);
+    let prepared = scene::prepare(&scene, Kernel::Certified, &rays, &args.talk, run)?;
     let hierarchy = prepared.hierarchy.as_ref().map(Built::from);
     let tracer = CpuTracer::new(prepared, Wants::default());
     bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
@@ -148,5 +147,5 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         }
         None => text += "no camera: `trace` can use this scene, `render` can't\n",
     }
-    print(text.as_bytes())
+    print_text(&text)
 }

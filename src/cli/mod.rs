@@ -4,6 +4,7 @@ pub mod check;
 pub mod complain;
 pub mod completions;
 pub mod device;
+pub mod excerpt;
 pub mod explain;
 pub mod export;
 pub mod generate;
@@ -29,10 +30,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, value_parser};
+use kugelblitz::control::Control;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::trace::{Control, Kernel};
+use kugelblitz::trace::Kernel;
 
 use options::{
     Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, distribution_parser, kernel_parser,
@@ -184,7 +186,8 @@ pub struct CheckArgs {
 pub struct TraceArgs {
     /// Scene file (TOML); it needs no camera
     pub scene: PathBuf,
-    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length
+    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
+    /// standard input
     #[arg(long, value_name = "RAYS.npy")]
     pub rays: PathBuf,
     /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard

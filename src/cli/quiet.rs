@@ -4,8 +4,10 @@
 //! straight to the standard error of the process, whether or not anything is wrong.
 
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{Read, Seek};
 use std::os::fd::OwnedFd;
+
+use super::output::talk;
 
 /// While this lives, standard error goes to a file; dropped, it is as it was, also on a panic.
 pub struct Quiet {
@@ -22,6 +24,11 @@ impl Quiet {
         Some(Quiet { caught, stderr })
     }
 
+    /// What was printed meanwhile; standard error is as it was.
+    pub fn end(mut self) -> String {
+        self.caught()
+    }
+
     fn caught(&mut self) -> String {
         let mut bytes = Vec::new();
         let read = self.caught.rewind().and_then(|()| self.caught.read_to_end(&mut bytes));
@@ -33,8 +40,7 @@ impl Drop for Quiet {
     fn drop(&mut self) {
         let _ = rustix::stdio::dup2_stderr(&self.stderr);
         if std::thread::panicking() {
-            let text = self.caught();
-            let _ = std::io::stderr().write_all(text.as_bytes());
+            talk(self.caught().trim_end());
         }
     }
 }
@@ -43,7 +49,7 @@ impl Drop for Quiet {
 pub fn quietly<T>(work: impl FnOnce() -> T) -> (T, String) {
     let quiet = Quiet::start();
     let result = work();
-    (result, quiet.map_or_else(String::new, |mut quiet| quiet.caught()))
+    (result, quiet.map_or_else(String::new, Quiet::end))
 }
 
 /// What Mesa says on machines without a desktop, where nothing is wrong.
@@ -52,6 +58,6 @@ const HARMLESS: &str = "XDG_RUNTIME_DIR is invalid or not set";
 /// Shows what was caught: all of it, or what may explain a failure.
 pub fn show(noise: &str, all: bool) {
     for line in noise.lines().filter(|line| all || !line.contains(HARMLESS)) {
-        eprintln!("driver: {line}");
+        talk(&format!("driver: {line}"));
     }
 }

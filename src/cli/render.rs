@@ -1,14 +1,13 @@
 //! `kugelblitz render`
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::camera::Pixels;
 use kugelblitz::device::Made;
 use kugelblitz::memory::Available;
-use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
-use kugelblitz::prepare::Prepared;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::{Bits, Format, Frame, PictureOptions, PictureWriter};
 use kugelblitz::render;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result};
@@ -16,7 +15,7 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{human, ms, objects, print_json};
+use super::output::{building, built, human, ms, objects, print_json};
 use super::progress::Progress;
 use super::{RenderArgs, Run, scene};
 
@@ -47,11 +46,12 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let read = start.elapsed();
     let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
     plan()?;
+    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
     let start = Instant::now();
-    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
+    let prepared = scene::prepare(&scene, args.kernel, &Rays::Pixels(pixels), &args.talk, run)?;
     let prepare = start.elapsed();
     let build = prepared.build_time();
     let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
@@ -71,7 +71,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let rendered =
         render::render(&mut *tracer, &pixels, plan.n_band_rows, &mut writer, &run.control)?;
     let start = Instant::now();
-    writer.finish()?.commit()?;
+    let file = writer.finish()?;
     write += rendered.write + start.elapsed();
     drop(progress);
 
@@ -110,18 +110,22 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
             ms_runs,
         })?;
     }
+    output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {}, {} on {}, {} tracing",
+        "{}: {}, {}, {} on {}, {}{} tracing",
         name(&args.output),
         size(&pixels),
         objects(&scene),
         args.kernel.name(),
         device.label(),
+        building(build),
         human(tracing.trace + tracing.refine + tracing.decide + tracing.readback)
     ));
     args.talk.note(&format!(
-        "read {}, compiled {}, wrote {}, all in {}",
+        "read {}, prepared {}, {}compiled {}, wrote {}, all in {}",
         human(read),
+        human(prepare.saturating_sub(build)),
+        built(build),
         human(compile),
         human(write),
         human(run.start.elapsed())

@@ -1,14 +1,12 @@
 //! `kugelblitz trace`
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::device::Made;
 use kugelblitz::memory;
-use kugelblitz::picture::OutputFile;
-use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{read_rays, write_hits};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
 use kugelblitz::render::hits_bytes;
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result};
@@ -16,7 +14,7 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{count, human, ms, objects, print_json};
+use super::output::{building, count, human, ms, objects, print_json};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
@@ -44,21 +42,26 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             "the hits and --json can't both go to standard output; write the hits to a file".into(),
         ));
     }
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && args.output != Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.display()
+        )));
+    }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
-    let rays = Rays::List(read_rays(&args.rays)?);
+    scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
+    let mut file = OutputFile::create(&args.output, false)?;
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
+    drop(progress);
     let read = start.elapsed();
-    if rays.is_empty() {
-        return Err(Error::Input {
-            path: args.rays.clone(),
-            message: "there are no rays in it; give at least one row".into(),
-        });
-    }
 
     let start = Instant::now();
-    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
+    let prepared = scene::prepare(&scene, args.kernel, &rays, &args.talk, run)?;
     let prepare = start.elapsed();
     let build = prepared.build_time();
     let device = device::open_for(&args.device.device, &prepared, &args.talk)?;
@@ -68,9 +71,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let mut hits = Hits::default();
     let timing = tracer.trace(&rays, &run.control, &mut hits)?;
     drop(progress);
-    run.control.check()?;
     let start = Instant::now();
-    write_hits(&args.output, &hits)?;
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    write_hits(&mut file, &hits, &run.control)?;
+    drop(progress);
     let write = start.elapsed();
 
     if args.talk.json {
@@ -94,14 +98,16 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             },
         })?;
     }
+    output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {} hits, {}, {} on {}, {} tracing",
+        "{}: {}, {} hits, {}, {} on {}, {}{} tracing",
         args.output.display(),
         count(rays.len(), "ray"),
         hits.n_hits(),
         objects(&scene),
         args.kernel.name(),
         device.label(),
+        building(build),
         human(timing.trace + timing.refine + timing.decide + timing.readback)
     ));
     Ok(())
@@ -110,6 +116,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
 /// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of
 /// float32 needs twice that for its size, so this refuses only what is certain not to fit.
 fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
     let ray_bytes = size_of::<Ray>() + size_of::<u32>();

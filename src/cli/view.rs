@@ -7,7 +7,8 @@ use kugelblitz::gpu::Pick;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
-use super::output::{print, printed_line};
+use super::output::{print_text, printed_line, talk};
+use super::quiet::{self, Quiet};
 use super::{Run, ViewArgs};
 
 /// Opens the window.
@@ -23,15 +24,35 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         kernel: args.kernel,
         size,
         control: Arc::clone(&run.control),
+        on_display_lost,
         lose_device_after: args.lose_device_after,
     };
-    let mut failed = None;
-    view::run(options, |notice| {
+    let (mut failed, mut quiet) = (None, None);
+    let ran = view::run(options, |notice| {
+        match notice {
+            Notice::Opening => quiet = Quiet::start(),
+            Notice::Opened { .. } => {
+                let noise = quiet.take().map(Quiet::end);
+                if args.talk.verbose {
+                    quiet::show(&noise.unwrap_or_default(), true);
+                }
+            }
+            _ => {}
+        }
         if let Err(error) = tell(args, notice) {
             failed.get_or_insert(error);
         }
-    })?;
+    });
+    if let Some(noise) = quiet.take().map(Quiet::end) {
+        quiet::show(&noise, args.talk.verbose);
+    }
+    ran?;
     failed.map_or(Ok(()), Err)
+}
+
+/// Xlib ends the process after this.
+fn on_display_lost() {
+    talk("error: the connection to the display was lost");
 }
 
 /// Data to standard output, talk to standard error.
@@ -40,13 +61,15 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         return printed_line(notice);
     }
     match notice {
-        Notice::Camera { toml } => print(toml.as_bytes())?,
+        Notice::Camera { toml } => print_text(toml)?,
         Notice::Saved { path, size: [width, height] } => {
-            eprintln!("{}: {width}×{height}", path.display());
+            talk(&format!("{}: {width}×{height}", path.display()));
         }
-        Notice::SceneWrong { error } => eprintln!("error: {error}"),
-        Notice::Trouble { message } => eprintln!("warning: {message}"),
-        Notice::Opened { .. }
+        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
+        Notice::Trouble { message } => talk(&format!("warning: {message}")),
+        Notice::Destroyed => talk("the window was closed by another program"),
+        Notice::Opening
+        | Notice::Opened { .. }
         | Notice::Shown { .. }
         | Notice::Hover { .. }
         | Notice::Explained { .. }

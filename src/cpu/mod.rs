@@ -1,6 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
 mod tile;
+mod walk;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -8,17 +9,19 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::arithmetic::Arithmetic;
-use crate::camera::Pixels;
+use crate::camera::{CameraF32, Pixels};
 use crate::certify;
-use crate::error::Result;
+use crate::control::Control;
+use crate::error::{Error, Result};
 use crate::guard;
+use crate::host;
 use crate::kernel::certified::{
     self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
 };
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
-use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
 use tile::{TILE, TileTracer};
 
@@ -43,6 +46,8 @@ trait Kernel: Sync {
     type Float: Arithmetic;
     /// Whether the kernel itself gives `t` and normals.
     const GIVES_SURFACE: bool = true;
+    /// Whether its ids rest on a proof.
+    const IS_PROVEN: bool = false;
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The ids of a packet of pixels' rays, where the kernel has a quicker way for them.
     fn packet(&self, _: &[RayOf<Self::Float>; PACKET]) -> Option<[u32; PACKET]> {
@@ -99,6 +104,7 @@ impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
 impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
+    const IS_PROVEN: bool = true;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
@@ -138,7 +144,7 @@ impl HitsSlice<'_> {
 }
 
 impl Tracer for CpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -147,8 +153,7 @@ impl Tracer for CpuTracer {
         }
         if let Some(hierarchy) = &self.prepared.hierarchy {
             trace_hierarchy(&self.prepared, hierarchy, rays, control, hits)?;
-            let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-            return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
+            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let prepared = &*self.prepared;
         let is_picture = matches!(rays, Rays::Pixels(_));
@@ -165,8 +170,17 @@ impl Tracer for CpuTracer {
             },
             (Objects::Certified(lists), false) => run(&Certified::<false, true>::new(lists)),
         }?;
-        let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-        certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
+        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     fn bytes_device(&self) -> u64 {
@@ -192,11 +206,12 @@ fn trace_hierarchy(
     let width = pixels.width as usize;
     hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
         control.check()?;
+        host::check()?;
         let first_row = (band * TILE) as u32;
         let tracer = TileTracer::new(footprints, far, pixels);
         let n_rays = ids.len() as u64;
-        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids };
-        pulp::Arch::new().dispatch(row);
+        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, tracer, ids };
+        pulp::Arch::new().dispatch(row)?;
         control.advance(n_rays);
         Ok(())
     })
@@ -208,20 +223,22 @@ struct RowOfTiles<'a> {
     hierarchy: &'a Hierarchy,
     pixels: &'a Pixels,
     first_row: u32,
+    control: &'a Control,
     tracer: TileTracer<'a>,
     ids: &'a mut [u32],
 }
 
 impl pulp::WithSimd for RowOfTiles<'_> {
-    type Output = ();
+    type Output = Result<()>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let RowOfTiles { prepared, hierarchy, pixels, first_row, mut tracer, ids } = self;
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
+        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, mut tracer, ids } = self;
         let widening = guard::widening_f32();
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
+            control.check()?;
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
             tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
             for row in 0..n_rows {
@@ -231,7 +248,36 @@ impl pulp::WithSimd for RowOfTiles<'_> {
                 }
             }
         }
+        Ok(())
     }
+}
+
+/// What the kernel `certified` proposes where each ray goes through the hierarchy alone, as on a
+/// device, into `ids`: the twin that a device's proposals are compared with. A tile of
+/// [`CpuTracer`] also shows a ray the spheres of its neighbours, and so may leave more rays open,
+/// but never sees another object.
+///
+/// # Errors
+/// [`crate::Error::Usage`] for anything else than a picture of many spheres.
+pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
+    prepared.check(&Rays::Pixels(*pixels))?;
+    let hierarchy = prepared.hierarchy.as_ref();
+    let Some((hierarchy, Search::Pixels { footprints, far })) =
+        hierarchy.map(|hierarchy| (hierarchy, &hierarchy.search))
+    else {
+        return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
+    };
+    let camera = CameraF32::new(pixels);
+    let widening = guard::widening_f32();
+    let propose = |index: usize| {
+        let (x, y) = pixels.xy(index);
+        let (i, j) = pixels.offset2(x, y);
+        let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, camera.camera_direction(i as f32, j as f32));
+        let listed = others(prepared, hierarchy, &ray, &widening);
+        let cell = footprints.cells([x, y], [x, y]);
+        walk::nearest_far(&ray, cell, listed, footprints, far, &widening).decide()
+    };
+    Ok((0..pixels.len()).into_par_iter().map(propose).collect())
 }
 
 /// The objects outside the hierarchy.
@@ -277,14 +323,14 @@ impl<K: Kernel> TraceRays for K {
             Rays::Pixels(pixels) => {
                 let camera = K::Float::camera(prepared, pixels);
                 for_each_chunk::<Self>(hits, pixels.width as usize, control, |row, slice| {
-                    trace_row(self, &camera, pixels, row as u32, slice);
+                    trace_row(self, &camera, pixels, row as u32, control, slice)
                 })
             }
             Rays::List(rays) => {
                 for_each_chunk::<Self>(hits, RAYS_PER_CHUNK, control, |chunk, slice| {
                     let first = chunk * RAYS_PER_CHUNK;
                     let end = (first + RAYS_PER_CHUNK).min(rays.len());
-                    trace_list(self, prepared, &rays[first..end], slice);
+                    trace_list(self, prepared, &rays[first..end], control, slice)
                 })
             }
         }
@@ -296,13 +342,16 @@ fn trace_row<K: Kernel>(
     camera: &<K::Float as Arithmetic>::Camera,
     pixels: &Pixels,
     row: u32,
+    control: &Control,
     slice: &mut HitsSlice,
-) {
+) -> Result<()> {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
     let ray_at = |column: usize| K::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
     let mut column = 0;
+    // A ray may have millions of spheres to look at.
     while column + PACKET <= width {
+        control.check()?;
         let Some(ids) = kernel.packet(&std::array::from_fn(|lane| ray_at(column + lane))) else {
             break;
         };
@@ -310,15 +359,25 @@ fn trace_row<K: Kernel>(
         column += PACKET;
     }
     for column in column..width {
+        control.check()?;
         slice.put(column, kernel, &ray_at(column), 1.0);
     }
+    Ok(())
 }
 
-fn trace_list<K: Kernel>(kernel: &K, prepared: &Prepared, rays: &[Ray], slice: &mut HitsSlice) {
+fn trace_list<K: Kernel>(
+    kernel: &K,
+    prepared: &Prepared,
+    rays: &[Ray],
+    control: &Control,
+    slice: &mut HitsSlice,
+) -> Result<()> {
     for (index, ray) in rays.iter().enumerate() {
+        control.check()?;
         let (ray, t_scale) = K::Float::list_ray(prepared, ray);
         slice.put(index, kernel, &ray, t_scale);
     }
+    Ok(())
 }
 
 /// Runs `work(chunk index, entries)` over all chunks of `n` rays in parallel, until cancelled.
@@ -326,11 +385,14 @@ fn for_each_chunk<K: Kernel>(
     hits: &mut Hits,
     n: usize,
     control: &Control,
-    work: impl Fn(usize, &mut HitsSlice) + Sync,
+    work: impl Fn(usize, &mut HitsSlice) -> Result<()> + Sync,
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
-        work(chunk, &mut slice);
+        if K::IS_PROVEN {
+            host::check()?;
+        }
+        work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())
     };

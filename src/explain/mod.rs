@@ -18,13 +18,15 @@ use serde::Serialize;
 
 pub use numbers::{Entry, Exact, Quantity, Short};
 
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
 use crate::memory;
+use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
-use crate::trace::{Control, Hits, Kernel, Level, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
 use ray::Numbers;
 
 /// How many objects are explained where nobody asks for all.
@@ -324,7 +326,8 @@ pub(crate) fn label(scene: &Scene, id: u32) -> String {
         Some(object @ Object::Plane(_)) => ("plane", object),
     };
     let Some(name) = object.name() else { return format!("{kind} {id}") };
-    let mut shown: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARS).collect();
+    let is_plain = |c: &char| !c.is_control() && !steers(*c);
+    let mut shown: String = name.chars().filter(is_plain).take(NAME_CHARS).collect();
     if name.chars().count() > NAME_CHARS {
         shown.pop();
         shown.push('…');

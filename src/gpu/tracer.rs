@@ -16,11 +16,12 @@ use super::program::Program;
 use crate::camera::Pixels;
 use crate::camera::{CameraF32, CameraF64};
 use crate::certify;
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble, Source};
-use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -35,6 +36,10 @@ const TILE_MAX_RAYS: usize = 1 << 20;
 /// Ray–object tests of the first dispatch, before anything is known about the device: about a
 /// millisecond on two CPU cores.
 const FIRST_TILE_TESTS: usize = 1 << 19;
+
+/// Fewest rays of one dispatch, a row of a workgroup: so that it ends in time also where each ray has
+/// millions of objects to look at.
+const TILE_LEAST_RAYS: usize = WORKGROUP[0] as usize;
 
 /// Traces on a Vulkan device.
 pub struct GpuTracer {
@@ -91,7 +96,7 @@ impl GpuTracer {
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
+        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
@@ -253,7 +258,7 @@ impl GpuTracer {
         let rays = Rays::Pixels(pixels);
         if let Some(cpu) = &mut self.stand_in {
             let mut hits = Hits::default();
-            cpu.trace(&rays, control, &mut hits)?;
+            cpu.propose(&rays, control, &mut hits)?;
             ids.write(&self.gpu, 0, &hits.id);
             return self.gpu.check();
         }
@@ -290,9 +295,9 @@ fn workgroups(tile: &Tile) -> [u32; 2] {
 }
 
 impl Tracer for GpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         if let Some(cpu) = &mut self.stand_in {
-            return cpu.trace(rays, control, hits);
+            return cpu.propose(rays, control, hits);
         }
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -308,6 +313,16 @@ impl Tracer for GpuTracer {
             first += tile.n_rays;
             control.advance(tile.n_rays as u64);
         }
+        Ok(timing)
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
@@ -368,8 +383,8 @@ impl GpuTracer {
     fn adapt(&mut self, n_rays: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
         let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
-        let least = if ratio >= 1.0 { self.tile_rays } else { 64 };
-        self.tile_rays = wanted.max(least).clamp(64, TILE_MAX_RAYS);
+        let least = if ratio >= 1.0 { self.tile_rays } else { TILE_LEAST_RAYS };
+        self.tile_rays = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
     }
 
     fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
@@ -599,37 +614,64 @@ mod tests {
         Arc::new(Scene { spheres: (0..n).map(sphere).collect(), ..Scene::default() })
     }
 
-    /// No device here orders sums anew, so one is told that it does.
-    #[test]
-    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
+    /// A picture of `n` spheres in a row.
+    fn picture_of_spheres(n: usize) -> (Rays, Arc<Prepared>) {
         let camera = Camera {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
             fov_degrees: 60.0,
         };
-        let pixels = Pixels::whole(View::new(&camera), 80, 60);
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
+        let prepared = Prepared::new(row_of_spheres(n), Kernel::Certified, &rays).unwrap();
+        (rays, Arc::new(prepared))
+    }
+
+    fn open() -> Gpu {
+        Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one")
+    }
+
+    fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {
+        let mut tracer =
+            GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), Wants::default()).unwrap();
+        assert_eq!(tracer.stand_in.is_none(), is_suited);
+        let mut hits = Hits::default();
+        tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+        hits
+    }
+
+    /// No device here orders sums anew, so one is told that it does.
+    #[test]
+    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
         for n in [FEW_SPHERES, 2 * FEW_SPHERES] {
-            let rays = Rays::Pixels(pixels);
-            let scene = row_of_spheres(n);
-            let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
+            let (rays, prepared) = picture_of_spheres(n);
             let trace = |is_suited: bool| {
-                let gpu =
-                    Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+                let gpu = open();
                 let found = gpu.arithmetic().unwrap();
                 assert!(found.suits_filter());
                 let told = gpu.tell_arithmetic(Arithmetic { no_contraction: is_suited, ..found });
-                let mut tracer =
-                    GpuTracer::new(Arc::new(told), Arc::clone(&prepared), Wants::default())
-                        .unwrap();
-                assert_eq!(tracer.stand_in.is_none(), is_suited);
-                let mut hits = Hits::default();
-                tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
-                hits
+                hits_of(told, is_suited, &rays, &prepared)
             };
             let (on_device, on_cpu) = (trace(true), trace(false));
             assert_eq!(on_device.id, on_cpu.id);
             assert!(on_cpu.n_hits() > 40);
         }
+    }
+
+    /// Where shaders can't be passed through, nothing forbids the driver to rearrange them. No
+    /// adapter here is so, and one is told that it is.
+    #[test]
+    fn the_cpu_stands_in_without_passthrough() {
+        let (rays, prepared) = picture_of_spheres(FEW_SPHERES);
+        let [with, without] = [true, false].map(|passthrough| {
+            let mut gpu = open();
+            gpu.facts.passthrough = passthrough;
+            let arithmetic = gpu.arithmetic().unwrap();
+            assert_eq!(arithmetic.passthrough, passthrough);
+            assert_eq!(arithmetic.suits_filter(), passthrough, "{arithmetic}");
+            assert_eq!(arithmetic.is_ieee(), passthrough);
+            hits_of(gpu, passthrough, &rays, &prepared)
+        });
+        assert_eq!(with.id, without.id);
     }
 }

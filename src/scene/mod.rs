@@ -2,6 +2,7 @@
 
 mod clouds;
 mod color;
+mod open;
 mod places;
 mod read;
 mod table;
@@ -13,10 +14,12 @@ use glam::DVec3;
 
 use crate::error::Result;
 
+pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
+    reread_scene,
 };
 pub(crate) use write::cloud_scene_text;
 

@@ -1,20 +1,19 @@
 //! Scene files: which tables and keys they have, and what a valid scene is.
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 use glam::DVec3;
 use toml::de::DeTable;
 
 use super::clouds::{CloudTable, Given, read_clouds};
+use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{Camera, Color, ImageSize, Plane, Scene, SceneError, Sphere};
 use crate::camera::View;
+use crate::control::Control;
 use crate::error::Result;
 use crate::memory;
-use crate::trace::Control;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -30,7 +29,20 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
 /// # Errors
 /// [`Error::Interrupted`](crate::Error::Interrupted) as well.
 pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
-    parse_scene_with(&read_scene_text(path)?, path, control)
+    read_scene_from(Files::All, path, control)
+}
+
+/// As [`read_scene_with`], for those who read a scene again while they watch its file: what is no
+/// regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
+///
+/// # Errors
+/// As [`read_scene_with`].
+pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
+    read_scene_from(Files::Regular, path, control)
+}
+
+fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene> {
+    parse_scene_from(files, &text_of(files, path)?, path, control)
 }
 
 /// Most bytes of a scene file. More objects than it has room for come from clouds.
@@ -40,51 +52,40 @@ pub const MAX_SCENE_BYTES: u64 = 64 << 20;
 /// for lists of short numbers.
 const PARSE_BYTES: u64 = 80;
 
-/// Reads the text of a scene file, which is a file and not a pipe or device.
+/// The text of a scene file.
 ///
 /// # Errors
-/// [`Error::Scene`](crate::Error::Scene) where there is none, or more than [`MAX_SCENE_BYTES`];
-/// [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to parse it.
+/// [`Error::Scene`](crate::Error::Scene) where it can't be read, is not UTF-8, or has more than
+/// [`MAX_SCENE_BYTES`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
+/// parse it.
 pub fn read_scene_text(path: &Path) -> Result<String> {
-    const HELP: &str = "give the path of a scene file (TOML)";
-    let wrong = |message: String| SceneError::whole_file(path, message, HELP);
-    let failed = |error: io::Error| wrong(format!("cannot read the scene: {error}"));
-    // Before it is opened: that alone would wait for the other end of a pipe.
-    let kind = std::fs::metadata(path).map_err(failed)?.file_type();
-    if kind.is_dir() {
-        return Err(wrong("cannot read the scene: it is a folder".into()).into());
-    }
-    if !kind.is_file() {
-        return Err(wrong("cannot read the scene: it is a pipe or a device, no file".into()).into());
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(failed)?;
-    file.take(MAX_SCENE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    text_of(Files::All, path)
+}
+
+fn text_of(files: Files, path: &Path) -> Result<String> {
+    let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
+        let message = format!("cannot read the scene: {error}");
+        SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
+    })?;
+    const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
     if bytes.len() as u64 > MAX_SCENE_BYTES {
         let message =
             format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
-        let help = "give many spheres as a cloud, in a file of their own: [[spheres]]";
-        return Err(SceneError::whole_file(path, message, help).into());
+        return Err(SceneError::whole_file(path, message, CLOUD).into());
     }
-    memory::require(
-        format!("{}: reading the scene", path.display()),
-        bytes.len() as u64 * PARSE_BYTES,
-        "free some, or give the spheres as a cloud, in a file of their own",
-    )?;
-    match String::from_utf8(bytes) {
-        Ok(text) => Ok(text),
-        Err(error) => {
-            let start = error.utf8_error().valid_up_to();
-            let text = String::from_utf8_lossy(error.as_bytes());
-            let message = format!(
-                "byte 0x{:02x} is not UTF-8 text",
-                error.as_bytes()[start..].first().copied().unwrap_or(0)
-            );
-            let help = "a scene file is TOML, saved as UTF-8";
-            let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
-            Err(Fault::new(span, message, help).in_text(&text, path).into())
-        }
-    }
+    let what = format!("{}: parsing the scene", path.display());
+    memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes());
+        let message = format!(
+            "byte 0x{:02x} is not UTF-8 text",
+            error.as_bytes()[start..].first().copied().unwrap_or(0)
+        );
+        let help = "a scene file is TOML, saved as UTF-8";
+        let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
+        Fault::new(span, message, help).in_text(&text, path).into()
+    })
 }
 
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are
@@ -101,9 +102,13 @@ pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
 /// # Errors
 /// As [`read_scene_with`].
 pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Scene> {
+    parse_scene_from(Files::All, text, path, control)
+}
+
+fn parse_scene_from(files: Files, text: &str, path: &Path, control: &Control) -> Result<Scene> {
     let read = || -> Result<Scene, Stop> {
         let (mut scene, clouds) = read_document(text)?;
-        read_clouds(&clouds, path.parent().unwrap_or(path), &mut scene, control)?;
+        read_clouds(&clouds, path.parent().unwrap_or(path), files, &mut scene, control)?;
         Ok(scene)
     };
     read().map_err(|stop| stop.in_text(text, path))

@@ -5,15 +5,17 @@ use std::sync::Arc;
 
 use super::tracing::Backend;
 use crate::camera::Pixels;
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::gpu::GpuTracer;
 use crate::memory::Available;
-use crate::picture::{Format, Frame, OutputFile, PictureOptions, PictureWriter};
+use crate::output::{self, OutputFile};
+use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::render::{plan, render};
 use crate::scene::Scene;
-use crate::trace::{Control, Kernel, Rays, Tracer};
+use crate::trace::{Kernel, Rays, Tracer};
 
 /// The first of `NAME-1.png`, `NAME-2.png`, … in `folder` that isn't there.
 pub fn free_name(folder: &Path, scene: &Path) -> PathBuf {
@@ -47,7 +49,7 @@ pub fn save(
     let frame = Frame::from(&pixels);
     let mut writer = PictureWriter::create(format, options, frame, &palette, file, path)?;
     render(&mut *tracer, &pixels, plan.n_band_rows, &mut writer, control)?;
-    writer.finish()?.commit()
+    output::commit([writer.finish()?], control)
 }
 
 #[cfg(test)]

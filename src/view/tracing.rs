@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 use super::worker::{Turn, Worker};
 use crate::camera::Pixels;
 use crate::certify::{self, Decided};
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);
@@ -225,13 +226,14 @@ fn count(progress: &mut Progress, decided: &[Decided]) {
 /// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
 pub struct Numbers {
     backend: Backend,
-    tracers: Vec<(Kernel, GpuTracer)>,
+    /// One for all kernels: its room for results is as large as the pictures.
+    tracer: Option<GpuTracer>,
 }
 
 impl Numbers {
     /// Without anything compiled yet.
     pub fn new(backend: Backend) -> Numbers {
-        Numbers { backend, tracers: Vec::new() }
+        Numbers { backend, tracer: None }
     }
 
     /// Traces `pixels` of the scene with `kernel`.
@@ -253,18 +255,17 @@ impl Numbers {
             CpuTracer::new(prepared, wants).trace(&rays, control, &mut hits)?;
             return Ok(hits);
         }
-        let position = match self.tracers.iter().position(|(known, _)| *known == kernel) {
-            Some(position) => {
-                self.tracers[position].1.retarget(prepared)?;
-                position
+        let tracer = match &mut self.tracer {
+            Some(tracer) => {
+                tracer.retarget(prepared)?;
+                tracer
             }
-            None => {
+            none => {
                 let gpu = Arc::clone(&self.backend.gpu);
-                self.tracers.push((kernel, GpuTracer::new(gpu, prepared, wants)?));
-                self.tracers.len() - 1
+                none.insert(GpuTracer::new(gpu, prepared, wants)?)
             }
         };
-        self.tracers[position].1.trace(&rays, control, &mut hits)?;
+        tracer.trace(&rays, control, &mut hits)?;
         Ok(hits)
     }
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use csv::{ByteRecord, Error, ErrorKind, Position, Reader, ReaderBuilder};
 
+use super::Reading;
 use super::watched::Watched;
-use super::{Reading, shortened};
 use crate::scene::Sphere;
-use crate::scene::places::Stop;
+use crate::scene::places::{Stop, quoted};
 
 const HELP: &str = "the first line names the columns: x, y, z, and optionally r, and red, green, \
                     blue (linear, 0 to 1), in any order and among others, with commas between them";
@@ -83,8 +83,8 @@ impl Columns {
         };
         let require = |name: &str| {
             find(name)?.ok_or_else(|| {
-                let found = shortened(&names.join(", "));
-                format!("the header has no column `{name}`, only {found:?}")
+                let found = names.join(", ");
+                format!("the header has no column `{name}`, only {:?}", quoted(&found))
             })
         };
         let all = |three: [&str; 3]| -> Result<[usize; 3], String> {
@@ -105,8 +105,8 @@ impl Columns {
             let field = record.get(column).unwrap_or_default();
             let text = std::str::from_utf8(field).ok().map(str::trim);
             text.and_then(|text| text.parse::<f64>().ok()).ok_or_else(|| {
-                let found = shortened(&String::from_utf8_lossy(field));
-                format!("{found:?} is not a number")
+                let found = String::from_utf8_lossy(field);
+                format!("{:?} is not a number", quoted(&found))
             })
         };
         let mut sphere = template.clone();

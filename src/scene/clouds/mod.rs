@@ -17,20 +17,20 @@ mod xyz;
 
 use std::ffi::OsStr;
 use std::fmt::Display;
-use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::places::{Fault, Stop};
+use super::open::Files;
+use super::places::{Fault, Stop, cut, quoted};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
+use crate::control::Control;
 use crate::error::Error;
 use crate::memory::Available;
-use crate::trace::Control;
-use watched::Watched;
+pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
 #[derive(Debug)]
@@ -86,6 +86,7 @@ impl Format {
 pub(super) fn read_clouds(
     tables: &[CloudTable],
     folder: &Path,
+    files: Files,
     scene: &mut Scene,
     control: &Control,
 ) -> Result<(), Stop> {
@@ -98,7 +99,8 @@ pub(super) fn read_clouds(
     for source in sources {
         let n_before = scene.spheres.len();
         let n_planes = scene.planes.len();
-        let mut cloud = Reading { source, eye, control, n_planes, spheres: &mut scene.spheres };
+        let spheres = &mut scene.spheres;
+        let mut cloud = Reading { source, files, eye, control, n_planes, spheres };
         match cloud.source.format {
             Format::Npy => npy::read(&mut cloud)?,
             Format::Csv => csv::read(&mut cloud)?,
@@ -126,7 +128,7 @@ impl<'t> Source<'t> {
             Some(format) => Ok(Source { table, path, format }),
             None => Err(Fault::new(
                 table.file.span.clone(),
-                format!("the name {:?} does not tell its format", table.file.value),
+                format!("the name {:?} does not tell its format", quoted(&table.file.value)),
                 "a cloud is a file that ends in .npy, .csv or .xyz",
             )),
         }
@@ -138,9 +140,13 @@ impl<'t> Source<'t> {
     }
 }
 
+/// Characters of what was found that a message tells: a cell or a word may be a whole file.
+const MOST_FOUND: usize = 400;
+
 /// A cloud while it is read: what its spheres must be, and where they go.
 struct Reading<'a> {
     source: Source<'a>,
+    files: Files,
     eye: DVec3,
     control: &'a Control,
     n_planes: usize,
@@ -151,7 +157,7 @@ impl<'a> Reading<'a> {
     /// The file, and its length where it has one.
     fn open(&self) -> Result<(Watched<'a>, Option<u64>), Stop> {
         let open = || {
-            let file = File::open(&self.source.path)?;
+            let file = self.files.open(&self.source.path)?;
             let metadata = file.metadata()?;
             Ok((file, metadata.is_file().then_some(metadata.len())))
         };
@@ -161,7 +167,8 @@ impl<'a> Reading<'a> {
 
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        let message = format!("{}: {found}", self.source.path.display());
+        let message =
+            format!("{}: {}", self.source.path.display(), cut(&found.to_string(), MOST_FOUND));
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
@@ -262,14 +269,6 @@ impl<'a> Reading<'a> {
 
     fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
         self.wrong(format!("{place}: {found}"), help)
-    }
-}
-
-/// At most the first 60 characters of what a file says where something else was expected.
-fn shortened(text: &str) -> String {
-    match text.char_indices().nth(60) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.into(),
     }
 }
 

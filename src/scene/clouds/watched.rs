@@ -4,11 +4,11 @@ use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 
-use crate::trace::Control;
+use crate::control::Control;
 
 /// Counts bytes into a [`Control`], and fails once that is cancelled or more is read than is
 /// allowed.
-pub(super) struct Watched<'c> {
+pub(crate) struct Watched<'c> {
     file: File,
     control: &'c Control,
     /// Bytes that may be read until [`Watched::allow`] is called again.
