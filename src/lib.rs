@@ -101,6 +101,7 @@
 //! | [`cpu`] | the CPU backend |
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
@@ -137,6 +138,7 @@ pub mod gpu;
 pub mod guard;
 pub mod host;
 pub mod kernel;
+pub mod memory;
 mod npy;
 pub mod output;
 pub mod picture;

@@ -9,12 +9,13 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::output;
 
 use cli::complain::{complain, complain_about_usage};
 use cli::output::talk;
-use cli::{Cli, Command, Run};
+use cli::{Cli, Command, Run, threads};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
@@ -24,26 +25,30 @@ fn main() -> ExitCode {
     };
     fail_writes_beyond_the_file_size_limit();
     stop_on_interrupt(Arc::clone(&run.control));
-    let result = match cli.command {
-        Command::Render(args) => cli::render::run(&args, &run),
-        Command::Verify(args) => cli::verify::run(&args, &run),
-        Command::Check(args) => cli::check::run(&args, &run),
-        Command::Trace(args) => cli::trace::run(&args, &run),
-        Command::Explain(args) => cli::explain::run(&args, &run),
-        Command::Report(args) => cli::report::run(&args, &run),
-        Command::Export(args) => cli::export::run(&args, &run),
-        #[cfg(feature = "view")]
-        Command::View(args) => cli::view::run(&args, &run),
-        Command::Generate(args) => cli::generate::run(&args, &run),
-        Command::Probe(args) => cli::probe::run(&args),
-        Command::Completions(args) => cli::completions::run(&args),
-        Command::Man(args) => cli::man::run(&args),
-    };
+    let result = threads::start().and_then(|()| dispatch(cli.command, &run));
     // What was cancelled is not done, even where nothing noticed.
     ExitCode::from(match run.control.check().and(result) {
         Ok(()) => end(0, || {}),
         Err(error) => end(error.exit_code(), || complain(&error)),
     })
+}
+
+fn dispatch(command: Command, run: &Run) -> Result<()> {
+    match command {
+        Command::Render(args) => cli::render::run(&args, run),
+        Command::Verify(args) => cli::verify::run(&args, run),
+        Command::Check(args) => cli::check::run(&args, run),
+        Command::Trace(args) => cli::trace::run(&args, run),
+        Command::Explain(args) => cli::explain::run(&args, run),
+        Command::Report(args) => cli::report::run(&args, run),
+        Command::Export(args) => cli::export::run(&args, run),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args, run),
+        Command::Generate(args) => cli::generate::run(&args, run),
+        Command::Probe(args) => cli::probe::run(&args),
+        Command::Completions(args) => cli::completions::run(&args),
+        Command::Man(args) => cli::man::run(&args),
+    }
 }
 
 /// The exit code, once it is known.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
 
 use crate::error::{Error, Result};
-use crate::render::available_memory;
+use crate::memory;
 use crate::scene::Color;
 use crate::trace::Hits;
 
@@ -189,16 +189,18 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
-        let mut rows = Vec::new();
-        let needed = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
         // Of a pipe, the header alone says how much there is, and it may say anything.
-        if needed > available_memory() || rows.try_reserve_exact(self.n_rows).is_err() {
-            return Err(Error::TooLarge(format!(
+        let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
+        let what = format!("{}: reading {} rows", self.path.display(), self.n_rows);
+        memory::require(what, n_bytes, "give them in parts")?;
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(self.n_rows).map_err(|_| {
+            Error::TooLarge(format!(
                 "{}: {} rows don't fit this machine's memory; give them in parts",
                 self.path.display(),
                 self.n_rows
-            )));
-        }
+            ))
+        })?;
         rows.resize(self.n_rows, zero);
         Ok(rows)
     }

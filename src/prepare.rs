@@ -18,6 +18,7 @@ use crate::kernel::certified::{PlaneCertified, SphereCertified, SphereFar};
 use crate::kernel::double::{PlaneDouble, SphereDouble};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
+use crate::memory;
 use crate::scene::{Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays, Wants};
 
@@ -147,9 +148,9 @@ impl Prepared {
     /// [`Prepared::check`].
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where the hierarchy over many spheres would not fit the memory;
-    /// [`Error::Host`] where this processor's arithmetic is not what the certified kernel's proof asks
-    /// for.
+    /// [`Error::TooLarge`] where the kernel's numbers or the hierarchy over many spheres would not fit
+    /// the memory; [`Error::Host`] where this processor's arithmetic is not what the certified kernel's
+    /// proof asks for.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
         Prepared::new_with(scene, kernel, rays, &Control::default())
     }
@@ -174,6 +175,14 @@ impl Prepared {
             Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
             Rays::List(rays) => MadeFor::Origins(spread(rays, reference)),
         };
+        if kernel != Kernel::Certified {
+            let n_spheres = scene.spheres.len();
+            memory::require(
+                format!("preparing {n_spheres} spheres for the kernel `{}`", kernel.name()),
+                record_bytes(kernel, n_spheres, scene.planes.len()),
+                "free some, or split the scene",
+            )?;
+        }
         let (mut near, mut in_range, mut hierarchy) = (false, true, None);
         let objects = match kernel {
             Kernel::Lecture => {
@@ -291,6 +300,17 @@ impl Prepared {
             hierarchy: self.hierarchy.as_ref().is_some_and(Hierarchy::is_by_pixel),
         }
     }
+}
+
+/// Bytes of the numbers of this many objects, one after the other, for a kernel.
+pub fn record_bytes(kernel: Kernel, n_spheres: usize, n_planes: usize) -> u64 {
+    let (sphere, plane) = match kernel {
+        Kernel::Lecture => (size_of::<SphereLecture>(), size_of::<PlaneLecture>()),
+        Kernel::Stable => (size_of::<SphereStable>(), size_of::<PlaneStable>()),
+        Kernel::Double => (size_of::<SphereDouble>(), size_of::<PlaneDouble>()),
+        Kernel::Certified => (size_of::<SphereCertified>(), size_of::<PlaneCertified>()),
+    };
+    (n_spheres * sphere + n_planes * plane) as u64
 }
 
 fn most_listed(rays: &Rays) -> usize {

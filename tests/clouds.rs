@@ -521,7 +521,16 @@ fn cases() -> Vec<Case> {
         ),
         ("a.xyz", text("1\n\nC 0 inf 0\n"), none(), "file", &["line 3: not all"], &["finite"]),
         ("a.xyz", b"1\n\n\xff 0 0 0\n".to_vec(), none(), "file", &["line 3: ", "UTF-8"], &[]),
-        ("a.xyz", b"1".repeat(1 << 20), none(), "file", &["line 1: the line is too long"], &[]),
+        ("a.csv", b",".repeat(2 << 20), both(), "file", &["line 1: the line is longer than 1 MiB"], &[]),
+        (
+            "a.csv",
+            [&b"x,y,z\n0,0,0\n0,0,\""[..], &b"7\n".repeat(1 << 20)].concat(),
+            both(),
+            "file",
+            &["the line is longer than 1 MiB"],
+            &[],
+        ),
+        ("a.xyz", b"1".repeat(1 << 20), none(), "file", &["line 1: the line is longer than 64 KiB"], &[]),
         (
             "a.xyz",
             text("1\n\nC 0 0 0\n"),

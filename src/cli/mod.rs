@@ -18,6 +18,7 @@ pub mod quiet;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod threads;
 pub mod trace;
 pub mod verify;
 #[cfg(feature = "view")]

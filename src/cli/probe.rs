@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::ProbeArgs;
@@ -57,6 +57,7 @@ fn measure(gpu: &Gpu) -> Result<Measured> {
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
+    memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
     if args.talk.verbose || adapters.is_empty() {

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use kugelblitz::camera::Pixels;
 use kugelblitz::device::Made;
+use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, Frame, PictureOptions, PictureWriter};
-use kugelblitz::render::{self, available_memory};
+use kugelblitz::render;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -43,7 +44,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let plan = render::plan(format, options, &pixels, scene.n_objects(), available_memory())?;
+    let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
+    plan()?;
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
@@ -57,6 +59,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let wants = format.wants(options.certificates);
     let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
 
+    // Again: the scene's numbers have their memory by now.
+    let plan = plan()?;
     let n_rays = pixels.len() as u64;
     let progress = Progress::start(&args.talk, &run.control, n_rays);
     let start = Instant::now();

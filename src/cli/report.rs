@@ -14,7 +14,7 @@ use kugelblitz::report::{
 };
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::head::Head;
@@ -156,6 +156,10 @@ fn effort(args: &ReportArgs) -> Effort {
 fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
         return Ok(vec![device::open(choice, None, &args.talk)?]);
+    }
+    if let Err(Error::TooLarge(why)) = memory::require_device() {
+        missing.push(Missing { what: "Vulkan devices".into(), why });
+        return Ok(vec![Device::Cpu]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
     quiet::show(&noise, args.talk.verbose);

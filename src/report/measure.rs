@@ -10,7 +10,9 @@ use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
+use crate::memory;
 use crate::prepare::Prepared;
+use crate::render::hits_bytes;
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
@@ -75,6 +77,19 @@ pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u
     cases.len() as u64 * (width * height * pictures as u64 + samples)
 }
 
+/// Bytes of a compared pixel: its index, what is exact about it, and the same once more on the way.
+const SAMPLE_BYTES: u64 = 128;
+
+fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
+    let [width, height] = effort.size;
+    let n_rays = u64::from(width) * u64::from(height);
+    // Any ray may be among the undecided.
+    let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
+    let samples = n_rays.min(effort.samples as u64) * SAMPLE_BYTES;
+    let what = format!("measuring pictures of {width}x{height} pixels");
+    memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
+}
+
 /// Each subject's errors and costs in each scene, and those of each class of scenes.
 ///
 /// # Errors
@@ -85,6 +100,7 @@ pub(super) fn measure_scenes(
     effort: &Effort,
     control: &Control,
 ) -> Result<(Vec<SceneResult>, Vec<ClassResult>)> {
+    refuse_what_cannot_fit(effort)?;
     let none = || subjects.iter().map(|_| Measured::default()).collect();
     let mut measured: Vec<Vec<Measured>> = cases.iter().map(|_| none()).collect();
     for round in 0..effort.rounds {

@@ -18,7 +18,8 @@ pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
 pub use read::{
-    parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
+    MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
+    reread_scene,
 };
 pub(crate) use write::cloud_scene_text;
 

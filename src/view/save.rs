@@ -9,10 +9,11 @@ use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::gpu::GpuTracer;
+use crate::memory::Available;
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
-use crate::render::{available_memory, plan, render};
+use crate::render::{plan, render};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Rays, Tracer};
 
@@ -36,7 +37,7 @@ pub fn save(
     control: &Control,
 ) -> Result<()> {
     let (format, options) = (Format::Png, PictureOptions::default());
-    let plan = plan(format, options, &pixels, scene.n_objects(), available_memory())?;
+    let plan = plan(format, options, &pixels, scene.n_objects(), Available::now())?;
     let file = OutputFile::create(path, format.needs_seek())?;
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &Rays::Pixels(pixels))?);
     let wants = format.wants(options.certificates);

@@ -29,7 +29,7 @@ use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
 use crate::control::Control;
 use crate::error::Error;
-use crate::render::available_memory;
+use crate::memory::Available;
 pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
@@ -236,14 +236,18 @@ impl<'a> Reading<'a> {
             .into());
         }
         let n_bytes = n as u64 * size_of::<Sphere>() as u64;
-        let available = available_memory();
-        if n_bytes > available || self.spheres.try_reserve_exact(n).is_err() {
+        let available = Available::now();
+        // Where there are some already, both copies are held for a while.
+        let n_moved = if self.spheres.capacity() == 0 { 0 } else { self.spheres.len() };
+        let n_needed = n_bytes + (n_moved * size_of::<Sphere>()) as u64;
+        if n_needed > available.bytes || self.spheres.try_reserve_exact(n).is_err() {
             return Err(Error::TooLarge(format!(
-                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available, enough \
-                 for {}; free some, or give fewer spheres",
-                n_bytes.div_ceil(1 << 20),
-                available >> 20,
-                available / size_of::<Sphere>() as u64
+                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available {}, \
+                 enough for {}; free some, or give fewer spheres",
+                n_needed.div_ceil(1 << 20),
+                available.bytes >> 20,
+                available.limit,
+                available.bytes / size_of::<Sphere>() as u64
             ))
             .into());
         }
