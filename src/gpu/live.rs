@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::adapter::Gpu;
 use super::compile::{Shader, WORKGROUP, compile_undecided};
+use super::device::OpenDevice;
+use super::open::Gpu;
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::certify::Decided;
 use crate::error::{Error, Result};
@@ -52,7 +53,7 @@ pub(crate) struct Words {
 
 impl Words {
     /// Words with these values.
-    pub(crate) fn from_slice(gpu: &Gpu, words: &[u32]) -> Words {
+    pub(crate) fn from_slice(gpu: &OpenDevice, words: &[u32]) -> Words {
         let new = Words { buffer: storage_buffer(gpu, "words", words.len()), n: words.len() };
         new.write(gpu, 0, words);
         new
@@ -64,7 +65,7 @@ impl Words {
     }
 
     /// Replaces the words from `first` on.
-    pub(crate) fn write(&self, gpu: &Gpu, first: usize, words: &[u32]) {
+    pub(crate) fn write(&self, gpu: &OpenDevice, first: usize, words: &[u32]) {
         let offset = (first * size_of::<u32>()) as u64;
         gpu.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
     }
@@ -80,7 +81,7 @@ pub(crate) struct Pool(Vec<Arc<Words>>);
 
 impl Pool {
     /// `n` words with any values that nobody else holds.
-    pub(crate) fn take(&mut self, gpu: &Gpu, n: usize) -> Arc<Words> {
+    pub(crate) fn take(&mut self, gpu: &OpenDevice, n: usize) -> Arc<Words> {
         self.0.retain(|words| words.n == n);
         if let Some(free) = self.0.iter().find(|words| Arc::strong_count(words) == 1) {
             return Arc::clone(free);
@@ -92,13 +93,13 @@ impl Pool {
 }
 
 /// A buffer of `n` words that shaders read and write and that commands copy from and to.
-fn storage_buffer(gpu: &Gpu, label: &str, n: usize) -> wgpu::Buffer {
+fn storage_buffer(gpu: &OpenDevice, label: &str, n: usize) -> wgpu::Buffer {
     use wgpu::BufferUsages as Usage;
     let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
     buffer(gpu, label, n, usage)
 }
 
-fn buffer(gpu: &Gpu, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+fn buffer(gpu: &OpenDevice, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: (n * size_of::<u32>()) as u64,
@@ -108,7 +109,7 @@ fn buffer(gpu: &Gpu, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::
 }
 
 impl Room {
-    fn new(gpu: &Gpu, n_rays: usize) -> Room {
+    fn new(gpu: &OpenDevice, n_rays: usize) -> Room {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         Room {
             n_rays,

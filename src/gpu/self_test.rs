@@ -6,10 +6,10 @@ mod samples;
 use std::fmt;
 use std::time::Duration;
 
-use super::adapter::Gpu;
 use super::compile::compile_self_test;
-use super::hierarchy::{TEXELS_PER_ROW, texture};
+use super::device::OpenDevice;
 use super::pipeline::{bind_group_layout, bind_resources, pipeline};
+use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
     COMPARED, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
@@ -147,16 +147,16 @@ const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
 const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Measures f32.
-pub fn test_f32(gpu: &Gpu) -> Result<Arithmetic> {
+pub fn test_f32(gpu: &OpenDevice) -> Result<Arithmetic> {
     run::<f32>(gpu)
 }
 
 /// Measures f64, which the adapter must have.
-pub fn test_f64(gpu: &Gpu) -> Result<Arithmetic> {
+pub fn test_f64(gpu: &OpenDevice) -> Result<Arithmetic> {
     run::<f64>(gpu)
 }
 
-fn run<F: Float>(gpu: &Gpu) -> Result<Arithmetic> {
+fn run<F: Float>(gpu: &OpenDevice) -> Result<Arithmetic> {
     let samples = samples::<F>();
     let outcomes = on_device(gpu, &samples)?;
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
@@ -289,9 +289,9 @@ fn judge_words<F: Float>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: Float>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
-    let Gpu { device, queue, .. } = gpu;
+    let OpenDevice { device, queue, .. } = gpu;
     let layout = bind_group_layout(device, &shader);
     let pipeline = pipeline(gpu, &shader, "self_test", &layout)?;
     let buffer = |bytes: usize, usage| {

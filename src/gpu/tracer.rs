@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::adapter::Gpu;
 use super::clock::Clock;
 use super::compile::WORKGROUP;
 use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
 use super::live::Words;
+use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 #[cfg(feature = "view")]
@@ -88,7 +88,7 @@ impl GpuTracer {
         let compile_time = start.elapsed();
 
         let start = Instant::now();
-        let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
+        let objects = object_bytes(&prepared).map(|(label, bytes)| gpu.storage(label, bytes));
         let objects = objects.collect();
         let hierarchy = device_hierarchy(&gpu, &prepared)?;
         let params = params_buffer(&gpu, prepared.kernel);
@@ -167,17 +167,6 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
         }
     }
     Ok(())
-}
-
-pub(super) fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes.len() as u64,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
 }
 
 fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
@@ -291,7 +280,7 @@ impl Tracer for GpuTracer {
             self.program = program;
             self.params = params_buffer(&self.gpu, prepared.kernel);
             let objects =
-                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+                object_bytes(&prepared).map(|(label, bytes)| self.gpu.storage(label, bytes));
             self.objects = objects.collect();
         } else {
             for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
