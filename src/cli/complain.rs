@@ -4,8 +4,8 @@ use std::fmt;
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
+use kugelblitz::error::SceneError;
 use kugelblitz::output::OutputFile;
-use kugelblitz::scene::SceneError;
 use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode};
 
 use super::output::STDOUT;

@@ -24,7 +24,8 @@ use crate::error::Result;
 use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
-use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, Wants};
+use crate::tracer::Tracer;
 use ray::Numbers;
 
 /// How many objects are explained where nobody asks for all.

@@ -20,7 +20,8 @@ use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
-use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Wants};
+use crate::tracer::Tracer;
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.

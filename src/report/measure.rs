@@ -15,7 +15,8 @@ use crate::device::{Device, Made};
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Wants};
+use crate::tracer::Tracer;
 use crate::verify::{Truth, sample};
 
 /// A picture's need.

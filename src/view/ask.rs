@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
 use crate::gpu::GpuTracer;
 use crate::scene::Scene;
-use crate::trace::{Kernel, Rays, Tracer};
+use crate::trace::{Kernel, Rays};
+use crate::tracer::Tracer;
 
 /// A pixel of a picture, with all that the picture is made from.
 #[derive(Clone)]

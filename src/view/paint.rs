@@ -295,7 +295,8 @@ mod tests {
     use crate::control::Control;
     use crate::cpu::CpuTracer;
     use crate::scene::parse_scene;
-    use crate::trace::{Kernel, Rays, Tracer, Wants};
+    use crate::trace::{Kernel, Rays, Wants};
+    use crate::tracer::Tracer;
 
     const FIGURE5: &str = include_str!("../../scenes/figure5.toml");
 

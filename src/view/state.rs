@@ -137,6 +137,11 @@ impl State {
         if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
     }
 
+    /// Back to the file's camera.
+    pub fn go_home(&mut self) {
+        self.rig = Rig::new(&self.home);
+    }
+
     /// Shows two kernels, or one again. Two of a kind would show nothing.
     pub fn toggle_compare(&mut self) {
         self.compares = !self.compares;

@@ -14,7 +14,8 @@ use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::session::Session;
-use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
+use crate::tracer::Tracer;
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);
