@@ -127,8 +127,6 @@ pub struct Hits {
     /// between devices and between crops of a picture: a device whose f32 rounds otherwise leaves
     /// other rays open, and so does a CPU whose tiles of pixels begin elsewhere.
     pub level: Vec<u8>,
-    /// Indices of rays that the kernel could not decide, ascending; their entries mean nothing.
-    pub undecided: Vec<u32>,
     /// How many rays each stage decided.
     pub counts: StageCounts,
 }
@@ -145,7 +143,6 @@ impl Hits {
         self.normal.resize(n_surface, [0.0; 3]);
         self.level.clear();
         self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
-        self.undecided.clear();
         self.counts = StageCounts::default();
     }
 

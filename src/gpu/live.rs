@@ -1,4 +1,5 @@
-//! Pictures that stay on the device: their undecided rays are listed there and settled there.
+//! Pictures that stay on the device: ids are proposed into them, undecided rays are listed there, and
+//! decisions are put there.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,7 +9,11 @@ use super::device::OpenDevice;
 use super::open::Gpu;
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::certify::Decided;
+use crate::control::Control;
+use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
+use crate::trace::{Hits, Rays};
+use crate::tracer::Tracer;
 
 /// Reading back a list takes milliseconds; longer than this, the device is given up.
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -45,8 +50,27 @@ struct Room {
     staging: wgpu::Buffer,
 }
 
+/// A backend whose proposals stay on the device.
+pub(crate) trait ProposeResident: Tracer {
+    /// As [`Tracer::propose`], with the ids alone, into `ids`.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()>;
+}
+
+impl ProposeResident for CpuTracer {
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()> {
+        let mut hits = Hits::default();
+        self.propose(rays, control, &mut hits)?;
+        ids.write(0, &hits.id);
+        Ok(())
+    }
+}
+
 /// Words on the device: ids or colours, one a pixel.
 pub(crate) struct Words {
+    queue: wgpu::Queue,
     buffer: wgpu::Buffer,
     n: usize,
 }
@@ -54,9 +78,14 @@ pub(crate) struct Words {
 impl Words {
     /// Words with these values.
     pub(crate) fn from_slice(gpu: &OpenDevice, words: &[u32]) -> Words {
-        let new = Words { buffer: storage_buffer(gpu, "words", words.len()), n: words.len() };
-        new.write(gpu, 0, words);
+        let new = Words::new(gpu, words.len());
+        new.write(0, words);
         new
+    }
+
+    /// `n` words with any values.
+    fn new(gpu: &OpenDevice, n: usize) -> Words {
+        Words { queue: gpu.queue.clone(), buffer: storage_buffer(gpu, "words", n), n }
     }
 
     /// Number of words.
@@ -65,9 +94,9 @@ impl Words {
     }
 
     /// Replaces the words from `first` on.
-    pub(crate) fn write(&self, gpu: &OpenDevice, first: usize, words: &[u32]) {
+    pub(crate) fn write(&self, first: usize, words: &[u32]) {
         let offset = (first * size_of::<u32>()) as u64;
-        gpu.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
+        self.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
     }
 
     pub(super) fn buffer(&self) -> &wgpu::Buffer {
@@ -86,7 +115,7 @@ impl Pool {
         if let Some(free) = self.0.iter().find(|words| Arc::strong_count(words) == 1) {
             return Arc::clone(free);
         }
-        let new = Arc::new(Words { buffer: storage_buffer(gpu, "picture", n), n });
+        let new = Arc::new(Words::new(gpu, n));
         self.0.push(Arc::clone(&new));
         new
     }

@@ -23,7 +23,7 @@ pub use adapter::{AdapterFacts, Pick, list_adapters};
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]
-pub(crate) use live::{Pool, Undecided, Words};
+pub(crate) use live::{Pool, ProposeResident, Undecided, Words};
 pub use open::Gpu;
 #[cfg(feature = "view")]
 pub(crate) use present::{Layer, Present, Presenter};

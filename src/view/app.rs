@@ -589,7 +589,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 let colors = palette(of.show, &order.scene, &order.pixels);
                 match &open.palette {
                     Some((_, words)) if words.len() == colors.len() => {
-                        words.write(&open.backend.gpu, 0, &colors);
+                        words.write(0, &colors);
                         let words = open.palette.take().map(|(_, words)| words);
                         open.palette = words.map(|words| (of, words));
                     }

@@ -82,7 +82,7 @@ impl Painter {
             let hits = numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
             let words = self.pool.take(&self.backend.gpu, order.pixels.len());
             let show = |colors: &[u32], share| {
-                words.write(&self.backend.gpu, 0, colors);
+                words.write(0, colors);
                 say(Ok(Painted {
                     serial: order.serial,
                     show: job.show,
