@@ -33,8 +33,8 @@ pub trait Tracer: Send {
     /// Traces all `rays` into `hits`, which it resets.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the device
-    /// failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
+    /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the
+    /// device failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
     /// [`crate::Error::Usage`] when the scene was prepared for other rays.
     fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let timing = self.propose(rays, control, hits)?;

@@ -1,8 +1,8 @@
-//! The files of `src/` import each other one way: no circle goes through two folders, and none through
-//! `gpu/`.
+//! The files of `src/` import each other one way: no circle goes through two folders, and none
+//! through `gpu/`.
 //!
-//! A folder is what lies below one name of `src/`: `scene/`, or `error.rs` alone. A name that a `mod.rs`
-//! passes on counts for the file that it comes from. Modules of tests don't count.
+//! A folder is what lies below one name of `src/`: `scene/`, or `error.rs` alone. A name that a
+//! `mod.rs` passes on counts for the file that it comes from. Modules of tests don't count.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;

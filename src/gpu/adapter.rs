@@ -16,7 +16,7 @@ pub enum Pick {
     Named(String),
 }
 
-/// What an adapter says about itself.
+/// An adapter's own account of itself.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct AdapterFacts {
     /// The adapter's name.
@@ -26,9 +26,9 @@ pub struct AdapterFacts {
     pub kind: &'static str,
     /// Driver name and version.
     pub driver: String,
-    /// Whether shaders can be passed through, which `NoContraction` needs.
+    /// True where shaders can be passed through, which `NoContraction` needs.
     pub passthrough: bool,
-    /// Whether shaders may use f64.
+    /// True where shaders may use f64.
     pub f64: bool,
     /// Largest storage buffer that one binding takes, bytes.
     pub max_binding_bytes: u64,
@@ -64,12 +64,12 @@ impl AdapterFacts {
         }
     }
 
-    /// Whether the "GPU" is a program on the CPU.
+    /// True where the "GPU" is a program on the CPU.
     pub fn is_software(&self) -> bool {
         self.kind == "software"
     }
 
-    /// Whether shaders of `kernel` run on this adapter.
+    /// Makes sure that shaders of `kernel` run on this adapter.
     ///
     /// # Errors
     /// [`Error::NoAdapter`] when they need what it lacks.

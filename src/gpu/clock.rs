@@ -48,7 +48,7 @@ impl Clock {
         })
     }
 
-    /// What a pass must be begun with to be measured.
+    /// The timestamps to begin a pass with, so that it is measured.
     pub fn around_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::adapter::{AdapterFacts, INSTALL_HINT};
 use crate::error::{Error, Result};
 
-/// What a device reported on its own.
+/// An error that a device reported on its own.
 enum Failure {
     OutOfMemory,
     Other(String),
@@ -19,7 +19,7 @@ pub struct OpenDevice {
     errors: Arc<Mutex<Vec<Failure>>>,
     /// Held while commands are handed over: a surface must not be configured meanwhile.
     handing_over: Mutex<()>,
-    /// What the adapter says about itself.
+    /// The adapter's own account of itself.
     pub facts: AdapterFacts,
 }
 

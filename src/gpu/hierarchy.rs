@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
 use crate::prepare::{Hierarchy, Search};
 
-/// What `shaders/hierarchy.wgsl` reads.
+/// The buffers and textures that `shaders/hierarchy.wgsl` reads.
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,

@@ -32,7 +32,7 @@ struct Job {
     row: u32,
 }
 
-/// Lists and settles the undecided rays of pictures up to a size.
+/// Lists and decides the undecided rays of pictures up to a size.
 pub(crate) struct Undecided {
     gpu: Arc<Gpu>,
     find: wgpu::ComputePipeline,
@@ -43,7 +43,7 @@ pub(crate) struct Undecided {
     room: Room,
 }
 
-/// What depends on the size of the picture.
+/// The buffers whose size depends on the picture's.
 struct Room {
     n_rays: usize,
     found: wgpu::Buffer,
@@ -253,5 +253,66 @@ impl Undecided {
         drop(view);
         self.room.staging.unmap();
         Ok(words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Pixels, View};
+    use crate::certify;
+    use crate::gpu::{GpuTracer, Pick};
+    use crate::kernel::certified::UNDECIDED;
+    use crate::prepare::Prepared;
+    use crate::scene::parse_scene;
+    use crate::trace::{Kernel, Wants};
+
+    /// A picture of two spheres at one place: f32 can't tell which is hit.
+    fn twins(fov: f64, eye: f64) -> (Rays, Arc<Prepared>) {
+        let sphere = "{ center = [0, 0, 0], radius = 1, color = \"#d62728\" }";
+        let text = format!(
+            "camera = {{ position = [0, 0, {eye:?}], look_at = [0, 0, -9], fov = {fov:?} }}\n\
+             sphere = [{sphere}, {sphere}]\n"
+        );
+        let scene = parse_scene(&text, "twins.toml".as_ref()).unwrap();
+        let camera = scene.camera.clone().unwrap();
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
+        let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+        (rays, Arc::new(prepared))
+    }
+
+    #[test]
+    fn resident_proposals_are_decided_as_those_of_the_host() {
+        let gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+        let gpu = Arc::new(gpu);
+        let mut undecided = Undecided::new(&gpu).unwrap();
+        let control = Control::default();
+        for (fov, eye, in_range) in [(60.0, 3.0, true), (179.999_999_999_9, 0.5, false)] {
+            let (rays, prepared) = twins(fov, eye);
+            assert_eq!(prepared.in_range, in_range);
+            let wants = Wants::default();
+            let tracers: [Box<dyn ProposeResident>; 2] = [
+                Box::new(GpuTracer::new(Arc::clone(&gpu), Arc::clone(&prepared), wants).unwrap()),
+                Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
+            ];
+            for mut tracer in tracers {
+                let mut hits = Hits::default();
+                tracer.propose(&rays, &control, &mut hits).unwrap();
+                let is_open = |ray: &u32| hits.id[*ray as usize] == UNDECIDED || !prepared.in_range;
+                let expected: Vec<u32> = (0..rays.len() as u32).filter(is_open).collect();
+                assert!(expected.len() > 200);
+                let ids = Words::new(&gpu, rays.len());
+                tracer.propose_resident(&rays, &control, &ids).unwrap();
+                let find = || undecided.find(&ids);
+                let found = certify::undecided(&prepared, &rays, find).unwrap();
+                assert_eq!(found, expected, "{fov}");
+                let decided = certify::decide(&prepared, &rays, &found, &control).unwrap();
+                undecided.decide(&ids, &decided).unwrap();
+                assert_eq!(undecided.find(&ids).unwrap(), []);
+                tracer.trace(&rays, &control, &mut hits).unwrap();
+                assert!(decided.iter().all(|one| hits.id[one.ray as usize] == one.id));
+                assert!(hits.n_hits() > 200);
+            }
+        }
     }
 }

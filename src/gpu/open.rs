@@ -1,4 +1,4 @@
-//! An open device with what is kept for it: its programs, and what its arithmetic does.
+//! An open device with all that is kept for it: its programs, and how its arithmetic behaves.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, OnceLock};
@@ -81,7 +81,7 @@ impl Gpu {
         Gpu { arithmetic: arithmetic.into(), ..self }
     }
 
-    /// What the device's f32 really does, measured at the first call (a few milliseconds).
+    /// The behaviour of the device's f32, measured at the first call (a few milliseconds).
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device fails the test's run.
@@ -93,7 +93,7 @@ impl Gpu {
         Ok(*self.arithmetic.get_or_init(|| measured))
     }
 
-    /// What the device's f64 really does; `None` where it has none.
+    /// The behaviour of the device's f64, measured; `None` where it has none.
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device fails the test's run.
@@ -101,7 +101,7 @@ impl Gpu {
         self.facts.f64.then(|| self_test::test_f64(&self.bare)).transpose()
     }
 
-    /// Whether the arithmetic of `kernel` is the CPU's on this device, operation by operation, so
+    /// True where the arithmetic of `kernel` is the CPU's on this device, operation by operation, so
     /// that its results are bit-equal.
     ///
     /// # Errors

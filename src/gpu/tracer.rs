@@ -21,7 +21,7 @@ use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
 use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
-/// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
+/// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
 const TILE_TARGET: Duration = Duration::from_millis(75);
 

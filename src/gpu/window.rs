@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 pub(crate) struct OpenWindow {
     pub gpu: Gpu,
     pub surface: wgpu::Surface<'static>,
-    /// What the surface can do with this device.
+    /// The surface's abilities with this device.
     pub capabilities: wgpu::SurfaceCapabilities,
 }
 

@@ -36,7 +36,7 @@ impl Question {
     }
 }
 
-/// What a pixel shows.
+/// The object at a pixel, and where the ray hits it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Column and row.

@@ -148,7 +148,7 @@ pub fn next_theme(ui: &Ui) {
     ui.ctx().set_theme(next);
 }
 
-/// What the mouse does over the picture, and has done.
+/// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     mouse(ui, rect, state, commands);
     let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;

@@ -1,4 +1,4 @@
-//! Tracing what the window shows, on a thread of its own. The ids stay on the device.
+//! Traces the window's pictures, on a thread of its own. The ids stay on the device.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -22,17 +22,17 @@ const BEFORE_SHOWING: Duration = Duration::from_millis(8);
 /// Rays that are decided between two looks at the clock.
 const DECIDE_AT_ONCE: usize = 1024;
 
-/// What traces: a device that also shows the pictures, or the CPU.
+/// The tracing side of a window: the device that also shows the pictures, or the CPU.
 #[derive(Clone)]
 pub struct Backend {
     /// The device that the pictures lie on.
     pub gpu: Arc<Gpu>,
-    /// Whether the CPU traces.
+    /// True where the CPU traces.
     pub on_cpu: bool,
 }
 
 impl Backend {
-    /// What traces.
+    /// The device that traces.
     pub fn device(&self) -> Device {
         if self.on_cpu { Device::Cpu } else { Device::Gpu(Arc::clone(&self.gpu)) }
     }
@@ -62,7 +62,7 @@ pub struct Order {
 
 /// A picture on the device.
 pub struct Picture {
-    /// What was wanted.
+    /// The order that it answers.
     pub order: Order,
     /// The ids, one a pixel, of each kernel.
     pub ids: Vec<Arc<Words>>,
@@ -93,7 +93,7 @@ impl Picture {
     }
 }
 
-/// What the thread says.
+/// A message of the thread.
 pub enum Traced {
     /// A new picture.
     Picture(Arc<Picture>),
