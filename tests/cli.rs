@@ -481,7 +481,9 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
     }
     assert_keys(&json, &expected);
     assert_eq!(json["samples"], 160 * 90);
-    for kernel in json["kernels"].as_array().unwrap() {
+    let kernels = json["kernels"].as_array().unwrap();
+    assert_eq!(kernels.len(), 4);
+    for kernel in kernels {
         assert_eq!(kernel["gpu_against_cpu"]["rays"], 160 * 90);
         assert_eq!(kernel["against_exact"]["cpu"]["rays"], 160 * 90);
         if passthrough {

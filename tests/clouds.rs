@@ -713,7 +713,7 @@ fn no_damaged_cloud_panics() {
         ("a.csv", b"x,y,z,r,red,green,blue\n1,2,3,4,0.5,0,1\n5,6,7,8,1,1,1\n".to_vec()),
         ("a.xyz", b"3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1 0\n".to_vec()),
     ];
-    let mut n_errors = 0;
+    let (mut n_errors, mut n_spheres) = (0, 0);
     for seed in 0..N {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (name, mut bytes) = whole[seed as usize % whole.len()].clone();
@@ -732,6 +732,7 @@ fn no_damaged_cloud_panics() {
                         && s.color.0.iter().all(|part| (0.0..=1.0).contains(part))
                 };
                 assert!(scene.spheres.iter().all(fine), "seed {seed}: {name}\n{shown}");
+                n_spheres += scene.spheres.len();
             }
             Err(Error::Scene(error)) => {
                 n_errors += 1;
@@ -742,6 +743,7 @@ fn no_damaged_cloud_panics() {
     }
     // Some damage is harmless (a digit, a comment), most is not.
     assert!(n_errors > N / 2 && n_errors < N, "{n_errors} of {N}");
+    assert!(n_spheres > 40, "{n_spheres} spheres were looked at");
 }
 
 #[test]

@@ -497,7 +497,7 @@ fn no_damaged_scene_panics() {
     const N: u64 = 1200;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("damaged.toml");
-    let mut n_errors = 0;
+    let (mut n_errors, mut n_objects) = (0, 0);
     for seed in 0..N {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut bytes = SCENES[rng.random_range(0..SCENES.len())].as_bytes().to_vec();
@@ -521,6 +521,7 @@ fn no_damaged_scene_panics() {
                     .all(|s| s.radius > 0.0 && s.radius.is_finite() && s.center.is_finite())
                     && scene.planes.iter().all(|p| p.normal.length() > 0.0);
                 assert!(finite, "seed {seed}: {scene:?}\nfrom\n{shown}");
+                n_objects += scene.n_objects();
             }
             Err(Error::Scene(error)) => {
                 n_errors += 1;
@@ -536,4 +537,5 @@ fn no_damaged_scene_panics() {
     }
     // Some damage is harmless (a changed comment or name), most is not.
     assert!(n_errors > N / 2 && n_errors < N, "{n_errors} of {N}");
+    assert!(n_objects > 100, "{n_objects} objects were looked at");
 }

@@ -278,9 +278,6 @@ pub struct ReportArgs {
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
     pub rounds: Option<NonZeroUsize>,
-    /// Also measure POV-Ray and Tachyon, where they are installed
-    #[arg(long)]
-    pub peers: bool,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

@@ -9,8 +9,8 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::report::{
-    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
-    markdown, page, plot, text,
+    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases, page,
+    plot, text,
 };
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
@@ -63,7 +63,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     }
     match args.talk.json {
         true => print(&Form::Json.of(&report)?)?,
-        false => print_text(&text::table(&report))?,
+        false => print_text(&text::terminal(&report))?,
     }
     output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
@@ -96,7 +96,7 @@ impl Form {
         Ok(match self {
             Form::Page => page::html(report).into_bytes(),
             Form::Json => json(&Summary { head: Head::new("report"), report })?,
-            Form::Markdown => markdown::table(report).into_bytes(),
+            Form::Markdown => text::markdown(report).into_bytes(),
             Form::Plot => plot::plane(report).into_bytes(),
         })
     }
@@ -139,12 +139,11 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort = Effort {
-        seed: args.seed,
-        sweeps: args.scenes.is_empty(),
-        peers: args.peers,
-        ..Effort::default()
-    };
+    let mut effort = Effort { seed: args.seed, ..Effort::default() };
+    if !args.scenes.is_empty() {
+        effort.sweeps = false;
+        effort.clouds.clear();
+    }
     if let Some(size) = args.size {
         effort.size = size.into();
     }
