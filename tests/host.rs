@@ -115,3 +115,14 @@ fn another_environment_of_the_workers_is_refused() {
     let pool = pool();
     assert!(pool.install(|| prepare(Kernel::Certified).and_then(trace)).is_ok());
 }
+
+/// A worker that waited for all others would take up their work meanwhile, ever deeper.
+#[test]
+fn many_scenes_are_prepared_side_by_side() {
+    use rayon::prelude::*;
+
+    let scene = scene();
+    let rays = Rays::List(vec![Ray { origin: DVec3::ZERO, direction: DVec3::Z }]);
+    let prepare = |_| Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).is_ok();
+    assert!((0..200_000).into_par_iter().all(prepare));
+}

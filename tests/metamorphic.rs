@@ -16,6 +16,7 @@ use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::{DVec3, Vec3Swizzles as _, dvec3};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::distance;
+use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays};
 use rand::{RngExt, SeedableRng};
@@ -275,8 +276,11 @@ fn ties_go_to_the_lowest_id() {
                 let expected = if id as usize > n { id + n as u32 } else { id };
                 assert_eq!(doubled, expected, "ray {i}, {}", world.name);
             }
-            // A tie is never decided by floats.
-            assert!(doubled.counts.exact >= doubled.n_hits(), "{}", world.name);
+            // f32 decides no tie. A hierarchy leaves out what equals an earlier sphere.
+            if world.scene.spheres.len() <= FEW_SPHERES {
+                let others = doubled.counts.f64 + doubled.counts.exact;
+                assert!(others >= doubled.n_hits(), "{}", world.name);
+            }
         }
     }
 }

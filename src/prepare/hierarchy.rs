@@ -120,36 +120,43 @@ fn indices(spheres: &[Sphere]) -> impl ParallelIterator<Item = u32> {
     })
 }
 
-/// Indices of the spheres that equal an earlier one, ascending.
+/// Indices of the spheres that equal an earlier one, ascending. They need not be all: it saves work.
 fn repeats(spheres: &[Sphere]) -> Vec<u32> {
     let key = |i: u32| {
         let Sphere { center, radius, .. } = &spheres[i as usize];
         [center.x, center.y, center.z, *radius].map(f64::to_bits)
     };
+    let hash = |i: u32| {
+        let mix = |mixed: u64, word: &u64| {
+            (mixed.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        };
+        SplitMix::new(key(i).iter().fold(0, mix)).next()
+    };
     // Only what shares its place in a table with others can equal one of them.
     let n_bits = (16 * spheres.len()).next_power_of_two().max(64);
     let table = || (0..n_bits / 64).map(|_| AtomicU64::new(0)).collect::<Vec<_>>();
     let (taken, shared) = (table(), table());
-    let place = |i: u32| {
-        let mixed = key(i).iter().fold(0, |mixed, word| SplitMix::new(mixed ^ word).next());
-        let bit = mixed as usize & (n_bits - 1);
+    let place = |hash: u64| {
+        let bit = hash as usize & (n_bits - 1);
         (bit / 64, 1 << (bit % 64))
     };
     let all = || (0..spheres.len() as u32).into_par_iter();
     all().for_each(|i| {
-        let (word, bit) = place(i);
+        let (word, bit) = place(hash(i));
         if taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0 {
             shared[word].fetch_or(bit, Ordering::Relaxed);
         }
     });
-    let shares = |&i: &u32| {
-        let (word, bit) = place(i);
-        shared[word].load(Ordering::Relaxed) & bit != 0
+    let shares = |i: u32| {
+        let hash = hash(i);
+        let (word, bit) = place(hash);
+        (shared[word].load(Ordering::Relaxed) & bit != 0).then_some((hash, i))
     };
-    let mut sharing: Vec<u32> = all().filter(shares).collect();
-    sharing.par_sort_unstable_by_key(|&i| (key(i), i));
-    let mut repeats: Vec<u32> =
-        sharing.windows(2).filter(|two| key(two[0]) == key(two[1])).map(|two| two[1]).collect();
+    let mut sharing: Vec<(u64, u32)> = all().filter_map(shares).collect();
+    sharing.par_sort_unstable();
+    // Where different spheres have one hash, which hardly ever is, a repeat may stay.
+    let repeat = |two: &[(u64, u32)]| (key(two[0].1) == key(two[1].1)).then_some(two[1].1);
+    let mut repeats: Vec<u32> = sharing.windows(2).filter_map(repeat).collect();
     repeats.par_sort_unstable();
     repeats
 }
