@@ -17,12 +17,7 @@ pub const MAX_WRONG: usize = 5;
 
 /// Three spheres on a floor, nothing far, small or touching.
 pub fn scene() -> Scene {
-    let sphere = |x, y, z, radius| Sphere {
-        name: None,
-        center: DVec3::new(x, y, z),
-        radius,
-        color: Color::BLACK,
-    };
+    let sphere = |x, y, z, radius| Sphere { center: DVec3::new(x, y, z), radius };
     let floor = Plane {
         name: None,
         point: DVec3::new(0.0, -1.1, 0.0),
@@ -34,7 +29,8 @@ pub fn scene() -> Scene {
             sphere(-1.3, 0.9, 0.1, 0.83),
             sphere(1.1, 0.4, 0.7, 0.71),
             sphere(0.2, -0.3, -1.2, 1.07),
-        ],
+        ]
+        .into(),
         planes: vec![floor],
         ..Scene::default()
     }

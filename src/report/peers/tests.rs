@@ -11,13 +11,9 @@ const SIZE: [u32; 2] = [3, 2];
 
 /// A sphere in the middle of six pixels.
 fn scene() -> Scene {
-    let sphere = Sphere {
-        name: None,
-        center: DVec3::ZERO,
-        radius: 0.5,
-        color: Color::from_srgb8([1, 2, 3]),
-    };
-    Scene { spheres: vec![sphere], ..Scene::default() }
+    let sphere = Sphere { center: DVec3::ZERO, radius: 0.5 };
+    let spheres = [(sphere, Color::from_srgb8([1, 2, 3]))].into_iter().collect();
+    Scene { spheres, ..Scene::default() }
 }
 
 fn view() -> View {
