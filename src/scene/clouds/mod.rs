@@ -246,7 +246,7 @@ impl<'a> Reading<'a> {
                  for {}; free some, or give fewer spheres",
                 n_bytes.div_ceil(1 << 20),
                 available >> 20,
-                available / self.spheres.bytes_of(1, color)
+                available / n_bytes.div_ceil(n.max(1) as u64).max(1)
             ))
             .into());
         }
