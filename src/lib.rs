@@ -64,7 +64,8 @@
 //! | [`generate`] | clouds of spheres made up from a seed |
 //! | [`camera`] | pixel → ray |
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
-//! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
+//! | [`trace`] | kernels, rays and hits |
+//! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
@@ -76,11 +77,13 @@
 //! | [`Session`] | the facade that all others call |
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -92,6 +95,8 @@
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
+
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 mod arithmetic;
 pub mod bvh;
@@ -111,9 +116,11 @@ pub mod gpu;
 pub mod guard;
 pub mod host;
 pub mod kernel;
+pub mod memory;
 mod npy;
 pub mod output;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;
@@ -124,6 +131,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod trace;
+pub mod tracer;
 pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]

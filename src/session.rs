@@ -8,13 +8,15 @@ use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
+use crate::memory::Available;
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
-use crate::render::{Plan, Rendered, available_memory, plan, render, trace_only};
+use crate::render::{Plan, Rendered, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
 use crate::shade::Shader;
-use crate::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
+use crate::tracer::Tracer;
 
 /// Traces one scene with one kernel on one device. What depends on the scene or on the camera is
 /// made when it is first needed, and made again only when that changes.
@@ -212,7 +214,7 @@ impl Session {
         let (format, control) = (Format::from_path(path)?, Control::default());
         let pixels = self.pixels(width, height)?;
         let options = PictureOptions::default();
-        let plan = plan(format, options, &pixels, self.scene.n_objects(), available_memory())?;
+        let plan = plan(format, options, &pixels, self.scene.n_objects(), Available::now())?;
         let file = OutputFile::create(path, format.needs_seek())?;
         let (rendered, file) = self.draw(&pixels, &plan, file, &control)?;
         output::commit([file], &control)?;

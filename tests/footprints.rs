@@ -22,7 +22,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactPixels, Root, Shape, real, signum_of_discriminant, visible_root};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Camera, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -781,9 +782,10 @@ fn equal_spheres_and_deep_trees() {
         view.footprint(dvec3(0.0, 0.0, -3.0 * r), r).unwrap()
     });
     check("a chain", &view, &chain.collect::<Vec<_>>());
+    // From a few pixels to half of the picture.
     let beside = (0..2000).map(|k| {
-        let r = (f64::from(k) / 20.0 - 40.0).exp2();
-        view.footprint(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r).unwrap_or(one)
+        let r = (f64::from(k) / 160.0 + 43.0).exp2();
+        view.footprint(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r).unwrap()
     });
     check("a chain beside", &view, &beside.collect::<Vec<_>>());
 

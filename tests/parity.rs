@@ -13,7 +13,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -29,6 +30,14 @@ fn both(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool) -> (Hits
         .unwrap()
         .trace(rays, &Control::default(), &mut on_gpu)
         .unwrap();
+    // `compare` takes what both have.
+    for hits in [&on_cpu, &on_gpu] {
+        let n_surface = if surface { rays.len() } else { 0 };
+        assert_eq!(
+            [hits.id.len(), hits.t.len(), hits.normal.len()],
+            [rays.len(), n_surface, n_surface]
+        );
+    }
     (on_cpu, on_gpu)
 }
 

@@ -15,7 +15,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact};
 
 fn scene(name: &str) -> Scene {
@@ -165,6 +166,9 @@ fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
     let control = Control::default();
     CpuTracer::new(Arc::clone(&prepared), wants).trace(&rays, &control, &mut on_cpu).unwrap();
     GpuTracer::new(gpu(), prepared, wants).unwrap().trace(&rays, &control, &mut on_gpu).unwrap();
+    for hits in [&on_cpu, &on_gpu] {
+        assert_eq!([hits.id.len(), hits.t.len(), hits.normal.len()], [rays.len(); 3]);
+    }
     let comparison = compare(&on_cpu, &on_gpu);
     assert!(comparison.is_equal(), "{}: {comparison:?}", kernel.name());
     on_cpu

@@ -24,13 +24,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::open::Files;
-use super::places::{Fault, Stop};
+use super::places::{Fault, Stop, cut, quoted};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere, Spheres};
 use crate::control::Control;
 use crate::error::Error;
-use crate::render::available_memory;
+use crate::memory::Available;
 pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
@@ -129,7 +129,7 @@ impl<'t> Source<'t> {
             Some(format) => Ok(Source { table, path, format }),
             None => Err(Fault::new(
                 table.file.span.clone(),
-                format!("the name {:?} does not tell its format", table.file.value),
+                format!("the name {:?} does not tell its format", quoted(&table.file.value)),
                 "a cloud is a file that ends in .npy, .csv or .xyz",
             )),
         }
@@ -140,6 +140,9 @@ impl<'t> Source<'t> {
         n_bytes.saturating_mul(self.format.n_passes())
     }
 }
+
+/// Characters of what was found that a message tells: a cell or a word may be a whole file.
+const MOST_FOUND: usize = 400;
 
 /// What the spheres of a cloud begin with.
 #[derive(Clone, Copy)]
@@ -173,7 +176,8 @@ impl<'a> Reading<'a> {
 
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        let message = format!("{}: {found}", self.source.path.display());
+        let message =
+            format!("{}: {}", self.source.path.display(), cut(&found.to_string(), MOST_FOUND));
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
@@ -239,14 +243,17 @@ impl<'a> Reading<'a> {
             .into());
         }
         let n_bytes = self.spheres.bytes_of(n, color);
-        let available = available_memory();
-        if n_bytes > available || self.spheres.try_reserve(n, color).is_err() {
+        let available = Available::now();
+        // Where there are some already, both copies are held for a while.
+        let n_needed = n_bytes + self.spheres.bytes();
+        if n_needed > available.bytes || self.spheres.try_reserve(n, color).is_err() {
             return Err(Error::TooLarge(format!(
-                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available, enough \
-                 for {}; free some, or give fewer spheres",
-                n_bytes.div_ceil(1 << 20),
-                available >> 20,
-                available / n_bytes.div_ceil(n.max(1) as u64).max(1)
+                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available {}, \
+                 enough for {}; free some, or give fewer spheres",
+                n_needed.div_ceil(1 << 20),
+                available.bytes >> 20,
+                available.limit,
+                available.bytes / n_bytes.div_ceil(n.max(1) as u64).max(1)
             ))
             .into());
         }
