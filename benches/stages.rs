@@ -38,7 +38,7 @@ fn candidate<'a>(
 
 fn main() -> Result<()> {
     let (scene, pixels) = figure("figure2.toml", [1280, 720])?;
-    let twice: Vec<_> = scene.spheres.iter().flat_map(|s| [s.clone(), s.clone()]).collect();
+    let twice = scene.spheres.iter().flat_map(|&sphere| [sphere, sphere]).collect();
     let twice = Arc::new(Scene { spheres: twice, ..scene.clone() });
     let scene = Arc::new(scene);
 

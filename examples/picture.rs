@@ -4,16 +4,13 @@
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Color, Plane, Scene, Spheres};
 use kugelblitz::trace::Kernel;
 
 fn main() -> kugelblitz::Result<()> {
-    let sphere = |x: f64, color| Sphere {
-        name: None,
-        center: [x, 1.0, 0.0].into(),
-        radius: 1.0,
-        color: Color::from_srgb8(color),
-    };
+    // x, y, z and radius.
+    let spheres = Spheres::from_rows([[-1.0, 1.0, 0.0, 1.0], [1.0, 1.0, 0.0, 1.0]])?;
+    let colors = [[0xd6, 0x27, 0x28], [0x1f, 0x77, 0xb4]].map(Color::from_srgb8);
     let scene = Scene {
         background: Color::from_srgb8([0x20, 0x24, 0x2c]),
         camera: Some(Camera {
@@ -22,7 +19,7 @@ fn main() -> kugelblitz::Result<()> {
             up: [0.0, 1.0, 0.0].into(),
             fov_degrees: 40.0,
         }),
-        spheres: vec![sphere(-1.0, [0xd6, 0x27, 0x28]), sphere(1.0, [0x1f, 0x77, 0xb4])],
+        spheres: spheres.with_colors(colors)?,
         planes: vec![Plane {
             name: None,
             point: [0.0; 3].into(),

@@ -5,18 +5,13 @@
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::scene::{Color, Scene, Sphere};
+use kugelblitz::scene::{Scene, Spheres};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 
 fn main() -> kugelblitz::Result<()> {
-    let centers = [[0.0, 0.0, 10.0], [0.0, 2.0, 20.0], [1e8, 0.0, 0.0]];
-    let spheres = centers.map(|center| Sphere {
-        name: None,
-        center: center.into(),
-        radius: 1.0,
-        color: Color::BLACK,
-    });
-    let scene = Scene { spheres: spheres.into(), ..Scene::default() };
+    // x, y, z and radius.
+    let rows = [[0.0, 0.0, 10.0, 1.0], [0.0, 2.0, 20.0, 1.0], [1e8, 0.0, 0.0, 1.0]];
+    let scene = Scene { spheres: Spheres::from_rows(rows)?, ..Scene::default() };
 
     // The second one touches its sphere, the third one misses by less than f32 can tell.
     let directions = [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1e8, 1.000_000_1, 0.0]];

@@ -27,8 +27,9 @@
 //! ```
 //!
 //! [`Device::best`](device::Device::best) is a Vulkan device where there is one. The folder
-//! `examples/` has more: a picture of a scene from memory, rays from arrays, and a kernel of one's own
-//! held against exact arithmetic.
+//! `examples/` has more: a picture of a scene from memory, a million spheres and rays from arrays, and
+//! a kernel of one's own held against exact arithmetic. [`scene::Spheres`] takes rows of numbers as
+//! they are, 32 bytes each; vectors are those of [`glam`], and arrays go `into()` them.
 //!
 //! # Conventions
 //! - **Numbers.** A scene's numbers are f64. What a scene means is exact real arithmetic on them;

@@ -292,9 +292,9 @@ mod tests {
             up: DVec3::Y,
             fov_degrees: 45.0,
         };
-        let sphere =
-            Sphere { name: None, center: DVec3::ZERO, radius: 1.0, color: Color([1.0, 0.0, 0.0]) };
-        Scene { camera: Some(camera), spheres: vec![sphere], ..Scene::default() }
+        let sphere = Sphere { center: DVec3::ZERO, radius: 1.0 };
+        let spheres = [(sphere, Color([1.0, 0.0, 0.0]))].into_iter().collect();
+        Scene { camera: Some(camera), spheres, ..Scene::default() }
     }
 
     fn session() -> Session {

@@ -387,17 +387,12 @@ mod tests {
             fov_degrees: 40.0,
         };
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
-        let sphere = |x, radius| Sphere {
-            name: None,
-            center: DVec3::new(x, 0.5, 0.0),
-            radius,
-            color: Color([1.0; 3]),
-        };
+        let sphere = |x, radius| Sphere { center: DVec3::new(x, 0.5, 0.0), radius };
         let floor =
             Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color([0.5; 3]) };
         let scene = Scene {
             camera: Some(camera),
-            spheres: vec![sphere(-0.6, 0.7), sphere(0.9, 0.4)],
+            spheres: vec![sphere(-0.6, 0.7), sphere(0.9, 0.4)].into(),
             planes: vec![floor],
             ..Scene::default()
         };

@@ -544,7 +544,8 @@ fn clouds_are_rendered_checked_and_refused_with_both_places() {
     let file = caffeine.replace("toml", "xyz");
     let expected = serde_json::json!([{"file": file, "spheres": 24, "first_id": 1}]);
     assert_eq!(json["clouds"], expected);
-    assert_eq!(json["bytes_scene"], 24 * size_of::<kugelblitz::scene::Sphere>());
+    let sphere_bytes = size_of::<kugelblitz::scene::Sphere>() + size_of::<[f32; 3]>();
+    assert_eq!(json["bytes_scene"], 24 * sphere_bytes);
     let text = run(&["check", &caffeine], 0);
     assert!(text.text().contains(&format!("{file}: 24 spheres, from id 1")), "{}", text.text());
 

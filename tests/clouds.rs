@@ -9,7 +9,7 @@ use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::control::Control;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, MAX_OBJECTS, Scene, Sphere, read_scene, read_scene_with};
+use kugelblitz::scene::{Color, MAX_OBJECTS, Scene, Sphere, Spheres, read_scene, read_scene_with};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
@@ -52,26 +52,29 @@ fn both() -> String {
     format!("{RADIUS}\n{COLOR}")
 }
 
-fn sphere(x: f64, y: f64, z: f64, radius: f64, color: [f32; 3]) -> Sphere {
-    Sphere { name: None, center: DVec3::new(x, y, z), radius, color: Color(color) }
+/// A sphere and its colour.
+type Colored = (Sphere, Color);
+
+fn sphere(x: f64, y: f64, z: f64, radius: f64, color: [f32; 3]) -> Colored {
+    (Sphere { center: DVec3::new(x, y, z), radius }, Color(color))
 }
 
 /// Numbers that f32 holds, so that all formats can have the same spheres.
-fn some_spheres(n: usize, seed: u64) -> Vec<Sphere> {
+fn some_spheres(n: usize, seed: u64) -> Vec<Colored> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut number = |low: f32, high: f32| f64::from(rng.random_range(low..high));
     (0..n)
         .map(|_| {
             let center = DVec3::from_array(std::array::from_fn(|_| number(-1e3, 1e3)));
             let color = std::array::from_fn(|_| number(0.0, 1.0) as f32);
-            Sphere { name: None, center, radius: number(1e-3, 10.0), color: Color(color) }
+            (Sphere { center, radius: number(1e-3, 10.0) }, Color(color))
         })
         .collect()
 }
 
 /// The first `n_columns` of x, y, z, r, red, green, blue.
-fn columns(sphere: &Sphere, n_columns: usize) -> Vec<f64> {
-    let color = sphere.color.0.map(f64::from);
+fn columns((sphere, color): &Colored, n_columns: usize) -> Vec<f64> {
+    let color = color.0.map(f64::from);
     let all = [&sphere.center.to_array()[..], &[sphere.radius], &color].concat();
     all[..n_columns].to_vec()
 }
@@ -85,18 +88,22 @@ fn npy_of_every_type_order_and_shape_is_read_as_it_is_written() {
         let mut keys = String::new();
         if n_columns < 4 {
             keys += RADIUS;
-            spheres.iter_mut().for_each(|sphere| sphere.radius = 0.25);
+            spheres.iter_mut().for_each(|(sphere, _)| sphere.radius = 0.25);
         }
         if n_columns < 7 {
             keys = format!("{keys}\n{COLOR}");
-            spheres.iter_mut().for_each(|sphere| sphere.color = Color([0.25, 0.5, 1.0]));
+            spheres.iter_mut().for_each(|(_, color)| *color = Color([0.25, 0.5, 1.0]));
         }
+        let spheres = Spheres::from_iter(spheres);
+        let sphere_bytes = if n_columns < 7 { 32 } else { 44 };
+        assert_eq!(spheres.bytes(), 1000 * sphere_bytes);
         for value in ["<f4", ">f4", "<f8", ">f8"] {
             for fortran in [false, true] {
                 let bytes = npy(&rows, value, fortran);
                 let scene = folder.cloud("a.npy", bytes, &keys).unwrap();
                 assert!(scene.spheres == spheres, "{n_columns} {value} {fortran}");
                 assert_eq!(scene.spheres.capacity(), spheres.len());
+                assert_eq!(scene.bytes(), spheres.bytes());
             }
         }
     }
@@ -105,7 +112,7 @@ fn npy_of_every_type_order_and_shape_is_read_as_it_is_written() {
     for fortran in [false, true] {
         let rows: Vec<_> = spheres.iter().map(|sphere| columns(sphere, 7)).collect();
         let scene = folder.cloud("a.npy", npy(&rows, "<f8", fortran), "").unwrap();
-        assert!(scene.spheres == spheres);
+        assert!(scene.spheres == Spheres::from_iter(spheres.clone()));
     }
     let scene = folder.cloud("a.npy", npy(&[], "<f8", false), &both()).unwrap();
     assert_eq!(scene.n_objects(), 0);
@@ -121,7 +128,7 @@ fn csv_is_read_by_its_header() {
         text += &(values.join(",") + "\n");
     }
     let scene = folder.cloud("a.csv", &text, "").unwrap();
-    assert!(scene.spheres == spheres);
+    assert!(scene.spheres == Spheres::from_iter(spheres));
 
     // Any order, other columns, spaces, quotes, Windows' line ends, a byte order mark, no last line
     // break, empty lines.
@@ -129,10 +136,10 @@ fn csv_is_read_by_its_header() {
     let scene = folder.cloud("a.csv", text, COLOR).unwrap();
     let color = [0.25, 0.5, 1.0];
     let expected = [sphere(1.0, 2.0, 3.0, 0.5, color), sphere(0.5, 2.0, -3.5, 1.0, color)];
-    assert_eq!(scene.spheres, expected);
+    assert_eq!(scene.spheres, Spheres::from_iter(expected));
 
     let scene = folder.cloud("A.CSV", "x,y,z,red,green,blue\n1,2,3,0.5,0,1\n", RADIUS).unwrap();
-    assert_eq!(scene.spheres, [sphere(1.0, 2.0, 3.0, 0.25, [0.5, 0.0, 1.0])]);
+    assert_eq!(scene.spheres, Spheres::from_iter([sphere(1.0, 2.0, 3.0, 0.25, [0.5, 0.0, 1.0])]));
     let scene = folder.cloud("a.csv", "x,y,z\n", &both()).unwrap();
     assert_eq!(scene.n_objects(), 0);
     // The nearest f64, as everywhere in a scene.
@@ -156,7 +163,7 @@ fn xyz_has_radius_and_colour_by_element() {
         sphere(0.0, 0.0, 9.0, 1.82, srgb([0x1f, 0xf0, 0x1f])),
         sphere(0.0, 0.0, -9.0, 2.44, srgb([0xe0, 0x66, 0x33])),
     ];
-    assert_eq!(scene.spheres, expected);
+    assert_eq!(scene.spheres, Spheres::from_iter(expected));
     assert_eq!(folder.cloud("a.xyz", "0\n\n", "").unwrap().n_objects(), 0);
 }
 
@@ -178,7 +185,7 @@ fn the_table_of_elements_is_sane() {
                 assert!((1.20..=3.48).contains(&radius), "{symbol}: {radius}");
                 assert_eq!((radius * 100.0).round() / 100.0, radius, "{symbol}");
                 radii.push((symbol, radius));
-                colors.push(scene.spheres[0].color.to_srgb8());
+                colors.push(scene.spheres.color(0).unwrap().to_srgb8());
             }
             Err(_) => unknown.push(symbol),
         }
@@ -630,7 +637,7 @@ fn more_spheres_than_fit_are_refused_before_they_are_read() {
 /// What a sphere takes decides how many there can be.
 #[test]
 fn a_sphere_stays_small() {
-    assert!(size_of::<Sphere>() <= 64);
+    assert_eq!(size_of::<Sphere>(), 32);
 }
 
 #[test]
@@ -674,7 +681,7 @@ fn clouds_come_through_pipes() {
         let writer = std::thread::spawn(move || fs::write(pipe, bytes).unwrap());
         let scene = folder.read(&format!("[[spheres]]\nfile = \"{name}\"\n")).unwrap();
         writer.join().unwrap();
-        assert!(scene.spheres == spheres, "{name}");
+        assert!(scene.spheres == Spheres::from_iter(spheres.clone()), "{name}");
     }
 }
 
@@ -724,13 +731,11 @@ fn no_damaged_cloud_panics() {
             .unwrap_or_else(|_| panic!("seed {seed}: panic on {name}\n{shown}"));
         match result {
             Ok(scene) => {
-                let fine = |s: &Sphere| {
-                    s.center.is_finite()
-                        && s.radius.is_finite()
-                        && s.radius > 0.0
-                        && s.color.0.iter().all(|part| (0.0..=1.0).contains(part))
-                };
+                let fine =
+                    |s: &Sphere| s.center.is_finite() && s.radius.is_finite() && s.radius > 0.0;
+                let colored = |c: Color| c.0.iter().all(|part| (0.0..=1.0).contains(part));
                 assert!(scene.spheres.iter().all(fine), "seed {seed}: {name}\n{shown}");
+                assert!(scene.spheres.colors().all(colored), "seed {seed}: {name}\n{shown}");
                 n_spheres += scene.spheres.len();
             }
             Err(Error::Scene(error)) => {

@@ -382,13 +382,15 @@ fn no_line_is_wider_than_100_columns() {
         for _ in 0..4 {
             let number = |rng: &mut ChaCha8Rng| log_uniform(rng, 0.1, 7.7) * scale;
             let mut vector = || DVec3::from_array(std::array::from_fn(|_| -number(&mut rng)));
-            let mut ball = sphere(vector(), vector().x.abs());
-            ball.name = Some("a name with \u{1b}[31m colour\n and no end ".repeat(9).into());
-            let mut other = sphere(vector(), vector().y.abs());
-            other.name = ball.name.clone();
+            let ball = sphere(vector(), vector().x.abs());
+            let other = sphere(vector(), vector().y.abs());
             let floor = plane(vector(), vector());
             let (origin, direction) = (vector(), vector());
-            let scene = scene(vec![ball, other], vec![floor]);
+            let mut scene = scene(vec![ball, other], vec![floor]);
+            for index in 0..2 {
+                let name = "a name with \u{1b}[31m colour\n and no end ".repeat(9);
+                scene.spheres.set_name(index, name);
+            }
             of_ray(scene, origin.to_array(), direction.to_array());
         }
     }

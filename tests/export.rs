@@ -95,9 +95,9 @@ fn expected(language: Language, scene: &Scene, view: &View, [w, h]: [u32; 2]) ->
         }
     };
     lines.push(line(Kind::Background, &[&color(scene.background)]));
-    for s in &scene.spheres {
+    for (s, color) in scene.spheres.iter().zip(scene.spheres.colors()) {
         let shape = [&vector(s.center)[..], &[s.radius]].concat();
-        lines.push(line(Kind::Sphere, &[&shape, &end(s.color)]));
+        lines.push(line(Kind::Sphere, &[&shape, &end(color)]));
     }
     for p in &scene.planes {
         let (point, normal) = (vector(p.point), vector(p.normal));
@@ -165,9 +165,8 @@ fn any_f64_comes_back() {
     let mut scene = scene(spheres, planes);
     scene.spheres[0].center = DVec3::new(-0.0, 5e-324, f64::MAX);
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    for sphere in &mut scene.spheres {
-        sphere.color = Color(std::array::from_fn(|_| rng.random()));
-    }
+    let colors = (0..300).map(|_| std::array::from_fn(|_| rng.random()));
+    scene.spheres = scene.spheres.with_colors(colors.collect::<Vec<[f32; 3]>>()).unwrap();
     let view = View::new(&camera(DVec3::new(0.1, -0.2, 0.3), DVec3::new(1.0 / 3.0, 5.0, 7e8)));
     for language in Language::ALL {
         let found = read(language, &text(language, &scene, &view, SIZE));
@@ -206,9 +205,8 @@ fn the_caller_gives_the_colours() {
     let code = |id: u32| Color::from_srgb8([id as u8, 17, 255]);
     let mut coded = scene.clone();
     coded.background = code(0);
-    for (sphere, id) in coded.spheres.iter_mut().zip(1..) {
-        sphere.color = code(id);
-    }
+    let ids = 1..=scene.spheres.len() as u32;
+    coded.spheres = coded.spheres.with_colors(ids.map(code)).unwrap();
     for language in Language::ALL {
         let mut text = Vec::new();
         write(language, &scene, &view, SIZE, code, &mut text).unwrap();
@@ -222,7 +220,7 @@ fn the_caller_gives_the_colours() {
 fn a_name_stays_a_name() {
     let (mut scene, view) = figure("figure2.toml");
     let name = "x\nsphere { <0,0,0>, 9 }\r*/ #include \"x\" \u{2028}\nEND_SCENE é";
-    scene.spheres[1].name = Some(name.into());
+    scene.spheres.set_name(1, name);
     for language in Language::ALL {
         let text = text(language, &scene, &view, SIZE);
         assert!(text.is_ascii());

@@ -82,7 +82,7 @@ fn every_sphere_is_in_view() {
                 // middle of a sphere that is wholly inside is at least the radius.
                 for side in [-1.0, 1.0] {
                     let inwards = (tangent * view.forward + side * across).normalize();
-                    for Sphere { center, radius, .. } in &scene.spheres {
+                    for Sphere { center, radius } in &scene.spheres {
                         let distance = (*center - view.position).dot(inwards);
                         assert!(distance >= *radius, "{} {count}", distribution.name());
                     }
@@ -98,7 +98,7 @@ fn uniform_is_the_unit_cube() {
     let folder = tempfile::tempdir().unwrap();
     let (_, scene) = made(&folder, &recipe(Distribution::Uniform, 27_000, 2));
     let mut octants = [0; 8];
-    for Sphere { center, radius, .. } in &scene.spheres {
+    for Sphere { center, radius } in &scene.spheres {
         assert!(center.abs().max_element() <= 0.5);
         assert_eq!(*radius, 0.3 / 30.0);
         let index = center.to_array().iter().fold(0, |i, &x| 2 * i + usize::from(x > 0.0));

@@ -53,7 +53,7 @@ impl World {
         length: impl Fn(f64) -> f64,
     ) -> World {
         let mut world = self.clone();
-        for sphere in &mut world.scene.spheres {
+        for sphere in world.scene.spheres.iter_mut() {
             sphere.center = point(sphere.center);
             sphere.radius = length(sphere.radius);
         }
@@ -238,7 +238,7 @@ fn the_order_of_the_objects_only_names_them() {
             order.swap(i, rng.random_range(0..=i));
         }
         let mut permuted = world.clone();
-        permuted.scene.spheres = order.iter().map(|&i| world.scene.spheres[i].clone()).collect();
+        permuted.scene.spheres = order.iter().map(|&i| world.scene.spheres[i]).collect();
         permuted.scene.planes.reverse();
         let mut before = world.hits(false);
         let (n_planes, n) = (world.scene.planes.len() as u32, n as u32);
@@ -264,8 +264,8 @@ fn ties_go_to_the_lowest_id() {
         let ids = world.hits(false).id;
         let n = world.scene.spheres.len();
         // Each sphere again, in the opposite order: the copies' ids are the higher ones.
-        let copies: Vec<_> = world.scene.spheres.iter().rev().cloned().collect();
-        world.scene.spheres.extend(copies);
+        let spheres = &world.scene.spheres;
+        world.scene.spheres = spheres.iter().chain(spheres.iter().rev()).copied().collect();
         let planes = world.scene.planes.clone();
         world.scene.planes.extend(planes);
         for on_gpu in [false, true] {

@@ -158,7 +158,7 @@ fn the_scene_is_as_explained() {
     let [text, _] = blocks("toml")[..] else { panic!("a scene and a cloud") };
     let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
-    assert_eq!(scene.object(1).unwrap().name(), Some("red giant"));
+    assert_eq!(scene.name(1), Some("red giant"));
     assert_eq!(scene.background, Color::from_hex("#20242c").unwrap());
     let without = |key: &str| {
         let lines: Vec<_> = text.lines().filter(|line| !line.starts_with(key)).collect();
@@ -175,7 +175,7 @@ fn the_scene_is_as_explained() {
     assert_eq!(picture.dimensions(), (640, 360));
     let at = |x, y| picture.get_pixel(x, y).0;
     assert_eq!(at(320, 180), [0xd6, 0x27, 0x28], "the red giant in the middle");
-    assert_eq!(at(402, 213), scene.spheres[1].color.to_srgb8(), "object 2 before it");
+    assert_eq!(at(402, 213), scene.spheres.color(1).unwrap().to_srgb8(), "object 2 before it");
     assert_eq!(at(5, 355), [0x8c, 0x8c, 0x8c], "the floor");
     assert_eq!(at(5, 5), [0x20, 0x24, 0x2c], "the background");
 }
@@ -190,7 +190,7 @@ fn the_cloud_is_as_explained() {
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2 + 5, 1));
     assert_eq!(scene.clouds[0].first_id, 3);
     assert_eq!(scene.spheres[2].radius, 0.01);
-    assert_eq!(scene.spheres[6].color, Color::from_hex("#1f77b4").unwrap());
+    assert_eq!(scene.spheres.color(6), Color::from_hex("#1f77b4"));
     // Each ending of the table is known: what is wrong is the file that isn't there.
     for row in table("file") {
         let name = format!("missing{}", code(row[0]));

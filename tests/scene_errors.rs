@@ -224,13 +224,13 @@ fn a_scene_is_read_as_it_is_written() {
     assert_eq!(camera.up.to_array(), [0.0, 2.0, 0.5]);
     assert_eq!(camera.fov_degrees, 40.0);
     assert_eq!(scene.image.map(|i| (i.width, i.height)), Some((1280, 720)));
-    assert_eq!(scene.spheres[0].name.as_deref(), Some("b"));
+    assert_eq!(scene.spheres.name(0), Some("b"));
     // 2⁵³ + 1 is no f64; the nearest (ties to even) is 2⁵³.
     let center = [0.1, 9007199254740992.0, 16.0];
     assert_eq!(scene.spheres[0].center.to_array(), center);
     assert_eq!(scene.spheres[0].radius, 10.5);
-    assert_eq!(scene.spheres[0].color.to_srgb8(), [0xd6, 0x27, 0x28]);
-    assert_eq!(scene.spheres[1].name, None);
+    assert_eq!(scene.spheres.color(0).unwrap().to_srgb8(), [0xd6, 0x27, 0x28]);
+    assert_eq!(scene.spheres.name(1), None);
     assert_eq!(scene.planes[0].normal.to_array(), [0.0, 1.0, 0.0]);
     assert_eq!(scene.planes[0].color, Color([0.5, 0.0, 1.0]));
     assert_eq!(scene.n_objects(), 3);

@@ -105,7 +105,7 @@ fn figure2_hides_and_cuts_as_the_lecture_says() {
     let scene = scene("figure2.toml");
     let pixels = pixels(&scene);
     assert!(scene.spheres[0].center.z - scene.spheres[0].radius > 0.0);
-    assert_eq!(scene.spheres[2].color, Color::from_hex("#d62728").unwrap());
+    assert_eq!(scene.spheres.color(2), Color::from_hex("#d62728"));
     let (mut hides, mut n_in_view, mut n_beyond_edge) = ([0; 5], 0, 0);
     for y in (0..pixels.height).step_by(4) {
         for x in (0..2 * pixels.width).step_by(4) {

@@ -10,7 +10,7 @@ fn nearly_equal(n: usize) -> Vec<Sphere> {
     let sphere = |i: usize| {
         let shift = (i * 7919 % n) as f64 * f64::EPSILON;
         let center = DVec3::new(shift, 0.0, -5.0 - shift);
-        Sphere { name: None, center, radius: 1.0, color: Color::BLACK }
+        Sphere { center, radius: 1.0 }
     };
     (0..n).map(sphere).collect()
 }
@@ -34,7 +34,7 @@ fn decide(stage: &Stage, n_rays: u32) -> Vec<(u32, f32, Level)> {
 #[test]
 fn candidates_that_are_not_held_are_found_again() {
     let (n, pixels) = (300, pixels(8, 6));
-    let scene = Scene { spheres: nearly_equal(n), ..Scene::default() };
+    let scene = Scene { spheres: nearly_equal(n).into(), ..Scene::default() };
     let rays = Rays::Pixels(pixels);
     let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
     let decided = |most_held| decide(&Stage { most_held, ..Stage::new(&prepared, &rays) }, 48);
@@ -69,7 +69,7 @@ fn of_equal_objects_the_first_is_the_only_candidate() {
     let sphere = nearly_equal(1).remove(0);
     for (n_spheres, n_planes) in [(500, 1), (0, 500)] {
         let scene = Scene {
-            spheres: vec![sphere.clone(); n_spheres],
+            spheres: vec![sphere; n_spheres].into(),
             planes: vec![plane.clone(); n_planes],
             ..Scene::default()
         };

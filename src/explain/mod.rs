@@ -321,12 +321,12 @@ impl ObjectExplanation {
 
 /// `sphere 3 (red giant)`
 pub(crate) fn label(scene: &Scene, id: u32) -> String {
-    let (kind, object) = match scene.object(id) {
+    let kind = match scene.object(id) {
         None => return "background".into(),
-        Some(object @ Object::Sphere(_)) => ("sphere", object),
-        Some(object @ Object::Plane(_)) => ("plane", object),
+        Some(Object::Sphere(_)) => "sphere",
+        Some(Object::Plane(_)) => "plane",
     };
-    let Some(name) = object.name() else { return format!("{kind} {id}") };
+    let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
     let is_plain = |c: &char| !c.is_control() && !steers(*c);
     let mut shown: String = name.chars().filter(is_plain).take(NAME_CHARS).collect();
     if name.chars().count() > NAME_CHARS {

@@ -36,12 +36,12 @@ pub(super) fn write(
     )?;
     for (id, sphere) in ids(&scene.spheres, FIRST_SPHERE) {
         write!(out, "sphere {{ {}, {:?} ", Vector(sphere.center), sphere.radius)?;
-        end_object(id, color_of(id), sphere.name.as_deref(), out)?;
+        end_object(id, color_of(id), scene.name(id), out)?;
     }
     for (id, plane) in ids(&scene.planes, first_plane(scene)) {
         // Of the plane through the origin, moved: its distance from there is no number of the scene.
         write!(out, "plane {{ {}, 0.0 translate {} ", Vector(plane.normal), Vector(plane.point))?;
-        end_object(id, color_of(id), plane.name.as_deref(), out)?;
+        end_object(id, color_of(id), scene.name(id), out)?;
     }
     Ok(())
 }

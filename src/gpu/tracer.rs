@@ -608,15 +608,13 @@ mod tests {
     use crate::camera::{Pixels, View};
     use crate::gpu::{Arithmetic, Pick};
     use crate::prepare::FEW_SPHERES;
-    use crate::scene::{Camera, Color, Scene, Sphere};
+    use crate::scene::{Camera, Scene, Sphere};
     use glam::DVec3;
 
     fn row_of_spheres(n: usize) -> Arc<Scene> {
         let sphere = |i| Sphere {
-            name: None,
             center: DVec3::new(i as f64 - n as f64 / 2.0, 0.0, -(n as f64)),
             radius: 0.4,
-            color: Color::BLACK,
         };
         Arc::new(Scene { spheres: (0..n).map(sphere).collect(), ..Scene::default() })
     }

@@ -207,7 +207,6 @@ fn by_rays(frame: &Frame, spheres: &[Sphere], control: &Control) -> Result<(Sear
 mod tests {
     use super::*;
     use crate::memory::Limit;
-    use crate::scene::Color;
 
     /// Against a plain search, over spheres of few values, so that some are equal.
     #[test]
@@ -217,10 +216,8 @@ mod tests {
             let mut number = || (random.next() % 6) as f64;
             let spheres: Vec<Sphere> = (0..n)
                 .map(|_| Sphere {
-                    name: None,
                     center: DVec3::new(number(), number(), number()),
                     radius: number(),
-                    color: Color::BLACK,
                 })
                 .collect();
             let same = |a: &Sphere, b: &Sphere| (a.center, a.radius) == (b.center, b.radius);

@@ -114,11 +114,11 @@ fn offsets() -> Vec<f64> {
 }
 
 fn sphere(center: DVec3, radius: f64) -> Sphere {
-    Sphere { name: None, center, radius, color: Color([0.5; 3]) }
+    Sphere { center, radius }
 }
 
 fn scene_of(camera: Option<Camera>, spheres: Vec<Sphere>, planes: Vec<Plane>) -> Arc<Scene> {
-    Arc::new(Scene { camera, spheres, planes, ..Scene::default() })
+    Arc::new(Scene { camera, spheres: spheres.into(), planes, ..Scene::default() })
 }
 
 /// A sphere of radius 1 around a random point `distance` away from the eye at the origin. Every

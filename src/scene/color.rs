@@ -4,6 +4,12 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Color(pub [f32; 3]);
 
+impl From<[f32; 3]> for Color {
+    fn from(linear: [f32; 3]) -> Color {
+        Color(linear)
+    }
+}
+
 impl Color {
     /// Black: the default background.
     pub const BLACK: Color = Color([0.0; 3]);

@@ -5,6 +5,7 @@ mod color;
 mod open;
 mod places;
 mod read;
+mod spheres;
 mod table;
 mod write;
 
@@ -20,6 +21,7 @@ pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,
 };
+pub use spheres::{Sphere, Spheres};
 pub(crate) use write::cloud_scene_text;
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
@@ -52,19 +54,6 @@ impl ImageSize {
     /// The largest width and height: what picture viewers and GPU textures commonly take, and
     /// small enough that products of two pixel coordinates fit in 32 bits.
     pub const MAX_SIDE: u32 = 32768;
-}
-
-/// The set of points at distance `radius` from `center`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sphere {
-    /// Name given in the scene file. A scene may have millions of spheres, so it is kept small.
-    pub name: Option<Box<str>>,
-    /// Centre, world units.
-    pub center: DVec3,
-    /// Radius, world units, positive.
-    pub radius: f64,
-    /// Surface colour.
-    pub color: Color,
 }
 
 /// The set of points `p` with `(p − point)·normal = 0`.
@@ -102,7 +91,7 @@ pub struct Scene {
     /// The picture size that the file asks for.
     pub image: Option<ImageSize>,
     /// Single spheres in file order, then the spheres of each cloud.
-    pub spheres: Vec<Sphere>,
+    pub spheres: Spheres,
     /// Planes, in file order.
     pub planes: Vec<Plane>,
     /// The files that the clouds came from, in file order.
@@ -117,7 +106,7 @@ impl Scene {
 
     /// Bytes of memory that the objects take, without names.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.spheres[..]) + size_of_val(&self.planes[..])) as u64
+        self.spheres.bytes() + size_of_val(&self.planes[..]) as u64
     }
 
     /// The camera, or the error that a command that draws a picture gives without one. `path` is
@@ -143,10 +132,18 @@ impl Scene {
         }
     }
 
+    /// Name given in the scene file to the object with this id.
+    pub fn name(&self, id: u32) -> Option<&str> {
+        match self.object(id)? {
+            Object::Sphere(_) => self.spheres.name(id as usize - 1),
+            Object::Plane(plane) => plane.name.as_deref(),
+        }
+    }
+
     /// Linear colours by id: the first is the background's.
     pub fn colors(&self) -> impl Iterator<Item = Color> {
         std::iter::once(self.background)
-            .chain(self.spheres.iter().map(|s| s.color))
+            .chain(self.spheres.colors())
             .chain(self.planes.iter().map(|p| p.color))
     }
 }
@@ -158,14 +155,4 @@ pub enum Object<'a> {
     Sphere(&'a Sphere),
     /// A plane.
     Plane(&'a Plane),
-}
-
-impl Object<'_> {
-    /// Name given in the scene file.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Object::Sphere(sphere) => sphere.name.as_deref(),
-            Object::Plane(plane) => plane.name.as_deref(),
-        }
-    }
 }

@@ -9,7 +9,7 @@ use super::clouds::{CloudTable, Given, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
-use super::{Camera, Color, ImageSize, Plane, Scene, Sphere};
+use super::{Camera, Color, ImageSize, Plane, Scene, Sphere, Spheres};
 use crate::camera::View;
 use crate::control::Control;
 use crate::error::{Result, SceneError};
@@ -171,7 +171,15 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
     let camera = top.get("camera").map(|field| read_camera(&field.table(&CAMERA)?)).transpose()?;
     let image = top.get("image").map(|field| read_image(&field.table(&IMAGE)?)).transpose()?;
     let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
-    let spheres = top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?;
+    let mut spheres = Spheres::default();
+    for (index, (sphere, color, name)) in
+        (0..).zip(top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?)
+    {
+        spheres.push(sphere, color);
+        if let Some(name) = name {
+            spheres.set_name(index, name);
+        }
+    }
     let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
     let clouds = top.each("spheres", &SPHERES, read_cloud_table)?;
     Ok((Scene { background, camera, image, spheres, planes, clouds: Vec::new() }, clouds))
@@ -240,8 +248,9 @@ fn read_image(table: &Table) -> Checked<ImageSize> {
     })
 }
 
-fn read_sphere(table: &Table, eye: DVec3) -> Checked<Sphere> {
-    let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);
+/// A sphere, its colour and its name.
+fn read_sphere(table: &Table, eye: DVec3) -> Checked<(Sphere, Color, Option<String>)> {
+    let name = table.get("name").map(|field| field.text()).transpose()?;
     let center_field = table.require("center")?;
     let center = center_field.vector()?;
     finite_difference(&center_field, center, eye)?;
@@ -250,7 +259,7 @@ fn read_sphere(table: &Table, eye: DVec3) -> Checked<Sphere> {
     if !(center.abs() + DVec3::splat(radius)).is_finite() {
         return Err(too_far(&radius_field));
     }
-    Ok(Sphere { name, center, radius, color: table.require("color")?.color()? })
+    Ok((Sphere { center, radius }, table.require("color")?.color()?, name))
 }
 
 fn read_radius(field: &Field) -> Checked<f64> {

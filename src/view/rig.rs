@@ -227,11 +227,11 @@ mod tests {
     }
 
     fn sphere(center: DVec3, radius: f64) -> Sphere {
-        Sphere { name: None, center, radius, color: Color::BLACK }
+        Sphere { center, radius }
     }
 
     fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
-        Scene { spheres, planes, ..Scene::default() }
+        Scene { spheres: spheres.into(), planes, ..Scene::default() }
     }
 
     const SIZE: DVec2 = DVec2::new(640.0, 360.0);

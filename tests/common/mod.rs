@@ -42,7 +42,7 @@ pub fn in_cube(rng: &mut impl Rng) -> DVec3 {
 
 /// A sphere without a name.
 pub fn sphere(center: DVec3, radius: f64) -> Sphere {
-    Sphere { name: None, center, radius, color: Color([1.0; 3]) }
+    Sphere { center, radius }
 }
 
 /// A plane without a name.
@@ -52,7 +52,7 @@ pub fn plane(point: DVec3, normal: DVec3) -> Plane {
 
 /// A scene of these objects without a camera.
 pub fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
-    Scene { spheres, planes, ..Scene::default() }
+    Scene { spheres: spheres.into(), planes, ..Scene::default() }
 }
 
 /// A camera looking from one point to another.

@@ -87,14 +87,14 @@ pub fn scene_of(shapes: &[Shape]) -> Scene {
     for shape in shapes {
         match *shape {
             Shape::Sphere { center, radius } => {
-                spheres.push(Sphere { name: None, center, radius, color });
+                spheres.push(Sphere { center, radius });
             }
             Shape::Plane { point, normal } => {
                 planes.push(Plane { name: None, point, normal, color });
             }
         }
     }
-    Scene { spheres, planes, ..Scene::default() }
+    Scene { spheres: spheres.into(), planes, ..Scene::default() }
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use csv::{ByteRecord, Error, ErrorKind, Position, Reader, ReaderBuilder};
 
-use super::Reading;
 use super::watched::Watched;
-use crate::scene::Sphere;
+use super::{Reading, Template};
 use crate::scene::places::{Stop, quoted};
+use crate::scene::{Color, Sphere};
 
 const HELP: &str = "the first line names the columns: x, y, z, and optionally r, and red, green, \
                     blue (linear, 0 to 1), in any order and among others, with commas between them";
@@ -24,11 +24,9 @@ const MAX_LINE_BYTES: u64 = 1 << 20;
 /// Reads the spheres of a `.csv` file, in the order of its lines.
 pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let (mut file, n_bytes) = cloud.open()?;
-    if n_bytes.is_some() {
-        // All lines but the header; where the last one has no line break, the header's counts.
-        let n_at_most = file.count_line_breaks().map_err(|error| cloud.failed(&error))?;
-        cloud.reserve(n_at_most)?;
-    }
+    // All lines but the header; where the last one has no line break, the header's counts.
+    let n_at_most = n_bytes.map(|_| file.count_line_breaks()).transpose();
+    let n_at_most = n_at_most.map_err(|error| cloud.failed(&error))?;
     let mut reader = ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(file);
     let allow = |reader: &Reader<Watched>| {
         reader.get_ref().allow(MAX_LINE_BYTES + BUFFER_BYTES as u64);
@@ -40,6 +38,9 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let header = reader.byte_headers().map_err(|error| cloud.wrong(error, HELP))?;
     let columns = Columns::find(header).map_err(|found| cloud.wrong(found, HELP))?;
     let template = cloud.template(columns.radius.is_some(), columns.color.is_some())?;
+    if let Some(n) = n_at_most {
+        cloud.reserve(n, template.color)?;
+    }
 
     let path = cloud.source.path.clone();
     let mut record = ByteRecord::new();
@@ -100,7 +101,7 @@ impl Columns {
     }
 
     /// The sphere of a line; `template` has what the columns lack.
-    fn sphere(&self, record: &ByteRecord, template: &Sphere) -> Result<Sphere, String> {
+    fn sphere(&self, record: &ByteRecord, template: &Template) -> Result<(Sphere, Color), String> {
         let number = |column: usize| {
             let field = record.get(column).unwrap_or_default();
             let text = std::str::from_utf8(field).ok().map(str::trim);
@@ -109,7 +110,8 @@ impl Columns {
                 format!("{:?} is not a number", quoted(&found))
             })
         };
-        let mut sphere = template.clone();
+        let Template { mut sphere, color } = *template;
+        let mut color = color.unwrap_or_default();
         for (axis, &column) in self.center.iter().enumerate() {
             sphere.center[axis] = number(column)?;
         }
@@ -117,9 +119,9 @@ impl Columns {
             sphere.radius = number(column)?;
         }
         for (channel, &column) in self.color.iter().flatten().enumerate() {
-            sphere.color.0[channel] = number(column)? as f32;
+            color.0[channel] = number(column)? as f32;
         }
-        Ok(sphere)
+        Ok((sphere, color))
     }
 }
 

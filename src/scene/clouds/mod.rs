@@ -25,8 +25,9 @@ use glam::DVec3;
 
 use super::open::Files;
 use super::places::{Fault, Stop, cut, quoted};
+use super::spheres::{Problem, problem_of};
 use super::table::Checked;
-use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
+use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere, Spheres};
 use crate::control::Control;
 use crate::error::Error;
 use crate::memory::Available;
@@ -143,6 +144,14 @@ impl<'t> Source<'t> {
 /// Characters of what was found that a message tells: a cell or a word may be a whole file.
 const MOST_FOUND: usize = 400;
 
+/// What the spheres of a cloud begin with.
+#[derive(Clone, Copy)]
+struct Template {
+    sphere: Sphere,
+    /// The colour of all of them; where there is none, the file has one for each.
+    color: Option<Color>,
+}
+
 /// A cloud while it is read: what its spheres must be, and where they go.
 struct Reading<'a> {
     source: Source<'a>,
@@ -150,7 +159,7 @@ struct Reading<'a> {
     eye: DVec3,
     control: &'a Control,
     n_planes: usize,
-    spheres: &'a mut Vec<Sphere>,
+    spheres: &'a mut Spheres,
 }
 
 impl<'a> Reading<'a> {
@@ -183,17 +192,15 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// A sphere with what the table says for all, or an error where the table and the file both
-    /// say it or neither does.
-    fn template(&self, has_radius: bool, has_color: bool) -> Result<Sphere, Stop> {
+    /// The radius (or 0) and the colour that the table says for all, or an error where the table
+    /// and the file both say it or neither does.
+    fn template(&self, has_radius: bool, has_color: bool) -> Result<Template, Stop> {
         let CloudTable { radius, color, .. } = self.source.table;
         let radius = self.only_once("radius", "0.01", has_radius, radius.as_ref())?;
         let color = self.only_once("color", "\"#1f77b4\"", has_color, color.as_ref())?;
-        Ok(Sphere {
-            name: None,
-            center: DVec3::ZERO,
-            radius: radius.unwrap_or_default(),
-            color: color.unwrap_or_default(),
+        Ok(Template {
+            sphere: Sphere { center: DVec3::ZERO, radius: radius.unwrap_or_default() },
+            color,
         })
     }
 
@@ -223,8 +230,8 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Makes room for `n` more spheres, and no more.
-    fn reserve(&mut self, n: usize) -> Result<(), Stop> {
+    /// Makes room for `n` more spheres, of one colour or of any, and no more.
+    fn reserve(&mut self, n: usize, color: Option<Color>) -> Result<(), Stop> {
         let path = self.source.path.display();
         let n_before = self.spheres.len() + self.n_planes;
         if n > MAX_OBJECTS - n_before.min(MAX_OBJECTS) {
@@ -235,19 +242,18 @@ impl<'a> Reading<'a> {
             ))
             .into());
         }
-        let n_bytes = n as u64 * size_of::<Sphere>() as u64;
+        let n_bytes = self.spheres.bytes_of(n, color);
         let available = Available::now();
         // Where there are some already, both copies are held for a while.
-        let n_moved = if self.spheres.capacity() == 0 { 0 } else { self.spheres.len() };
-        let n_needed = n_bytes + (n_moved * size_of::<Sphere>()) as u64;
-        if n_needed > available.bytes || self.spheres.try_reserve_exact(n).is_err() {
+        let n_needed = n_bytes + self.spheres.bytes();
+        if n_needed > available.bytes || self.spheres.try_reserve(n, color).is_err() {
             return Err(Error::TooLarge(format!(
                 "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available {}, \
                  enough for {}; free some, or give fewer spheres",
                 n_needed.div_ceil(1 << 20),
                 available.bytes >> 20,
                 available.limit,
-                available.bytes / size_of::<Sphere>() as u64
+                available.bytes / n_bytes.div_ceil(n.max(1) as u64).max(1)
             ))
             .into());
         }
@@ -255,53 +261,23 @@ impl<'a> Reading<'a> {
     }
 
     /// Adds a checked sphere; `place` says where in the file it stands.
-    fn push<P: Display>(&mut self, sphere: Sphere, place: impl FnOnce() -> P) -> Result<(), Stop> {
-        if let Some(problem) = problem_of(&sphere, self.eye) {
+    fn push<P: Display>(
+        &mut self,
+        (sphere, color): (Sphere, Color),
+        place: impl FnOnce() -> P,
+    ) -> Result<(), Stop> {
+        if let Some(problem) = problem_of(&sphere, color, self.eye) {
             return Err(self.wrong_row(place(), problem));
         }
         if self.spheres.len() == self.spheres.capacity() {
             // Only what could not be counted before: a pipe, or a file without line feeds.
-            self.reserve(self.spheres.len().max(1 << 16))?;
+            self.reserve(self.spheres.len().max(1 << 16), Some(color))?;
         }
-        self.spheres.push(sphere);
+        self.spheres.push(sphere, color);
         Ok(())
     }
 
     fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
         self.wrong(format!("{place}: {found}"), help)
     }
-}
-
-/// What was found and what is expected.
-type Problem = (String, &'static str);
-
-/// Why this is no sphere of a scene seen from `eye`.
-fn problem_of(sphere: &Sphere, eye: DVec3) -> Option<Problem> {
-    let Sphere { center, radius, color: Color(color), .. } = sphere;
-    let reach = center.abs() + DVec3::splat(*radius);
-    let is_far = !(reach.is_finite() && (center - eye).is_finite());
-    let is_colored = color.iter().all(|part| (0.0..=1.0).contains(part));
-    if !is_far && *radius > 0.0 && is_colored {
-        return None;
-    }
-    Some(if !center.is_finite() || !radius.is_finite() {
-        let [x, y, z] = center.to_array();
-        (
-            format!("not all numbers are finite: centre ({x:?}, {y:?}, {z:?}), radius {radius:?}"),
-            "coordinates and radii are finite numbers (up to 1.8e308)",
-        )
-    } else if *radius <= 0.0 {
-        (format!("the radius is {radius:?}"), "a radius is greater than 0")
-    } else if is_far {
-        (
-            "the sphere reaches too far from the eye or the origin".into(),
-            "sums and differences of coordinates must stay below 1.8e308, the largest 64-bit float",
-        )
-    } else {
-        let [red, green, blue] = color;
-        (
-            format!("the colour is ({red:?}, {green:?}, {blue:?})"),
-            "red, green and blue are linear, each from 0 to 1",
-        )
-    })
 }

@@ -1,6 +1,6 @@
 //! Clouds in NumPy's format.
 
-use super::{Reading, problem_of};
+use super::{Reading, Template, problem_of};
 use crate::error::Error;
 use crate::npy::FloatTable;
 use crate::scene::places::Stop;
@@ -13,23 +13,20 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let (file, n_bytes) = cloud.open()?;
     let table = FloatTable::new(file, n_bytes, &cloud.source.path, &COLUMNS)
         .map_err(|error| stop(cloud, error))?;
-    let template = cloud.template(table.n_columns >= 4, table.n_columns == 7)?;
+    let Template { sphere, color } = cloud.template(table.n_columns >= 4, table.n_columns == 7)?;
     let first = cloud.spheres.len();
-    cloud.reserve(table.n_rows)?;
-    cloud.spheres.resize(first + table.n_rows, template);
-    let spheres = &mut cloud.spheres[first..];
+    cloud.reserve(table.n_rows, color)?;
+    let (spheres, colors) = cloud.spheres.extend_equal(table.n_rows, sphere, color);
     // A value and not a row at a time: in Fortran order, a column comes first.
-    let read = table.read(|row, column, value| {
-        let sphere = &mut spheres[row];
-        match column {
-            0..3 => sphere.center[column] = value,
-            3 => sphere.radius = value,
-            _ => sphere.color.0[column - 4] = value as f32,
-        }
+    let read = table.read(|row, column, value| match column {
+        0..3 => spheres[row].center[column] = value,
+        3 => spheres[row].radius = value,
+        _ => colors[row].0[column - 4] = value as f32,
     });
     read.map_err(|error| stop(cloud, error))?;
-    for (row, sphere) in cloud.spheres[first..].iter().enumerate() {
-        if let Some(problem) = problem_of(sphere, cloud.eye) {
+    let colors = cloud.spheres.colors().skip(first);
+    for (row, (sphere, color)) in cloud.spheres[first..].iter().zip(colors).enumerate() {
+        if let Some(problem) = problem_of(sphere, color, cloud.eye) {
             return Err(cloud.wrong_row(format!("row {row} (counted from 0)"), problem));
         }
     }

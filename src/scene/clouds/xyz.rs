@@ -26,7 +26,7 @@ const MIN_ATOM_BYTES: u64 = 7;
 /// coordinates is not looked at.
 pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let (file, n_bytes) = cloud.open()?;
-    let template = cloud.template(true, true)?;
+    cloud.template(true, true)?;
     let elements = Elements::new();
     let mut lines = Lines::new(file);
 
@@ -37,7 +37,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     })?;
     // A wrong number must not ask for more than a file of this length can have.
     let n_at_most = n_bytes.map_or(0, |n| n / MIN_ATOM_BYTES);
-    cloud.reserve(n_atoms.min(usize::try_from(n_at_most).unwrap_or(usize::MAX)))?;
+    cloud.reserve(n_atoms.min(usize::try_from(n_at_most).unwrap_or(usize::MAX)), None)?;
     lines.next(cloud)?;
 
     for n_read in 0..n_atoms {
@@ -58,7 +58,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
                  other kinds go into a .csv or .npy file with their radius",
             ));
         };
-        cloud.push(Sphere { center, radius, color, ..template.clone() }, || place)?;
+        cloud.push((Sphere { center, radius }, color), || place)?;
     }
     while let Some(line) = lines.next(cloud)? {
         if !line.trim().is_empty() {
