@@ -4,6 +4,7 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
+mod formula;
 pub mod latex;
 mod numbers;
 mod ray;
@@ -195,10 +196,8 @@ pub struct Seen {
 /// [`crate::Error::Usage`] where `rays` is not one ray.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
     let numbers = Numbers::new(scene, rays)?;
-    let ids: Vec<u32> = (1..=scene.n_objects() as u32).collect();
-    let objects = ids.iter().filter_map(|&id| Some((id, scene.object(id)?)));
-    let hit = nearest(&numbers.exact, objects);
-    let ranked = ranked(scene, &numbers, &ids, limit);
+    let hit = nearest(&numbers.exact, scene.objects());
+    let ranked = ranked(scene, &numbers, limit);
     let objects: Vec<ObjectExplanation> =
         ranked.iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
 
@@ -311,12 +310,17 @@ pub(crate) fn label(scene: &Scene, id: u32) -> String {
         Some(object @ Object::Plane(_)) => ("plane", object),
     };
     let Some(name) = object.name() else { return format!("{kind} {id}") };
-    let mut shown: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARS).collect();
-    if name.chars().count() > NAME_CHARS {
+    format!("{kind} {id} ({})", shortened(name, NAME_CHARS))
+}
+
+/// At most so many characters of a text, without those that steer a terminal.
+fn shortened(text: &str, n_chars: usize) -> String {
+    let mut shown: String = text.chars().filter(|c| !c.is_control()).take(n_chars).collect();
+    if text.chars().count() > n_chars {
         shown.pop();
         shown.push('…');
     }
-    format!("{kind} {id} ({shown})")
+    shown
 }
 
 fn winner(scene: &Scene, ray: &ExactRay, hit: &ExactHit) -> Option<Winner> {
@@ -343,8 +347,8 @@ struct Rank {
 }
 
 /// The objects in the order of [`Explanation::objects`], the first `limit` of them.
-fn ranked(scene: &Scene, numbers: &Numbers, ids: &[u32], limit: Option<usize>) -> Vec<Rank> {
-    let rank = |&id: &u32| {
+fn ranked(scene: &Scene, numbers: &Numbers, limit: Option<usize>) -> Vec<Rank> {
+    let rank = |id: u32| {
         let object = scene.object(id)?;
         let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);
         let key = match &root {
@@ -353,7 +357,8 @@ fn ranked(scene: &Scene, numbers: &Numbers, ids: &[u32], limit: Option<usize>) -
         };
         Some(Rank { id, root, key })
     };
-    let mut ranks: Vec<Rank> = ids.par_iter().filter_map(rank).collect();
+    let ids = 1..=scene.n_objects() as u32;
+    let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
     ranks.sort_by(|a, b| {
         // Rounding keeps the order, so only equal f64 need the exact comparison.
         let exact = || match (&a.root, &b.root) {
