@@ -16,8 +16,8 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::device;
-use super::head::{Head, Objects, On};
-use super::output::{bytes, objects, print, print_json};
+use super::head::{Objects, On, print_summary};
+use super::output::{bytes, objects, print};
 use super::progress::Progress;
 use super::render::size;
 use super::{Run, VerifyArgs, scene};
@@ -31,8 +31,6 @@ const WANTS: Wants = Wants { surface: true, level: false };
 
 #[derive(Serialize)]
 struct Summary {
-    #[serde(flatten)]
-    head: Head,
     #[serde(flatten)]
     on: On,
     size: [u32; 2],
@@ -64,7 +62,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     refuse_what_cannot_fit(&pixels)?;
-    let only = (!args.all_kernels).then_some(args.kernel);
+    let only = (!args.all_kernels).then_some(args.kernel.kernel);
     let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
 
@@ -87,8 +85,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
 
     let broken: Vec<String> = results.iter().flat_map(|result| result.broken.clone()).collect();
     if args.talk.json {
-        print_json(&Summary {
-            head: Head::new("verify"),
+        let summary = Summary {
             on: On::from(&device),
             size: [pixels.width, pixels.height],
             objects: Objects::from(&*scene),
@@ -96,7 +93,8 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             samples: n_samples,
             seed: args.seed,
             kernels: results,
-        })?;
+        };
+        print_summary("verify", &summary)?;
     } else {
         let share = match n_samples == pixels.len() {
             true => "all pixels".to_string(),
