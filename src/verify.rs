@@ -91,8 +91,8 @@ impl Truth {
 /// What a ray sees, by exact arithmetic on every object that f64 does not clearly rule out. No
 /// hierarchy: this is what one is judged by.
 fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
-    let objects = (1..=scene.n_objects() as u32)
-        .filter_map(|id| scene.object(id).map(|object| (id, object)))
+    let objects = scene
+        .objects()
         .filter(|(_, object)| !is_clearly_missed(near, object))
         .map(|(id, object)| (id, Shape::from(object)));
     let Some(hit) = exact::nearest(ray, objects) else {
