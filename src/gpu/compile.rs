@@ -51,7 +51,7 @@ pub struct Shader {
     pub wgsl: String,
     /// Its validated form.
     pub module: naga::Module,
-    /// What validation found out.
+    /// The findings of the validation.
     pub info: ModuleInfo,
 }
 
@@ -63,7 +63,7 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     compile_edited(needs, None)
 }
 
-/// What a test does to the WGSL text of every scene's shader.
+/// A test's change to the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
@@ -95,7 +95,7 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The shader that lists and settles the undecided rays of a picture on the device.
 #[cfg(feature = "view")]
 pub fn compile_undecided() -> Result<Shader> {
-    let constants = workgroup() + &undecided();
+    let constants = declared(&WORKGROUP_SIZE) + &declared(&[UNDECIDED_ID]);
     compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
 }
 
@@ -105,7 +105,7 @@ pub fn compile_present() -> Result<Shader> {
     compile_parts(&[PRESENT], &Choices::default())
 }
 
-/// What the directives and the parts ask for.
+/// The answers to the directives and the parts.
 #[derive(Default)]
 struct Choices<'a> {
     flags: Vec<&'static str>,
@@ -143,13 +143,49 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
     .collect()
 }
 
-fn workgroup() -> String {
-    let [width, height] = WORKGROUP;
-    format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
+/// A name in WGSL and its number.
+type Constant = (&'static str, Number);
+
+enum Number {
+    U32(u32),
+    F32(f32),
 }
 
-fn undecided() -> String {
-    format!("const UNDECIDED = {UNDECIDED}u;\n")
+use Number::{F32, U32};
+
+const WORKGROUP_SIZE: [Constant; 2] =
+    [("WORKGROUP_WIDTH", U32(WORKGROUP[0])), ("WORKGROUP_HEIGHT", U32(WORKGROUP[1]))];
+
+const UNDECIDED_ID: Constant = ("UNDECIDED", U32(UNDECIDED));
+
+/// For the walk through the hierarchy.
+const OF_HIERARCHY: [Constant; 6] = [
+    ("IS_LEAF", U32(IS_LEAF)),
+    ("BORROW", U32(BORROW)),
+    ("NO_PLACE", U32(u32::MAX)),
+    ("T_ROOM", F32(guard::T_ROOM)),
+    ("LEAST_NEARNESS", F32(guard::LEAST_NEARNESS)),
+    ("ROW_BITS", U32(TEXELS_PER_ROW.ilog2())),
+];
+
+/// For the certified kernel's filter.
+fn of_filter() -> [Constant; 5] {
+    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
+    [
+        UNDECIDED_ID,
+        ("NARROWER", F32(narrower)),
+        ("WIDER", F32(wider)),
+        ("FAR_NARROWER", F32(far_narrower)),
+        ("LARGEST", F32(f32::MAX)),
+    ]
+}
+
+fn declared(constants: &[Constant]) -> String {
+    let declaration = |(name, number): &Constant| match number {
+        U32(number) => format!("const {name} = {number}u;\n"),
+        F32(number) => format!("const {name} = {number:?}f;\n"),
+    };
+    constants.iter().map(declaration).collect()
 }
 
 fn constants(needs: &Needs) -> String {
@@ -159,7 +195,7 @@ fn constants(needs: &Needs) -> String {
         Kernel::Double => ("Double", "f64"),
         Kernel::Certified => ("Certified", "f32"),
     };
-    let mut text = workgroup() + &aliases(real);
+    let mut text = declared(&WORKGROUP_SIZE) + &aliases(real);
     if needs.n_spheres > 0 {
         text += &format!("alias SphereRecord = Sphere{kernel};\n");
     }
@@ -167,23 +203,15 @@ fn constants(needs: &Needs) -> String {
         text += &format!("alias PlaneRecord = Plane{kernel};\n");
     }
     if needs.kernel == Kernel::Certified {
-        let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-        text += &undecided();
-        text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
-        text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
-        text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
+        text += &declared(&of_filter());
     }
     if needs.hierarchy {
-        text += &format!("const IS_LEAF = {IS_LEAF}u;\nconst BORROW = {BORROW}u;\n");
-        text += &format!("const NO_PLACE = {}u;\n", u32::MAX);
-        text += &format!("const T_ROOM = {:?}f;\n", guard::T_ROOM);
-        text += &format!("const LEAST_NEARNESS = {:?}f;\n", guard::LEAST_NEARNESS);
-        text += &format!("const ROW_BITS = {}u;\n", TEXELS_PER_ROW.ilog2());
+        text += &declared(&OF_HIERARCHY);
     }
     text
 }
 
-/// What the parts that several kernels share call a number and a vector.
+/// The names by which the parts that several kernels share call a number and a vector.
 fn aliases(real: &str) -> String {
     format!("alias Real = {real};\nalias Vec3 = vec3<{real}>;\n")
 }
@@ -225,7 +253,7 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// and grows with their square.
 const MAX_UNROLLED: usize = LISTED_SPHERES;
 
-/// What a `//#` directive opens.
+/// The lines from a `//#` directive to its end.
 enum Block {
     If(bool),
     Each { count: usize, body: String },
