@@ -43,7 +43,7 @@ fn of_pixel(name: &str, x: u32, y: u32) -> Explanation {
     explanation
 }
 
-/// What holds for the text and the LaTeX of every explanation.
+/// Asserts what holds for the text and the LaTeX of every explanation.
 #[track_caller]
 fn assert_written(explanation: &Explanation) {
     let text = text(explanation);

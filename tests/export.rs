@@ -16,7 +16,7 @@ use program::{run, scene_file};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a line of a file in another language says.
+/// The subject of a line of a file in another language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Sphere,
@@ -110,7 +110,7 @@ fn expected(language: Language, scene: &Scene, view: &View, [w, h]: [u32; 2]) ->
     lines
 }
 
-/// What is wrong with a file.
+/// Tells the first line that is wrong in a file.
 fn compare(found: &Lines, expected: &Lines) -> Result<(), String> {
     if found.len() != expected.len() {
         return Err(format!("{} lines, not {}", found.len(), expected.len()));

@@ -47,11 +47,11 @@ pub struct Explanation {
     pub objects: Vec<ObjectExplanation>,
     /// Objects of the whole scene.
     pub n_objects: usize,
-    /// What the ray sees, exactly; `None` for the background.
+    /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
     /// The level at which the kernel `certified` decided the ray.
     pub level: &'static str,
-    /// What each kernel sees, on the CPU and then on the device, where there is one.
+    /// The results of each kernel, on the CPU and then on the device, where there is one.
     pub seen: Vec<Seen>,
 }
 
@@ -152,7 +152,7 @@ pub enum Reason {
     Degenerate,
 }
 
-/// What a ray sees, exactly.
+/// The object that a ray sees, exactly.
 #[derive(Clone, Debug, Serialize)]
 pub struct Winner {
     /// Object id.
@@ -169,7 +169,7 @@ pub struct Winner {
     pub side: &'static str,
 }
 
-/// What a kernel sees on one device.
+/// The result of a kernel on one device.
 #[derive(Clone, Debug, Serialize)]
 pub struct Seen {
     /// The kernel's name.
@@ -184,7 +184,7 @@ pub struct Seen {
     pub t: f32,
     /// Unit normal; zero on the background.
     pub normal: [f32; 3],
-    /// Whether the id is the exact one.
+    /// True where the id is the exact one.
     pub right: bool,
     /// Error of `t` in f32 steps, where the right object is hit.
     pub t_error_ulp: Option<f64>,

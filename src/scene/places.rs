@@ -1,4 +1,4 @@
-//! What is wrong in a scene file, and where: bytes of the text to line and column.
+//! Errors in a scene file with their places: bytes of the text to line and column.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 
-/// What is wrong in a scene file, and where.
+/// An error in a scene file, and its place.
 #[derive(Debug)]
 pub struct SceneError {
     /// The file.
@@ -21,9 +21,9 @@ pub struct SceneError {
     /// Column of the span's start, characters, from 1; 0 where the error is about the file as a
     /// whole.
     pub column: usize,
-    /// What was found.
+    /// The finding.
     pub message: String,
-    /// What was expected, the nearest known key, or the next step.
+    /// The value that was expected, the nearest known key, or the next step.
     pub help: String,
 }
 

@@ -6,7 +6,7 @@
 //! | `.csv` | what the header says: x, y, z, and optionally r, and red, green, blue | linear, 0 to 1 |
 //! | `.xyz` | element, x, y, z in ångström | by element |
 //!
-//! What a file lacks, `radius` and `color` of the table say for all its spheres. Where the file has
+//! `radius` and `color` of the table say for all spheres what the file lacks. Where the file has
 //! it, the key is refused: one of the two would be without effect.
 
 mod csv;
@@ -45,7 +45,7 @@ impl<T> Given<T> {
     }
 }
 
-/// What a scene file says about a cloud.
+/// The table of a cloud in a scene file.
 #[derive(Debug)]
 pub(super) struct CloudTable {
     pub file: Given<String>,
@@ -264,7 +264,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// What was found and what is expected.
+/// The finding, and what is expected.
 type Problem = (String, &'static str);
 
 /// Why this is no sphere of a scene seen from `eye`.
