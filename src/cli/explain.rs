@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::device;
 use super::head::{Objects, On, print_summary};
 use super::options::PixelAt;
-use super::output::print;
+use super::output::print_text;
 use super::{ExplainArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -54,13 +54,13 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
         return print_summary("explain", &Summary { on, objects, explanation: &explanation });
     }
     if args.latex {
-        return print(latex::latex(&explanation).as_bytes());
+        return print_text(&latex::latex(&explanation));
     }
     let mut shown = text::text(&explanation);
     if explanation.objects.len() < explanation.n_objects {
         shown += "--all shows all objects.\n";
     }
-    print(shown.as_bytes())
+    print_text(&shown)
 }
 
 /// The pixel alone, as part of its picture.

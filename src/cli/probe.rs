@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::ProbeArgs;
 use super::head::print_summary;
-use super::output::{bytes, print};
+use super::output::{bytes, print_text};
 use super::quiet::{self, quietly};
 
 #[derive(Serialize)]
@@ -55,6 +55,7 @@ fn measure(gpu: &Gpu) -> Result<Measured> {
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
+    memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
     if args.talk.verbose || adapters.is_empty() {
@@ -65,7 +66,7 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
         print_summary("probe", &Summary { adapters })?;
     } else {
         let text: Vec<String> = adapters.iter().map(describe).collect();
-        print(text.join("\n").as_bytes())?;
+        print_text(&text.join("\n"))?;
     }
     if is_empty {
         return Err(Error::NoAdapter(

@@ -4,15 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::rays::{read_rays_with, write_hits};
-use kugelblitz::render::{Rendered, available_memory, hits_bytes};
+use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
+use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result, Session};
 
 use super::device;
 use super::head::{Traced, print_summary, traced_in_words};
-use super::output::{bytes, count};
+use super::output::{count, is_stdout};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
@@ -23,6 +24,13 @@ const FILE_RAY_BYTES: u64 = 48;
 pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let advice = "write the hits to a file";
     args.talk.refuse_json_beside(&[&args.output], "the hits", advice)?;
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && !is_stdout(&args.output) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.display()
+        )));
+    }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
@@ -33,12 +41,6 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
     drop(progress);
     let read = start.elapsed();
-    if rays.is_empty() {
-        return Err(Error::Input {
-            path: args.rays.clone(),
-            message: "there are no rays in it; give at least one row".into(),
-        });
-    }
 
     let device =
         device::open_for_list(&args.device.device, args.kernel.kernel, &scene, &args.talk)?;
@@ -72,21 +74,17 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     Ok(())
 }
 
-/// A file of float64 needs a ray and a hit for each row; one of float32 needs twice that for its
-/// size, so this refuses only what is certain not to fit.
+/// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of
+/// float32 needs twice that for its size, so this refuses only what is certain not to fit.
 fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
-    let needed = n_rays * size_of::<Ray>() as u64 + hits_bytes(n_rays, wants);
-    let available = available_memory();
-    if needed > available {
-        return Err(Error::TooLarge(format!(
-            "{}: its rays and their hits need at least {} of memory, but only {} are available; \
-             give the rays in parts",
-            rays.display(),
-            bytes(needed),
-            bytes(available)
-        )));
-    }
-    Ok(())
+    let ray_bytes = size_of::<Ray>() + size_of::<u32>();
+    let needed = n_rays * ray_bytes as u64 + hits_bytes(n_rays, wants);
+    let what = format!("{}: tracing its {n_rays} rays", rays.display());
+    memory::require(what, needed, "give the rays in parts")
 }

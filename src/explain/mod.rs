@@ -23,6 +23,8 @@ use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
+use crate::memory;
+use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
@@ -190,12 +192,25 @@ pub struct Seen {
     pub t_error_ulp: Option<f64>,
 }
 
+/// Bytes of an object's explanation and of its text. Measured: 3.3 KiB.
+const SHOWN_BYTES: u64 = 8 << 10;
+
 /// Explains one ray; the first `limit` objects of those that matter, or all.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] where `rays` is not one ray.
+/// [`crate::Error::Usage`] where `rays` is not one ray; [`crate::Error::TooLarge`] where there is not
+/// the memory to explain so many objects.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
     let numbers = Numbers::new(scene, rays)?;
+    let n_objects = scene.n_objects();
+    let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
+    // The ranks are put together from parts, and sorting takes half of them once more.
+    let ranking = n_objects * (size_of::<Rank>() * 5 / 2);
+    memory::require(
+        format!("explaining {n_shown} of {n_objects} objects"),
+        ranking as u64 + n_shown as u64 * SHOWN_BYTES,
+        "free some, explain fewer objects, or split the scene",
+    )?;
     let hit = nearest(&numbers.exact, scene.objects());
     let ranked = ranked(scene, &numbers, limit);
     let objects: Vec<ObjectExplanation> =
@@ -315,7 +330,8 @@ pub(crate) fn label(scene: &Scene, id: u32) -> String {
 
 /// At most so many characters of a text, without those that steer a terminal.
 fn shortened(text: &str, n_chars: usize) -> String {
-    let mut shown: String = text.chars().filter(|c| !c.is_control()).take(n_chars).collect();
+    let is_plain = |c: &char| !c.is_control() && !steers(*c);
+    let mut shown: String = text.chars().filter(is_plain).take(n_chars).collect();
     if text.chars().count() > n_chars {
         shown.pop();
         shown.push('…');
