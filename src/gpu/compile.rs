@@ -95,7 +95,7 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The shader that lists and settles the undecided rays of a picture on the device.
 #[cfg(feature = "view")]
 pub fn compile_undecided() -> Result<Shader> {
-    let constants = declared(&WORKGROUP_SIZE) + &declared(&[UNDECIDED_ID]);
+    let constants = format!("{}const UNDECIDED = {UNDECIDED}u;\n", workgroup());
     compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
 }
 
@@ -143,49 +143,9 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
     .collect()
 }
 
-/// A name in WGSL and its number.
-type Constant = (&'static str, Number);
-
-enum Number {
-    U32(u32),
-    F32(f32),
-}
-
-use Number::{F32, U32};
-
-const WORKGROUP_SIZE: [Constant; 2] =
-    [("WORKGROUP_WIDTH", U32(WORKGROUP[0])), ("WORKGROUP_HEIGHT", U32(WORKGROUP[1]))];
-
-const UNDECIDED_ID: Constant = ("UNDECIDED", U32(UNDECIDED));
-
-/// For the walk through the hierarchy.
-const OF_HIERARCHY: [Constant; 6] = [
-    ("IS_LEAF", U32(IS_LEAF)),
-    ("BORROW", U32(BORROW)),
-    ("NO_PLACE", U32(u32::MAX)),
-    ("T_ROOM", F32(guard::T_ROOM)),
-    ("LEAST_NEARNESS", F32(guard::LEAST_NEARNESS)),
-    ("ROW_BITS", U32(TEXELS_PER_ROW.ilog2())),
-];
-
-/// For the certified kernel's filter.
-fn of_filter() -> [Constant; 5] {
-    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-    [
-        UNDECIDED_ID,
-        ("NARROWER", F32(narrower)),
-        ("WIDER", F32(wider)),
-        ("FAR_NARROWER", F32(far_narrower)),
-        ("LARGEST", F32(f32::MAX)),
-    ]
-}
-
-fn declared(constants: &[Constant]) -> String {
-    let declaration = |(name, number): &Constant| match number {
-        U32(number) => format!("const {name} = {number}u;\n"),
-        F32(number) => format!("const {name} = {number:?}f;\n"),
-    };
-    constants.iter().map(declaration).collect()
+fn workgroup() -> String {
+    let [width, height] = WORKGROUP;
+    format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
 }
 
 fn constants(needs: &Needs) -> String {
@@ -195,20 +155,26 @@ fn constants(needs: &Needs) -> String {
         Kernel::Double => ("Double", "f64"),
         Kernel::Certified => ("Certified", "f32"),
     };
-    let mut text = declared(&WORKGROUP_SIZE) + &aliases(real);
-    if needs.n_spheres > 0 {
-        text += &format!("alias SphereRecord = Sphere{kernel};\n");
-    }
-    if needs.n_planes > 0 {
-        text += &format!("alias PlaneRecord = Plane{kernel};\n");
-    }
-    if needs.kernel == Kernel::Certified {
-        text += &declared(&of_filter());
-    }
-    if needs.hierarchy {
-        text += &declared(&OF_HIERARCHY);
-    }
-    text
+    let is_certified = needs.kernel == Kernel::Certified;
+    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
+    let declarations = [
+        (needs.n_spheres > 0, format!("alias SphereRecord = Sphere{kernel}")),
+        (needs.n_planes > 0, format!("alias PlaneRecord = Plane{kernel}")),
+        (is_certified, format!("const UNDECIDED = {UNDECIDED}u")),
+        (is_certified, format!("const NARROWER = {narrower:?}f")),
+        (is_certified, format!("const WIDER = {wider:?}f")),
+        (is_certified, format!("const FAR_NARROWER = {far_narrower:?}f")),
+        (is_certified, format!("const LARGEST = {:?}f", f32::MAX)),
+        (needs.hierarchy, format!("const IS_LEAF = {IS_LEAF}u")),
+        (needs.hierarchy, format!("const BORROW = {BORROW}u")),
+        (needs.hierarchy, format!("const NO_PLACE = {}u", u32::MAX)),
+        (needs.hierarchy, format!("const T_ROOM = {:?}f", guard::T_ROOM)),
+        (needs.hierarchy, format!("const LEAST_NEARNESS = {:?}f", guard::LEAST_NEARNESS)),
+        (needs.hierarchy, format!("const ROW_BITS = {}u", TEXELS_PER_ROW.ilog2())),
+    ];
+    let needed = declarations.iter().filter(|(is_needed, _)| *is_needed);
+    let declared: String = needed.map(|(_, declaration)| format!("{declaration};\n")).collect();
+    workgroup() + &aliases(real) + &declared
 }
 
 /// The names by which the parts that several kernels share call a number and a vector.
