@@ -1,9 +1,12 @@
 //! The lecture's formulas with an object's numbers put in: each line once, in both notations.
 
+use Notation::{Latex, Text};
+use Term::{Divisor, Factor, Negated, Plain, Sum, Vector};
+
 use super::numbers::Short;
 use super::{ObjectExplanation, Reason, Terms};
 
-/// How formulas are written.
+/// A way to write formulas.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Notation {
     /// Plain text.
@@ -11,8 +14,6 @@ pub enum Notation {
     /// LaTeX in math mode.
     Latex,
 }
-
-use Notation::{Latex, Text};
 
 /// A place for a number, or for three.
 pub enum Term<'a> {
@@ -24,8 +25,6 @@ pub enum Term<'a> {
     Sum(&'a [Short]),
     Vector(&'a [Short]),
 }
-
-use Term::{Divisor, Factor, Negated, Plain, Sum, Vector};
 
 /// One line of a derivation. In its two forms `#` stands for the next of the terms and `~` for `=`,
 /// or for `≈` where digits are missing. A line that begins with a comma continues the one before.

@@ -51,7 +51,7 @@ pub struct Shader {
     pub wgsl: String,
     /// Its validated form.
     pub module: naga::Module,
-    /// The findings of the validation.
+    /// The findings of its validation.
     pub info: ModuleInfo,
 }
 
@@ -63,7 +63,7 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     compile_edited(needs, None)
 }
 
-/// A test's change to the WGSL text of every scene's shader.
+/// A test's change of the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
@@ -105,7 +105,7 @@ pub fn compile_present() -> Result<Shader> {
     compile_parts(&[PRESENT], &Choices::default())
 }
 
-/// The answers to the directives and the parts.
+/// The answers to the directives, and the constants of the parts.
 #[derive(Default)]
 struct Choices<'a> {
     flags: Vec<&'static str>,
@@ -177,7 +177,7 @@ fn constants(needs: &Needs) -> String {
     workgroup() + &aliases(real) + &declared
 }
 
-/// The names by which the parts that several kernels share call a number and a vector.
+/// The names of a number and of a vector in the parts that several kernels share.
 fn aliases(real: &str) -> String {
     format!("alias Real = {real};\nalias Vec3 = vec3<{real}>;\n")
 }
@@ -219,7 +219,7 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// and grows with their square.
 const MAX_UNROLLED: usize = LISTED_SPHERES;
 
-/// The lines from a `//#` directive to its end.
+/// A block that a `//#` directive opens.
 enum Block {
     If(bool),
     Each { count: usize, body: String },

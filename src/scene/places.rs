@@ -1,4 +1,4 @@
-//! Errors in a scene file with their places: bytes of the text to line and column.
+//! What is wrong in a scene file, and where: bytes of the text to line and column.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 
-/// An error in a scene file, and its place.
+/// What is wrong in a scene file, and where.
 #[derive(Debug)]
 pub struct SceneError {
     /// The file.
@@ -22,9 +22,9 @@ pub struct SceneError {
     /// Column of the span's start, characters, from 1; 0 where the error is about the file as a
     /// whole.
     pub column: usize,
-    /// The finding.
+    /// What was found.
     pub message: String,
-    /// The value that was expected, the nearest known key, or the next step.
+    /// What was expected, the nearest known key, or the next step.
     pub help: String,
 }
 
