@@ -671,7 +671,7 @@ mod tests {
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let (position, look_at) = (DVec3::ZERO, DVec3::NEG_Z);
-        let camera = Camera { position, look_at, up: DVec3::Y, fov_degrees: 20.0 };
+        let camera = Camera { position, look_at, up: DVec3::Y, fov_degrees: 10.0 };
         Pixels::whole(View::new(&camera), width, height)
     }
 
