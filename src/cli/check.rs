@@ -11,7 +11,8 @@ use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
 use kugelblitz::render::plan;
 use kugelblitz::scene::Cloud;
-use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Kernel, Ray, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -88,13 +89,12 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
     });
     let mut bytes_device = BTreeMap::from(listed);
-    let kernel = Kernel::Certified;
-    let progress = scene::preparing(&scene, kernel, &args.talk);
-    let prepared = Arc::new(Prepared::new_with(Arc::clone(&scene), kernel, &rays, &run.control)?);
+    let progress = scene::preparing(&scene, Kernel::Certified, &args.talk);
+    let prepared = Prepared::new_with(Arc::clone(&scene), Kernel::Certified, &rays, &run.control)?;
     drop(progress);
     let hierarchy = prepared.hierarchy.as_ref().map(Built::from);
-    let tracer = CpuTracer::new(prepared, Wants::default());
-    bytes_device.insert(kernel.name(), tracer.bytes_device());
+    let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+    bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
     drop(tracer);
     let available = Available::now();
     let mut picture = None;

@@ -26,17 +26,16 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
     let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
-    plan()?;
+    let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
-    let device = device::open(&args.device.device, Some(args.kernel.kernel), &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, args.kernel.kernel);
-    let rays = Rays::Pixels(pixels);
-    let wants = format.wants(options.certificates);
-    let progress = scene::preparing(&scene, args.kernel.kernel, &args.talk);
-    let making = session.make_ready(&rays, wants, &run.control)?;
+    let kernel = args.kernel.kernel;
+    let device = device::open(&args.device.device, Some(kernel), &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let progress = scene::preparing(&scene, kernel, &args.talk);
+    let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;

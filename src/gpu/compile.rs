@@ -4,7 +4,7 @@
 use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-use super::hierarchy::TEXELS_PER_ROW;
+use super::texture::TEXELS_PER_ROW;
 use crate::bvh::footprints::{BORROW, IS_LEAF};
 use crate::error::{Error, Result};
 use crate::guard;
