@@ -24,7 +24,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Whether everything is equal bit by bit.
+    /// True where everything is equal bit by bit.
     pub fn is_equal(&self) -> bool {
         self.first.is_none()
     }
@@ -44,6 +44,29 @@ impl Comparison {
         self.normal_differs += other.normal_differs;
         self.normal_distance_max = self.normal_distance_max.max(other.normal_distance_max);
         self.first = self.first.or(other.first.map(|index| first_ray + index));
+    }
+}
+
+/// A format of IEEE 754.
+#[derive(Clone, Copy)]
+pub(crate) enum Precision {
+    Single,
+    Double,
+}
+
+impl Precision {
+    /// The distance of the format's numbers at `x`, and not less than its smallest subnormal.
+    pub fn ulp(self, x: f64) -> f64 {
+        let (lowest, fraction_bits) = match self {
+            Precision::Single => (-126, 23),
+            Precision::Double => (-1022, 52),
+        };
+        let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        match exponent.max(lowest) - fraction_bits {
+            exponent @ -1022.. => 2f64.powi(exponent),
+            // Subnormal, where `powi` gives 0.
+            exponent => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
+        }
     }
 }
 

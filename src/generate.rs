@@ -54,7 +54,7 @@ impl Distribution {
     }
 }
 
-/// What a cloud is made from.
+/// The numbers that a cloud is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Recipe {
     /// How the spheres lie in space.

@@ -351,7 +351,7 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
     Ok(())
 }
 
-/// What makes two paths the same regular file.
+/// The identity of a regular file, the same for all its paths.
 #[derive(PartialEq)]
 enum Identity {
     /// Device and inode.

@@ -37,7 +37,7 @@ pub struct Session {
     ready: Option<Ready>,
 }
 
-/// What traces, and what it was made for.
+/// The tracer, and what it was made for.
 struct Ready {
     prepared: Arc<Prepared>,
     wants: Wants,
@@ -64,7 +64,7 @@ pub struct Picture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// What each pixel's centre ray hits, with `t` and normals.
+    /// The hit of each pixel's centre ray, with `t` and normal.
     pub hits: Hits,
     /// sRGB, 8 bits a channel.
     pub srgb8: Vec<[u8; 3]>,

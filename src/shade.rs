@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 
-/// What a picture's colours are written in.
+/// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Encoding {
     /// sRGB, 8 bits a channel.
@@ -56,7 +56,7 @@ impl Colors {
         }
     }
 
-    /// Whether there is no pixel.
+    /// True where there is no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -107,7 +107,7 @@ impl Shader {
         }
     }
 
-    /// What it writes colours in.
+    /// The numbers that it writes colours as.
     pub fn encoding(&self) -> Encoding {
         self.palette.encoding()
     }

@@ -1,10 +1,10 @@
-//! What a kernel saw against exact arithmetic, and whether it kept what it promises.
+//! Results of a kernel against exact arithmetic, and the promises that they keep or break.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::camera::Pixels;
-use crate::compare::Comparison;
+use crate::compare::{Comparison, Precision};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{self, ExactPixels, ExactRay, Shape};
@@ -17,14 +17,14 @@ use crate::trace::{Hits, Kernel, Ray};
 /// nearest f32.
 const CERTIFIED_T_ULP: f64 = 0.5;
 
-/// What the exact `t`'s own rounding to f64 adds to that: 2⁻⁵³ of `t`, which is at most 2⁻²⁹ of a
+/// The exact `t`'s own rounding to f64, which adds to that: 2⁻⁵³ of `t`, which is at most 2⁻²⁹ of a
 /// step.
 const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
 
 /// Largest distance of a normal of the kernel `certified` from the exact one.
 const CERTIFIED_NORMAL_DISTANCE: f64 = 1.0 / (1u64 << 23) as f64;
 
-/// What some of the rays see, exactly.
+/// The exact results for some of the rays.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
     /// The rays, as indices into the [`Hits`] of all rays.
@@ -38,7 +38,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// What the pixels with these indices see; `control` counts each as a ray.
+    /// The truth about the pixels with these indices; `control` counts each as a ray.
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
@@ -57,7 +57,7 @@ impl Truth {
         Truth::of_rays(scene, index, ray, control)
     }
 
-    /// What all rays of a list see; `control` counts each.
+    /// The truth about all rays of a list; `control` counts each.
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
@@ -88,11 +88,11 @@ impl Truth {
     }
 }
 
-/// What a ray sees, by exact arithmetic on every object that f64 does not clearly rule out. No
-/// hierarchy: this is what one is judged by.
+/// Id, `t` and normal of the object that a ray sees, by exact arithmetic on every object that f64
+/// does not clearly rule out. No hierarchy: this is what one is judged by.
 fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
-    let objects = (1..=scene.n_objects() as u32)
-        .filter_map(|id| scene.object(id).map(|object| (id, object)))
+    let objects = scene
+        .objects()
         .filter(|(_, object)| !is_clearly_missed(near, object))
         .map(|(id, object)| (id, Shape::from(object)));
     let Some(hit) = exact::nearest(ray, objects) else {
@@ -103,8 +103,8 @@ fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
     (hit.id, hit.t_f64(), normal)
 }
 
-/// Whether the line of a ray whose direction is exact to f64 passes a sphere at a distance, and so
-/// surely misses it. The cross product, the lengths and the direction are off by some `2⁻⁵⁰` of
+/// True where the line of a ray whose direction is exact to f64 passes a sphere at a distance, and
+/// so surely misses it. The cross product, the lengths and the direction are off by some `2⁻⁵⁰` of
 /// `‖l‖·‖d‖`, a thousandth of what is granted. Numbers whose squares leave f64's range rule nothing
 /// out.
 fn is_clearly_missed(ray: &Ray, object: &Object) -> bool {
@@ -156,7 +156,7 @@ impl AgainstExact {
     }
 }
 
-/// What is wrong with one ray.
+/// The error of one ray's result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RayError {
     /// An object where there is none.
@@ -197,13 +197,12 @@ impl TError {
         if error.is_nan() {
             return TError { ulp: f64::INFINITY, relative: f64::INFINITY };
         }
-        let exponent = ((exact.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        let step = 2f64.powi(exponent.max(-126) - 23);
         let most = match t == f32::from_bits(1) && exact > 0.0 && exact < f64::from(t) {
             true => 0.5,
             false => f64::INFINITY,
         };
-        TError { ulp: (error / step).min(most), relative: error / exact.abs() }
+        let ulp = (error / Precision::Single.ulp(exact)).min(most);
+        TError { ulp, relative: error / exact.abs() }
     }
 }
 
@@ -267,7 +266,7 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
     result
 }
 
-/// What a kernel promises, in words. `bit_equal` says whether the kernel's arithmetic on the device
+/// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
 /// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
     match (kernel, bit_equal) {

@@ -1,76 +1,26 @@
 //! The program as its users meet it: the real binary, its files, its streams, its exit codes.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 
 use common::gpu;
+use program::{finish, program, run, scene_file as scene};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
-
-fn scene(name: &str) -> String {
-    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
-}
-
-/// The program in a surrounding that makes Mesa complain and has no preferred adapter.
-fn program(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
-    command
-        .args(args)
-        .env_remove("XDG_RUNTIME_DIR")
-        .env_remove("WGPU_ADAPTER_NAME")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
 
 /// A driver that isn't there.
 fn without_driver(args: &[&str]) -> Command {
     let mut command = program(args);
     command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
     command
-}
-
-struct Ran {
-    code: i32,
-    stdout: Vec<u8>,
-    stderr: String,
-}
-
-impl Ran {
-    fn new(what: &Command, output: Output) -> Ran {
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!stderr.contains("panicked"), "{what:?}\n{stderr}");
-        assert!(!stderr.contains("XDG_RUNTIME_DIR"), "{what:?}\n{stderr}");
-        let code = output.status.code().unwrap_or_else(|| panic!("{what:?}: {}", output.status));
-        Ran { code, stdout: output.stdout, stderr }
-    }
-
-    fn text(&self) -> &str {
-        std::str::from_utf8(&self.stdout).unwrap()
-    }
-
-    fn json(&self) -> Value {
-        serde_json::from_slice(&self.stdout).unwrap_or_else(|e| panic!("{e}: {}", self.text()))
-    }
-}
-
-fn finish(mut command: Command) -> Ran {
-    let output = command.output().unwrap();
-    Ran::new(&command, output)
-}
-
-#[track_caller]
-fn run(args: &[&str], code: i32) -> Ran {
-    let ran = finish(program(args));
-    assert_eq!(ran.code, code, "{args:?}\n{}", ran.stderr);
-    ran
 }
 
 fn file(folder: &TempDir, name: &str) -> String {

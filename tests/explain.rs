@@ -1,8 +1,9 @@
 //! `explain`: the numbers of one ray, through the library and through the program.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
-use std::process::{Command, Output, Stdio};
 use std::sync::Arc;
 
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
@@ -14,16 +15,13 @@ use kugelblitz::explain::{
 };
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Ray, Rays};
+use program::scene_file as file;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 /// A column of the table.
 type Column = fn(&Quantity) -> Option<Entry>;
-
-fn file(name: &str) -> String {
-    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
-}
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
     Rays::List(vec![Ray { origin: origin.into(), direction: direction.into() }])
@@ -45,7 +43,7 @@ fn of_pixel(name: &str, x: u32, y: u32) -> Explanation {
     explanation
 }
 
-/// What holds for the text and the LaTeX of every explanation.
+/// Asserts what holds for the text and the LaTeX of every explanation.
 #[track_caller]
 fn assert_written(explanation: &Explanation) {
     let text = text(explanation);
@@ -420,21 +418,9 @@ fn the_nearest_come_first_and_twenty_are_enough() {
     assert!(shown.contains("Left out: 10 more of 30 objects"), "{shown}");
 }
 
-fn program(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
-        .args(args)
-        .env_remove("WGPU_ADAPTER_NAME")
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-}
-
 #[track_caller]
 fn run(args: &[&str]) -> String {
-    let output = program(&[&["explain"], args].concat());
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{args:?}\n{errors}");
-    String::from_utf8(output.stdout).unwrap()
+    program::run(&[&["explain"], args].concat(), 0).text().to_owned()
 }
 
 #[test]
@@ -549,10 +535,9 @@ fn wrong_usage_exits_2_and_says_what_is_allowed() {
         (&[], "--pixel"),
     ];
     for (args, says) in cases {
-        let output = program(&[&["explain", scene.as_str(), "--device", "cpu"], args].concat());
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{args:?}\n{errors}");
-        assert!(errors.contains(says), "{args:?}\n{errors}");
-        assert_eq!(output.stdout, b"", "{args:?}");
+        let args = [&["explain", scene.as_str(), "--device", "cpu"], args].concat();
+        let ran = program::run(&args, 2);
+        assert!(ran.stderr.contains(says), "{args:?}\n{}", ran.stderr);
+        assert_eq!(ran.stdout, b"", "{args:?}");
     }
 }

@@ -1,21 +1,22 @@
 //! What `export` writes is read back number by number, with a reader of its own.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use common::{camera, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::camera::View;
 use kugelblitz::export::{Language, write};
 use kugelblitz::scene::{Color, Scene, read_scene};
+use program::{run, scene_file};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
 
-/// What a line of a file in another language says.
+/// The subject of a line of a file in another language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Sphere,
@@ -109,7 +110,7 @@ fn expected(language: Language, scene: &Scene, view: &View, [w, h]: [u32; 2]) ->
     lines
 }
 
-/// What is wrong with a file.
+/// Tells the first line that is wrong in a file.
 fn compare(found: &Lines, expected: &Lines) -> Result<(), String> {
     if found.len() != expected.len() {
         return Err(format!("{} lines, not {}", found.len(), expected.len()));
@@ -233,28 +234,23 @@ fn a_name_stays_a_name() {
     }
 }
 
-fn program(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kugelblitz")).args(args).output().unwrap()
-}
-
 #[test]
 fn the_command_writes_what_the_library_writes() {
     let (scene, view) = figure("figure3.toml");
-    let path = format!("{}/scenes/figure3.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = scene_file("figure3");
     let folder = tempfile::tempdir().unwrap();
     for language in Language::ALL {
         let text = text(language, &scene, &view, SIZE);
-        let output = program(&["export", language.name(), &path, "--size", "641x363"]);
-        assert_eq!(String::from_utf8(output.stdout).unwrap(), text);
-        let talk = String::from_utf8(output.stderr).unwrap();
+        let ran = run(&["export", language.name(), &path, "--size", "641x363"], 0);
+        assert_eq!(ran.text(), text);
+        let talk = ran.stderr;
         assert!(talk.starts_with("standard output: ") && talk.lines().count() == 1, "{talk}");
 
         let file = folder.path().join(language.name());
         let out = file.to_str().unwrap();
-        let output =
-            program(&["export", language.name(), &path, "-o", out, "--json", "--size", "641x363"]);
+        let args = ["export", language.name(), &path, "-o", out, "--json", "--size", "641x363"];
+        let json = run(&args, 0).json();
         assert_eq!(fs::read_to_string(&file).unwrap(), text);
-        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(json["language"], language.name());
         assert_eq!(json["size"], serde_json::json!([641, 363]));
         assert_eq!(json["objects"]["spheres"], scene.spheres.len());
@@ -273,7 +269,7 @@ fn what_cannot_be_exported_is_told() {
     )
     .unwrap();
     fs::write(&out, "old").unwrap();
-    let figure = format!("{}/scenes/figure2.toml", env!("CARGO_MANIFEST_DIR"));
+    let figure = scene_file("figure2");
     let cases: [(&[&str], i32, &str); 5] = [
         (&["export", "pov", &no_camera, "-o", &out], 3, "no [camera]"),
         (&["export", "pov", "missing.toml", "-o", &out], 3, "missing.toml"),
@@ -282,11 +278,9 @@ fn what_cannot_be_exported_is_told() {
         (&["export", "pov", &figure, "-o", &path("no/out.pov")], 1, "there is no folder"),
     ];
     for (args, code, message) in cases {
-        let output = program(args);
-        let talk = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {talk}");
-        assert!(talk.contains(message), "{args:?}: {talk}");
-        assert_eq!(output.stdout, b"", "{args:?}");
+        let ran = run(args, code);
+        assert!(ran.stderr.contains(message), "{args:?}: {}", ran.stderr);
+        assert_eq!(ran.stdout, b"", "{args:?}");
     }
     assert_eq!(fs::read_to_string(&out).unwrap(), "old");
 }

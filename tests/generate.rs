@@ -1,10 +1,12 @@
 //! Clouds that the program makes up: the same from the same seed, as many as asked for, where they
 //! are said to be, and in view.
 
+#[path = "common/program.rs"]
+mod program;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
 use glam::DVec3;
 use kugelblitz::Error;
@@ -211,24 +213,14 @@ fn a_scene_names_its_cloud_wherever_it_lies() {
     }
 }
 
-fn program(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
-        .args(["generate", "cloud"])
-        .args(args)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-}
-
 #[test]
 fn the_program_writes_files_and_says_what_it_wrote() {
     let folder = tempfile::tempdir().unwrap();
     let run = |args: &[&str], code: i32| {
-        let output = program(folder.path(), args);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
-        (output.stdout, stderr)
+        let mut command = program::program(&["generate", "cloud"]);
+        command.args(args).current_dir(folder.path());
+        let ran = program::ends(command, code);
+        (ran.stdout, ran.stderr)
     };
     let start = ["--count", "100", "--distribution", "shell", "--seed", "4"];
     let files = ["-o", "a.npy", "--scene", "a.toml"];

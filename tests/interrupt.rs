@@ -1,6 +1,8 @@
 //! Ctrl-C and SIGTERM end every command amid every long phase, with 130 and no file changed.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
 use std::fs;
 use std::io::Write;
@@ -18,6 +20,7 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
+use program::scene_file as scene;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
@@ -28,14 +31,9 @@ const BOUND: Duration = Duration::from_secs(5);
 
 /// With one thread, so that what takes long does so on every machine.
 fn program() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+    let mut command = program::program(&[]);
     command.env("RAYON_NUM_THREADS", "1");
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
-}
-
-fn scene(name: &str) -> String {
-    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
 /// A folder with what takes long: a million spheres, and two million rays.

@@ -1,31 +1,26 @@
 //! Output files: in their places last of all, whole or not at all, and never over an input.
 
+#[path = "common/program.rs"]
+mod program;
+
 use std::fs::{self, File};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
 fn program(folder: &TempDir, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
-    command
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
+    let mut command = program::program(arguments);
+    command.current_dir(folder);
     command
 }
 
 #[track_caller]
-fn ends(mut command: Command, code: i32) -> String {
-    let Output { status, stderr, .. } = command.output().unwrap();
-    let stderr = String::from_utf8(stderr).unwrap();
-    assert_eq!(status.code(), Some(code), "{command:?}: {stderr}");
-    stderr
+fn ends(command: Command, code: i32) -> String {
+    program::ends(command, code).stderr
 }
 
 fn names(folder: &TempDir) -> Vec<String> {

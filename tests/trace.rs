@@ -1,53 +1,16 @@
 //! `kugelblitz trace`: rays in, hits out.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::gpu;
-use serde_json::Value;
+use program::{ends as finish, program, run, scene_file as scene};
 use tempfile::TempDir;
-
-fn scene(name: &str) -> String {
-    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
-}
-
-fn program(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
-    command
-        .args(args)
-        .env_remove("WGPU_ADAPTER_NAME")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
-
-struct Ran {
-    stdout: Vec<u8>,
-    stderr: String,
-}
-
-impl Ran {
-    fn json(&self) -> Value {
-        serde_json::from_slice(&self.stdout).unwrap()
-    }
-}
-
-#[track_caller]
-fn finish(mut command: Command, code: i32) -> Ran {
-    let output = command.output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
-    Ran { stdout: output.stdout, stderr }
-}
-
-#[track_caller]
-fn run(args: &[&str], code: i32) -> Ran {
-    finish(program(args), code)
-}
 
 fn file(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).to_str().unwrap().to_owned()

@@ -16,14 +16,12 @@ use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::head::{Head, Objects};
-use super::output::{bytes, count, ms, objects, print_json, print_text};
+use super::head::{Objects, print_summary};
+use super::output::{bytes, count, ms, objects, print_text};
 use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
 struct Summary {
-    #[serde(flatten)]
-    head: Head,
     objects: Objects,
     /// Files of spheres, in the order of their ids.
     clouds: Vec<CloudFile>,
@@ -33,7 +31,7 @@ struct Summary {
     bytes_device: BTreeMap<&'static str, u64>,
     /// The hierarchy over many spheres; `null` where they are few.
     hierarchy: Option<Built>,
-    /// What a picture takes; `null` without a camera.
+    /// The cost of a picture; `null` without a camera.
     picture: Option<Picture>,
 }
 
@@ -115,15 +113,15 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         picture = Some(Picture { size, rays: pixels.len() as u64, bytes_memory });
     }
     if args.talk.json {
-        return print_json(&Summary {
-            head: Head::new("check"),
+        let summary = Summary {
             objects: Objects::from(&*scene),
             clouds: scene.clouds.iter().map(CloudFile::from).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
             hierarchy,
             picture,
-        });
+        };
+        return print_summary("check", &summary);
     }
 
     let mut text = format!("{}: {}\n", args.scene.display(), objects(&scene));

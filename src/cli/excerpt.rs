@@ -10,7 +10,7 @@ const COLUMNS: usize = 200;
 /// Columns of them from the place on, where the line is cut at both ends.
 const COLUMNS_BEHIND: usize = 120;
 
-/// What stands for the rest of a line.
+/// Stands for the rest of a line.
 const CUT: char = '…';
 
 /// The line of a place, with the lines before and behind it, none longer than some [`COLUMNS`] and
@@ -21,7 +21,7 @@ pub struct Excerpt {
     pub text: String,
     /// Bytes of `text` that the place is.
     pub span: Range<usize>,
-    /// Whether there is a line before that of the place.
+    /// True where there is a line before that of the place.
     pub has_line_before: bool,
 }
 

@@ -12,15 +12,13 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::device;
-use super::head::{Head, Objects, On};
+use super::head::{Objects, On, print_summary};
 use super::options::PixelAt;
-use super::output::{print_json, print_text};
+use super::output::print_text;
 use super::{ExplainArgs, Run, scene};
 
 #[derive(Serialize)]
 struct Summary<'a> {
-    #[serde(flatten)]
-    head: Head,
     #[serde(flatten)]
     on: On,
     objects: Objects,
@@ -52,12 +50,8 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
     explanation.add_device(&scene, &rays, make)?;
     run.control.check()?;
     if args.talk.json {
-        return print_json(&Summary {
-            head: Head::new("explain"),
-            on: On::from(&device),
-            objects: Objects::from(&*scene),
-            explanation: &explanation,
-        });
+        let (on, objects) = (On::from(&device), Objects::from(&*scene));
+        return print_summary("explain", &Summary { on, objects, explanation: &explanation });
     }
     if args.latex {
         return print_text(&latex::latex(&explanation));

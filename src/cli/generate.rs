@@ -8,15 +8,13 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::head::Head;
-use super::output::{count, human, ms, print_json};
+use super::head::print_summary;
+use super::output::{count, human, is_stdout, ms};
 use super::progress::Progress;
 use super::{Generate, GenerateArgs, GenerateCloudArgs, Run};
 
 #[derive(Serialize)]
 struct Summary {
-    #[serde(flatten)]
-    head: Head,
     distribution: &'static str,
     count: u64,
     seed: u64,
@@ -52,15 +50,15 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
     drop(progress);
     let took = run.start.elapsed();
     if args.talk.json {
-        print_json(&Summary {
-            head: Head::new("generate"),
+        let summary = Summary {
             distribution: distribution.name(),
             count: n,
             seed,
             file: args.output.clone(),
             scene: args.scene.clone(),
             ms: Ms { total: ms(took) },
-        })?;
+        };
+        print_summary("generate", &summary)?;
     }
     // The scene last: it needs the cloud.
     output::commit(once(file).chain(scene), &run.control)?;
@@ -76,8 +74,7 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
 
 fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
     let output = args.output.display();
-    let stdout = Path::new(OutputFile::STDOUT);
-    let to_stdout = args.output == stdout;
+    let to_stdout = is_stdout(&args.output);
     if !to_stdout && args.output.extension().is_none_or(|ending| ending != "npy") {
         return Err(Error::Usage(format!("{output}: a cloud is written as .npy; name it so")));
     }
@@ -86,11 +83,7 @@ fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
             "--scene needs the name of the cloud's file; write the cloud to a file".into(),
         ));
     }
-    if args.talk.json && (to_stdout || args.scene.as_deref() == Some(stdout)) {
-        return Err(Error::Usage(
-            "a file and --json can't both go to standard output; write to a file".into(),
-        ));
-    }
     let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
+    args.talk.refuse_json_beside(&outputs, "a file", "write to a file")?;
     output::refuse_overwriting(&outputs, &[])
 }

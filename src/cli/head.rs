@@ -1,29 +1,45 @@
-//! What every JSON summary begins with, and the parts that several have.
+//! The JSON summaries: the head of each, and the parts that several have.
+
+use std::time::Duration;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
+use kugelblitz::render::Rendered;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{StageCounts, Timing};
+use kugelblitz::{Making, Result, Session};
 use serde::Serialize;
 
-use super::output::ms;
+use super::Run;
+use super::output::{building, human, json, ms, objects, print};
 
-/// The head of every summary.
+/// Every summary: its head, then the fields of the command.
 #[derive(Serialize)]
-pub struct Head {
+struct Summary<'a, Fields> {
     schema: u32,
     version: &'static str,
     command: &'static str,
+    #[serde(flatten)]
+    fields: &'a Fields,
 }
 
-impl Head {
-    /// The head of `command`.
-    pub fn new(command: &'static str) -> Head {
-        Head { schema: 1, version: env!("CARGO_PKG_VERSION"), command }
-    }
+/// The summary of `command` as JSON.
+///
+/// # Errors
+/// As [`json`].
+pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
+    json(&Summary { schema: 1, version: env!("CARGO_PKG_VERSION"), command, fields })
 }
 
-/// What traced.
+/// Prints the summary of `command`.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
+    print(&summary(command, fields)?)
+}
+
+/// The adapter and the kind of device that traced.
 #[derive(Serialize)]
 pub struct On {
     adapter: Option<Adapter>,
@@ -64,7 +80,7 @@ impl From<&Scene> for Objects {
 
 /// Rays, and how many each stage decided.
 #[derive(Serialize)]
-pub struct RayCounts {
+struct RayCounts {
     total: u64,
     #[serde(flatten)]
     stages: StageCounts,
@@ -77,25 +93,25 @@ impl From<StageCounts> for RayCounts {
 }
 
 /// Milliseconds of all stages.
-#[derive(Default, Serialize)]
-pub struct Ms {
-    pub read: f64,
-    pub prepare: f64,
+#[derive(Serialize)]
+struct Ms {
+    read: f64,
+    prepare: f64,
     /// The hierarchy over many spheres.
-    pub build: f64,
-    pub upload: f64,
-    pub compile: f64,
+    build: f64,
+    upload: f64,
+    compile: f64,
     #[serde(flatten)]
-    pub stages: MsStages,
+    stages: MsStages,
     /// Colours.
-    pub shade: f64,
-    pub write: f64,
+    shade: f64,
+    write: f64,
     /// From the program's start, so with opening the device as well.
-    pub total: f64,
+    total: f64,
 }
 
 /// Milliseconds of the tracing stages.
-#[derive(Default, Serialize)]
+#[derive(Serialize)]
 pub struct MsStages {
     trace: f64,
     refine: f64,
@@ -112,4 +128,68 @@ impl From<Timing> for MsStages {
             readback: ms(timing.readback),
         }
     }
+}
+
+/// The summary of a traced picture or list of rays.
+#[derive(Serialize)]
+pub struct Traced {
+    #[serde(flatten)]
+    on: On,
+    kernel: &'static str,
+    /// Of a picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[u32; 2]>,
+    objects: Objects,
+    rays: RayCounts,
+    hits: u64,
+    bytes_device: u64,
+    ms: Ms,
+    /// Of --repeat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ms_runs: Option<Vec<MsStages>>,
+}
+
+impl Traced {
+    /// The work of `session`, with the time that it took to read its input and to make it ready.
+    pub fn new(
+        session: &Session,
+        read: Duration,
+        making: Making,
+        done: &Rendered,
+        run: &Run,
+    ) -> Traced {
+        Traced {
+            on: On::from(session.device()),
+            kernel: session.kernel().name(),
+            size: None,
+            objects: Objects::from(&**session.scene()),
+            rays: RayCounts::from(done.counts),
+            hits: done.hits,
+            bytes_device: session.bytes_device(),
+            ms: Ms {
+                read: ms(read),
+                prepare: ms(making.prepare),
+                build: ms(making.build),
+                upload: ms(making.upload),
+                compile: ms(making.compile),
+                stages: MsStages::from(done.timing),
+                shade: ms(done.shade),
+                write: ms(done.write),
+                total: ms(run.start.elapsed()),
+            },
+            ms_runs: None,
+        }
+    }
+}
+
+/// `3 spheres, 1 plane, certified on the CPU, 24 ms tracing`
+pub fn traced_in_words(session: &Session, making: Making, timing: Timing) -> String {
+    format!(
+        "{}, {} on {}, {}{} tracing",
+        objects(session.scene()),
+        session.kernel().name(),
+        session.device().label(),
+        building(making.build),
+        human(timing.deciding() + timing.readback)
+    )
 }

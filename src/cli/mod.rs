@@ -74,7 +74,7 @@ pub enum Command {
     Man(ManArgs),
 }
 
-/// What every command can be told.
+/// The options of every command.
 #[derive(Args, Clone, Copy)]
 pub struct TalkArgs {
     /// Print a machine-readable summary (JSON) on standard output
@@ -88,6 +88,14 @@ pub struct TalkArgs {
     pub verbose: bool,
 }
 
+/// The kernel of one run.
+#[derive(Args)]
+pub struct KernelArgs {
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+}
+
 /// Where the rays are traced.
 #[derive(Args)]
 pub struct DeviceArgs {
@@ -99,12 +107,19 @@ pub struct DeviceArgs {
     pub device: DeviceChoice,
 }
 
-/// Which pixels are traced.
+/// The size of a whole picture.
 #[derive(Args)]
-pub struct SizeArgs {
+pub struct WholeArgs {
     /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
+}
+
+/// Which pixels are traced.
+#[derive(Args)]
+pub struct SizeArgs {
+    #[command(flatten)]
+    pub whole: WholeArgs,
     /// Only this part of the picture: left column, top row, width, height
     #[arg(long, value_name = "X,Y,W,H")]
     pub crop: Option<Crop>,
@@ -130,9 +145,8 @@ pub struct RenderArgs {
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json")]
     pub repeat: Option<u32>,
-    /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
-    pub kernel: Kernel,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
@@ -156,9 +170,8 @@ pub struct VerifyArgs {
     /// Seed of the random draw
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
-    pub kernel: Kernel,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
     /// Verify every kernel
     #[arg(long, conflicts_with = "kernel")]
     pub all_kernels: bool,
@@ -197,9 +210,8 @@ pub struct TraceArgs {
     /// Also write which level decided each ray
     #[arg(long)]
     pub certificates: bool,
-    /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
-    pub kernel: Kernel,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
@@ -295,9 +307,8 @@ pub struct ExportArgs {
     /// File for the other renderer. `-` is standard output
     #[arg(short, long, value_name = "OUT", default_value = "-")]
     pub output: PathBuf,
-    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[command(flatten)]
+    pub size: WholeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
 }
@@ -311,14 +322,12 @@ pub struct ExportArgs {
 pub struct ViewArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
-    /// Intersection kernel
-    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
-    pub kernel: Kernel,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[command(flatten)]
+    pub size: WholeArgs,
     /// Print what happens, one JSON object a line, in place of all else: for tests
     #[arg(long, hide = true)]
     pub log_events: bool,
@@ -391,7 +400,7 @@ pub struct ManArgs {
     pub of: Option<String>,
 }
 
-/// What a run of the program has from its start.
+/// One run of the program, from its start.
 pub struct Run {
     /// When it began.
     pub start: Instant,

@@ -14,7 +14,7 @@ use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};
 
-use super::SizeArgs;
+use super::{SizeArgs, WholeArgs};
 
 /// The kernel without --kernel.
 pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
@@ -22,29 +22,31 @@ pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: Size = Size { width: 1280, height: 720 };
 
-/// What every program that uses wgpu takes its adapter from.
+/// Names the adapter for every program that uses wgpu.
 const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
 /// Takes the names of the kernels.
 pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
-    PossibleValuesParser::new(Kernel::ALL.map(Kernel::name)).map(|name| {
-        Kernel::ALL.into_iter().find(|kernel| kernel.name() == name).unwrap_or(DEFAULT_KERNEL)
-    })
+    parser_of(Kernel::ALL, Kernel::name)
 }
 
 /// Takes the names of [`Language::ALL`].
 pub fn language_parser() -> impl TypedValueParser<Value = Language> {
-    PossibleValuesParser::new(Language::ALL.map(Language::name)).try_map(|name| {
-        let language = Language::ALL.into_iter().find(|language| language.name() == name);
-        language.ok_or(format!("there is no language {name}"))
-    })
+    parser_of(Language::ALL, Language::name)
 }
 
 /// Takes the names of [`Distribution::ALL`].
 pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
-    let all = Distribution::ALL;
-    PossibleValuesParser::new(all.map(Distribution::name)).map(move |name| {
-        all.into_iter().find(|one| one.name() == name).unwrap_or(Distribution::Uniform)
+    parser_of(Distribution::ALL, Distribution::name)
+}
+
+/// Takes the names of `all`.
+fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name_of: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
+        all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
     })
 }
 
@@ -198,18 +200,20 @@ impl Size {
     }
 }
 
-impl SizeArgs {
-    /// The size of the whole picture: the command line's, else the scene's, else 1280 × 720.
+impl WholeArgs {
+    /// All pixels of the picture: of the command line's size, else the scene's, else 1280 × 720.
     ///
     /// # Errors
-    /// [`Error::TooLarge`]
-    fn whole(&self, scene: &Scene) -> Result<Size> {
+    /// [`Error::Scene`] without a camera in the scene at `path`, [`Error::TooLarge`].
+    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
+        let view = View::new(scene.require_camera(path)?);
         let of_scene = scene.image.map(|image| Size { width: image.width, height: image.height });
-        let size = self.size.or(of_scene).unwrap_or(DEFAULT_SIZE);
-        size.check()?;
-        Ok(size)
+        let [width, height] = self.size.or(of_scene).unwrap_or(DEFAULT_SIZE).check()?;
+        Ok(Pixels::whole(view, width, height))
     }
+}
 
+impl SizeArgs {
     /// Cuts `pixels` down to --crop.
     ///
     /// # Errors
@@ -234,8 +238,6 @@ impl SizeArgs {
     /// [`Error::Scene`] without a camera, [`Error::TooLarge`] and [`Error::Usage`] for a size or
     /// crop that can't be.
     pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
-        let view = View::new(scene.require_camera(path)?);
-        let size = self.whole(scene)?;
-        self.cut(Pixels::whole(view, size.width, size.height))
+        self.cut(self.whole.pixels(scene, path)?)
     }
 }

@@ -1,8 +1,10 @@
 //! Data to standard output, talk to standard error.
 
 use std::io::Write;
+use std::path::Path;
 use std::time::Duration;
 
+use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{plain, plain_json};
 use kugelblitz::scene::Scene;
 use kugelblitz::{Error, Result};
@@ -10,8 +12,18 @@ use serde::Serialize;
 
 use super::TalkArgs;
 
-/// What errors call standard output.
+/// Standard output as errors call it.
 pub const STDOUT: &str = "standard output";
+
+/// `-` on the command line.
+pub fn is_stdout(output: &Path) -> bool {
+    output == Path::new(OutputFile::STDOUT)
+}
+
+/// An output's name for people.
+pub fn name(output: &Path) -> String {
+    if is_stdout(output) { STDOUT.into() } else { output.display().to_string() }
+}
 
 /// Prints data.
 ///
@@ -42,14 +54,6 @@ pub fn talk_in_colour(lines: &str) {
     let _ = std::io::stderr().write_all(format!("{lines}\n").as_bytes());
 }
 
-/// Prints one JSON object.
-///
-/// # Errors
-/// As [`print`].
-pub fn print_json(object: &impl Serialize) -> Result<()> {
-    print(&json(object)?)
-}
-
 /// One JSON object, for people to read as well.
 ///
 /// # Errors
@@ -73,23 +77,35 @@ pub fn printed_line(object: &impl Serialize) -> Result<()> {
 }
 
 impl TalkArgs {
-    /// What is worth a line in every run.
+    /// Says a line that every run is worth.
     pub fn say(&self, line: &str) {
         if !self.quiet {
             talk(line);
         }
     }
 
-    /// What only --verbose asks for.
+    /// Says a line that only --verbose asks for.
     pub fn note(&self, line: &str) {
         if self.verbose {
             talk(&format!("note: {line}"));
         }
     }
 
-    /// What the user must know even with --quiet.
+    /// Says a line that the user must know even with --quiet.
     pub fn warn(&self, line: &str) {
         talk(&format!("warning: {line}"));
+    }
+
+    /// Refuses --json where an output, `the picture` for one, goes to standard output too.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], with advice.
+    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
+        if self.json && outputs.iter().any(|output| is_stdout(output)) {
+            let message = format!("{what} and --json can't both go to standard output; {advice}");
+            return Err(Error::Usage(message));
+        }
+        Ok(())
     }
 }
 

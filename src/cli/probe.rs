@@ -7,14 +7,12 @@ use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::ProbeArgs;
-use super::head::Head;
-use super::output::{bytes, print_json, print_text};
+use super::head::print_summary;
+use super::output::{bytes, print_text};
 use super::quiet::{self, quietly};
 
 #[derive(Serialize)]
 struct Summary {
-    #[serde(flatten)]
-    head: Head,
     adapters: Vec<Probed>,
 }
 
@@ -29,12 +27,12 @@ struct Probed {
     failure: Option<String>,
 }
 
-/// What the self-test found.
+/// The findings of the self-test.
 #[derive(Serialize)]
 struct Measured {
     f32: Arithmetic,
     f64: Option<Arithmetic>,
-    /// Whether the certified kernel's f32 stage runs on this device, rather than on the CPU.
+    /// True where the certified kernel's f32 stage runs on this device, rather than on the CPU.
     certified_on_device: bool,
 }
 
@@ -65,7 +63,7 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
     }
     let is_empty = adapters.is_empty();
     if args.talk.json {
-        print_json(&Summary { head: Head::new("probe"), adapters })?;
+        print_summary("probe", &Summary { adapters })?;
     } else {
         let text: Vec<String> = adapters.iter().map(describe).collect();
         print_text(&text.join("\n"))?;

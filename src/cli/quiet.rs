@@ -24,7 +24,7 @@ impl Quiet {
         Some(Quiet { caught, stderr })
     }
 
-    /// What was printed meanwhile; standard error is as it was.
+    /// Gives what was printed meanwhile; standard error is as it was.
     pub fn end(mut self) -> String {
         self.caught()
     }
@@ -52,7 +52,7 @@ pub fn quietly<T>(work: impl FnOnce() -> T) -> (T, String) {
     (result, quiet.map_or_else(String::new, Quiet::end))
 }
 
-/// What Mesa says on machines without a desktop, where nothing is wrong.
+/// A message of Mesa on machines without a desktop, where nothing is wrong.
 const HARMLESS: &str = "XDG_RUNTIME_DIR is invalid or not set";
 
 /// Shows what was caught: all of it, or what may explain a failure.

@@ -1,6 +1,5 @@
 //! `kugelblitz render`
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,30 +10,12 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::render;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result, Session};
-use serde::Serialize;
 
 use super::device;
-use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{building, built, human, ms, objects, print_json};
+use super::head::{MsStages, Traced, print_summary, traced_in_words};
+use super::output::{built, human, name};
 use super::progress::Progress;
 use super::{RenderArgs, Run, scene};
-
-#[derive(Serialize)]
-struct Summary {
-    #[serde(flatten)]
-    head: Head,
-    #[serde(flatten)]
-    on: On,
-    kernel: &'static str,
-    size: [u32; 2],
-    objects: Objects,
-    rays: RayCounts,
-    hits: u64,
-    bytes_device: u64,
-    ms: Ms,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ms_runs: Option<Vec<MsStages>>,
-}
 
 /// Renders one picture.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
@@ -50,9 +31,10 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
-    let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
-    let progress = scene::preparing(&scene, args.kernel, &args.talk);
+    let kernel = args.kernel.kernel;
+    let device = device::open(&args.device.device, Some(kernel), &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let progress = scene::preparing(&scene, kernel, &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
     // Again: the scene's numbers have their memory by now.
@@ -67,41 +49,18 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
         .transpose()?;
 
-    let tracing = rendered.timing;
     if args.talk.json {
-        print_json(&Summary {
-            head: Head::new("render"),
-            on: On::from(session.device()),
-            kernel: args.kernel.name(),
-            size: [pixels.width, pixels.height],
-            objects: Objects::from(&*scene),
-            rays: RayCounts::from(rendered.counts),
-            hits: rendered.hits,
-            bytes_device: session.bytes_device(),
-            ms: Ms {
-                read: ms(read),
-                prepare: ms(making.prepare),
-                build: ms(making.build),
-                upload: ms(making.upload),
-                compile: ms(making.compile),
-                stages: MsStages::from(tracing),
-                shade: ms(rendered.shade),
-                write: ms(rendered.write),
-                total: ms(run.start.elapsed()),
-            },
-            ms_runs,
-        })?;
+        let mut summary = Traced::new(&session, read, making, &rendered, run);
+        summary.size = Some([pixels.width, pixels.height]);
+        summary.ms_runs = ms_runs;
+        print_summary("render", &summary)?;
     }
     output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {}, {} on {}, {}{} tracing",
+        "{}: {}, {}",
         name(&args.output),
         size(&pixels),
-        objects(&scene),
-        args.kernel.name(),
-        session.device().label(),
-        building(making.build),
-        human(tracing.trace + tracing.refine + tracing.decide + tracing.readback)
+        traced_in_words(&session, making, rendered.timing)
     ));
     args.talk.note(&format!(
         "read {}, prepared {}, {}compiled {}, wrote {}, all in {}",
@@ -130,12 +89,8 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         }
         (Some(format), _) => format,
     };
-    if args.talk.json && output == Path::new(OutputFile::STDOUT) {
-        return Err(Error::Usage(
-            "the picture and --json can't both go to standard output; write the picture to a file"
-                .into(),
-        ));
-    }
+    let advice = "write the picture to a file";
+    args.talk.refuse_json_beside(&[output], "the picture", advice)?;
     let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
     if args.certificates && holds_colours_only {
         return Err(Error::Usage(format!(
@@ -152,13 +107,6 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         _ => Bits::Eight,
     };
     Ok((format, PictureOptions { bits, certificates: args.certificates }))
-}
-
-fn name(output: &Path) -> String {
-    if output == Path::new(OutputFile::STDOUT) {
-        return super::output::STDOUT.into();
-    }
-    output.display().to_string()
 }
 
 /// `1280×720`, and where it belongs if it is a part.

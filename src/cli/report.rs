@@ -15,25 +15,15 @@ use kugelblitz::report::{
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
-use serde::Serialize;
 
-use super::head::Head;
-
-use super::output::{json, print, print_text};
+use super::head::summary;
+use super::output::{print, print_text};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
 use super::{ReportArgs, Run, device};
 
 /// The commit, where the build is told of it: `KUGELBLITZ_COMMIT=$(git rev-parse HEAD)`.
 const COMMIT: Option<&str> = option_env!("KUGELBLITZ_COMMIT");
-
-#[derive(Serialize)]
-struct Summary<'a> {
-    #[serde(flatten)]
-    head: Head,
-    #[serde(flatten)]
-    report: &'a Report,
-}
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
@@ -68,7 +58,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
 
-/// What a report can be written as.
+/// The forms in which a report can be written.
 #[derive(Clone, Copy)]
 enum Form {
     Page,
@@ -95,7 +85,7 @@ impl Form {
     fn of(self, report: &Report) -> Result<Vec<u8>> {
         Ok(match self {
             Form::Page => page::html(report).into_bytes(),
-            Form::Json => json(&Summary { head: Head::new("report"), report })?,
+            Form::Json => summary("report", report)?,
             Form::Markdown => text::markdown(report).into_bytes(),
             Form::Plot => plot::plane(report).into_bytes(),
         })
@@ -152,7 +142,7 @@ fn effort(args: &ReportArgs) -> Effort {
     effort
 }
 
-/// What --device names; without it every adapter, the best first, and the CPU.
+/// The devices that --device names; without it every adapter, the best first, and the CPU.
 fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
         return Ok(vec![device::open(choice, None, &args.talk)?]);

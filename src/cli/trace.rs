@@ -7,43 +7,25 @@ use std::time::Instant;
 use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
-use kugelblitz::render::hits_bytes;
+use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result, Session};
-use serde::Serialize;
 
 use super::device;
-use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{building, count, human, ms, objects, print_json};
+use super::head::{Traced, print_summary, traced_in_words};
+use super::output::{count, is_stdout};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
 /// Bytes of a ray in a file of float64.
 const FILE_RAY_BYTES: u64 = 48;
 
-#[derive(Serialize)]
-struct Summary {
-    #[serde(flatten)]
-    head: Head,
-    #[serde(flatten)]
-    on: On,
-    kernel: &'static str,
-    objects: Objects,
-    rays: RayCounts,
-    hits: u64,
-    bytes_device: u64,
-    ms: Ms,
-}
-
 /// Traces a file of rays into a file of hits.
 pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
-    if args.talk.json && args.output == Path::new(OutputFile::STDOUT) {
-        return Err(Error::Usage(
-            "the hits and --json can't both go to standard output; write the hits to a file".into(),
-        ));
-    }
+    let advice = "write the hits to a file";
+    args.talk.refuse_json_beside(&[&args.output], "the hits", advice)?;
     let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
-    if !is_npy && args.output != Path::new(OutputFile::STDOUT) {
+    if !is_npy && !is_stdout(&args.output) {
         return Err(Error::Usage(format!(
             "{}: hits are written as .npy; name the file so, or give - for standard output",
             args.output.display()
@@ -60,9 +42,10 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     drop(progress);
     let read = start.elapsed();
 
-    let device = device::open_for_list(&args.device.device, args.kernel, &scene, &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
-    let progress = scene::preparing(&scene, args.kernel, &args.talk);
+    let device =
+        device::open_for_list(&args.device.device, args.kernel.kernel, &scene, &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, args.kernel.kernel);
+    let progress = scene::preparing(&scene, args.kernel.kernel, &args.talk);
     let making = session.make_ready(&rays, wants, &run.control)?;
     drop(progress);
 
@@ -76,39 +59,17 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     drop(progress);
     let write = start.elapsed();
 
+    let (n_hits, counts) = (hits.n_hits(), hits.counts);
+    let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
     if args.talk.json {
-        print_json(&Summary {
-            head: Head::new("trace"),
-            on: On::from(session.device()),
-            kernel: args.kernel.name(),
-            objects: Objects::from(&*scene),
-            rays: RayCounts::from(hits.counts),
-            hits: hits.n_hits(),
-            bytes_device: session.bytes_device(),
-            ms: Ms {
-                read: ms(read),
-                prepare: ms(making.prepare),
-                build: ms(making.build),
-                upload: ms(making.upload),
-                compile: ms(making.compile),
-                stages: MsStages::from(timing),
-                write: ms(write),
-                total: ms(run.start.elapsed()),
-                ..Ms::default()
-            },
-        })?;
+        print_summary("trace", &Traced::new(&session, read, making, &done, run))?;
     }
     output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {} hits, {}, {} on {}, {}{} tracing",
+        "{}: {}, {n_hits} hits, {}",
         args.output.display(),
         count(rays.len(), "ray"),
-        hits.n_hits(),
-        objects(&scene),
-        args.kernel.name(),
-        session.device().label(),
-        building(making.build),
-        human(timing.trace + timing.refine + timing.decide + timing.readback)
+        traced_in_words(&session, making, timing)
     ));
     Ok(())
 }

@@ -18,8 +18,8 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::device;
-use super::head::{Head, Objects, On};
-use super::output::{objects, print_json, print_text};
+use super::head::{Objects, On, print_summary};
+use super::output::{objects, print_text};
 use super::progress::Progress;
 use super::render::size;
 use super::{Run, VerifyArgs, scene};
@@ -33,8 +33,6 @@ const WANTS: Wants = Wants { surface: true, level: false };
 
 #[derive(Serialize)]
 struct Summary {
-    #[serde(flatten)]
-    head: Head,
     #[serde(flatten)]
     on: On,
     size: [u32; 2],
@@ -67,7 +65,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let n_samples = args.samples.unwrap_or_else(|| default_samples(scene.n_objects()));
     refuse_what_cannot_fit(&pixels, n_samples)?;
-    let only = (!args.all_kernels).then_some(args.kernel);
+    let only = (!args.all_kernels).then_some(args.kernel.kernel);
     let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
 
@@ -89,8 +87,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
 
     let broken: Vec<String> = results.iter().flat_map(|result| result.broken.clone()).collect();
     if args.talk.json {
-        print_json(&Summary {
-            head: Head::new("verify"),
+        let summary = Summary {
             on: On::from(&device),
             size: [pixels.width, pixels.height],
             objects: Objects::from(&*scene),
@@ -98,7 +95,8 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             samples: n_samples,
             seed: args.seed,
             kernels: results,
-        })?;
+        };
+        print_summary("verify", &summary)?;
     } else {
         let share = match n_samples == pixels.len() {
             true => "all pixels".to_string(),

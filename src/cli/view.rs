@@ -14,14 +14,14 @@ use super::{Run, ViewArgs};
 /// Opens the window.
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
-    let size = args.size.map(|size| size.check()).transpose()?;
+    let size = args.size.size.map(|size| size.check()).transpose()?;
     let pick = args.device.device.pick();
     let options = Options {
         path: args.scene.clone(),
         scene,
         on_cpu: pick.is_none(),
         pick: pick.unwrap_or(Pick::Best),
-        kernel: args.kernel,
+        kernel: args.kernel.kernel,
         size,
         control: Arc::clone(&run.control),
         on_display_lost,

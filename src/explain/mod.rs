@@ -4,6 +4,7 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
+mod formula;
 pub mod latex;
 mod numbers;
 mod ray;
@@ -49,11 +50,11 @@ pub struct Explanation {
     pub objects: Vec<ObjectExplanation>,
     /// Objects of the whole scene.
     pub n_objects: usize,
-    /// What the ray sees, exactly; `None` for the background.
+    /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
     /// The level at which the kernel `certified` decided the ray.
     pub level: &'static str,
-    /// What each kernel sees, on the CPU and then on the device, where there is one.
+    /// The results of each kernel, on the CPU and then on the device, where there is one.
     pub seen: Vec<Seen>,
 }
 
@@ -154,7 +155,7 @@ pub enum Reason {
     Degenerate,
 }
 
-/// What a ray sees, exactly.
+/// The object that a ray sees, exactly.
 #[derive(Clone, Debug, Serialize)]
 pub struct Winner {
     /// Object id.
@@ -171,7 +172,7 @@ pub struct Winner {
     pub side: &'static str,
 }
 
-/// What a kernel sees on one device.
+/// The result of a kernel on one device.
 #[derive(Clone, Debug, Serialize)]
 pub struct Seen {
     /// The kernel's name.
@@ -186,7 +187,7 @@ pub struct Seen {
     pub t: f32,
     /// Unit normal; zero on the background.
     pub normal: [f32; 3],
-    /// Whether the id is the exact one.
+    /// True where the id is the exact one.
     pub right: bool,
     /// Error of `t` in f32 steps, where the right object is hit.
     pub t_error_ulp: Option<f64>,
@@ -205,16 +206,14 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
     let n_objects = scene.n_objects();
     let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
     // The ranks are put together from parts, and sorting takes half of them once more.
-    let ranking = n_objects * (size_of::<u32>() + size_of::<Rank>() * 5 / 2);
+    let ranking = n_objects * (size_of::<Rank>() * 5 / 2);
     memory::require(
         format!("explaining {n_shown} of {n_objects} objects"),
         ranking as u64 + n_shown as u64 * SHOWN_BYTES,
         "free some, explain fewer objects, or split the scene",
     )?;
-    let ids: Vec<u32> = (1..=scene.n_objects() as u32).collect();
-    let objects = ids.iter().filter_map(|&id| Some((id, scene.object(id)?)));
-    let hit = nearest(&numbers.exact, objects);
-    let ranked = ranked(scene, &numbers, &ids, limit);
+    let hit = nearest(&numbers.exact, scene.objects());
+    let ranked = ranked(scene, &numbers, limit);
     let objects: Vec<ObjectExplanation> =
         ranked.iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
 
@@ -327,13 +326,18 @@ pub(crate) fn label(scene: &Scene, id: u32) -> String {
         Some(Object::Plane(_)) => "plane",
     };
     let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
+    format!("{kind} {id} ({})", shortened(name, NAME_CHARS))
+}
+
+/// At most so many characters of a text, without those that steer a terminal.
+fn shortened(text: &str, n_chars: usize) -> String {
     let is_plain = |c: &char| !c.is_control() && !steers(*c);
-    let mut shown: String = name.chars().filter(is_plain).take(NAME_CHARS).collect();
-    if name.chars().count() > NAME_CHARS {
+    let mut shown: String = text.chars().filter(is_plain).take(n_chars).collect();
+    if text.chars().count() > n_chars {
         shown.pop();
         shown.push('…');
     }
-    format!("{kind} {id} ({shown})")
+    shown
 }
 
 fn winner(scene: &Scene, ray: &ExactRay, hit: &ExactHit) -> Option<Winner> {
@@ -360,8 +364,8 @@ struct Rank {
 }
 
 /// The objects in the order of [`Explanation::objects`], the first `limit` of them.
-fn ranked(scene: &Scene, numbers: &Numbers, ids: &[u32], limit: Option<usize>) -> Vec<Rank> {
-    let rank = |&id: &u32| {
+fn ranked(scene: &Scene, numbers: &Numbers, limit: Option<usize>) -> Vec<Rank> {
+    let rank = |id: u32| {
         let object = scene.object(id)?;
         let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);
         let key = match &root {
@@ -370,7 +374,8 @@ fn ranked(scene: &Scene, numbers: &Numbers, ids: &[u32], limit: Option<usize>) -
         };
         Some(Rank { id, root, key })
     };
-    let mut ranks: Vec<Rank> = ids.par_iter().filter_map(rank).collect();
+    let ids = 1..=scene.n_objects() as u32;
+    let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
     ranks.sort_by(|a, b| {
         // Rounding keeps the order, so only equal f64 need the exact comparison.
         let exact = || match (&a.root, &b.root) {

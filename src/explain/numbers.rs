@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::compare::Precision;
 use crate::exact::{Root, layout, real};
 
 /// Digits of an exact number.
@@ -18,7 +19,7 @@ const MANY_DIGITS: usize = 60;
 pub struct Short {
     /// Six digits at most.
     pub text: String,
-    /// Whether digits are missing.
+    /// True where digits are missing.
     pub rounded: bool,
 }
 
@@ -57,10 +58,10 @@ impl Exact {
     /// Error of `value` in steps of f32 at the exact number; +∞ where `value` is not finite, and
     /// where it should be 0 and isn't.
     pub fn error_of_f32(&self, value: f32) -> f64 {
-        self.error_ulp(f64::from(value), Format::Single)
+        self.error_ulp(f64::from(value), Precision::Single)
     }
 
-    fn error_ulp(&self, value: f64, format: Format) -> f64 {
+    fn error_ulp(&self, value: f64, precision: Precision) -> f64 {
         let Some(exact_value) = real(value) else { return f64::INFINITY };
         let error = self.root.minus(&exact_value).to_f64().abs();
         if error == 0.0 {
@@ -69,34 +70,7 @@ impl Exact {
         if self.signum == 0 {
             return f64::INFINITY;
         }
-        error / format.ulp(self.root.to_f64())
-    }
-}
-
-/// What a column calculates in.
-#[derive(Clone, Copy)]
-enum Format {
-    Single,
-    Double,
-}
-
-impl Format {
-    /// The distance of the format's numbers at `x`, and not less than its smallest subnormal.
-    fn ulp(self, x: f64) -> f64 {
-        let (lowest, fraction_bits) = match self {
-            Format::Single => (-126, 23),
-            Format::Double => (-1022, 52),
-        };
-        let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        power_of_two(exponent.max(lowest) - fraction_bits)
-    }
-}
-
-/// `2^exponent` from the smallest subnormal number on, where `powi` gives 0.
-fn power_of_two(exponent: i32) -> f64 {
-    match exponent {
-        -1022.. => 2f64.powi(exponent),
-        _ => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
+        error / precision.ulp(self.root.to_f64())
     }
 }
 
@@ -115,7 +89,7 @@ pub struct Entry {
     /// the value isn't finite, or where it should be 0 and isn't. `None` where one of the two
     /// numbers doesn't exist.
     pub error_ulp: Option<f64>,
-    /// Whether its sign is not the exact one's.
+    /// True where its sign is not the exact one's.
     pub wrong_sign: bool,
 }
 
@@ -143,12 +117,21 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// A number in every column.
+    pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
+        Columns {
+            lecture: Some(Some(f64::from(lecture))),
+            stable: Some(Some(stable)),
+            double: Some(Some(double)),
+        }
+    }
+
     /// The row, with errors against the exact number.
     pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
         let exact = exact.map(Exact::from);
-        let entry = |value: Option<f64>, format| Entry {
+        let entry = |value: Option<f64>, precision| Entry {
             value,
-            error_ulp: value.zip(exact.as_ref()).map(|(x, exact)| exact.error_ulp(x, format)),
+            error_ulp: value.zip(exact.as_ref()).map(|(x, exact)| exact.error_ulp(x, precision)),
             wrong_sign: value.zip(exact.as_ref()).is_some_and(|(x, exact)| {
                 let signum = i32::from(x > 0.0) - i32::from(x < 0.0);
                 signum != exact.signum
@@ -156,9 +139,9 @@ impl Columns {
         };
         Quantity {
             symbol,
-            lecture: self.lecture.map(|value| entry(value, Format::Single)),
-            stable: self.stable.map(|value| entry(value, Format::Single)),
-            f64: self.double.map(|value| entry(value, Format::Double)),
+            lecture: self.lecture.map(|value| entry(value, Precision::Single)),
+            stable: self.stable.map(|value| entry(value, Precision::Single)),
+            f64: self.double.map(|value| entry(value, Precision::Double)),
             exact,
         }
     }

@@ -71,28 +71,18 @@ impl Numbers {
 
     pub fn ray(&self) -> Vec<Quantity> {
         let h = self.exact.t_factor();
-        let mut rows = Vec::new();
-        for (axis, symbol) in ["o.x", "o.y", "o.z"].into_iter().enumerate() {
-            rows.push(
-                Columns {
-                    lecture: Some(Some(f64::from(self.lecture.origin.0[axis]))),
-                    stable: None,
-                    double: Some(Some(self.origin[axis])),
-                }
-                .against(symbol, Some(&Root::from(self.exact.origin()[axis].clone()))),
-            );
-        }
-        for (axis, symbol) in ["d.x", "d.y", "d.z"].into_iter().enumerate() {
-            rows.push(
-                Columns {
-                    lecture: Some(Some(f64::from(self.lecture.direction.0[axis]))),
-                    stable: Some(Some(scaled(self.stable.direction.0[axis], self.exponent))),
-                    double: Some(Some(self.direction[axis])),
-                }
-                .against(symbol, Some(&Root::ratio(self.exact.direction()[axis].clone(), h))),
-            );
-        }
-        rows
+        let origin = |i: usize| {
+            let exact = Root::from(self.exact.origin()[i].clone());
+            let columns = Columns::all(self.lecture.origin.0[i], 0.0, self.origin[i]);
+            Columns { stable: None, ..columns }.against(["o.x", "o.y", "o.z"][i], Some(&exact))
+        };
+        let direction = |i: usize| {
+            let exact = Root::ratio(self.exact.direction()[i].clone(), h);
+            let stable = scaled(self.stable.direction.0[i], self.exponent);
+            Columns::all(self.lecture.direction.0[i], stable, self.direction[i])
+                .against(["d.x", "d.y", "d.z"][i], Some(&exact))
+        };
+        (0..3).map(origin).chain((0..3).map(direction)).collect()
     }
 
     pub fn object(
@@ -154,11 +144,6 @@ impl Numbers {
             (chord.h >= 0.0).then(|| roots_stable(&self.stable, chord.b, chord.h, k));
 
         let e = self.exponent;
-        let all = |single: f32, stable: f64, double: f64| Columns {
-            lecture: Some(Some(f64::from(single))),
-            stable: Some(Some(stable)),
-            double: Some(Some(double)),
-        };
         let stable_only =
             |value: Option<f64>| Columns { lecture: None, stable: Some(value), double: None };
         let root = |i: usize| Columns {
@@ -168,10 +153,12 @@ impl Numbers {
         };
         let roots = exact.roots.as_ref();
         Some(vec![
-            all(single.a, scaled(self.stable.a, 2 * e), double.a).against("a", Some(&exact.a)),
-            all(single.b, -2.0 * scaled(chord.b, e), double.b).against("b", Some(&exact.b)),
-            all(single.k, f64::from(k), double.k).against("k", Some(&exact.k)),
-            Columns { stable: None, ..all(single.discriminant, 0.0, double.discriminant) }
+            Columns::all(single.a, scaled(self.stable.a, 2 * e), double.a)
+                .against("a", Some(&exact.a)),
+            Columns::all(single.b, -2.0 * scaled(chord.b, e), double.b)
+                .against("b", Some(&exact.b)),
+            Columns::all(single.k, f64::from(k), double.k).against("k", Some(&exact.k)),
+            Columns { stable: None, ..Columns::all(single.discriminant, 0.0, double.discriminant) }
                 .against("D", Some(&exact.discriminant)),
             stable_only(Some(f64::from(chord.delta))).against("r²−P·P", exact.delta.as_ref()),
             stable_only((chord.h >= 0.0).then(|| scaled(chord.h, e)))
@@ -199,11 +186,8 @@ impl Numbers {
         };
         let stable = [offset, dot3(self.stable.direction, Vec3(of_stable.normal))];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        let row = |i: usize, exponent: i32| Columns {
-            lecture: Some(Some(f64::from(single[i]))),
-            stable: Some(Some(scaled(stable[i], exponent))),
-            double: Some(Some(double[i])),
-        };
+        let row =
+            |i: usize, exponent| Columns::all(single[i], scaled(stable[i], exponent), double[i]);
         // A quotient by 0 is an infinity or NaN: no root.
         let quotient = |t: f64| t.is_finite().then_some(t);
         let t = Columns {

@@ -66,14 +66,14 @@ impl ObjectExplanation {
             Reason::Degenerate => "a number here can't be calculated with: no hit".into(),
         }];
         if self.reason == Reason::Visible {
-            let tied = |&&id: &&u32| {
+            let tied = |&id: &u32| {
                 let root = scene
                     .object(id)
                     .and_then(|object| visible_root(&numbers.exact, &Shape::from(object)));
                 root.zip(hit).is_some_and(|((root, _), hit)| root == hit.root)
             };
-            let others: Vec<u32> = (self.id + 1..=scene.n_objects() as u32).collect();
-            if let Some(&other) = others.par_iter().find_first(tied) {
+            let others = self.id + 1..=scene.n_objects() as u32;
+            if let Some(other) = others.into_par_iter().find_first(tied) {
                 why.push(format!("tie with {}: the lower id wins", label(scene, other)));
             }
         }

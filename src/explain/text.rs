@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use super::formula::{Notation, derivation, written};
 use super::numbers::{decimal_f32, decimal_f64};
-use super::{Entry, Exact, Explanation, ObjectExplanation, Quantity, Seen, Short, Terms, Winner};
+use super::{Entry, Explanation, ObjectExplanation, Quantity, Seen, Winner, shortened};
 
 /// Columns that the text takes at most.
 pub const WIDTH: usize = 100;
@@ -48,10 +49,8 @@ pub fn of_object(object: &ObjectExplanation) -> String {
         let gap = gap.map(|gap| format!("; it passes at a distance of {}", four_digits(gap)));
         let _ = writeln!(text, "  → {why}{}", gap.unwrap_or_default());
     }
-    let mut lines = String::new();
-    formula(object, &mut lines);
-    for line in lines.lines() {
-        broken(line, &mut text);
+    for line in written(&derivation(object), Notation::Text) {
+        broken(&format!("  {line}"), &mut text);
     }
     table(&object.quantities, &mut text);
     text
@@ -70,131 +69,11 @@ fn broken(line: &str, text: &mut String) {
     }
 }
 
-/// `=`, or `≈` where digits are missing.
-fn equals<'a>(numbers: impl IntoIterator<Item = &'a Short>) -> char {
-    if numbers.into_iter().any(|number| number.rounded) { '≈' } else { '=' }
-}
-
-fn vector(v: &[Short; 3]) -> String {
-    format!("({}, {}, {})", v[0].text, v[1].text, v[2].text)
-}
-
-/// `1 + 2 − 3`
-fn sum(terms: &[Short; 3]) -> String {
-    let mut text = terms[0].text.clone();
-    for term in &terms[1..] {
-        match term.text.strip_prefix('-') {
-            Some(magnitude) => text = format!("{text} − {magnitude}"),
-            None => text = format!("{text} + {}", term.text),
-        }
-    }
-    text
-}
-
-/// A factor: negative numbers in parentheses.
-fn factor(number: &str) -> String {
-    if number.starts_with('-') { format!("({number})") } else { number.to_owned() }
-}
-
-fn negated(number: &str) -> String {
-    match number.strip_prefix('-') {
-        Some(magnitude) => magnitude.to_owned(),
-        None if number == "0" => "0".to_owned(),
-        None => format!("-{number}"),
-    }
-}
-
-fn formula(object: &ObjectExplanation, text: &mut String) {
-    let number = |symbol| object.exact(symbol).map(|exact| &exact.short);
-    match &object.terms {
-        Terms::Sphere {
-            center,
-            radius,
-            offset,
-            squares,
-            products,
-            offset_squared,
-            radius_squared,
-        } => {
-            let (Some(a), Some(b), Some(k), Some(d)) =
-                (number("a"), number("b"), number("k"), number("D"))
-            else {
-                return;
-            };
-            let _ = writeln!(
-                text,
-                "  c {} {}, r {} {}",
-                equals(center),
-                vector(center),
-                equals([radius]),
-                radius.text
-            );
-            let _ = writeln!(text, "  o − c {} {}", equals(offset), vector(offset));
-            let eq = equals(squares.iter().chain([a]));
-            let _ = writeln!(text, "  a = d·d {eq} {} {eq} {}", sum(squares), a.text);
-            let eq = equals(products.iter().chain([b]));
-            let _ = writeln!(text, "  b = 2·d·(o − c) {eq} 2·({}) {eq} {}", sum(products), b.text);
-            let eq = equals([offset_squared, radius_squared, k]);
-            let _ = writeln!(
-                text,
-                "  k = (o − c)·(o − c) − r² {eq} {} − {} {eq} {}",
-                offset_squared.text, radius_squared.text, k.text
-            );
-            let eq = equals([a, b, k, d]);
-            let _ = writeln!(
-                text,
-                "  D = b² − 4·a·k {eq} {}² − 4·{}·{} {eq} {}",
-                factor(&b.text),
-                a.text,
-                factor(&k.text),
-                d.text
-            );
-            let Some([near, far]) = number("t₁").zip(number("t₂")).map(<[&Short; 2]>::from)
-            else {
-                return;
-            };
-            let eq = equals([a, b, d, near, far]);
-            let roots = match d.text.as_str() {
-                "0" => near.text.clone(),
-                _ => format!("{} and {}", near.text, far.text),
-            };
-            let _ = writeln!(
-                text,
-                "  t = (−b ± √D) / (2·a) {eq} ({} ± √{}) / (2·{}) {eq} {roots}",
-                negated(&b.text),
-                d.text,
-                a.text
-            );
-        }
-        Terms::Plane { point, normal, offset, numerator, denominator } => {
-            let (Some(above), Some(below)) = (number("(a−o)·n"), number("d·n")) else { return };
-            let _ = writeln!(text, "  a {} {}", equals(point), vector(point));
-            let _ = writeln!(text, "  n {} {}", equals(normal), vector(normal));
-            let _ = writeln!(text, "  a − o {} {}", equals(offset), vector(offset));
-            let eq = equals(numerator.iter().chain([above]));
-            let _ = writeln!(text, "  (a − o)·n {eq} {} {eq} {}", sum(numerator), above.text);
-            let eq = equals(denominator.iter().chain([below]));
-            let _ = writeln!(text, "  d·n {eq} {} {eq} {}", sum(denominator), below.text);
-            if let Some(t) = number("t") {
-                let eq = equals([above, below, t]);
-                let _ = writeln!(
-                    text,
-                    "  t = ((a − o)·n) / (d·n) {eq} {} / {} {eq} {}",
-                    above.text,
-                    factor(&below.text),
-                    t.text
-                );
-            }
-        }
-    }
-}
-
 /// A row of the table, right-aligned; columns that are blank at the end leave no blanks behind.
 fn line(symbol: &str, cells: [String; 4], text: &mut String) {
     let [lecture, stable, double, exact] = cells;
     let row = format!("  {symbol:<7} {lecture:>16} {stable:>16} {double:>25} {exact:>28}");
-    text.push_str(row.trim_end());
-    text.push('\n');
+    let _ = writeln!(text, "{}", row.trim_end());
 }
 
 fn table(quantities: &[Quantity], text: &mut String) {
@@ -244,7 +123,7 @@ fn error(entry: &Entry) -> String {
 }
 
 /// Two or three digits: what an error is worth.
-pub(super) fn rough(x: f64) -> String {
+fn rough(x: f64) -> String {
     match x {
         0.0 => "0".into(),
         ..0.005 => "<0.01".into(),
@@ -284,11 +163,7 @@ fn verdict(explanation: &Explanation, text: &mut String) {
 }
 
 fn of_seen(seen: &Seen, text: &mut String) {
-    let mut label: String = seen.label.chars().take(25).collect();
-    if seen.label.chars().count() > 25 {
-        label.pop();
-        label.push('…');
-    }
+    let label = shortened(&seen.label, 25);
     let (t, normal) = match seen.id {
         0 => (String::new(), String::new()),
         _ => (
@@ -304,16 +179,10 @@ fn of_seen(seen: &Seen, text: &mut String) {
     };
     let device = seen.device.to_uppercase();
     let row = format!("  {:<9} {device:<3} {label:<25} {t:>15} {error:>11}  {normal}", seen.kernel);
-    text.push_str(row.trim_end());
-    text.push('\n');
+    let _ = writeln!(text, "{}", row.trim_end());
 }
 
 /// Four digits, without zeros that say nothing.
 fn four_digits(x: f64) -> String {
     format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
-}
-
-/// For [`super::latex`]: the number of a symbol.
-pub(super) fn short<'a>(object: &'a ObjectExplanation, symbol: &str) -> Option<&'a Short> {
-    object.exact(symbol).map(|exact: &Exact| &exact.short)
 }

@@ -12,7 +12,7 @@ use std::fmt;
 use std::io::{self, Write};
 
 use crate::camera::View;
-use crate::scene::{Color, Scene};
+use crate::scene::{Color, Object, Scene};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,6 +43,13 @@ impl Language {
         }
     }
 
+    fn syntax(self) -> &'static dyn Syntax {
+        match self {
+            Language::Pov => &pov::Pov,
+            Language::Tachyon => &tachyon::Tachyon,
+        }
+    }
+
     /// The command line that renders a file in this language as [`write()`] meant it.
     pub fn command(self, file: &str, [width, height]: [u32; 2]) -> String {
         match self {
@@ -66,9 +73,24 @@ pub fn write(
     color_of: impl Fn(u32) -> Color,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    match language {
-        Language::Pov => pov::write(scene, view, size, color_of, out),
-        Language::Tachyon => tachyon::write(scene, view, size, color_of, out),
+    let syntax = language.syntax();
+    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
+    for (id, object) in scene.objects() {
+        let name = scene.name(id);
+        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
+    }
+    out.write_all(syntax.end().as_bytes())
+}
+
+/// The texts of a language.
+trait Syntax {
+    /// All before the objects.
+    fn head(&self, view: &View, size: [u32; 2], background: Color) -> String;
+    /// One line.
+    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String;
+    /// All after the objects.
+    fn end(&self) -> &'static str {
+        ""
     }
 }
 
@@ -87,17 +109,4 @@ impl<const N: usize> fmt::Display for Numbers<N> {
         }
         Ok(())
     }
-}
-
-/// Ids with their objects: spheres, then planes, as [`Scene::object`] counts.
-fn ids<T>(objects: &[T], first: usize) -> impl Iterator<Item = (u32, &T)> {
-    objects.iter().zip(first..).map(|(object, id)| (id as u32, object))
-}
-
-/// Spheres have the ids from 1.
-const FIRST_SPHERE: usize = 1;
-
-/// Planes have the ids after the spheres.
-fn first_plane(scene: &Scene) -> usize {
-    FIRST_SPHERE + scene.spheres.len()
 }

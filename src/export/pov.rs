@@ -2,48 +2,49 @@
 //! mirrored: the ray of column x and row y is
 //! `direction + ((x+½)/W − ½)·right + (½ − (y+½)/H)·up`.
 
-use std::io::{self, Write};
-
 use glam::DVec3;
 
-use super::{FIRST_SPHERE, Numbers, first_plane, ids};
+use super::{Numbers, Syntax};
 use crate::camera::View;
-use crate::scene::{Color, Scene};
+use crate::scene::{Color, Object};
 
-pub(super) fn write(
-    scene: &Scene,
-    view: &View,
-    [width, height]: [u32; 2],
-    color_of: impl Fn(u32) -> Color,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let up = view.true_up * (2.0 * view.h);
-    let right = view.right * (2.0 * view.h * f64::from(width) / f64::from(height));
-    // Colours are linear light, and the picture file's gamma is sRGB unless the user wants another.
-    write!(
-        out,
-        "// For {width} x {height} pixels without anti-aliasing: +W{width} +H{height} -A\n\
-         #version 3.7;\n\
-         global_settings {{ assumed_gamma 1.0 }}\n\
-         #default {{ finish {{ ambient 0.0 diffuse 0.0 emission 1.0 }} }}\n\
-         camera {{\n  perspective\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
-         background {{ {} }}\n",
-        Vector(view.position),
-        Vector(view.forward),
-        Vector(right),
-        Vector(up),
-        rgb(color_of(0)),
-    )?;
-    for (id, sphere) in ids(&scene.spheres, FIRST_SPHERE) {
-        write!(out, "sphere {{ {}, {:?} ", Vector(sphere.center), sphere.radius)?;
-        end_object(id, color_of(id), scene.name(id), out)?;
+pub(super) struct Pov;
+
+impl Syntax for Pov {
+    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
+        let up = view.true_up * (2.0 * view.h);
+        let right = view.right * (2.0 * view.h * f64::from(width) / f64::from(height));
+        // Colours are linear light, and the picture file's gamma is sRGB unless the user wants
+        // another.
+        format!(
+            "// For {width} x {height} pixels without anti-aliasing: +W{width} +H{height} -A\n\
+             #version 3.7;\n\
+             global_settings {{ assumed_gamma 1.0 }}\n\
+             #default {{ finish {{ ambient 0.0 diffuse 0.0 emission 1.0 }} }}\n\
+             camera {{\n  perspective\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
+             background {{ {} }}\n",
+            Vector(view.position),
+            Vector(view.forward),
+            Vector(right),
+            Vector(up),
+            rgb(background),
+        )
     }
-    for (id, plane) in ids(&scene.planes, first_plane(scene)) {
-        // Of the plane through the origin, moved: its distance from there is no number of the scene.
-        write!(out, "plane {{ {}, 0.0 translate {} ", Vector(plane.normal), Vector(plane.point))?;
-        end_object(id, color_of(id), scene.name(id), out)?;
+
+    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String {
+        let shape = match object {
+            Object::Sphere(s) => format!("sphere {{ {}, {:?}", Vector(s.center), s.radius),
+            // Of the plane through the origin, moved: its distance from there is no number of the
+            // scene.
+            Object::Plane(p) => {
+                format!("plane {{ {}, 0.0 translate {}", Vector(p.normal), Vector(p.point))
+            }
+        };
+        // A comment that no name can leave.
+        let name = name.map(|name| format!(": {}", name.escape_default()));
+        let name = name.unwrap_or_default();
+        format!("{shape} pigment {{ {} }} }} // {id}{name}", rgb(color))
     }
-    Ok(())
 }
 
 struct Vector(DVec3);
@@ -56,13 +57,4 @@ impl std::fmt::Display for Vector {
 
 fn rgb(color: Color) -> String {
     format!("rgb <{}>", Numbers { numbers: color.0.map(f64::from), separator: ", " })
-}
-
-/// The colour, and a comment that no name can leave.
-fn end_object(id: u32, color: Color, name: Option<&str>, out: &mut impl Write) -> io::Result<()> {
-    write!(out, "pigment {{ {} }} }} // {id}", rgb(color))?;
-    match name {
-        Some(name) => writeln!(out, ": {}", name.escape_default()),
-        None => writeln!(out),
-    }
 }

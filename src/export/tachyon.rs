@@ -2,52 +2,53 @@
 //! through `left + (x+1)·(right − left)/W` and `top − y·(top − bottom)/H` of the picture, half a
 //! pixel beside the centre to the right and to the top, so the picture is moved back.
 
-use std::io::{self, Write};
-
 use glam::DVec3;
 
-use super::{FIRST_SPHERE, Numbers, first_plane, ids};
+use super::{Numbers, Syntax};
 use crate::camera::View;
-use crate::scene::{Color, Scene};
+use crate::scene::{Color, Object};
 
-pub(super) fn write(
-    scene: &Scene,
-    view: &View,
-    [width, height]: [u32; 2],
-    color_of: impl Fn(u32) -> Color,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let half_width = view.h * f64::from(width) / f64::from(height);
-    let half_pixel = view.h / f64::from(height);
-    let frustum = [
-        -half_width - half_pixel,
-        half_width - half_pixel,
-        -view.h - half_pixel,
-        view.h - half_pixel,
-    ];
-    // The zoom is that of the frustum, which wins.
-    write!(
-        out,
-        "BEGIN_SCENE\nRESOLUTION {width} {height}\n\
-         CAMERA\nPROJECTION PERSPECTIVE\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\nRAYDEPTH 1\n\
-         CENTER {}\nVIEWDIR {}\nUPDIR {}\nFRUSTUM {}\nEND_CAMERA\n\
-         BACKGROUND {}\n",
-        0.5 / view.h,
-        vector(view.position),
-        vector(view.forward),
-        vector(view.true_up),
-        Numbers { numbers: frustum, separator: " " },
-        rgb(color_of(0)),
-    )?;
-    for (id, sphere) in ids(&scene.spheres, FIRST_SPHERE) {
-        write!(out, "SPHERE CENTER {} RAD {:?} ", vector(sphere.center), sphere.radius)?;
-        end_object(color_of(id), out)?;
+pub(super) struct Tachyon;
+
+impl Syntax for Tachyon {
+    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
+        let half_width = view.h * f64::from(width) / f64::from(height);
+        let half_pixel = view.h / f64::from(height);
+        let frustum = [
+            -half_width - half_pixel,
+            half_width - half_pixel,
+            -view.h - half_pixel,
+            view.h - half_pixel,
+        ];
+        // The zoom is that of the frustum, which wins.
+        format!(
+            "BEGIN_SCENE\nRESOLUTION {width} {height}\n\
+             CAMERA\nPROJECTION PERSPECTIVE\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\n\
+             RAYDEPTH 1\nCENTER {}\nVIEWDIR {}\nUPDIR {}\nFRUSTUM {}\nEND_CAMERA\n\
+             BACKGROUND {}\n",
+            0.5 / view.h,
+            vector(view.position),
+            vector(view.forward),
+            vector(view.true_up),
+            Numbers { numbers: frustum, separator: " " },
+            rgb(background),
+        )
     }
-    for (id, plane) in ids(&scene.planes, first_plane(scene)) {
-        write!(out, "PLANE CENTER {} NORMAL {} ", vector(plane.point), vector(plane.normal))?;
-        end_object(color_of(id), out)?;
+
+    fn object(&self, _: u32, _: Option<&str>, object: Object, color: Color) -> String {
+        let shape = match object {
+            Object::Sphere(s) => format!("SPHERE CENTER {} RAD {:?}", vector(s.center), s.radius),
+            Object::Plane(p) => {
+                format!("PLANE CENTER {} NORMAL {}", vector(p.point), vector(p.normal))
+            }
+        };
+        let texture = "TEXTURE AMBIENT 1.0 DIFFUSE 0.0 SPECULAR 0.0 OPACITY 1.0";
+        format!("{shape} {texture} COLOR {} TEXFUNC 0", rgb(color))
     }
-    writeln!(out, "END_SCENE")
+
+    fn end(&self) -> &'static str {
+        "END_SCENE\n"
+    }
 }
 
 /// A point or a direction in Tachyon's world.
@@ -60,9 +61,4 @@ fn vector(v: DVec3) -> Numbers<3> {
 fn rgb(color: Color) -> Numbers<3> {
     let numbers = color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0);
     Numbers { numbers, separator: " " }
-}
-
-fn end_object(color: Color, out: &mut impl Write) -> io::Result<()> {
-    let ambient = "AMBIENT 1.0 DIFFUSE 0.0 SPECULAR 0.0 OPACITY 1.0";
-    writeln!(out, "TEXTURE {ambient} COLOR {} TEXFUNC 0", rgb(color))
 }

@@ -95,7 +95,7 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The shader that lists and settles the undecided rays of a picture on the device.
 #[cfg(feature = "view")]
 pub fn compile_undecided() -> Result<Shader> {
-    let constants = workgroup() + &undecided();
+    let constants = format!("{}const UNDECIDED = {UNDECIDED}u;\n", workgroup());
     compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
 }
 
@@ -148,10 +148,6 @@ fn workgroup() -> String {
     format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
 }
 
-fn undecided() -> String {
-    format!("const UNDECIDED = {UNDECIDED}u;\n")
-}
-
 fn constants(needs: &Needs) -> String {
     let (kernel, real) = match needs.kernel {
         Kernel::Lecture => ("Lecture", "f32"),
@@ -159,28 +155,26 @@ fn constants(needs: &Needs) -> String {
         Kernel::Double => ("Double", "f64"),
         Kernel::Certified => ("Certified", "f32"),
     };
-    let mut text = workgroup() + &aliases(real);
-    if needs.n_spheres > 0 {
-        text += &format!("alias SphereRecord = Sphere{kernel};\n");
-    }
-    if needs.n_planes > 0 {
-        text += &format!("alias PlaneRecord = Plane{kernel};\n");
-    }
-    if needs.kernel == Kernel::Certified {
-        let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-        text += &undecided();
-        text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
-        text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
-        text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
-    }
-    if needs.hierarchy {
-        text += &format!("const IS_LEAF = {IS_LEAF}u;\nconst BORROW = {BORROW}u;\n");
-        text += &format!("const NO_PLACE = {}u;\n", u32::MAX);
-        text += &format!("const T_ROOM = {:?}f;\n", guard::T_ROOM);
-        text += &format!("const LEAST_NEARNESS = {:?}f;\n", guard::LEAST_NEARNESS);
-        text += &format!("const ROW_BITS = {}u;\n", TEXELS_PER_ROW.ilog2());
-    }
-    text
+    let is_certified = needs.kernel == Kernel::Certified;
+    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
+    let declarations = [
+        (needs.n_spheres > 0, format!("alias SphereRecord = Sphere{kernel}")),
+        (needs.n_planes > 0, format!("alias PlaneRecord = Plane{kernel}")),
+        (is_certified, format!("const UNDECIDED = {UNDECIDED}u")),
+        (is_certified, format!("const NARROWER = {narrower:?}f")),
+        (is_certified, format!("const WIDER = {wider:?}f")),
+        (is_certified, format!("const FAR_NARROWER = {far_narrower:?}f")),
+        (is_certified, format!("const LARGEST = {:?}f", f32::MAX)),
+        (needs.hierarchy, format!("const IS_LEAF = {IS_LEAF}u")),
+        (needs.hierarchy, format!("const BORROW = {BORROW}u")),
+        (needs.hierarchy, format!("const NO_PLACE = {}u", u32::MAX)),
+        (needs.hierarchy, format!("const T_ROOM = {:?}f", guard::T_ROOM)),
+        (needs.hierarchy, format!("const LEAST_NEARNESS = {:?}f", guard::LEAST_NEARNESS)),
+        (needs.hierarchy, format!("const ROW_BITS = {}u", TEXELS_PER_ROW.ilog2())),
+    ];
+    let needed = declarations.iter().filter(|(is_needed, _)| *is_needed);
+    let declared: String = needed.map(|(_, declaration)| format!("{declaration};\n")).collect();
+    workgroup() + &aliases(real) + &declared
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.

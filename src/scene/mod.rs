@@ -1,4 +1,4 @@
-//! What the user wrote, in f64, checked. A [`Scene`] knows nothing of devices or kernels.
+//! Scenes as the user wrote them, in f64, checked. A [`Scene`] knows nothing of devices or kernels.
 
 mod clouds;
 mod color;
@@ -138,6 +138,12 @@ impl Scene {
             Object::Sphere(_) => self.spheres.name(id as usize - 1),
             Object::Plane(plane) => plane.name.as_deref(),
         }
+    }
+
+    /// The objects with their ids, in the order of the ids.
+    pub fn objects(&self) -> impl Iterator<Item = (u32, Object<'_>)> {
+        let spheres = self.spheres.iter().map(Object::Sphere);
+        (1..).zip(spheres.chain(self.planes.iter().map(Object::Plane)))
     }
 
     /// Linear colours by id: the first is the background's.

@@ -1,4 +1,4 @@
-//! What is wrong in a scene file, and where: bytes of the text to line and column.
+//! Places of errors in a scene file: bytes of the text to line and column.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -39,7 +39,7 @@ impl Fault {
     }
 }
 
-/// What a message quotes of a key or a value, however much of it there is in the file.
+/// The part of a key or a value that a message quotes, however much of it there is in the file.
 pub(super) fn quoted(text: &str) -> Cow<'_, str> {
     cut(text, 60)
 }

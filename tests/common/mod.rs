@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Objects, files and the device that tests share.
 #![allow(dead_code)]
 
 #[cfg(feature = "gpu")]

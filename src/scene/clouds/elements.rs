@@ -1,4 +1,4 @@
-//! What an atom looks like.
+//! The looks of an atom.
 
 use std::collections::HashMap;
 

@@ -6,7 +6,7 @@
 //! | `.csv` | what the header says: x, y, z, and optionally r, and red, green, blue | linear, 0 to 1 |
 //! | `.xyz` | element, x, y, z in ångström | by element |
 //!
-//! What a file lacks, `radius` and `color` of the table say for all its spheres. Where the file has
+//! `radius` and `color` of the table say for all spheres what the file lacks. Where the file has
 //! it, the key is refused: one of the two would be without effect.
 
 mod csv;
@@ -46,7 +46,7 @@ impl<T> Given<T> {
     }
 }
 
-/// What a scene file says about a cloud.
+/// The table of a cloud in a scene file.
 #[derive(Debug)]
 pub(super) struct CloudTable {
     pub file: Given<String>,

@@ -25,7 +25,7 @@ impl<'c> Watched<'c> {
         self.allowed.set(n_bytes);
     }
 
-    /// Whether all that was allowed has been read.
+    /// True where all that was allowed has been read.
     pub fn is_used_up(&self) -> bool {
         self.allowed.get() == 0
     }
