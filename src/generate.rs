@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::npy::write_float_header;
 use crate::picture::OutputFile;
 use crate::random::SplitMix;
-use crate::scene::{Camera, MAX_OBJECTS, cloud_scene_text};
+use crate::scene::{Camera, MAX_OBJECTS, Projection, cloud_scene_text};
 use crate::trace::Control;
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -229,7 +229,7 @@ impl Recipe {
             position: center + distance * from,
             look_at: center,
             up: DVec3::Y,
-            fov_degrees: FOV_DEGREES,
+            projection: Projection::Perspective { fov_degrees: FOV_DEGREES },
         }
     }
 }

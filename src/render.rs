@@ -182,7 +182,7 @@ mod tests {
 
     use super::*;
     use crate::camera::View;
-    use crate::scene::{Camera, Color, Plane, Scene};
+    use crate::scene::{Camera, Color, Plane, Projection, Scene};
     use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
@@ -190,7 +190,7 @@ mod tests {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
-            fov_degrees: 45.0,
+            projection: Projection::Perspective { fov_degrees: 45.0 },
         };
         Pixels::whole(View::new(&camera), width, height)
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::camera::Pixels;
+use crate::camera::{Bundle, Pixels};
 use crate::error::{Error, Result};
 
 /// The intersection kernels (contract §2).
@@ -61,6 +61,14 @@ impl Rays {
         match self {
             Rays::Pixels(pixels) => pixels.len(),
             Rays::List(rays) => rays.len(),
+        }
+    }
+
+    /// How the rays lie to each other.
+    pub fn bundle(&self) -> Bundle {
+        match self {
+            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
+            Rays::List(_) => Bundle::Free,
         }
     }
 

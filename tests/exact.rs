@@ -17,7 +17,7 @@ use kugelblitz::exact::{
     ExactHit, ExactRay, Real, Root, Shape, Side, nearest, plane_numbers, real, signum,
     sphere_numbers, visible_root,
 };
-use kugelblitz::scene::Camera;
+use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use num_traits::Signed;
 use rand::SeedableRng;
@@ -613,7 +613,7 @@ fn speed() {
         position: dvec3(0.1, 0.2, 6.0),
         look_at: dvec3(0.0, 0.5, 0.0),
         up: dvec3(0.0, 1.0, 0.0),
-        fov_degrees: 40.0,
+        projection: Projection::Perspective { fov_degrees: 40.0 },
     });
     let exact = kugelblitz::exact::ExactPixels::new(&Pixels::whole(view, 1280, 720));
     time("ray of a pixel", 1280, &mut || {

@@ -20,7 +20,7 @@ use kugelblitz::camera::{Pixels, View};
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactPixels, Root, Shape, real, signum_of_discriminant, visible_root};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::{Camera, Sphere};
+use kugelblitz::scene::{Camera, Projection, Sphere};
 use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact};
 use rand::{RngExt, SeedableRng};
@@ -97,8 +97,12 @@ fn axes(rng: &mut ChaCha8Rng) -> [DVec3; 3] {
 }
 
 fn any_frame(rng: &mut ChaCha8Rng) -> [DVec3; 3] {
-    let camera =
-        Camera { position: DVec3::ZERO, look_at: unit(rng), up: unit(rng), fov_degrees: 45.0 };
+    let camera = Camera {
+        position: DVec3::ZERO,
+        look_at: unit(rng),
+        up: unit(rng),
+        projection: Projection::Perspective { fov_degrees: 45.0 },
+    };
     let View { forward, right, true_up, .. } = View::new(&camera);
     [forward, right, true_up]
 }

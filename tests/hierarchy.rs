@@ -11,7 +11,7 @@ use kugelblitz::compare::compare;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
-use kugelblitz::scene::{Camera, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
 use rand::{RngExt, SeedableRng};
@@ -109,7 +109,7 @@ fn a_lattice_of_touching_spheres() {
         position: DVec3::new(3.5, 3.0, 30.0),
         look_at: DVec3::new(3.5, 3.0, 0.0),
         up: DVec3::Y,
-        fov_degrees: 20.0,
+        projection: Projection::Perspective { fov_degrees: 20.0 },
     };
     assert_eq!(check_picture("lattice", &camera, lattice, vec![]).exact, 1);
 }
@@ -126,7 +126,7 @@ fn far_from_the_origin_and_from_within() {
         position: offset + DVec3::new(0.5, 0.5, 4.0),
         look_at: offset,
         up: DVec3::Y,
-        fov_degrees: 45.0,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
     };
     check_picture("at 1e7", &camera, moved, vec![]);
 
@@ -321,8 +321,12 @@ fn a_very_narrow_view() {
     spheres.push(sphere(DVec3::new(0.0, 0.0, -9.0), 2.0));
     let scene = Arc::new(common::scene(spheres, vec![]));
     for fov_degrees in [1e-9, 1e-100, 1e-170, 1e-250] {
-        let camera =
-            Camera { position: DVec3::ZERO, look_at: DVec3::NEG_Z, up: DVec3::Y, fov_degrees };
+        let camera = Camera {
+            position: DVec3::ZERO,
+            look_at: DVec3::NEG_Z,
+            up: DVec3::Y,
+            projection: Projection::Perspective { fov_degrees },
+        };
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
         let (hits, _) = trace(&scene, &Rays::Pixels(pixels), Wants::default());
         assert!(hits.id.iter().all(|&id| id == 21), "{fov_degrees}: {:?}", hits.id);

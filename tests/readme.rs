@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use kugelblitz::picture::Format;
-use kugelblitz::scene::{Color, Sphere, parse_scene};
+use kugelblitz::scene::{Color, Projection, Sphere, parse_scene};
 use tempfile::TempDir;
 
 use common::npy;
@@ -165,7 +165,8 @@ fn the_scene_is_as_explained() {
         parse_scene(&lines.join("\n"), Path::new("README.md")).unwrap()
     };
     assert_eq!(without("up ").camera, scene.camera, "the default up");
-    assert_eq!(without("fov").camera.unwrap().fov_degrees, 45.0);
+    let projection = without("fov").camera.unwrap().projection;
+    assert_eq!(projection, Projection::Perspective { fov_degrees: 45.0 });
     assert_eq!(without("background").background, Color::BLACK);
 
     let folder = tempfile::tempdir().unwrap();

@@ -2,25 +2,27 @@
 
 mod tile;
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::arithmetic::Arithmetic;
-use crate::camera::Pixels;
+use crate::camera::{Bundle, Lens, Pixels};
 use crate::certify;
 use crate::error::Result;
 use crate::guard;
 use crate::kernel::certified::{
-    self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
+    self, FarFilter, Filter, FreeFilter, Nearest, PACKET, ParallelFilter, PointFilter, UNDECIDED,
+    Widening,
 };
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
 use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
-use tile::{TILE, TileTracer};
+use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -85,30 +87,31 @@ where
 }
 
 /// The f32 stage alone: it gives ids, or "undecided".
-struct Certified<'a, const PIXELS: bool, const NEAR: bool> {
+struct Certified<'a, F> {
     objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>,
     widening: Widening<f32>,
+    filter: PhantomData<F>,
 }
 
-impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
+impl<'a, F: Filter> Certified<'a, F> {
     fn new(objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>) -> Self {
-        Certified { objects, widening: guard::widening_f32() }
+        Certified { objects, widening: guard::widening_f32(), filter: PhantomData }
     }
 }
 
-impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
+impl<F: Filter> Kernel for Certified<'_, F> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
-        let id = certified::propose::<PIXELS, NEAR>(ray, spheres, planes, &self.widening);
+        let id = certified::propose::<F>(ray, spheres, planes, &self.widening);
         Hit { id, ..Hit::MISS }
     }
     #[inline(always)]
     fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
         let Lists { spheres, planes } = self.objects;
-        (PIXELS && !NEAR).then(|| certified::propose_packet(rays, spheres, planes, &self.widening))
+        F::IS_FAR.then(|| certified::propose_packet(rays, spheres, planes, &self.widening))
     }
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
@@ -151,19 +154,21 @@ impl Tracer for CpuTracer {
             return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
         }
         let prepared = &*self.prepared;
-        let is_picture = matches!(rays, Rays::Pixels(_));
         let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
-        match (&prepared.objects, is_picture) {
+        match (&prepared.objects, prepared.bundle) {
             (Objects::Lecture(lists), _) => run(&Lecture(lists)),
-            (Objects::Stable(lists), true) => run(&Relative::<_, _, true>(lists)),
-            (Objects::Stable(lists), false) => run(&Relative::<_, _, false>(lists)),
-            (Objects::Double(lists), true) => run(&Relative::<_, _, true>(lists)),
-            (Objects::Double(lists), false) => run(&Relative::<_, _, false>(lists)),
-            (Objects::Certified(lists), true) => match prepared.near {
-                true => run(&Certified::<true, true>::new(lists)),
-                false => run(&Certified::<true, false>::new(lists)),
+            (Objects::Stable(lists), Bundle::Point) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Stable(lists), _) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Double(lists), Bundle::Point) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Double(lists), _) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Certified(lists), Bundle::Point) => match prepared.near {
+                true => run(&Certified::<PointFilter>::new(lists)),
+                false => run(&Certified::<FarFilter>::new(lists)),
             },
-            (Objects::Certified(lists), false) => run(&Certified::<false, true>::new(lists)),
+            (Objects::Certified(lists), Bundle::Parallel) => {
+                run(&Certified::<ParallelFilter>::new(lists))
+            }
+            (Objects::Certified(lists), Bundle::Free) => run(&Certified::<FreeFilter>::new(lists)),
         }?;
         let traced = Timing { trace: start.elapsed(), ..Timing::default() };
         certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
@@ -193,26 +198,39 @@ fn trace_hierarchy(
     hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
         control.check()?;
         let first_row = (band * TILE) as u32;
-        let tracer = TileTracer::new(footprints, far, pixels);
         let n_rays = ids.len() as u64;
-        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids };
-        pulp::Arch::new().dispatch(row);
+        match pixels.view.lens {
+            Lens::Perspective => {
+                let tracer = TileTracer::<PointRays>::new(footprints, far, pixels);
+                RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids }.trace();
+            }
+            Lens::Orthographic => {
+                let tracer = TileTracer::<ParallelRays>::new(footprints, far, pixels);
+                RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids }.trace();
+            }
+        }
         control.advance(n_rays);
         Ok(())
     })
 }
 
 /// The ids of one row of tiles, compiled for each instruction set that the processor may have.
-struct RowOfTiles<'a> {
+struct RowOfTiles<'a, T> {
     prepared: &'a Prepared,
     hierarchy: &'a Hierarchy,
     pixels: &'a Pixels,
     first_row: u32,
-    tracer: TileTracer<'a>,
+    tracer: TileTracer<'a, T>,
     ids: &'a mut [u32],
 }
 
-impl pulp::WithSimd for RowOfTiles<'_> {
+impl<T: TileRays> RowOfTiles<'_, T> {
+    fn trace(self) {
+        pulp::Arch::new().dispatch(self);
+    }
+}
+
+impl<T: TileRays> pulp::WithSimd for RowOfTiles<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -223,7 +241,7 @@ impl pulp::WithSimd for RowOfTiles<'_> {
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
-            tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
+            tracer.trace(x, y, |ray| others::<T::Filter>(prepared, hierarchy, ray, &widening));
             for row in 0..n_rows {
                 for column in 0..TILE.min(width - first_column) {
                     let id = tracer.nearest(column, row).decide();
@@ -236,7 +254,7 @@ impl pulp::WithSimd for RowOfTiles<'_> {
 
 /// The objects outside the hierarchy.
 #[inline(always)]
-fn others(
+fn others<F: Filter>(
     prepared: &Prepared,
     hierarchy: &Hierarchy,
     ray: &RayOf<f32>,
@@ -245,11 +263,11 @@ fn others(
     let mut nearest = Nearest::NONE;
     let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else { return nearest };
     for (sphere, id) in spheres.iter().zip(&hierarchy.rest) {
-        nearest = nearest.nearer(record_nearness::<true, true>(ray, sphere, widening), *id);
+        nearest = nearest.nearer(F::sphere(ray, sphere, widening), *id);
     }
     let first_id = prepared.scene.spheres.len() as u32 + 1;
     for (plane, id) in planes.iter().zip(first_id..) {
-        nearest = nearest.nearer(plane_record_nearness::<true>(ray, plane, widening), id);
+        nearest = nearest.nearer(F::plane(ray, plane, widening), id);
     }
     nearest
 }

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use glam::DVec3;
 
 use super::{FIRST_SPHERE, Numbers, first_plane, ids};
-use crate::camera::View;
+use crate::camera::{Lens, View};
 use crate::scene::{Color, Scene};
 
 pub(super) fn write(
@@ -25,11 +25,15 @@ pub(super) fn write(
         -view.h - half_pixel,
         view.h - half_pixel,
     ];
+    let projection = match view.lens {
+        Lens::Perspective => "PERSPECTIVE",
+        Lens::Orthographic => "ORTHOGRAPHIC",
+    };
     // The zoom is that of the frustum, which wins.
     write!(
         out,
         "BEGIN_SCENE\nRESOLUTION {width} {height}\n\
-         CAMERA\nPROJECTION PERSPECTIVE\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\nRAYDEPTH 1\n\
+         CAMERA\nPROJECTION {projection}\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\nRAYDEPTH 1\n\
          CENTER {}\nVIEWDIR {}\nUPDIR {}\nFRUSTUM {}\nEND_CAMERA\n\
          BACKGROUND {}\n",
         0.5 / view.h,

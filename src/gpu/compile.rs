@@ -6,11 +6,13 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::hierarchy::TEXELS_PER_ROW;
 use crate::bvh::footprints::{BORROW, IS_LEAF};
+use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{UNDECIDED, Widening};
-use crate::prepare::{LISTED_SPHERES, Needs, Source};
+use crate::prepare::{LISTED_SPHERES, Needs};
 use crate::trace::Kernel;
+use crate::vec3::Real;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -61,7 +63,7 @@ pub struct Shader {
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
 pub fn compile(needs: &Needs) -> Result<Shader> {
     let mut parts = vec![RAY, VEC];
-    if needs.source == Source::Pixels {
+    if needs.bundle != Bundle::Free {
         parts.push(CAMERA);
     }
     parts.extend(match needs.kernel {
@@ -118,12 +120,13 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.n_spheres > 0, "spheres"),
         (needs.n_planes > 0, "planes"),
         (needs.surface, "surface"),
-        (needs.source == Source::Pixels, "pixels"),
-        (needs.source == Source::List, "list"),
+        (needs.bundle == Bundle::Point, "point"),
+        (needs.bundle == Bundle::Parallel, "parallel"),
+        (needs.bundle == Bundle::Free, "free"),
         (needs.kernel == Kernel::Double, "double"),
         (needs.kernel == Kernel::Certified, "certified"),
         (needs.near, "near"),
-        (needs.hierarchy || needs.n_spheres > 0 && !needs.near, "far"),
+        (needs.has_far_filter(), "far"),
         (needs.hierarchy, "hierarchy"),
     ]
     .into_iter()
@@ -160,6 +163,7 @@ fn constants(needs: &Needs) -> String {
         text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
         text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
+        text += &format!("const SMALL = {:?}f;\n", f32::SMALL);
     }
     if needs.hierarchy {
         text += &format!("const IS_LEAF = {IS_LEAF}u;\nconst BORROW = {BORROW}u;\n");

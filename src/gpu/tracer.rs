@@ -14,11 +14,11 @@ use super::pipeline::bind_resources;
 use super::program::Program;
 #[cfg(feature = "view")]
 use crate::camera::Pixels;
-use crate::camera::{CameraF32, CameraF64};
+use crate::camera::{Bundle, CameraF32, CameraF64};
 use crate::certify;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, RayRecord, RayRecordDouble, Source};
+use crate::prepare::{Prepared, RayRecord, RayRecordDouble};
 use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -546,7 +546,7 @@ impl GpuTracer {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (self.prepared.source == Source::List).then(|| {
+        let rays = (self.prepared.bundle == Bundle::Free).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let bytes_per_ray = match self.prepared.kernel {
                 Kernel::Double => size_of::<RayRecordDouble>(),
@@ -572,7 +572,7 @@ mod tests {
     use crate::camera::{Pixels, View};
     use crate::gpu::{Arithmetic, Pick};
     use crate::prepare::FEW_SPHERES;
-    use crate::scene::{Camera, Color, Scene, Sphere};
+    use crate::scene::{Camera, Color, Projection, Scene, Sphere};
     use glam::DVec3;
 
     fn row_of_spheres(n: usize) -> Arc<Scene> {
@@ -592,7 +592,7 @@ mod tests {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
-            fov_degrees: 60.0,
+            projection: Projection::Perspective { fov_degrees: 60.0 },
         };
         let pixels = Pixels::whole(View::new(&camera), 80, 60);
         for n in [FEW_SPHERES, 2 * FEW_SPHERES] {

@@ -202,8 +202,8 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
     let known = state.known(pixel).filter(|answer| answer.id != 0);
     let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
-    let direction = state.rig.direction(at, size);
-    state.rig.zoom(direction, depth, ZOOM_STEP.powf(steps));
+    let across = state.rig.across(at, size);
+    state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
 fn click(

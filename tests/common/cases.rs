@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use glam::{DVec3, dvec3};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::exact::{ExactRay, Shape};
-use kugelblitz::scene::Camera;
+use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -309,7 +309,7 @@ pub fn pixel_case(rng: &mut impl Rng) -> Case {
         position: any_vector(rng, 10.0),
         look_at: any_vector(rng, 10.0),
         up: any_vector(rng, 1.0),
-        fov_degrees: rng.random_range(1.0..170.0),
+        projection: Projection::Perspective { fov_degrees: rng.random_range(1.0..170.0) },
     });
     let (width, height) = (rng.random_range(1..5000), rng.random_range(1..3000));
     let pixels = Pixels::whole(view, width, height);

@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3Swizzles as _, dvec3};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::exact::Shape;
-use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Ray, Rays};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -216,7 +216,7 @@ fn picture(rng: &mut impl Rng, setup: &Setup) -> Pixels {
         position: DVec3::ZERO,
         look_at: along,
         up: across(rng, along),
-        fov_degrees: 45.0,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
     });
     if rng.random_bool(0.3) && aim.direction.abs().max_element() == aim.direction.length() {
         // Along an axis: an exact frame.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::camera::{Pixels, View};
 use crate::error::Result;
-use crate::scene::{Camera, Color, Plane, Scene, Sphere};
+use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use crate::trace::Control;
 use crate::verify::Truth;
 
@@ -46,7 +46,7 @@ pub fn view() -> View {
         position: DVec3::new(1.7, 1.3, 6.1),
         look_at: DVec3::new(0.1, 0.2, 0.0),
         up: DVec3::new(0.2, 1.0, 0.1),
-        fov_degrees: 41.0,
+        projection: Projection::Perspective { fov_degrees: 41.0 },
     })
 }
 

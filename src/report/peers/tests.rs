@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{Camera, Color, Sphere};
+use crate::scene::{Camera, Color, Projection, Sphere};
 
 const SIZE: [u32; 2] = [3, 2];
 
@@ -25,7 +25,7 @@ fn view() -> View {
         position: DVec3::Z * 5.0,
         look_at: DVec3::ZERO,
         up: DVec3::Y,
-        fov_degrees: 45.0,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
     })
 }
 
