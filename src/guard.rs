@@ -96,6 +96,41 @@
 //! A bound can be NaN only as `∞·0`, with `1/(k − error)` overflowing and `s + h + slack` or
 //! `n·d + error` exactly 0: a certain miss, and a NaN counts as one.
 //!
+//! # What is assumed of a device
+//! Each assumption is *specified*, by Vulkan's table of precision or by WGSL, or *measured* before the
+//! first use, by `src/gpu/self_test.rs` on the way that the kernels' shaders take, or both, as a driver
+//! may have a defect. What is measured holds for some thousand samples and is no proof. Where it fails,
+//! the CPU takes the f32 stage
+//! ([`Arithmetic::suits_filter`](crate::gpu::Arithmetic::suits_filter)).
+//!
+//! | of f32 on the device | |
+//! | --- | --- |
+//! | Operations are done as written; none is reordered, or left out because real numbers would not need it. Contraction would be allowed. | specified for results decorated `NoContraction`; measured by two-sum. Only shaders that are passed through can be decorated: without, the CPU takes the stage, whatever was measured. |
+//! | `+`, `−`, `×` give one of the two neighbours of the exact result. | specified as correctly rounded in either direction; measured |
+//! | `x/y` is within 2.5 units for `2⁻¹²⁶ ≤ \|y\| ≤ 2¹²⁶`, with a constant numerator, for which drivers may take a reciprocal, too. | specified; measured for both at exponents from −104 to 120 |
+//! | `√x` is within 4.5 units. | specified as that of `1/inverseSqrt(x)`; measured at the same exponents |
+//! | A subnormal counts as it is or as 0, as an operand and as a result. A product, quotient or root of one is nothing else; `√` of one is at most `2⁻⁶³`, and a quotient by one is `2¹²⁶` or more, or ∞. | specified, but for the root and the quotient; measured |
+//! | An integer of magnitude up to `2²⁴` becomes that number. | specified; measured |
+//! | A texel's words arrive bit by bit, whatever they would be as floats, and `bitcast` gives that number, a subnormal one perhaps as 0. No word that is a NaN or ∞ is used as a float. | specified; measured |
+//! | `<`, `≤`, `=`, `≥`, `>` and `max` are right for finite numbers that are not subnormal. | specified; measured up to the largest number |
+//! | `select`, `abs`, a changed sign and integer arithmetic are exact. | specified |
+//! | Comparisons with ∞ are right. | not assumed, as Vulkan lets a compiler take ∞ and NaN for impossible; measured for the kernels without a proof |
+//!
+//! An `fma` may round once or twice, as the kernels have none; f64 on the device is not used by this
+//! kernel.
+//!
+//! A flushed subnormal changes no statement. The steps up to `m` and `s` lose at most `2⁻¹²⁶` each,
+//! see above. A lower bound that is flushed is 0, "not certain". An upper bound of 0 would be a
+//! certain miss, but wherever there is a visible root, its upper bound is normal:
+//! - spheres from outside: `w = (s + h)/k ≥ 1/√(k·a)`, at least `2⁻⁹¹` with `k ≤ 2¹²⁰`, `a ≤ 2⁶⁰`;
+//!   from inside the same, or `1/(a·u)` with `|d|·u ≤ ℓ + r + 2³⁰·slack`, above `2⁻¹¹⁰`;
+//! - planes: with `M > 0`, `slope + error` is at least what the third digit of
+//!   [`plane_direction_error`] leaves, `0.01·ε|n||d| ≥ 2⁻³⁰|d|`. Times `ι ≥ 2⁻³⁰/|d|` and
+//!   `1/N ≥ 2⁻⁶²` this is above `2⁻¹²⁶`. [`TINY_F32`] has room for what `N` loses.
+//!
+//! So `1/t ≥ a·w`, which a hierarchy's walk divides by, is normal or 0, too; and a node's nearest `t`
+//! that is flushed only becomes smaller.
+//!
 //! # What tests can see of it
 //! `tests/guards.rs` runs the filter in seven faithful roundings, the worst that the assumptions
 //! allow among them, and finds wrong statements once a bound is cut: the two radii and the planes'

@@ -206,7 +206,7 @@ mod tests {
     }
 
     impl Tracer for Wall {
-        fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
             self.n_calls += 1;
             hits.reset(rays.len(), Wants::default());
             hits.id.fill(1);
@@ -215,6 +215,9 @@ mod tests {
                 control.cancel();
             }
             Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
+        }
+        fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
+            Ok(timing)
         }
         fn bytes_device(&self) -> u64 {
             0

@@ -133,7 +133,9 @@ pub struct Hits {
     pub t: Vec<f32>,
     /// Unit normal that faces the ray, zero on the background; empty unless [`Wants::surface`].
     pub normal: Vec<[f32; 3]>,
-    /// [`Level`] as a number; empty unless [`Wants::level`].
+    /// [`Level`] as a number; empty unless [`Wants::level`]. Unlike all else here, it may differ
+    /// between devices and between crops of a picture: a device whose f32 rounds otherwise leaves
+    /// other rays open, and so does a CPU whose tiles of pixels begin elsewhere.
     pub level: Vec<u8>,
     /// Indices of rays that the kernel could not decide, ascending; their entries mean nothing.
     pub undecided: Vec<u32>,
@@ -250,13 +252,37 @@ impl Control {
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer {
+    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
+    /// `certified` proposes ids alone, in f32: an object, 0, or
+    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+
+    /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
+    /// `timing`.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `control` was cancelled.
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing>;
+
     /// Traces all `rays` into `hits`, which it resets.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
     /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits,
     /// [`Error::Usage`] when the scene was prepared for other rays.
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        let timing = self.propose(rays, control, hits)?;
+        self.certify(rays, control, hits, timing)
+    }
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;

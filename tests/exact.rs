@@ -23,7 +23,10 @@ use num_traits::Signed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use cases::{Case, CaseRay, any_vector, cases, pixel_case, plane, seed, silhouette_case, sphere};
+use cases::{
+    Case, CaseRay, any_vector, cases, orthographic_case, pixel_case, plane, seed, silhouette_case,
+    sphere,
+};
 use hard_cases::{HardShape, hard_cases};
 use oracle::{OracleRoot, q};
 
@@ -465,8 +468,8 @@ fn decimals() {
 fn pixel_numbers_are_those_of_the_contracts_direction() {
     let seed = seed();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    for _ in 0..100 {
-        let case = pixel_case(&mut rng);
+    for turn in 0..200 {
+        let case = if turn % 2 == 0 { pixel_case } else { orthographic_case }(&mut rng);
         let (ray, oracle_ray) = (case.exact_ray(), case.oracle_ray());
         for (_, shape) in &case.objects {
             if let Shape::Sphere { center, radius } = *shape {

@@ -171,6 +171,36 @@ fn the_last_bits_of_f64_are_the_same() {
     }
 }
 
+/// Ids, `t` and normals are the same bits on both devices, for a picture and for any part of it.
+/// Levels need not be.
+#[test]
+fn nothing_but_levels_may_differ_between_devices_and_crops() {
+    let mut rng = ChaCha8Rng::seed_from_u64(70);
+    for n_spheres in [3, 12, 3000] {
+        let scene = random_scene(&mut rng, n_spheres, 2);
+        let camera = camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+        let whole = Pixels::whole(View::new(&camera), 157, 113);
+        let part = Pixels { x: 29, y: 11, width: 101, height: 77, ..whole };
+        let (rays, part_rays) = (Rays::Pixels(whole), Rays::Pixels(part));
+        let (on_cpu, on_gpu) = both(&scene, Kernel::Certified, &rays, true);
+        assert!(compare(&on_cpu, &on_gpu).is_equal(), "{n_spheres} spheres");
+        assert!(on_cpu.n_hits() > 1000);
+        let (part_on_cpu, part_on_gpu) = both(&scene, Kernel::Certified, &part_rays, true);
+        for hits in [part_on_cpu, part_on_gpu] {
+            assert_eq!(hits.id.len(), part.len());
+            for i in 0..part.len() {
+                let (x, y) = part.xy(i);
+                let of_whole = (y * whole.width + x) as usize;
+                let what = || format!("{n_spheres} spheres, pixel {x}, {y}");
+                assert_eq!(hits.id[i], on_cpu.id[of_whole], "{}", what());
+                assert_eq!(hits.t[i].to_bits(), on_cpu.t[of_whole].to_bits(), "{}", what());
+                let [part, whole] = [hits.normal[i], on_cpu.normal[of_whole]];
+                assert_eq!(part.map(f32::to_bits), whole.map(f32::to_bits), "{}", what());
+            }
+        }
+    }
+}
+
 #[test]
 fn every_ray_is_counted_at_the_level_of_its_kernel() {
     let scene = Arc::new(scene(vec![sphere(DVec3::NEG_Z * 5.0, 1.0)], vec![]));

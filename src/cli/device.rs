@@ -36,12 +36,9 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
                 gpu.facts.driver,
                 human(start.elapsed())
             ));
-            if !gpu.arithmetic()?.suits_filter() {
-                talk.warn(&format!(
-                    "the arithmetic of {} does not suit the proof of `certified`: the CPU takes \
-                     its f32 stage (see `kugelblitz probe`)",
-                    gpu.facts.name
-                ));
+            match gpu.arithmetic()?.suits_filter() {
+                true => talk.note(&filter_line(&gpu)?),
+                false => talk.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?)),
             }
             Ok(Device::Gpu(Arc::new(gpu)))
         }
@@ -51,6 +48,11 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
         }
         Err(error) => Err(error),
     }
+}
+
+/// Where the f32 stage of `certified` runs, in a line.
+fn filter_line(gpu: &Gpu) -> Result<String> {
+    Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
 }
 
 /// Opens what --device asks for to trace a prepared scene. Lists of rays into many spheres are left
@@ -126,5 +128,19 @@ mod tests {
             assert_eq!(matches!(or_cpu(&device, kernel, &talk), Device::Gpu(_)), runs);
         }
         assert!(for_kernel(open(false), None).is_ok());
+    }
+
+    /// No adapter here lacks passthrough, so one is told that it does.
+    #[test]
+    fn an_adapter_without_passthrough_says_that_the_cpu_takes_the_f32_stage() {
+        for (passthrough, expected) in
+            [(true, "f32 stage on this device"), (false, "f32 stage on the CPU: shaders can't be")]
+        {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.passthrough = passthrough;
+            let line = filter_line(&gpu).unwrap();
+            assert!(line.contains(&gpu.facts.name) && line.contains(expected), "{line}");
+        }
     }
 }

@@ -40,7 +40,8 @@ struct Measured {
 
 impl Probed {
     fn new(facts: AdapterFacts) -> Probed {
-        let (arithmetic, failure) = match measure(&facts) {
+        let gpu = Gpu::open(&Pick::Named(facts.name.clone()));
+        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
             Ok(measured) => (Some(measured), None),
             Err(error) => (None, Some(error.to_string())),
         };
@@ -48,8 +49,7 @@ impl Probed {
     }
 }
 
-fn measure(facts: &AdapterFacts) -> Result<Measured> {
-    let gpu = Gpu::open(&Pick::Named(facts.name.clone()))?;
+fn measure(gpu: &Gpu) -> Result<Measured> {
     let f32 = gpu.arithmetic()?;
     let f64 = gpu.arithmetic_f64()?;
     Ok(Measured { f32, f64, certified_on_device: f32.suits_filter() })
@@ -94,7 +94,7 @@ fn describe(probed: &Probed) -> String {
             match facts.passthrough {
                 true => "yes: shaders are passed through as they are".into(),
                 false => {
-                    "no: the ordinary way, on which the driver may fuse operations".to_string()
+                    "no: shaders go the ordinary way, where the driver may rearrange".to_string()
                 }
             },
         ),
@@ -129,4 +129,31 @@ fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
 
 fn yes_or_no(yes: bool) -> &'static str {
     if yes { "yes" } else { "no" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No adapter here lacks passthrough, so one is told that it does.
+    #[test]
+    fn a_device_without_passthrough_leaves_the_f32_stage_to_the_cpu() {
+        for passthrough in [true, false] {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.passthrough = passthrough;
+            let probed = Probed {
+                facts: gpu.facts.clone(),
+                arithmetic: Some(measure(&gpu).unwrap()),
+                failure: None,
+            };
+            let json = serde_json::to_value(&probed).unwrap();
+            assert_eq!(json["arithmetic"]["certified_on_device"], passthrough);
+            assert_eq!(json["arithmetic"]["f32"]["passthrough"], passthrough);
+            let text = describe(&probed);
+            assert_eq!(text.contains("f32 stage on this device"), passthrough, "{text}");
+            let reason = "f32 stage on the CPU: shaders can't be passed through";
+            assert_eq!(text.contains(reason), !passthrough, "{text}");
+        }
+    }
 }

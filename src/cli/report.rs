@@ -203,8 +203,7 @@ fn why_not(kernel: Kernel, device: &Device) -> Result<Option<String>> {
     if let Err(reason) = gpu.facts.check_kernel(kernel) {
         return Ok(Some(reason.to_string()));
     }
-    let works_on_cpu = kernel == Kernel::Certified && !gpu.arithmetic()?.suits_filter();
-    Ok(works_on_cpu.then(|| {
-        "the device's arithmetic does not suit the proof, the CPU would do its work".into()
-    }))
+    let arithmetic = gpu.arithmetic()?;
+    let works_on_cpu = kernel == Kernel::Certified && !arithmetic.suits_filter();
+    Ok(works_on_cpu.then(|| arithmetic.filter_in_words().into()))
 }

@@ -1,6 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
 mod tile;
+mod walk;
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -9,9 +10,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::arithmetic::Arithmetic;
-use crate::camera::{Bundle, Lens, Pixels};
+use crate::camera::{Bundle, CameraF32, Lens, Pixels};
 use crate::certify;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{
     self, FarFilter, Filter, FreeFilter, Nearest, PACKET, ParallelFilter, PointFilter, UNDECIDED,
@@ -141,7 +142,7 @@ impl HitsSlice<'_> {
 }
 
 impl Tracer for CpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -150,8 +151,7 @@ impl Tracer for CpuTracer {
         }
         if let Some(hierarchy) = &self.prepared.hierarchy {
             trace_hierarchy(&self.prepared, hierarchy, rays, control, hits)?;
-            let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-            return certify::finish(&self.prepared, rays, self.wants, control, hits, traced);
+            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let prepared = &*self.prepared;
         let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
@@ -170,8 +170,17 @@ impl Tracer for CpuTracer {
             }
             (Objects::Certified(lists), Bundle::Free) => run(&Certified::<FreeFilter>::new(lists)),
         }?;
-        let traced = Timing { trace: start.elapsed(), ..Timing::default() };
-        certify::finish(&self.prepared, rays, self.wants, control, hits, traced)
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
+        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     fn bytes_device(&self) -> u64 {
@@ -250,6 +259,42 @@ impl<T: TileRays> pulp::WithSimd for RowOfTiles<'_, T> {
             }
         }
     }
+}
+
+/// What the kernel `certified` proposes where each ray goes through the hierarchy alone, as on a
+/// device, into `ids`: the twin that a device's proposals are compared with. A tile of
+/// [`CpuTracer`] also shows a ray the spheres of its neighbours, and so may leave more rays open,
+/// but never sees another object.
+///
+/// # Errors
+/// [`crate::Error::Usage`] for anything else than a picture of many spheres.
+pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
+    prepared.check(&Rays::Pixels(*pixels))?;
+    let hierarchy = prepared.hierarchy.as_ref();
+    let Some(hierarchy) = hierarchy.filter(|hierarchy| hierarchy.is_by_pixel()) else {
+        return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
+    };
+    Ok(match pixels.view.lens {
+        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, pixels),
+        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, pixels),
+    })
+}
+
+fn rays_alone<T: TileRays>(
+    prepared: &Prepared,
+    hierarchy: &Hierarchy,
+    pixels: &Pixels,
+) -> Vec<u32> {
+    let camera = CameraF32::new(pixels);
+    let widening = guard::widening_f32();
+    let propose = |index: usize| {
+        let (x, y) = pixels.xy(index);
+        let (i, j) = pixels.offset2(x, y);
+        let ray = camera.camera_ray(i as f32, j as f32);
+        let listed = others::<T::Filter>(prepared, hierarchy, &ray, &widening);
+        walk::nearest_far::<T>(&ray, [x, y], listed, hierarchy, &widening).decide()
+    };
+    (0..pixels.len()).into_par_iter().map(propose).collect()
 }
 
 /// The objects outside the hierarchy.

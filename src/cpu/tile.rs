@@ -53,6 +53,13 @@ pub(super) trait TileRays {
         sphere: &SphereFar,
         widening: &Widening<f32>,
     ) -> Nearness<f32>;
+
+    /// A ray and a sphere of the hierarchy.
+    #[inline(always)]
+    fn leaf(ray: &RayOf<f32>, sphere: &SphereFar, widening: &Widening<f32>) -> Nearness<f32> {
+        let (s, m) = Self::closest_approach(Self::own(ray), ray.direction, ray.inv_a, sphere);
+        Self::nearness(s, m, ray.inv_a, sphere, widening)
+    }
 }
 
 /// They start at the reference point, far from the spheres.

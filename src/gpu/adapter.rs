@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
+use super::compile::Edit;
 use super::program::Programs;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
@@ -116,6 +117,7 @@ pub struct Gpu {
     /// Held while commands are handed over: a surface must not be configured meanwhile.
     handing_over: Mutex<()>,
     pub(super) programs: Programs,
+    pub(super) edit: Option<Edit>,
     /// What the adapter says about itself.
     pub facts: AdapterFacts,
 }
@@ -232,6 +234,7 @@ impl Gpu {
             arithmetic: OnceLock::new(),
             handing_over: Mutex::new(()),
             programs: Programs::default(),
+            edit: None,
             facts,
         })
     }
@@ -263,6 +266,13 @@ impl Gpu {
             ))),
             None => Ok(()),
         }
+    }
+
+    /// Puts the WGSL text of every scene's shader through `edit` from now on: tests spoil one, and
+    /// see that it is noticed.
+    #[doc(hidden)]
+    pub fn edit_shaders(self, edit: impl Fn(&str) -> String + Send + Sync + 'static) -> Gpu {
+        Gpu { edit: Some(Box::new(edit)), ..self }
     }
 
     /// Takes this for what the device's f32 does.

@@ -62,6 +62,14 @@ pub struct Shader {
 /// # Errors
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
 pub fn compile(needs: &Needs) -> Result<Shader> {
+    compile_edited(needs, None)
+}
+
+/// What a test does to the WGSL text of every scene's shader.
+pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
+
+/// [`compile`], with the text edited where that is wanted.
+pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = vec![RAY, VEC];
     if needs.bundle != Bundle::Free {
         parts.push(CAMERA);
@@ -76,12 +84,13 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     if needs.hierarchy {
         parts.push(HIERARCHY);
     }
-    compile_parts(&parts, &Choices::new(needs))
+    compile_parts(&parts, &Choices { edit, ..Choices::new(needs) })
 }
 
 /// The shader that looks at the arithmetic of a WGSL float type.
 pub fn compile_self_test(float: &str) -> Result<Shader> {
-    let constants = format!("alias FLOAT = {float};\n");
+    let room = f64::from(guard::T_ROOM);
+    let constants = format!("alias FLOAT = {float};\nconst ROOM = FLOAT({room:?});\n");
     compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
 }
 
@@ -100,18 +109,21 @@ pub fn compile_present() -> Result<Shader> {
 
 /// What the directives and the parts ask for.
 #[derive(Default)]
-struct Choices {
+struct Choices<'a> {
     flags: Vec<&'static str>,
     n_spheres: usize,
     n_planes: usize,
     /// WGSL for the facts whose home is Rust.
     constants: String,
+    /// Done to the text that was put together.
+    edit: Option<&'a Edit>,
 }
 
-impl Choices {
-    fn new(needs: &Needs) -> Choices {
+impl Choices<'_> {
+    fn new(needs: &Needs) -> Choices<'static> {
         let &Needs { n_spheres, n_planes, .. } = needs;
-        Choices { flags: flags(needs), n_spheres, n_planes, constants: constants(needs) }
+        let (flags, constants) = (flags(needs), constants(needs));
+        Choices { flags, n_spheres, n_planes, constants, edit: None }
     }
 }
 
@@ -186,7 +198,10 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
         starts.push((part.file, wgsl.matches('\n').count() + 1));
         wgsl += &expand(part, choices)?;
     }
-    let wgsl = number_bindings(&wgsl);
+    let mut wgsl = number_bindings(&wgsl);
+    if let Some(edit) = choices.edit {
+        wgsl = edit(&wgsl);
+    }
     let place = |line: usize| {
         let &(file, start) =
             starts.iter().rfind(|&&(_, start)| start <= line).unwrap_or(&starts[0]);

@@ -105,7 +105,7 @@ fn check_limits(gpu: &Gpu, n_spheres: usize) -> Result<()> {
 }
 
 /// A texture that holds `bytes` row by row.
-fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
+pub(super) fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
     let row_bytes = TEXELS_PER_ROW as usize * TEXEL_BYTES;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),

@@ -52,6 +52,7 @@ pub fn bind_group_layout_for(
 }
 
 /// Binds the buffers in the order of the shader's bindings.
+#[cfg(feature = "view")]
 pub fn bind_group<'a>(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::adapter::Gpu;
-use super::compile::compile;
+use super::compile::compile_edited;
 use super::pipeline::{bind_group_layout, pipeline};
 use crate::error::Result;
 use crate::prepare::Needs;
@@ -55,7 +55,7 @@ impl Gpu {
         if let Some(program) = self.programs.get(needs) {
             return Ok(program);
         }
-        let shader = compile(needs)?;
+        let shader = compile_edited(needs, self.edit.as_ref())?;
         let bind_group_layout = bind_group_layout(&self.device, &shader);
         let pipeline = pipeline(self, &shader, "render", &bind_group_layout)?;
         let program = Arc::new(Program { bind_group_layout, pipeline });

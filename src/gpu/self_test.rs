@@ -1,81 +1,122 @@
 //! What the device's arithmetic really does, measured on the device: no decision rests on the
-//! driver's good manners.
+//! driver's good manners. [`crate::guard`] says what the proof assumes.
+
+mod samples;
 
 use std::fmt;
 use std::time::Duration;
 
-use bytemuck::Pod;
-
 use super::adapter::Gpu;
 use super::compile::compile_self_test;
-use super::pipeline::{bind_group, bind_group_layout, pipeline};
-use crate::compare::ulp_distance;
+use super::hierarchy::{TEXELS_PER_ROW, texture};
+use super::pipeline::{bind_group_layout, bind_resources, pipeline};
 use crate::error::{Error, Result};
-use crate::random::SplitMix;
+use samples::{
+    COMPARED, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
+    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, QUOTIENT, ROOM_OVER, ROOT, SCALED, SUM,
+    SUM_ERROR, Sample, Sort, samples,
+};
 
-/// What the self-test found for one float type.
+/// What the self-test found for one float type. Numbers of steps are distances from the correctly
+/// rounded result, for operands and results in the normal range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Arithmetic {
+    /// Whether shaders are passed through, as only then `NoContraction` forbids the driver to fuse
+    /// and to rearrange; not measured.
+    pub passthrough: bool,
     /// Whether two-sum gives the exact rounding error: the driver neither fuses nor rearranges.
     pub no_contraction: bool,
     /// Whether `fma` rounds once.
     pub fused_fma: bool,
     /// Whether subnormal operands and results are kept.
     pub subnormals: bool,
+    /// Whether what leaves the normal range stays harmless: a subnormal counts as it is or as 0,
+    /// what is beyond `2¹²⁶` is large or ∞.
+    pub safe_range: bool,
     /// Whether sums and products are one of the two neighbours of the exact result.
     pub faithful: bool,
-    /// Largest distance of sums from the correctly rounded ones, in steps of the type.
+    /// Largest distance of sums, in steps of the type.
     pub sum_ulp: u64,
     /// The same for products.
     pub product_ulp: u64,
     /// The same for quotients.
     pub quotient_ulp: u64,
+    /// The same for constants divided by a number.
+    pub reciprocal_ulp: u64,
     /// The same for square roots.
     pub root_ulp: u64,
+    /// Whether finite numbers of the normal range, and 0, compare as they should.
+    pub comparisons: bool,
+    /// Whether they do with ∞, on which the certified kernel does not rest.
+    pub infinities: bool,
+    /// Whether integers up to `2²⁴` become f32 without an error.
+    pub integers: bool,
+    /// Whether words of a texture arrive bit by bit, and count as the f32 that they are, subnormal
+    /// ones perhaps as 0.
+    pub texels: bool,
     /// Whether numbers of the type are rounded to the nearest f32.
     pub narrows_to_nearest: bool,
 }
 
 impl Arithmetic {
+    fn steps(&self) -> [u64; 5] {
+        [self.sum_ulp, self.product_ulp, self.quotient_ulp, self.reciprocal_ulp, self.root_ulp]
+    }
+
     /// Whether each operation is the one that IEEE 754 defines, so that results are bit-equal to
     /// the CPU's.
     pub fn is_ieee(&self) -> bool {
-        self.no_contraction
+        self.passthrough
+            && self.no_contraction
             && self.subnormals
+            && self.safe_range
+            && self.comparisons
+            && self.infinities
+            && self.integers
+            && self.texels
             && self.narrows_to_nearest
-            && [self.sum_ulp, self.product_ulp, self.quotient_ulp, self.root_ulp] == [0; 4]
+            && self.steps() == [0; 5]
     }
 
-    /// Whether the certified kernel's filter may run on this arithmetic: nothing is rearranged,
-    /// sums and products are faithful, quotients within 2.5 units and roots within 4.5, as
-    /// [`crate::guard`] assumes. Results are counted in steps from the nearest one, which is half a
-    /// unit off itself, so that quotients may be 2 and roots 4 steps off.
+    /// Whether the certified kernel's filter may run on this arithmetic: all that [`crate::guard`]
+    /// assumes of a device holds. Results are counted in steps from the nearest one, which is half
+    /// a unit off itself, so that quotients may be 2 and roots 4 steps off.
     pub fn suits_filter(&self) -> bool {
-        self.no_contraction && self.faithful && self.quotient_ulp <= 2 && self.root_ulp <= 4
+        self.passthrough
+            && self.no_contraction
+            && self.safe_range
+            && self.faithful
+            && self.quotient_ulp.max(self.reciprocal_ulp) <= MOST_STEPS[QUOTIENT]
+            && self.root_ulp <= MOST_STEPS[ROOT]
+            && self.comparisons
+            && self.integers
+            && self.texels
     }
 
     /// Where the certified kernel's filter runs for a device with this f32, in words.
     pub fn filter_in_words(&self) -> &'static str {
-        match self.suits_filter() {
-            true => "f32 stage on this device",
-            false => "f32 stage on the CPU: this arithmetic does not suit the proof",
+        match (self.suits_filter(), self.passthrough) {
+            (true, _) => "f32 stage on this device",
+            (false, true) => "f32 stage on the CPU: this arithmetic does not suit the proof",
+            (false, false) => {
+                "f32 stage on the CPU: shaders can't be passed through, so the driver may rearrange"
+            }
         }
     }
 }
 
+/// Steps from the nearest result that the proof allows each operation that rounds.
+const MOST_STEPS: [u64; N_ROUNDED] = [1, 1, 2, 4, 2, 2];
+
 /// What was found, in words.
 impl fmt::Display for Arithmetic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let off: Vec<String> = [
-            ("+", self.sum_ulp),
-            ("×", self.product_ulp),
-            ("÷", self.quotient_ulp),
-            ("√", self.root_ulp),
-        ]
-        .iter()
-        .filter(|(_, steps)| *steps > 0)
-        .map(|(operation, steps)| format!("{operation} off by up to {steps} ulp"))
-        .collect();
+        let off: Vec<String> = ["+", "×", "÷", "1/x", "√"]
+            .iter()
+            .zip(self.steps())
+            .filter(|(_, steps)| *steps > 0)
+            .map(|(operation, steps)| format!("{operation} off by up to {steps} ulp"))
+            .collect();
         let rounding = match off.is_empty() {
             true => "+ × ÷ √ correctly rounded".to_string(),
             false => off.join(", "),
@@ -86,81 +127,24 @@ impl fmt::Display for Arithmetic {
             if self.subnormals { "subnormals kept" } else { "subnormals flushed" },
             if self.fused_fma { "fma rounds once" } else { "fma rounds twice" },
         ];
-        if !self.narrows_to_nearest {
-            words.push("not rounded to the nearest f32");
-        }
+        let defects = [
+            (self.safe_range, "wrong results beyond the normal range"),
+            (self.comparisons, "numbers compared wrongly"),
+            (self.infinities, "∞ compared wrongly"),
+            (self.integers, "integers not converted exactly"),
+            (self.texels, "words of textures changed"),
+            (self.narrows_to_nearest, "not rounded to the nearest f32"),
+        ];
+        words.extend(defects.iter().filter(|(holds, _)| !holds).map(|(_, defect)| defect));
         f.write_str(&words.join("; "))
     }
 }
 
-/// Pairs of operands of each sort.
-const PAIRS: u32 = 1024;
+// The texels of all samples lie in one row.
+const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
 
 /// A device that takes longer than this for the self-test is not usable.
 const TIMEOUT: Duration = Duration::from_secs(20);
-
-/// A float type that the self-test can look at.
-trait Float: Pod + PartialEq {
-    /// WGSL's name of the type.
-    const WGSL: &'static str;
-    /// An operand with 24 or 53 random bits and an exponent near 0 or, if `small`, among the
-    /// subnormals.
-    fn operand(random: &mut SplitMix, small: bool) -> Self;
-    /// Sum, product, quotient, root of |a|, error of the sum, remainder of the product, and `a`
-    /// rounded to f32.
-    fn expected(a: Self, b: Self) -> [Self; 7];
-    fn steps(a: Self, b: Self) -> u64;
-    /// Whether `found`, for the sum (0) or the product (1), is a neighbour of the exact result on
-    /// the side where that result lies, or the nearest itself.
-    fn is_faithful(a: Self, b: Self, operation: usize, found: Self, nearest: Self) -> bool;
-}
-
-macro_rules! float {
-    ($float:ident, $bits:ident, $wgsl:literal, $mantissa:literal, $bias:literal, $steps:path) => {
-        impl Float for $float {
-            const WGSL: &'static str = $wgsl;
-
-            fn operand(random: &mut SplitMix, small: bool) -> Self {
-                let bits = random.next();
-                let mantissa = bits as $bits & ((1 << $mantissa) - 1);
-                let exponent = if small { 0 } else { $bias - 10 + (bits >> 58) as $bits % 20 };
-                let magnitude = $float::from_bits(exponent << $mantissa | mantissa);
-                if bits >> 57 & 1 == 0 { magnitude } else { -magnitude }
-            }
-
-            fn expected(a: Self, b: Self) -> [Self; 7] {
-                let sum = a + b;
-                let b_part = sum - a;
-                let a_part = sum - b_part;
-                let sum_error = (a - a_part) + (b - b_part);
-                let product = a * b;
-                let (root, remainder) = (a.abs().sqrt(), a.mul_add(b, -product));
-                [sum, product, a / b, root, sum_error, remainder, $float::from(a as f32)]
-            }
-
-            fn steps(a: Self, b: Self) -> u64 {
-                $steps(a, b)
-            }
-
-            fn is_faithful(a: Self, b: Self, operation: usize, found: Self, nearest: Self) -> bool {
-                // The exact result lies above the nearest where its remainder is positive.
-                let remainder = match operation {
-                    0 => Self::expected(a, b)[4],
-                    _ => Self::expected(a, b)[5],
-                };
-                found == nearest
-                    || (remainder > 0.0 && found == nearest.next_up())
-                    || (remainder < 0.0 && found == nearest.next_down())
-            }
-        }
-    };
-}
-float!(f32, u32, "f32", 23, 127, ulp_distance);
-float!(f64, u64, "f64", 52, 1023, steps_f64);
-
-fn steps_f64(a: f64, b: f64) -> u64 {
-    if a == b { 0 } else { a.to_bits().abs_diff(b.to_bits()) }
-}
 
 /// Measures f32.
 pub fn test_f32(gpu: &Gpu) -> Result<Arithmetic> {
@@ -173,49 +157,139 @@ pub fn test_f64(gpu: &Gpu) -> Result<Arithmetic> {
 }
 
 fn run<F: Float>(gpu: &Gpu) -> Result<Arithmetic> {
-    let mut random = SplitMix::new(1);
-    let operands: Vec<[F; 2]> = (0..2 * PAIRS)
-        .map(|i| std::array::from_fn(|_| F::operand(&mut random, i >= PAIRS)))
-        .collect();
-    let found: Vec<[F; 7]> = on_device(gpu, &operands)?;
-    Ok(judge(&operands, &found))
+    let samples = samples::<F>();
+    let outcomes = on_device(gpu, &samples)?;
+    Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
 }
 
-fn judge<F: Float>(operands: &[[F; 2]], found: &[[F; 7]]) -> Arithmetic {
-    let mut result = Arithmetic {
+fn judge<F: Float>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic {
+    let mut found = Arithmetic {
+        passthrough: true,
         no_contraction: true,
         fused_fma: true,
         subnormals: true,
+        safe_range: true,
         faithful: true,
         sum_ulp: 0,
         product_ulp: 0,
         quotient_ulp: 0,
+        reciprocal_ulp: 0,
         root_ulp: 0,
+        comparisons: true,
+        infinities: true,
+        integers: true,
+        texels: true,
         narrows_to_nearest: true,
     };
-    for (i, (&[a, b], found)) in operands.iter().zip(found).enumerate() {
-        let expected = F::expected(a, b);
-        if i >= PAIRS as usize {
-            // Subnormal operands: their sum is exact.
-            result.subnormals &= found[0] == expected[0];
-            continue;
+    for (sample, outcome) in samples.iter().zip(outcomes) {
+        let expected = F::expected(sample);
+        if sample.sort != Sort::Large {
+            for operation in 0..N_ROUNDED {
+                judge_rounded(&mut found, sample, operation, outcome, &expected);
+            }
         }
-        let steps: [u64; 4] = std::array::from_fn(|k| F::steps(found[k], expected[k]));
-        result.faithful &= (0..2).all(|k| F::is_faithful(a, b, k, found[k], expected[k]));
-        result.sum_ulp = result.sum_ulp.max(steps[0]);
-        result.product_ulp = result.product_ulp.max(steps[1]);
-        result.quotient_ulp = result.quotient_ulp.max(steps[2]);
-        result.root_ulp = result.root_ulp.max(steps[3]);
-        // Where the sum itself is rounded another way, its error is another one.
-        result.no_contraction &= found[4] == expected[4] || steps[0] > 0;
-        result.fused_fma &= found[5] == expected[5];
-        result.narrows_to_nearest &= found[6] == expected[6];
+        judge_comparisons(&mut found, sample, outcome, &expected);
+        judge_words(&mut found, sample, &outcome.words, &expected.words);
+        if sample.sort == Sort::Near {
+            let (results, expected) = (&outcome.results, &expected.results);
+            // Where the sum itself is rounded another way, its error is another one.
+            found.no_contraction &=
+                results[SUM_ERROR] == expected[SUM_ERROR] || results[SUM] != expected[SUM];
+            found.fused_fma &= results[FMA_REMAINDER] == expected[FMA_REMAINDER];
+        }
     }
-    result
+    found
 }
 
-/// Runs the self-test's shader on the operands.
-fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 7]>> {
+/// Looks at one of the operations that round.
+fn judge_rounded<F: Float>(
+    found: &mut Arithmetic,
+    sample: &Sample<F>,
+    operation: usize,
+    outcome: &Outcome<F>,
+    expected: &Outcome<F>,
+) {
+    let (result, nearest) = (outcome.results[operation], expected.results[operation]);
+    let is_unary = matches!(operation, ROOT | INVERSE | ROOM_OVER);
+    let operands_are_normal = sample.a.is_normal() && (is_unary || sample.b.is_normal());
+    if !(operands_are_normal && nearest.is_normal() && !nearest.is_large()) {
+        found.subnormals &= result == nearest;
+        found.safe_range &= is_safe(sample, operation, result);
+        return;
+    }
+    let worst = match operation {
+        SUM => &mut found.sum_ulp,
+        PRODUCT => &mut found.product_ulp,
+        QUOTIENT => &mut found.quotient_ulp,
+        ROOT => &mut found.root_ulp,
+        _ => &mut found.reciprocal_ulp,
+    };
+    *worst = (*worst).max(F::steps(result, nearest));
+    let remainder = match operation {
+        SUM => expected.results[SUM_ERROR],
+        PRODUCT if nearest.has_remainder() => expected.results[FMA_REMAINDER],
+        _ => return,
+    };
+    found.faithful &= F::is_faithful(result, nearest, remainder);
+}
+
+/// Whether a result is what becomes of a sample where subnormal operands and results count as they
+/// are or as 0, and what is large may be ∞.
+fn is_safe<F: Float>(sample: &Sample<F>, operation: usize, result: F) -> bool {
+    let Sample { a, b, .. } = *sample;
+    let readings = [(a, b), (a.flushed(), b), (a, b.flushed()), (a.flushed(), b.flushed())];
+    readings.into_iter().any(|(a, b)| {
+        let nearest = F::expected(&Sample { a, b, ..*sample }).results[operation];
+        let is_large = nearest.is_large()
+            && result.is_large()
+            && nearest.is_negative() == result.is_negative();
+        // 0/0, of two subnormals, is the only reading that is not a number.
+        result == nearest
+            || (result.is_nan() && nearest.is_nan())
+            || is_large
+            || (nearest.flushed().is_zero() && result.is_zero())
+            || (result.is_finite()
+                && nearest.is_finite()
+                && F::steps(result, nearest) <= MOST_STEPS[operation])
+    })
+}
+
+fn judge_comparisons<F: Float>(
+    found: &mut Arithmetic,
+    sample: &Sample<F>,
+    outcome: &Outcome<F>,
+    expected: &Outcome<F>,
+) {
+    let is_right = outcome.words[COMPARED] == expected.words[COMPARED]
+        && outcome.results[LARGER] == expected.results[LARGER];
+    match sample.sort {
+        Sort::Tiny => found.subnormals &= is_right,
+        _ if sample.a.is_finite() && sample.b.is_finite() => found.comparisons &= is_right,
+        _ => found.infinities &= is_right,
+    }
+}
+
+fn judge_words<F: Float>(
+    found: &mut Arithmetic,
+    sample: &Sample<F>,
+    words: &[u32; N_WORDS],
+    expected: &[u32; N_WORDS],
+) {
+    if matches!(sample.sort, Sort::Near | Sort::Wide) {
+        found.narrows_to_nearest &= words[NARROWED] == expected[NARROWED];
+    }
+    found.integers &= words[CONVERTED] == expected[CONVERTED];
+    let is_scaled = words[SCALED] == expected[SCALED];
+    let is_subnormal = f32::from_bits(sample.texel[2]).is_subnormal();
+    if is_subnormal {
+        found.subnormals &= is_scaled;
+    }
+    let is_flushed = is_subnormal && words[SCALED] << 1 == 0;
+    found.texels &= words[KEPT] == expected[KEPT] && (is_scaled || is_flushed);
+}
+
+/// Runs the self-test's shader on the samples.
+fn on_device<F: Float>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
     let Gpu { device, queue, .. } = gpu;
     let layout = bind_group_layout(device, &shader);
@@ -228,67 +302,210 @@ fn on_device<F: Float>(gpu: &Gpu, operands: &[[F; 2]]) -> Result<Vec<[F; 7]>> {
             mapped_at_creation: false,
         })
     };
-    let result_bytes = size_of::<[F; 7]>() * operands.len();
-    let input =
-        buffer(size_of_val(operands), wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST);
-    let output = buffer(result_bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-    let staging = buffer(result_bytes, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-    queue.write_buffer(&input, 0, bytemuck::cast_slice(operands));
-    let group = bind_group(device, &layout, [&input, &output]);
+    use wgpu::BufferUsages as Usage;
+    let operands: Vec<[F; 2]> = samples.iter().map(|sample| [sample.a, sample.b]).collect();
+    let texels: Vec<[u32; 4]> = samples.iter().map(|sample| sample.texel).collect();
+    let result_bytes = size_of::<[F; N_RESULTS]>() * samples.len();
+    let word_bytes = size_of::<[u32; N_WORDS]>() * samples.len();
+    let input = buffer(size_of_val(&operands[..]), Usage::STORAGE | Usage::COPY_DST);
+    let results = buffer(result_bytes, Usage::STORAGE | Usage::COPY_SRC);
+    let words = buffer(word_bytes, Usage::STORAGE | Usage::COPY_SRC);
+    let staging = buffer(result_bytes + word_bytes, Usage::MAP_READ | Usage::COPY_DST);
+    queue.write_buffer(&input, 0, bytemuck::cast_slice(&operands));
+    let texels = texture(gpu, "self-test", bytemuck::cast_slice(&texels))?;
+    let buffers = [&input, &results, &words].map(wgpu::Buffer::as_entire_binding);
+    let resources = buffers.into_iter().chain([wgpu::BindingResource::TextureView(&texels)]);
+    let group = bind_resources(device, &layout, resources);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups((operands.len() as u32).div_ceil(64), 1, 1);
+        pass.dispatch_workgroups((samples.len() as u32).div_ceil(64), 1, 1);
     }
-    encoder.copy_buffer_to_buffer(&output, 0, &staging, 0, None);
-    queue.submit([encoder.finish()]);
-    let view = gpu.map(&staging, result_bytes as u64, TIMEOUT).map_err(|reason| {
+    encoder.copy_buffer_to_buffer(&results, 0, &staging, 0, None);
+    encoder.copy_buffer_to_buffer(&words, 0, &staging, result_bytes as u64, None);
+    gpu.submit(encoder.finish());
+    let bytes = (result_bytes + word_bytes) as u64;
+    let view = gpu.map(&staging, bytes, TIMEOUT).map_err(|reason| {
         Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name))
     })?;
-    Ok(bytemuck::pod_collect_to_vec(&view))
+    gpu.check()?;
+    let results: Vec<[F; N_RESULTS]> = bytemuck::pod_collect_to_vec(&view[..result_bytes]);
+    let words: Vec<[u32; N_WORDS]> = bytemuck::pod_collect_to_vec(&view[result_bytes..]);
+    let outcomes = results.into_iter().zip(words);
+    Ok(outcomes.map(|(results, words)| Outcome { results, words }).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn judged(change: impl Fn(&[f32; 2], &mut [f32; 7])) -> Arithmetic {
-        let mut random = SplitMix::new(7);
-        let operands: Vec<[f32; 2]> = (0..2 * PAIRS)
-            .map(|i| std::array::from_fn(|_| f32::operand(&mut random, i >= PAIRS)))
-            .collect();
-        let found: Vec<_> = operands
-            .iter()
-            .map(|pair| {
-                let mut results = f32::expected(pair[0], pair[1]);
-                change(pair, &mut results);
-                results
-            })
-            .collect();
-        judge(&operands, &found)
+    /// What is found of an IEEE 754 device with a change.
+    fn judged(change: impl Fn(&Sample<f32>, &mut Outcome<f32>)) -> Arithmetic {
+        let samples = samples::<f32>();
+        let outcome = |sample: &Sample<f32>| {
+            let mut outcome = f32::expected(sample);
+            change(sample, &mut outcome);
+            outcome
+        };
+        let outcomes: Vec<_> = samples.iter().map(outcome).collect();
+        judge(&samples, &outcomes)
+    }
+
+    /// A device whose operation gives this where a condition holds.
+    fn with(
+        operation: usize,
+        holds: impl Fn(&Sample<f32>) -> bool,
+        change: impl Fn(f32) -> f32,
+    ) -> Arithmetic {
+        judged(|sample, outcome| {
+            if holds(sample) {
+                outcome.results[operation] = change(outcome.results[operation]);
+            }
+        })
+    }
+
+    fn steps_up(n: u32) -> impl Fn(f32) -> f32 {
+        move |x| f32::from_bits(x.to_bits() + n)
+    }
+
+    fn flushed(x: f32) -> f32 {
+        if x.is_subnormal() { 0.0 } else { x }
+    }
+
+    fn is_near(sample: &Sample<f32>) -> bool {
+        sample.sort == Sort::Near
     }
 
     #[test]
     fn ieee_arithmetic_passes() {
         let found = judged(|_, _| {});
-        assert!(found.is_ieee() && found.suits_filter() && found.fused_fma);
+        assert!(found.is_ieee() && found.suits_filter() && found.fused_fma && found.faithful);
+        assert_eq!(found.filter_in_words(), "f32 stage on this device");
+        let outcomes: Vec<_> = samples::<f64>().iter().map(f64::expected).collect();
+        assert!(judge(&samples::<f64>(), &outcomes).is_ieee());
+    }
+
+    /// What the proof covers although it is not IEEE 754.
+    #[test]
+    fn devices_that_the_proof_covers_pass() {
+        let flush = judged(|sample, outcome| {
+            let [_, integer, number, factor] = sample.texel;
+            let number = flushed(f32::from_bits(number)).to_bits();
+            let (a, b) = (flushed(sample.a), flushed(sample.b));
+            let texel = [sample.texel[0], integer, number, factor];
+            *outcome = f32::expected(&Sample { a, b, texel, ..*sample });
+            outcome.results = outcome.results.map(flushed);
+        });
+        assert!(!flush.subnormals && !flush.is_ieee() && flush.suits_filter(), "{flush}");
+        let reciprocal = judged(|_, outcome| {
+            for operation in [QUOTIENT, INVERSE, ROOM_OVER] {
+                let result = &mut outcome.results[operation];
+                if result.is_normal() {
+                    *result = steps_up(2)(*result);
+                }
+            }
+        });
+        let both = [reciprocal.quotient_ulp, reciprocal.reciprocal_ulp];
+        assert!(both == [2, 2] && reciprocal.suits_filter() && !reciprocal.is_ieee());
+        let roots = with(ROOT, |_| true, |x| if x > 0.0 { steps_up(4)(x) } else { x });
+        assert!(roots.root_ulp == 4 && roots.suits_filter());
+        let twice = with(FMA_REMAINDER, |_| true, |_| 0.0);
+        assert!(!twice.fused_fma && twice.suits_filter() && twice.is_ieee());
+    }
+
+    /// Each defect of the first list is noticed, and only those of the second leave the filter on
+    /// the device.
+    #[test]
+    fn each_defect_is_noticed() {
+        let tiny = |sample: &Sample<f32>| sample.sort == Sort::Tiny;
+        let subnormal = |sample: &Sample<f32>| sample.a.is_subnormal();
+        let high = |sample: &Sample<f32>| sample.sort == Sort::Wide && sample.a.abs() > 1e30;
+        let low = |sample: &Sample<f32>| sample.sort == Sort::Wide && sample.a.abs() < 1e-30;
+        let deleted = with(SUM_ERROR, |_| true, |_| 0.0);
+        assert!(!deleted.no_contraction && !deleted.suits_filter(), "deleted two-sum");
+        assert!(!with(FMA_REMAINDER, |_| true, |_| 0.0).fused_fma, "fma in two roundings");
+        assert!(!with(SUM, tiny, flushed).subnormals, "flushed subnormals");
+        assert_eq!(with(SUM, is_near, steps_up(2)).sum_ulp, 2);
+        assert_eq!(with(PRODUCT, is_near, steps_up(1)).product_ulp, 1);
+        assert_eq!(with(QUOTIENT, is_near, f32::next_down).quotient_ulp, 1);
+        let sum = with(SUM, is_near, f32::next_up);
+        assert!(!sum.faithful && !sum.suits_filter(), "a sum on the wrong side");
+        let product = with(PRODUCT, high, f32::next_up);
+        assert!(!product.faithful, "a product of large numbers on the wrong side");
+
+        for (what, operation, steps, found) in [
+            ("1/a of large numbers", INVERSE, 3, with(INVERSE, high, steps_up(3))),
+            ("1/a of small numbers", INVERSE, 3, with(INVERSE, low, steps_up(3))),
+            ("a constant over a number", ROOM_OVER, 3, with(ROOM_OVER, is_near, steps_up(3))),
+            ("roots of large numbers", ROOT, 6, with(ROOT, high, steps_up(6))),
+            ("roots of small numbers", ROOT, 6, with(ROOT, low, steps_up(6))),
+        ] {
+            let worst = if operation == ROOT { found.root_ulp } else { found.reciprocal_ulp };
+            assert!(worst == steps && !found.suits_filter(), "{what}: {found}");
+        }
+        for (what, found) in [
+            ("quotients", with(QUOTIENT, |sample| high(sample) && sample.b.abs() < 1.0, |_| 0.0)),
+            ("quotients of subnormals", with(QUOTIENT, subnormal, |_| f32::NAN)),
+            ("a root of a subnormal", with(ROOT, subnormal, |_| f32::INFINITY)),
+            ("a root of a subnormal", with(ROOT, subnormal, |x| 2.0 * x)),
+            ("a product of subnormals", with(PRODUCT, subnormal, |_| f32::MIN_POSITIVE)),
+            ("a small product", with(PRODUCT, tiny, |x| if x.is_subnormal() { -x } else { x })),
+            ("a small sum", with(SUM, tiny, |x| x + f32::MIN_POSITIVE)),
+            ("1/a of a subnormal", with(INVERSE, subnormal, |_| 0.0)),
+            ("1/a of a subnormal", with(INVERSE, subnormal, |_| f32::NAN)),
+        ] {
+            assert!(!found.is_ieee() && !found.suits_filter(), "{what}: {found}");
+            let is_named = !found.safe_range || found.quotient_ulp > 2;
+            assert!(is_named && found.to_string() != judged(|_, _| {}).to_string(), "{what}");
+        }
+    }
+
+    fn with_word(word: usize, change: impl Fn(&Sample<f32>, u32) -> u32) -> Arithmetic {
+        judged(|sample, outcome| outcome.words[word] = change(sample, outcome.words[word]))
     }
 
     #[test]
-    fn each_defect_is_noticed() {
-        assert!(!judged(|_, r| r[4] = 0.0).no_contraction, "deleted two-sum");
-        assert!(!judged(|_, r| r[5] = 0.0).fused_fma, "fma in two roundings");
-        let flushed = |x: f32| if x.is_subnormal() { 0.0 } else { x };
-        assert!(!judged(|_, r| r[0] = flushed(r[0])).subnormals, "flushed subnormals");
-        assert_eq!(judged(|_, r| r[0] = r[0].next_up().next_up()).sum_ulp, 2);
-        assert_eq!(judged(|_, r| r[1] = r[1].next_up()).product_ulp, 1);
-        assert_eq!(judged(|_, r| r[2] = r[2].next_down()).quotient_ulp, 1);
-        assert!(!judged(|_, r| r[0] = r[0].next_up()).faithful, "a sum on the wrong side");
-        let cut = judged(|_, r| r[6] = r[6].next_down());
+    fn each_defect_of_words_and_comparisons_is_noticed() {
+        let cut = with_word(NARROWED, |_, bits| bits - 1);
         assert!(!cut.narrows_to_nearest && !cut.is_ieee(), "narrowed toward zero");
-        let worse = judged(|_, r| r[3] = f32::from_bits(r[3].to_bits() + 6));
-        assert!(worse.root_ulp == 6 && !worse.suits_filter());
+        let halved = with_word(CONVERTED, |_, bits| bits & !1);
+        assert!(!halved.integers && !halved.suits_filter(), "integers of 23 bits");
+        let quiet = |_: &Sample<f32>, word| {
+            if f32::from_bits(word).is_nan() { word | 0x0040_0000 } else { word }
+        };
+        let zeroed = |_: &Sample<f32>, word| flushed(f32::from_bits(word)).to_bits();
+        let garbage = |sample: &Sample<f32>, word| {
+            if f32::from_bits(sample.texel[2]).is_subnormal() { word | 0x3f80_0000 } else { word }
+        };
+        for (what, found) in [
+            ("a NaN made quiet", with_word(KEPT, quiet)),
+            ("a word flushed", with_word(KEPT, zeroed)),
+            ("a subnormal read as another number", with_word(SCALED, garbage)),
+        ] {
+            assert!(!found.texels && !found.suits_filter(), "{what}");
+        }
+        let is_infinite = |sample: &Sample<f32>| sample.a.is_infinite() || sample.b.is_infinite();
+        let finite = with_word(COMPARED, |sample, bits| {
+            let is_large = sample.a.abs() >= f32::MAX / 2.0 && !is_infinite(sample);
+            if is_large && bits == 0b00011 { 0b01110 } else { bits }
+        });
+        assert!(!finite.comparisons && finite.infinities && !finite.suits_filter());
+        let infinite =
+            with_word(COMPARED, |sample, bits| if is_infinite(sample) { 0 } else { bits });
+        assert!(infinite.comparisons && !infinite.infinities);
+        assert!(infinite.suits_filter() && !infinite.is_ieee());
+        let smaller = with(LARGER, |sample| sample.sort == Sort::Large, |_| 0.0);
+        assert!(!smaller.comparisons && !smaller.suits_filter(), "the smaller of two");
+    }
+
+    /// Two-sum in one shader proves nothing of another where nothing forbids the driver to
+    /// rearrange.
+    #[test]
+    fn without_passthrough_nothing_is_proven() {
+        let found = Arithmetic { passthrough: false, ..judged(|_, _| {}) };
+        assert!(found.no_contraction && !found.suits_filter() && !found.is_ieee());
+        assert!(found.filter_in_words().contains("passed through"));
     }
 }

@@ -239,7 +239,7 @@ impl GpuTracer {
         let rays = Rays::Pixels(pixels);
         if let Some(cpu) = &mut self.stand_in {
             let mut hits = Hits::default();
-            cpu.trace(&rays, control, &mut hits)?;
+            cpu.propose(&rays, control, &mut hits)?;
             ids.write(&self.gpu, 0, &hits.id);
             return self.gpu.check();
         }
@@ -276,9 +276,9 @@ fn workgroups(tile: &Tile) -> [u32; 2] {
 }
 
 impl Tracer for GpuTracer {
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         if let Some(cpu) = &mut self.stand_in {
-            return cpu.trace(rays, control, hits);
+            return cpu.propose(rays, control, hits);
         }
         self.prepared.check(rays)?;
         hits.reset(rays.len(), self.wants);
@@ -294,6 +294,16 @@ impl Tracer for GpuTracer {
             first += tile.n_rays;
             control.advance(tile.n_rays as u64);
         }
+        Ok(timing)
+    }
+
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
@@ -585,37 +595,64 @@ mod tests {
         Arc::new(Scene { spheres: (0..n).map(sphere).collect(), ..Scene::default() })
     }
 
-    /// No device here orders sums anew, so one is told that it does.
-    #[test]
-    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
+    /// A picture of `n` spheres in a row.
+    fn picture_of_spheres(n: usize) -> (Rays, Arc<Prepared>) {
         let camera = Camera {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
             projection: Projection::Perspective { fov_degrees: 60.0 },
         };
-        let pixels = Pixels::whole(View::new(&camera), 80, 60);
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
+        let prepared = Prepared::new(row_of_spheres(n), Kernel::Certified, &rays).unwrap();
+        (rays, Arc::new(prepared))
+    }
+
+    fn open() -> Gpu {
+        Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one")
+    }
+
+    fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {
+        let mut tracer =
+            GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), Wants::default()).unwrap();
+        assert_eq!(tracer.stand_in.is_none(), is_suited);
+        let mut hits = Hits::default();
+        tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+        hits
+    }
+
+    /// No device here orders sums anew, so one is told that it does.
+    #[test]
+    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
         for n in [FEW_SPHERES, 2 * FEW_SPHERES] {
-            let rays = Rays::Pixels(pixels);
-            let scene = row_of_spheres(n);
-            let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
+            let (rays, prepared) = picture_of_spheres(n);
             let trace = |is_suited: bool| {
-                let gpu =
-                    Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+                let gpu = open();
                 let found = gpu.arithmetic().unwrap();
                 assert!(found.suits_filter());
                 let told = gpu.tell_arithmetic(Arithmetic { no_contraction: is_suited, ..found });
-                let mut tracer =
-                    GpuTracer::new(Arc::new(told), Arc::clone(&prepared), Wants::default())
-                        .unwrap();
-                assert_eq!(tracer.stand_in.is_none(), is_suited);
-                let mut hits = Hits::default();
-                tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
-                hits
+                hits_of(told, is_suited, &rays, &prepared)
             };
             let (on_device, on_cpu) = (trace(true), trace(false));
             assert_eq!(on_device.id, on_cpu.id);
             assert!(on_cpu.n_hits() > 40);
         }
+    }
+
+    /// Where shaders can't be passed through, nothing forbids the driver to rearrange them. No
+    /// adapter here is so, and one is told that it is.
+    #[test]
+    fn the_cpu_stands_in_without_passthrough() {
+        let (rays, prepared) = picture_of_spheres(FEW_SPHERES);
+        let [with, without] = [true, false].map(|passthrough| {
+            let mut gpu = open();
+            gpu.facts.passthrough = passthrough;
+            let arithmetic = gpu.arithmetic().unwrap();
+            assert_eq!(arithmetic.passthrough, passthrough);
+            assert_eq!(arithmetic.suits_filter(), passthrough, "{arithmetic}");
+            assert_eq!(arithmetic.is_ieee(), passthrough);
+            hits_of(gpu, passthrough, &rays, &prepared)
+        });
+        assert_eq!(with.id, without.id);
     }
 }

@@ -255,14 +255,21 @@ fn picture(scene: &str, kernel: &str, device: &str) -> ErrorPicture {
 
 fn evidence() -> Evidence {
     let arithmetic = Arithmetic {
+        passthrough: true,
         no_contraction: true,
         fused_fma: false,
         subnormals: true,
+        safe_range: true,
         faithful: true,
+        comparisons: true,
+        infinities: true,
+        integers: true,
+        texels: true,
         narrows_to_nearest: true,
         sum_ulp: 0,
         product_ulp: 0,
         quotient_ulp: 0,
+        reciprocal_ulp: 0,
         root_ulp: 0,
     };
     let facts = AdapterFacts {
