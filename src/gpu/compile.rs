@@ -175,6 +175,8 @@ fn constants(needs: &Needs) -> String {
         text += &format!("const NARROWER = {narrower:?}f;\nconst WIDER = {wider:?}f;\n");
         text += &format!("const FAR_NARROWER = {far_narrower:?}f;\n");
         text += &format!("const LARGEST = {:?}f;\n", f32::MAX);
+    }
+    if needs.kernel == Kernel::Certified && needs.bundle == Bundle::Parallel {
         text += &format!("const SMALL = {:?}f;\n", f32::SMALL);
     }
     if needs.hierarchy {
