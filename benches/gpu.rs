@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use criterion::Throughput;
 use kugelblitz::Result;
+use kugelblitz::control::Control;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 
 use support::{Candidate, compare, criterion, figure};
 

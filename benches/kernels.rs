@@ -10,10 +10,11 @@ use criterion::{Criterion, Throughput};
 use glam::DVec3;
 use kugelblitz::Result;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -8,12 +8,13 @@ use std::sync::Arc;
 use criterion::Throughput;
 use kugelblitz::Result;
 use kugelblitz::camera::Pixels;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::{Colors, Shader};
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 
 use support::{Candidate, compare, criterion, figure};
 

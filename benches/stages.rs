@@ -6,10 +6,11 @@ mod support;
 use std::sync::Arc;
 
 use criterion::Throughput;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
 use kugelblitz::{Error, Result};
 
 use support::{Candidate, compare, criterion, figure};

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::write_float_header;
-use crate::picture::OutputFile;
+use crate::output::OutputFile;
 use crate::random::SplitMix;
 use crate::scene::{Camera, MAX_OBJECTS, Projection, cloud_scene_text};
-use crate::trace::Control;
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,25 +78,24 @@ type Row = [f64; N_COLUMNS];
 const ROWS_AT_ONCE: u64 = 1 << 14;
 
 /// Writes the cloud as an `.npy` file: little-endian float64 of shape (N, 7) with x, y, z, radius,
-/// and linear red, green, blue. `-` is standard output. `control` counts the bytes.
+/// and linear red, green, blue. `control` counts the bytes.
 ///
 /// # Errors
-/// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`]; the old
-/// file is then as it was.
-pub fn write_cloud(path: &Path, recipe: &Recipe, control: &Control) -> Result<()> {
+/// [`Error::Usage`] for a count that can't be; [`Error::Io`] and [`Error::Interrupted`].
+pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) -> Result<()> {
     recipe.check()?;
-    let mut file = OutputFile::create(path, false)?;
+    let path = file.path().to_path_buf();
     let mut bytes = Vec::new();
-    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes).map_err(Error::io(path))?;
+    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes).map_err(Error::io(&path))?;
     control.expect_bytes(bytes.len() as u64 + recipe.count * size_of::<Row>() as u64);
     let mut rows = recipe.rows();
     let mut n_left = recipe.count;
     loop {
         control.check()?;
-        file.write_all(&bytes).map_err(Error::io(path))?;
+        file.write_all(&bytes).map_err(Error::io(&path))?;
         control.advance_bytes(bytes.len() as u64);
         if n_left == 0 {
-            return file.commit();
+            return Ok(());
         }
         bytes.clear();
         let n_rows = n_left.min(ROWS_AT_ONCE);
@@ -108,15 +107,16 @@ pub fn write_cloud(path: &Path, recipe: &Recipe, control: &Control) -> Result<()
 }
 
 /// Writes a scene file with the cloud in the file `cloud` and a camera that sees all of it where
-/// the picture is not higher than wide. `-` is standard output.
+/// the picture is not higher than wide.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Usage`] for a count that can't be, and for a path that is not UTF-8 and
 /// so has no place in a scene.
-pub fn write_scene(path: &Path, cloud: &Path, recipe: &Recipe) -> Result<()> {
+pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Result<()> {
     recipe.check()?;
-    let file = seen_from(path, cloud)?;
-    let Some(file) = file.to_str() else {
+    let path = file.path().to_path_buf();
+    let name = seen_from(&path, cloud)?;
+    let Some(name) = name.to_str() else {
         let message = format!("{}: a scene can name only a file in UTF-8", cloud.display());
         return Err(Error::Usage(message));
     };
@@ -125,10 +125,8 @@ pub fn write_scene(path: &Path, cloud: &Path, recipe: &Recipe) -> Result<()> {
         "kugelblitz generate cloud --distribution {} --count {count} --seed {seed}",
         distribution.name()
     );
-    let text = cloud_scene_text(&about, file, &recipe.camera());
-    let mut file = OutputFile::create(path, false)?;
-    file.write_all(text.as_bytes()).map_err(Error::io(path))?;
-    file.commit()
+    let text = cloud_scene_text(&about, name, &recipe.camera());
+    file.write_all(text.as_bytes()).map_err(Error::io(path))
 }
 
 /// `cloud` as a scene file at `scene` names it: alone where they share a folder.

@@ -1,63 +1,34 @@
 //! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees.
 //!
-//! A [`Scene`](scene::Scene) and [`Rays`](trace::Rays) go into a [`Tracer`](trace::Tracer), on a
-//! Vulkan device or on the CPU; [`Hits`](trace::Hits) come out. With
+//! A [`Scene`](scene::Scene), a [`Device`](device::Device) and a [`Kernel`](trace::Kernel) make a
+//! [`Session`]; rays and cameras go in, [`Hits`](trace::Hits) and pictures come out. With
 //! [`Kernel::Certified`](trace::Kernel::Certified) the object of every hit is the one that exact
 //! arithmetic sees.
 //!
 //! ```
-//! use std::io::Cursor;
-//! use std::path::Path;
-//! use std::sync::Arc;
-//!
-//! use kugelblitz::camera::{Pixels, View};
-//! use kugelblitz::cpu::CpuTracer;
-//! use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
-//! use kugelblitz::prepare::Prepared;
+//! use kugelblitz::Session;
+//! use kugelblitz::device::Device;
 //! use kugelblitz::scene::parse_scene;
-//! use kugelblitz::shade::{Colors, Shader};
-//! use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer};
+//! use kugelblitz::trace::Kernel;
 //!
 //! fn main() -> kugelblitz::Result<()> {
-//!     let path = Path::new("ball.toml"); // only for messages
 //!     let text = r##"
-//!         [camera]
-//!         position = [0.0, 0.0, 5.0]
-//!         look_at  = [0.0, 0.0, 0.0]
-//!
-//!         [[sphere]]
-//!         center = [0.0, 0.0, 0.0]
-//!         radius = 1.0
-//!         color  = "#d62728"
+//!         camera = { position = [0, 0, 5], look_at = [0, 0, 0] }
+//!         sphere = [{ center = [0, 0, 0], radius = 1, color = "#d62728" }]
 //!     "##;
-//!     let scene = Arc::new(parse_scene(text, path)?);
-//!     let view = View::new(scene.require_camera(path)?);
-//!     let pixels = Pixels::whole(view, 161, 121);
-//!     let rays = Rays::Pixels(pixels);
-//!
-//!     let prepared = Arc::new(Prepared::new(scene.clone(), Kernel::Certified, &rays)?);
-//!     let wants = Format::Png.wants(false); // ids alone: a PNG shows no depth
-//!     let mut tracer = CpuTracer::new(prepared, wants);
-//!     let mut hits = Hits::default();
-//!     tracer.trace(&rays, &Control::default(), &mut hits)?;
-//!     assert_eq!(hits.id[60 * 161 + 80], 1); // the centre pixel sees object 1, the sphere
-//!     assert_eq!(hits.id[0], 0); // the corner sees the background
-//!
-//!     let (options, frame) = (PictureOptions::default(), Frame::from(&pixels));
-//!     let encoding = Format::Png.encoding(options.bits);
-//!     let mut colors = Colors::new(encoding);
-//!     Shader::new(&scene, encoding).shade(&hits, &mut colors)?;
-//!     let sink = Cursor::new(Vec::new());
-//!     let mut writer = PictureWriter::create(Format::Png, options, frame, sink, "ball.png")?;
-//!     writer.rows(&colors, &hits, pixels.height)?;
-//!     let png = writer.finish()?.into_inner();
-//!     assert!(png.starts_with(b"\x89PNG"));
+//!     let scene = parse_scene(text, "ball.toml".as_ref())?; // the path is for messages
+//!     let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+//!     let picture = session.render(161, 121)?;
+//!     assert_eq!(picture.hits.id[60 * 161 + 80], 1); // the centre pixel sees object 1, the sphere
+//!     assert_eq!(picture.hits.t[60 * 161 + 80], 4.0);
+//!     assert_eq!(picture.srgb8[0], [0, 0, 0]); // the corner sees the background
 //!     Ok(())
 //! }
 //! ```
 //!
-//! On a Vulkan device, the tracer is [`gpu::GpuTracer`], made with an open [`gpu::Gpu`] and the
-//! same other arguments.
+//! [`Device::best`](device::Device::best) is a Vulkan device where there is one. The folder
+//! `examples/` has more: a picture of a scene from memory, rays from arrays, and a kernel of one's own
+//! held against exact arithmetic.
 //!
 //! # Conventions
 //! - **Numbers.** A scene's numbers are f64. What a scene means is exact real arithmetic on them;
@@ -100,10 +71,13 @@
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
+//! | [`Session`] | the facade that all others call |
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
+//! | [`control`] | cancelling and progress |
+//! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
@@ -122,6 +96,7 @@ pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;
+pub mod control;
 pub mod cpu;
 pub mod device;
 pub mod error;
@@ -134,6 +109,7 @@ pub mod gpu;
 pub mod guard;
 pub mod kernel;
 mod npy;
+pub mod output;
 pub mod picture;
 pub mod prepare;
 mod random;
@@ -142,6 +118,7 @@ pub mod render;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
+mod session;
 pub mod shade;
 pub mod trace;
 pub mod vec3;
@@ -149,4 +126,8 @@ pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;
 
+/// The vectors of the interface are its.
+pub use glam;
+
 pub use error::{Error, Result};
+pub use session::{Making, Picture, Session};

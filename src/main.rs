@@ -2,12 +2,14 @@
 
 mod cli;
 
+use std::io::Write;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::time::Instant;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use clap::Parser;
-use kugelblitz::trace::Control;
+use kugelblitz::control::Control;
+use kugelblitz::output;
 
 use cli::{Cli, Command, Run};
 
@@ -30,25 +32,65 @@ fn main() -> ExitCode {
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            cli::complain::complain(&error);
-            ExitCode::from(error.exit_code())
-        }
-    }
+    // What was cancelled is not done, even where nothing noticed.
+    ExitCode::from(match run.control.check().and(result) {
+        Ok(()) => end(0, || {}),
+        Err(error) => end(error.exit_code(), || cli::complain::complain(&error)),
+    })
 }
 
-/// The first Ctrl-C lets the work clean up behind itself; the second one ends it at once.
+/// The exit code, once it is known.
+static CODE: OnceLock<u8> = OnceLock::new();
+
+/// Settles the exit code with these last words, or gives the one that is settled already.
+fn end(code: u8, last_words: impl FnOnce()) -> u8 {
+    if CODE.set(code).is_ok() {
+        last_words();
+    }
+    *CODE.get_or_init(|| code)
+}
+
+/// What the work may take to end by itself. The rest of the promised second is the system's.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Ctrl-C and SIGTERM let the work end by itself, and end it where that takes too long: drivers that
+/// compile, pipes that nobody opens and other people's code know nothing of a [`Control`]. Nothing
+/// half done stays behind, as cancelled work changes no output file. Once the outputs are being put in
+/// their places it is too late; only a second one, if that should hang, is then heard.
 fn stop_on_interrupt(control: Arc<Control>) {
-    let ask = move || {
-        if control.check().is_err() {
-            std::process::exit(i32::from(kugelblitz::Error::Interrupted.exit_code()));
+    let mut was_late = false;
+    let stop = move || {
+        if control.cancel() {
+            std::thread::sleep(PATIENCE);
+        } else if !std::mem::replace(&mut was_late, true) {
+            return;
         }
-        control.cancel();
+        stop_now(&control);
     };
-    if let Err(error) = ctrlc::set_handler(ask) {
+    if let Err(error) = ctrlc::set_handler(stop) {
         // The program does its work without it too; Ctrl-C then kills it.
         eprintln!("warning: Ctrl-C can't be handled: {error}");
     }
+}
+
+fn stop_now(control: &Control) -> ! {
+    let interrupted = kugelblitz::Error::Interrupted;
+    exit_at_once(end(interrupted.exit_code(), || {
+        output::remove_unfinished();
+        match control.is_cancelled() {
+            true => cli::complain::complain(&interrupted),
+            false => {
+                let why = "interrupted while output files were put in their places";
+                let _ = writeln!(std::io::stderr(), "error: {why}");
+            }
+        }
+    }))
+}
+
+/// Ends the process without what [`std::process::exit`] does before: drivers wait there for their
+/// threads.
+#[allow(unsafe_code)]
+fn exit_at_once(code: u8) -> ! {
+    // SAFETY: `_exit` has no preconditions and doesn't return.
+    unsafe { libc::_exit(code.into()) }
 }

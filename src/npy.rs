@@ -1,6 +1,5 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -110,24 +109,12 @@ pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Resu
 /// Values that are decoded at once.
 const VALUES_AT_ONCE: usize = 1 << 16;
 
-impl FloatTable<File> {
-    /// Opens a file and reads its header. `columns` are the allowed numbers of columns.
+impl<R: Read> FloatTable<R> {
+    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
+    /// is for messages; `columns` are the allowed numbers of columns.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
-    pub fn open(path: &Path, columns: &[u64]) -> Result<FloatTable<File>> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        let metadata = file.metadata().map_err(Error::io(path))?;
-        FloatTable::new(file, metadata.is_file().then_some(metadata.len()), path, columns)
-    }
-}
-
-impl<R: Read> FloatTable<R> {
-    /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
-    /// is for messages.
-    ///
-    /// # Errors
-    /// As [`FloatTable::open`].
     pub fn new(
         mut reader: R,
         n_file_bytes: Option<u64>,

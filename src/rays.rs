@@ -1,13 +1,16 @@
 //! Lists of rays from a file, and what they hit into one.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
 use glam::DVec3;
 
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{FloatTable, Record};
-use crate::picture::OutputFile;
+use crate::output::OutputFile;
+use crate::scene::Watched;
 use crate::trace::{Hits, Ray};
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
@@ -21,7 +24,24 @@ const N_COLUMNS: usize = 6;
 /// is cut off, or has a row (counted from 0) with a number that is not finite or with a zero
 /// direction. [`Error::TooLarge`] when the rays don't fit the memory.
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
-    let table = FloatTable::open(path, &[N_COLUMNS as u64])?;
+    read_rays_with(path, &Control::default())
+}
+
+/// As [`read_rays`]; `control` counts the bytes and can stop the reading.
+///
+/// # Errors
+/// [`Error::Interrupted`] as well.
+pub fn read_rays_with(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+    read(path, control).map_err(|error| control.check().err().unwrap_or(error))
+}
+
+fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+    let file = File::open(path).map_err(Error::io(path))?;
+    let metadata = file.metadata().map_err(Error::io(path))?;
+    let n_bytes = metadata.is_file().then_some(metadata.len());
+    control.expect_bytes(n_bytes.unwrap_or(0));
+    let file = Watched::new(file, control);
+    let table = FloatTable::new(file, n_bytes, path, &[N_COLUMNS as u64])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(|row, column, value| {
         let ray = &mut rays[row];
@@ -51,12 +71,12 @@ const HITS_AT_ONCE: usize = 1 << 16;
 
 /// Writes a structured NumPy array of shape (N,) with the fields `id` (u4; 0 is no hit), `t` (f4;
 /// +∞ without a hit), `normal` (3f4, unit, towards the ray; zero without a hit) and, where `hits`
-/// has levels, `level` (u1). `-` is standard output.
+/// has levels, `level` (u1). `control` counts the bytes.
 ///
 /// # Errors
-/// [`Error::Io`]; the old file is then as it was. [`Error::Usage`] when `hits` lacks `t` or
-/// `normal`.
-pub fn write_hits(path: &Path, hits: &Hits) -> Result<()> {
+/// [`Error::Io`] and [`Error::Interrupted`]. [`Error::Usage`] when `hits` lacks `t` or `normal`.
+pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Result<()> {
+    let path = file.path().to_path_buf();
     let n_hits = hits.id.len();
     let level = !hits.level.is_empty();
     if hits.t.len() != n_hits || hits.normal.len() != n_hits || level && hits.level.len() != n_hits
@@ -67,14 +87,16 @@ pub fn write_hits(path: &Path, hits: &Hits) -> Result<()> {
         )));
     }
     let record = Record { rgb: false, level };
-    let mut file = OutputFile::create(path, false)?;
     let mut bytes = Vec::new();
-    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(path))?;
+    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(&path))?;
+    control.expect_bytes((bytes.len() + n_hits * record.bytes()) as u64);
     let mut start = 0;
     loop {
-        file.write_all(&bytes).map_err(Error::io(path))?;
+        control.check()?;
+        file.write_all(&bytes).map_err(Error::io(&path))?;
+        control.advance_bytes(bytes.len() as u64);
         if start == n_hits {
-            return file.commit();
+            return Ok(());
         }
         bytes.clear();
         let end = n_hits.min(start + HITS_AT_ONCE);

@@ -4,10 +4,11 @@ use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
 use crate::camera::Pixels;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
 use crate::shade::{Colors, Shader};
-use crate::trace::{Control, Hits, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::trace::{Hits, Rays, StageCounts, Timing, Tracer, Wants};
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
@@ -17,10 +18,21 @@ const BAND_BYTES: u64 = 16 << 20;
 /// How a picture is cut into bands, and what that costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
+    /// The file's format.
+    pub format: Format,
+    /// How it is written.
+    pub options: PictureOptions,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
     pub bytes: u64,
+}
+
+impl Plan {
+    /// What the tracer must compute for the picture.
+    pub fn wants(&self) -> Wants {
+        self.format.wants(self.options.certificates)
+    }
 }
 
 /// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
@@ -59,7 +71,7 @@ pub fn plan(
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
         if bytes <= available_bytes {
-            return Ok(Plan { n_band_rows, bytes });
+            return Ok(Plan { format, options, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
@@ -178,10 +190,13 @@ fn trace_band(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::DVec3;
 
     use super::*;
     use crate::camera::View;
+    use crate::prepare::Prepared;
     use crate::scene::{Camera, Color, Plane, Projection, Scene};
     use crate::shade::Encoding;
 
@@ -218,6 +233,9 @@ mod tests {
         }
         fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
             Ok(timing)
+        }
+        fn retarget(&mut self, _: Arc<Prepared>) -> Result<()> {
+            Ok(())
         }
         fn bytes_device(&self) -> u64 {
             0

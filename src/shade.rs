@@ -118,6 +118,19 @@ impl Shader {
         n_colors.saturating_mul(encoding.pixel_bytes() as u64)
     }
 
+    /// The colours of the hits in sRGB, 8 bits a channel.
+    ///
+    /// # Errors
+    /// As [`Shader::shade`].
+    pub fn srgb8(scene: &Scene, hits: &Hits) -> Result<Vec<[u8; 3]>> {
+        let mut colors = Colors::new(Encoding::Srgb8);
+        Shader::new(scene, Encoding::Srgb8).shade(hits, &mut colors)?;
+        match colors {
+            Colors::Srgb8(pixels) => Ok(pixels),
+            Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
+        }
+    }
+
     /// Replaces `colors` by those of the hits, one a hit, in this shader's encoding.
     ///
     /// # Errors

@@ -1,12 +1,14 @@
 //! What every backend takes and gives: [`Rays`] in, [`Hits`] out, through one [`Tracer`].
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec3;
 
 use crate::camera::{Bundle, Pixels};
-use crate::error::{Error, Result};
+use crate::control::Control;
+use crate::error::Result;
+use crate::prepare::Prepared;
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -198,60 +200,8 @@ impl Timing {
     }
 }
 
-/// How the caller watches and stops long work.
-#[derive(Debug, Default)]
-pub struct Control {
-    cancelled: AtomicBool,
-    rays_done: AtomicU64,
-    bytes_done: AtomicU64,
-    bytes_expected: AtomicU64,
-}
-
-impl Control {
-    /// Asks the work to stop at its next step.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Rays traced so far.
-    pub fn rays_done(&self) -> u64 {
-        self.rays_done.load(Ordering::Relaxed)
-    }
-
-    /// Counts finished rays.
-    pub fn advance(&self, n_rays: u64) {
-        self.rays_done.fetch_add(n_rays, Ordering::Relaxed);
-    }
-
-    /// Bytes of large files read or written so far, and expected in all.
-    pub fn bytes(&self) -> (u64, u64) {
-        let [done, expected] =
-            [&self.bytes_done, &self.bytes_expected].map(|n| n.load(Ordering::Relaxed));
-        (done, expected)
-    }
-
-    /// Begins to read or write `n_bytes`.
-    pub fn expect_bytes(&self, n_bytes: u64) {
-        self.bytes_done.store(0, Ordering::Relaxed);
-        self.bytes_expected.store(n_bytes, Ordering::Relaxed);
-    }
-
-    /// Counts bytes read or written.
-    pub fn advance_bytes(&self, n_bytes: u64) {
-        self.bytes_done.fetch_add(n_bytes, Ordering::Relaxed);
-    }
-
-    /// Fails with [`Error::Interrupted`] once [`Control::cancel`] was called.
-    pub fn check(&self) -> Result<()> {
-        if self.cancelled.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
-        Ok(())
-    }
-}
-
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
-pub trait Tracer {
+pub trait Tracer: Send {
     /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
     /// `certified` proposes ids alone, in f32: an object, 0, or
     /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
@@ -283,6 +233,12 @@ pub trait Tracer {
         let timing = self.propose(rays, control, hits)?;
         self.certify(rays, control, hits, timing)
     }
+
+    /// Takes another prepared scene, with the same [`Wants`]. After an error all is as before.
+    ///
+    /// # Errors
+    /// Those of making a tracer.
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()>;
 
     /// Bytes held on the device for the scene.
     fn bytes_device(&self) -> u64;

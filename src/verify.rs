@@ -5,12 +5,13 @@ use rayon::prelude::*;
 
 use crate::camera::Pixels;
 use crate::compare::Comparison;
+use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{self, ExactPixels, ExactRay, Shape};
 use crate::prepare::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
 use crate::scene::{Object, Scene};
-use crate::trace::{Control, Hits, Kernel, Ray};
+use crate::trace::{Hits, Kernel, Ray};
 
 /// Largest error of `t` of the kernel `certified`, in f32 steps at the exact `t` (contract §2).
 /// Halved, it would refuse correctly rounded values, which are off by up to half a step.
@@ -352,15 +353,26 @@ pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
         return (0..total).collect();
     }
     let mut random = SplitMix::new(seed);
-    // Floyd's algorithm: n draws, whatever the total.
-    let mut chosen = std::collections::BTreeSet::new();
+    // Floyd's algorithm: n draws, whatever the total. A bit for each index, 128 MiB for the largest
+    // picture, is ten times as quick as a tree.
+    let mut chosen = vec![0_u64; total.div_ceil(64)];
+    let mut insert = |index: usize| {
+        let (word, bit) = (&mut chosen[index / 64], 1 << (index % 64));
+        let is_new = *word & bit == 0;
+        *word |= bit;
+        is_new
+    };
     for top in total - n..total {
         let drawn = (u128::from(random.next()) * (top as u128 + 1)) >> 64;
-        if !chosen.insert(drawn as usize) {
-            chosen.insert(top);
+        if !insert(drawn as usize) {
+            insert(top);
         }
     }
-    chosen.into_iter().collect()
+    let mut indices = Vec::with_capacity(n);
+    for (at, &word) in chosen.iter().enumerate().filter(|(_, word)| **word != 0) {
+        indices.extend((0..64).filter(|bit| word >> bit & 1 == 1).map(|bit| 64 * at + bit));
+    }
+    indices
 }
 
 #[cfg(test)]

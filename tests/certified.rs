@@ -13,12 +13,13 @@ use common::{gpu, in_cube, log_uniform, scene, sphere};
 use hard_cases::hard_cases;
 use hard_scene::hard_scene;
 use kugelblitz::compare::distance;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, nearest};
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -5,8 +5,7 @@ mod common;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
 
 use common::gpu;
 use rand::{Rng, RngExt, SeedableRng};
@@ -455,46 +454,6 @@ fn what_cannot_be_written_exits_1_and_what_cannot_fit_exits_7() {
     let ran = run(&["render", &scene("figure5"), "-o", &out, "--size", "70000x70000"], 7);
     assert!(ran.stderr.contains("70000x70000") && ran.stderr.contains("32768"), "{}", ran.stderr);
     assert!(names(folder.path()).is_empty());
-}
-
-/// Ctrl-C while a large picture is on its way to a file.
-fn interrupted(device: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let out = file(&folder, "large.ppm");
-    fs::write(&out, "old").unwrap();
-    let args = ["render", &scene("figure1"), "-o", &out, "--size", "20000x20000", "--device"];
-    let mut command = program(&[&args[..], &[device]].concat());
-    let mut child: Child = command.spawn().unwrap();
-    let start = Instant::now();
-    while names(folder.path()).len() < 2 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no temporary file");
-        assert!(child.try_wait().unwrap().is_none(), "ended on its own");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(300));
-    let kill = format!("kill -INT {}", child.id());
-    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    let start = Instant::now();
-    let output = child.wait_with_output().unwrap();
-    let took = start.elapsed();
-    let ran = Ran::new(&command, output);
-    assert_eq!(ran.code, 130, "{}", ran.stderr);
-    assert!(ran.stderr.contains("interrupted"), "{}", ran.stderr);
-    // A second is promised; the rest is for machines that run many tests at once.
-    assert!(took < Duration::from_secs(3), "{device}: ended after {took:?}");
-    assert_eq!(fs::read(&out).unwrap(), b"old");
-    assert_eq!(names(folder.path()).len(), 1, "a half file stayed");
-}
-
-#[test]
-fn ctrl_c_on_the_cpu_leaves_no_half_file() {
-    interrupted("cpu");
-}
-
-#[test]
-fn ctrl_c_on_the_gpu_leaves_no_half_file() {
-    gpu();
-    interrupted("gpu");
 }
 
 #[test]

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use kugelblitz::Error;
+use kugelblitz::control::Control;
 use kugelblitz::scene::{
     Color, MAX_OBJECTS, Scene, SceneError, Sphere, read_scene, read_scene_with,
 };
-use kugelblitz::trace::Control;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;

@@ -17,11 +17,12 @@ use glam::{DVec3, dvec3};
 use kugelblitz::bvh::footprint::{Footprint, Projection};
 use kugelblitz::bvh::footprints::{Footprints, IS_LEAF, Node};
 use kugelblitz::camera::{Lens, Pixels, View};
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactPixels, Root, Shape, real, signum_of_discriminant, visible_root};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::{Camera, Projection, Sphere};
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::scene::{self, Camera, Sphere};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -101,7 +102,7 @@ fn any_frame(rng: &mut ChaCha8Rng) -> [DVec3; 3] {
         position: DVec3::ZERO,
         look_at: unit(rng),
         up: unit(rng),
-        projection: Projection::Perspective { fov_degrees: 45.0 },
+        projection: scene::Projection::Perspective { fov_degrees: 45.0 },
     };
     let View { forward, right, true_up, .. } = View::new(&camera);
     [forward, right, true_up]
@@ -701,6 +702,10 @@ fn any_pixels(rng: &mut ChaCha8Rng, size: [u32; 2]) -> [[u32; 2]; 2] {
 const SIZES: [[u32; 2]; 5] =
     [[1, 1], [64, 48], [1 << 15, 1 << 15], [40_000, 300], [1 << 23, 1 << 23]];
 
+fn hierarchy_over(projection: &Projection, given: &[Footprint]) -> Footprints {
+    Footprints::new(projection, given, &Control::default()).unwrap()
+}
+
 #[test]
 fn a_hierarchy_shows_what_shares_a_cell() {
     let mut rng = ChaCha8Rng::seed_from_u64(707);
@@ -708,7 +713,7 @@ fn a_hierarchy_shows_what_shares_a_cell() {
     for size in SIZES {
         for n in [0, 1, 2, 3, 17, 600] {
             let given = any_footprints(&mut rng, size, n);
-            let hierarchy = Footprints::new(&projection(size), &given);
+            let hierarchy = hierarchy_over(&projection(size), &given);
             check_nodes(&hierarchy, &given).unwrap();
             let shift = projection(size).cell_shift();
             assert_eq!(hierarchy.cell_shift, shift);
@@ -734,7 +739,7 @@ fn a_walk_with_a_shrinking_t_max_leaves_out_nothing_nearer() {
     for index in 0..600 {
         let size = SIZES[index % SIZES.len()];
         let given = any_footprints(&mut rng, size, 300);
-        let hierarchy = Footprints::new(&projection(size), &given);
+        let hierarchy = hierarchy_over(&projection(size), &given);
         let [first, last] = any_pixels(&mut rng, size);
         let mut t_max = f32::INFINITY;
         let mut visited = HashSet::new();
@@ -766,7 +771,7 @@ fn a_walk_with_a_shrinking_t_max_leaves_out_nothing_nearer() {
 fn equal_spheres_and_deep_trees() {
     let size = [1 << 15, 1 << 15];
     let check = |what: &str, projection: &Projection, given: &[Footprint]| {
-        let hierarchy = Footprints::new(projection, given);
+        let hierarchy = hierarchy_over(projection, given);
         let depth = check_nodes(&hierarchy, given).unwrap_or_else(|why| panic!("{what}: {why}"));
         let all: Vec<u32> = (0..given.len() as u32).collect();
         assert_eq!(shown(&hierarchy, [0, 0], size.map(|side| side - 1)), all, "{what}");
@@ -801,7 +806,7 @@ fn sabotage_a_changed_hierarchy_is_noticed() {
     let mut rng = ChaCha8Rng::seed_from_u64(709);
     let size = [64, 48];
     let given = any_footprints(&mut rng, size, 50);
-    let hierarchy = Footprints::new(&projection(size), &given);
+    let hierarchy = hierarchy_over(&projection(size), &given);
     for at in 0..hierarchy.nodes.len() {
         // A column, a row, t, the link.
         for (word, by) in [(0, 1), (1, 1 << 16), (2, 1), (3, 1)] {

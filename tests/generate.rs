@@ -9,20 +9,28 @@ use std::process::{Command, Output, Stdio};
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::camera::View;
+use kugelblitz::control::Control;
 use kugelblitz::generate::{Distribution, MAX_COUNT, Recipe, write_cloud, write_scene};
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::scene::{Projection, Scene, Sphere, read_scene};
-use kugelblitz::trace::Control;
 use tempfile::TempDir;
 
 fn recipe(distribution: Distribution, count: u64, seed: u64) -> Recipe {
     Recipe { distribution, count, seed }
 }
 
+fn write(cloud: &Path, scene: &Path, recipe: &Recipe) {
+    let control = Control::default();
+    let [mut file, mut scene] = [cloud, scene].map(|path| OutputFile::create(path, false).unwrap());
+    write_cloud(&mut file, recipe, &control).unwrap();
+    write_scene(&mut scene, cloud, recipe).unwrap();
+    output::commit([file, scene], &control).unwrap();
+}
+
 /// The bytes of the cloud and the scene that shows it.
 fn made(folder: &TempDir, recipe: &Recipe) -> (Vec<u8>, Scene) {
     let (cloud, scene) = (folder.path().join("cloud.npy"), folder.path().join("scene.toml"));
-    write_cloud(&cloud, recipe, &Control::default()).unwrap();
-    write_scene(&scene, &cloud, recipe).unwrap();
+    write(&cloud, &scene, recipe);
     (fs::read(cloud).unwrap(), read_scene(&scene).unwrap())
 }
 
@@ -146,9 +154,10 @@ fn a_count_that_cannot_be_is_refused() {
     let path = folder.path().join("cloud.npy");
     for count in [0, MAX_COUNT + 1, u64::MAX] {
         let recipe = recipe(Distribution::Lattice, count, 0);
-        let refused = write_cloud(&path, &recipe, &Control::default());
+        let mut file = OutputFile::create(&path, false).unwrap();
+        let refused = write_cloud(&mut file, &recipe, &Control::default());
         assert!(matches!(refused, Err(Error::Usage(_))));
-        assert!(matches!(write_scene(&path, &path, &recipe), Err(Error::Usage(_))));
+        assert!(matches!(write_scene(&mut file, &path, &recipe), Err(Error::Usage(_))));
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -160,8 +169,10 @@ fn an_interrupted_cloud_leaves_the_old_one() {
     fs::write(&path, "old").unwrap();
     let control = Control::default();
     control.cancel();
-    let stopped = write_cloud(&path, &recipe(Distribution::Uniform, 10, 0), &control);
+    let mut file = OutputFile::create(&path, false).unwrap();
+    let stopped = write_cloud(&mut file, &recipe(Distribution::Uniform, 10, 0), &control);
     assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert!(matches!(output::commit([file], &control), Err(Error::Interrupted)));
     assert_eq!(fs::read(&path).unwrap(), b"old");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
@@ -177,8 +188,7 @@ fn a_scene_names_its_cloud_wherever_it_lies() {
         ("a \"quoted\" folder/cloud.npy", "a \"quoted\" folder/scene.toml"),
     ] {
         let (cloud, scene) = (folder.path().join(cloud), folder.path().join(scene));
-        write_cloud(&cloud, &here, &Control::default()).unwrap();
-        write_scene(&scene, &cloud, &here).unwrap();
+        write(&cloud, &scene, &here);
         assert_eq!(read_scene(&scene).unwrap().n_objects(), 3, "{}", scene.display());
         let text = fs::read_to_string(&scene).unwrap();
         let together = cloud.parent() == scene.parent();

@@ -8,11 +8,12 @@ use glam::DVec3;
 use kugelblitz::bvh::boxes::{Boxes, BoxesRay};
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -279,7 +280,7 @@ fn any_rays() {
 fn flat_rays_are_not_lost() {
     let mut rng = ChaCha8Rng::seed_from_u64(611);
     let spheres: Vec<(DVec3, f64)> = (0..300).map(|_| (in_cube(&mut rng), 0.05)).collect();
-    let boxes = Boxes::new(&spheres);
+    let boxes = Boxes::new(&spheres, &Control::default()).unwrap();
     for &(l, r) in &spheres {
         for axis in 0..3 {
             let mut direction = DVec3::ZERO;

@@ -8,11 +8,12 @@ use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
-use kugelblitz::picture::{
-    Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter, writer_bytes,
-};
+use kugelblitz::control::Control;
+use kugelblitz::output::{OutputFile, commit};
+use kugelblitz::picture::{Bits, Format, Frame, PictureOptions, PictureWriter, writer_bytes};
 use kugelblitz::rays::{read_rays, write_hits};
 use kugelblitz::scene::{Color, Plane, Scene};
 use kugelblitz::shade::{Colors, Shader};
@@ -295,6 +295,12 @@ fn npy_holds_every_value_bit_for_bit() {
     }
 }
 
+fn write(path: &Path, hits: &Hits) -> Result<()> {
+    let (mut file, control) = (OutputFile::create(path, false)?, Control::default());
+    write_hits(&mut file, hits, &control)?;
+    commit([file], &control)
+}
+
 #[test]
 fn hits_of_rays_hold_every_value_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
@@ -305,7 +311,7 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
         normal: vec![[0.0; 3], [0.0, -0.0, 1.0], [0.6, 0.8, 0.0]],
         ..Hits::default()
     };
-    write_hits(&path, &hits).unwrap();
+    write(&path, &hits).unwrap();
     let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
     assert_eq!(dtype, "[('id', '<u4'), ('t', '<f4'), ('normal', '<f4', (3,)), ]");
     assert_eq!(shape, [3]);
@@ -318,16 +324,16 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
     assert_eq!(records, expected);
 
     let many = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 70_000, 9);
-    write_hits(&path, &many).unwrap();
+    write(&path, &many).unwrap();
     let (dtype, shape, records) = read_npy(&std::fs::read(&path).unwrap());
     assert!(dtype.contains("('level', '|u1')"), "{dtype}");
     assert_eq!(shape, [70_000]);
     assert_eq!(records[69_999 * 21 + 20], many.level[69_999]);
 
-    write_hits(&path, &Hits::default()).unwrap();
+    write(&path, &Hits::default()).unwrap();
     assert_eq!(read_npy(&std::fs::read(&path).unwrap()).1, [0]);
     let lacking = Hits { id: vec![1], ..Hits::default() };
-    assert!(matches!(write_hits(&path, &lacking), Err(Error::Usage(_))));
+    assert!(matches!(write(&path, &lacking), Err(Error::Usage(_))));
 }
 
 #[test]
@@ -376,7 +382,7 @@ fn an_interrupted_picture_leaves_the_old_file() {
         let mut writer = begin();
         writer.rows(&colors, &hits, 4).unwrap();
         writer.rows(&colors, &hits, 4).unwrap();
-        writer.finish().unwrap().commit().unwrap();
+        commit([writer.finish().unwrap()], &Control::default()).unwrap();
         let whole = std::fs::read(&path).unwrap();
         let both = Hits {
             id: [&hits.id[..], &hits.id].concat(),
@@ -429,7 +435,7 @@ fn a_full_disk_is_an_error_with_a_name() {
             let frame = Frame::whole(512, 512);
             let mut writer = PictureWriter::create(format, EIGHT, frame, file, "/dev/full")?;
             writer.rows(&shaded(format, EIGHT, &palette, &hits)?, &hits, 512)?;
-            writer.finish()?.commit()
+            commit([writer.finish()?], &Control::default())
         };
         let error = attempt().err().unwrap();
         assert!(matches!(&error, Error::Io { path, .. } if path == Path::new("/dev/full")));

@@ -9,13 +9,15 @@ use std::sync::Arc;
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
+use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::UNDECIDED;
+use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Search};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
-use kugelblitz::trace::{Control, Hits, Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -188,8 +190,11 @@ fn cloud(distribution: Distribution, count: u64) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let (cloud, file) = (folder.path().join("cloud.npy"), folder.path().join("cloud.toml"));
     let recipe = Recipe { distribution, count, seed: 3 };
-    write_cloud(&cloud, &recipe, &Control::default()).unwrap();
-    write_scene(&file, &cloud, &recipe).unwrap();
+    let control = Control::default();
+    let [mut rows, mut text] = [&cloud, &file].map(|path| OutputFile::create(path, false).unwrap());
+    write_cloud(&mut rows, &recipe, &control).unwrap();
+    write_scene(&mut text, &cloud, &recipe).unwrap();
+    commit([rows, text], &control).unwrap();
     read_scene(&file).unwrap()
 }
 

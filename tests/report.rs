@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::Result;
+use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
     Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases, markdown,
     page, plot, text,
 };
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Timing, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
 use kugelblitz::vec3::{Vec3, dot3};
 
 const EFFORT: Effort = Effort {
@@ -134,6 +135,11 @@ impl Tracer for FlippedSign {
 
     fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
         Ok(timing)
+    }
+
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.prepared = prepared;
+        Ok(())
     }
 
     fn bytes_device(&self) -> u64 {

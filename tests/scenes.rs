@@ -10,11 +10,12 @@ use common::{camera, gpu, plane, sphere};
 use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{Truth, compare_to_exact};
 
 fn scene(name: &str) -> Scene {

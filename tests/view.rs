@@ -347,6 +347,125 @@ fn the_scene_file_is_watched() {
 }
 
 #[test]
+fn a_pipe_in_a_files_place_stops_nothing() {
+    let desk = Desk::new();
+    let folder = tempfile::tempdir().unwrap();
+    let [path, cloud] = ["scene.toml", "cloud.csv"].map(|name| folder.path().join(name));
+    let spheres = "x,y,z\n0.5,3.0,0.0\n";
+    let good = format!(
+        "{}\n[[spheres]]\nfile = {cloud:?}\nradius = 0.4\ncolor = \"#00ff7f\"\n",
+        fs::read_to_string(scene("figure1")).unwrap()
+    );
+    let replace = |path: &Path, text: Option<&str>| {
+        let new = folder.path().join("new");
+        match text {
+            Some(text) => fs::write(&new, text).unwrap(),
+            None => make_pipe(&new),
+        }
+        fs::rename(&new, path).unwrap();
+    };
+    fs::write(&cloud, spheres).unwrap();
+    fs::write(&path, &good).unwrap();
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("a_pipe_in_a_files_place_stops_nothing", &seen);
+
+    replace(&path, None);
+    let wrong = seen.wait(|event| event.name() == "scene_wrong");
+    assert!(wrong.error().contains("regular file"), "{}", wrong.error());
+    seen.moves(|seen| seen.key("3"));
+    let other = good.replace("#d62728", "#123456");
+    replace(&path, Some(&other));
+    seen.wait(|event| event.name() == "reloaded");
+    assert_as_rendered(&mut seen, &path, "certified");
+
+    replace(&cloud, None);
+    replace(&path, Some(&good));
+    let wrong = seen.wait(|event| event.name() == "scene_wrong");
+    assert!(wrong.error().contains("cloud.csv"), "{}", wrong.error());
+    assert!(wrong.error().contains("regular file"), "{}", wrong.error());
+    replace(&cloud, Some(spheres));
+    replace(&path, Some(&other));
+    seen.wait(|event| event.name() == "reloaded");
+    assert_as_rendered(&mut seen, &path, "certified");
+    // A pipe does not keep the window from closing either.
+    replace(&path, None);
+    seen.wait(|event| event.name() == "scene_wrong");
+    seen.quit();
+}
+
+fn make_pipe(path: &Path) {
+    let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+    let kind = rustix::fs::FileType::Fifo;
+    rustix::fs::mknodat(rustix::fs::CWD, path, kind, mode, 0).unwrap();
+}
+
+#[test]
+fn a_click_before_a_resize_asks_about_what_was_clicked() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    let [x, y] = [440, 280];
+    seen.point(seen.at(x, y));
+    let starts = format!("pixel {x}, {y} · ");
+    seen.wait(|event| event.hover().is_some_and(|text| text.starts_with(&starts)));
+    // Within the time of a double click.
+    let window = seen.window.to_string();
+    let shrink = ["click", "1", "windowsize", &window, "250", "260"];
+    seen.xdotool(&[&shrink[..], &["mousemove", "--window", &window, "50", "100"]].concat());
+    let explained = seen.wait(|event| ["explained", "trouble"].contains(&event.name()));
+    assert_eq!(explained.name(), "explained", "{}", explained.message());
+    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
+        .args(["explain", path.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
+        .output()
+        .unwrap();
+    assert_eq!(explained.text(), String::from_utf8(output.stdout).unwrap());
+    seen.quit();
+}
+
+#[test]
+fn a_window_that_others_end_ends_in_words() {
+    for moving in [false, true] {
+        for end in ["window", "connection", "server"] {
+            let mut desk = Desk::new();
+            let mut seen = Seen::open(&desk, &scene("figure1"), &["--size", SIZE]);
+            let mover = moving.then(|| seen.keep_moving());
+            if moving {
+                let n = seen.last_shown().number("frame");
+                seen.wait(|event| event.name() == "shown" && event.number("frame") > n + 10);
+            }
+            match end {
+                "window" => seen.destroy(),
+                "connection" => seen.xdotool(&["windowkill", &seen.window.to_string()]),
+                _ => desk.end(),
+            }
+            let code = seen.exit_code();
+            if let Some(mut mover) = mover {
+                let _ = mover.kill();
+                let _ = mover.wait();
+            }
+            let last = seen.log.last().unwrap();
+            if end == "window" {
+                assert_eq!((code, last.name()), (Some(0), "destroyed"), "{}", seen.stderr());
+            } else {
+                let said = "error: the connection to the display was lost\n";
+                assert_eq!((code, seen.stderr().as_str()), (Some(1), said), "{end}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_driver_prints_is_not_heard() {
+    let desk = Desk::new();
+    let mut seen =
+        Seen::open(&desk, &scene("figure1"), &["--size", SIZE, "--lose-device-after", "3"]);
+    seen.moves(|seen| seen.key("2"));
+    seen.wait_since_start(|event| event.name() == "opened" && event.count() == 2);
+    assert_eq!(seen.stderr(), "");
+    seen.quit();
+}
+
+#[test]
 fn the_window_is_resized_its_panels_hidden_and_it_closes() {
     let desk = Desk::new();
     let path = scene("figure1");
@@ -442,6 +561,11 @@ fn wrong_scenes_are_refused_before_a_window_opens() {
             program("", folder.path()).args(["view", path.to_str().unwrap()]).output().unwrap();
         assert_eq!(output.status.code(), Some(3), "{text}");
     }
+}
+
+#[test]
+fn use_leaves_memory_bounded() {
+    desk::work_through(4);
 }
 
 /// Not part of a run of all tests, for it takes five minutes:

@@ -13,6 +13,8 @@ use obvhs::bvh2::node::Bvh2Node;
 use rayon::prelude::*;
 
 use super::{build, spread};
+use crate::control::Control;
+use crate::error::Result;
 use crate::guard::{round_down, round_up};
 
 /// The hierarchy.
@@ -27,14 +29,17 @@ pub struct Boxes {
 impl Boxes {
     /// Builds the hierarchy over spheres with these offsets from the reference point and these
     /// radii. There are at most [`super::MOST_SPHERES`], none farther than f32 reaches.
-    pub fn new(spheres: &[(DVec3, f64)]) -> Boxes {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted)
+    pub fn new(spheres: &[(DVec3, f64)], control: &Control) -> Result<Boxes> {
         if spheres.is_empty() {
-            return Boxes { nodes: Vec::new(), order: Vec::new() };
+            return Ok(Boxes { nodes: Vec::new(), order: Vec::new() });
         }
         let sphere_box = |(index, &(l, r)): (usize, &(DVec3, f64))| sphere_box(l, r, index);
         let boxes: Vec<Aabb> = spheres.par_iter().enumerate().map(sphere_box).collect();
-        let binary = build(&boxes);
-        Boxes { nodes: binary.nodes, order: binary.primitive_indices }
+        let binary = build(&boxes, control)?;
+        Ok(Boxes { nodes: binary.nodes, order: binary.primitive_indices })
     }
 
     /// Bytes of the nodes.
@@ -127,6 +132,10 @@ mod tests {
     use super::*;
     use crate::random::SplitMix;
 
+    fn boxes(spheres: &[(DVec3, f64)]) -> Boxes {
+        Boxes::new(spheres, &Control::default()).unwrap()
+    }
+
     fn spheres(n: usize) -> Vec<(DVec3, f64)> {
         let mut random = SplitMix::new(610);
         let mut decades = |low: f64, high: f64| 10f64.powf(low + (high - low) * random.unit());
@@ -141,7 +150,7 @@ mod tests {
 
     #[test]
     fn equal_spheres_make_no_deep_tree() {
-        let boxes = Boxes::new(&[(DVec3::new(1e5, -3.0, 0.0), 2.0); 5000]);
+        let boxes = boxes(&[(DVec3::new(1e5, -3.0, 0.0), 2.0); 5000]);
         let mut deepest = 0;
         let mut open = vec![(0, 1)];
         while let Some((index, depth)) = open.pop() {
@@ -159,7 +168,7 @@ mod tests {
     #[test]
     fn boxes_hold_what_is_below_them() {
         let spheres = spheres(2000);
-        let boxes = Boxes::new(&spheres);
+        let boxes = boxes(&spheres);
         let mut seen = vec![0; spheres.len()];
         let mut open = vec![(0, boxes.nodes[0].aabb().min, boxes.nodes[0].aabb().max)];
         while let Some((index, low, high)) = open.pop() {

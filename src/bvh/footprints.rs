@@ -15,6 +15,8 @@ use rayon::prelude::*;
 
 use super::footprint::{Footprint, Projection};
 use super::{build, spread};
+use crate::control::Control;
+use crate::error::Result;
 
 /// A node of 16 bytes, as the device sees it. [`Node::covers`] and the walk have their twins in
 /// `shaders/hierarchy.wgsl`.
@@ -107,17 +109,24 @@ pub struct Footprints {
 
 impl Footprints {
     /// Builds the hierarchy over at most [`super::MOST_SPHERES`] footprints of a projection.
-    pub fn new(projection: &Projection, footprints: &[Footprint]) -> Footprints {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted)
+    pub fn new(
+        projection: &Projection,
+        footprints: &[Footprint],
+        control: &Control,
+    ) -> Result<Footprints> {
         let cell_shift = projection.cell_shift();
         if footprints.is_empty() {
-            return Footprints { cell_shift, ..Footprints::default() };
+            return Ok(Footprints { cell_shift, ..Footprints::default() });
         }
         let boxes: Vec<Aabb> = footprints
             .par_iter()
             .enumerate()
             .map(|(index, footprint)| footprint_box(projection, footprint, index))
             .collect();
-        let binary = build(&boxes);
+        let binary = build(&boxes, control)?;
         drop(boxes);
         let mut part = flatten_in_parallel(&binary, footprints);
         let mut place = 0;
@@ -129,7 +138,7 @@ impl Footprints {
                 node.link += at as u32;
             }
         }
-        Footprints { nodes: part.nodes, order: part.order, cell_shift }
+        Ok(Footprints { nodes: part.nodes, order: part.order, cell_shift })
     }
 
     /// The cells of the pixels from the `first` to the `last` column and row of the picture.

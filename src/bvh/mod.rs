@@ -13,6 +13,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use crate::control::Control;
+use crate::error::Result;
 use crate::random::SplitMix;
 
 /// Most spheres of a hierarchy: the places of leaves and the numbers of nodes have 31 bits.
@@ -27,7 +29,13 @@ fn spread(index: usize) -> [f64; 3] {
 }
 
 /// The binary tree over these boxes, which are finite, with one in each leaf. Node 0 is the root.
-fn build(boxes: &[Aabb]) -> Bvh2 {
+///
+/// The builder can't be stopped amid its work, and is waited for: a library that left it behind would
+/// hold memory and cores that its caller takes for free. The program doesn't wait (see `main.rs`).
+fn build(boxes: &[Aabb], control: &Control) -> Result<Bvh2> {
+    control.check()?;
     let mut build_time = Duration::ZERO;
-    build_bvh2(boxes, BvhBuildParams::fastest_build(), &mut build_time)
+    let tree = build_bvh2(boxes, BvhBuildParams::fastest_build(), &mut build_time);
+    control.check()?;
+    Ok(tree)
 }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::{Hierarchy, Prepared};
+
 use kugelblitz::render::{available_memory, plan};
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
@@ -87,7 +88,10 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let mut bytes_device = BTreeMap::new();
     let mut hierarchy = None;
     for kernel in Kernel::ALL {
-        let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &rays)?);
+        let progress = scene::preparing(&scene, kernel, &args.talk);
+        let prepared =
+            Arc::new(Prepared::new_with(Arc::clone(&scene), kernel, &rays, &run.control)?);
+        drop(progress);
         hierarchy = hierarchy.or(prepared.hierarchy.as_ref().map(Built::from));
         let tracer = CpuTracer::new(prepared, Wants::default());
         bytes_device.insert(kernel.name(), tracer.bytes_device());

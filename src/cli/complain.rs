@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
-use kugelblitz::picture::OutputFile;
+use kugelblitz::output::OutputFile;
 use kugelblitz::scene::SceneError;
 use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode};
 

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::Gpu;
-use kugelblitz::prepare::Prepared;
+use kugelblitz::prepare::LISTED_SPHERES;
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 
@@ -55,14 +56,19 @@ fn filter_line(gpu: &Gpu) -> Result<String> {
     Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
 }
 
-/// Opens what --device asks for to trace a prepared scene. Lists of rays into many spheres are left
-/// to f64 on the CPU: `auto` takes that, with a line; a device that was asked for gets a warning.
+/// Opens what --device asks for to trace a list of rays. Those into many spheres are left to f64 on
+/// the CPU: `auto` takes that, with a line; a device that was asked for gets a warning.
 ///
 /// # Errors
 /// Those of [`open`].
-pub fn open_for(choice: &DeviceChoice, prepared: &Prepared, talk: &TalkArgs) -> Result<Device> {
-    let is_on_cpu = prepared.is_left_to_f64();
-    let n_spheres = prepared.scene.spheres.len();
+pub fn open_for_list(
+    choice: &DeviceChoice,
+    kernel: Kernel,
+    scene: &Scene,
+    talk: &TalkArgs,
+) -> Result<Device> {
+    let n_spheres = scene.spheres.len();
+    let is_on_cpu = kernel == Kernel::Certified && n_spheres > LISTED_SPHERES;
     if is_on_cpu && *choice == DeviceChoice::Auto {
         talk.say(&format!(
             "tracing on the CPU, in f64: {n_spheres} spheres are too many for a list of rays on a \
@@ -70,7 +76,7 @@ pub fn open_for(choice: &DeviceChoice, prepared: &Prepared, talk: &TalkArgs) -> 
         ));
         return Ok(Device::Cpu);
     }
-    let device = open(choice, Some(prepared.kernel), talk)?;
+    let device = open(choice, Some(kernel), talk)?;
     if is_on_cpu && let Device::Gpu(gpu) = &device {
         talk.warn(&format!(
             "the CPU does the work of {}: {n_spheres} spheres are too many for a list of rays \

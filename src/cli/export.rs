@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kugelblitz::camera::Pixels;
 use kugelblitz::export;
-use kugelblitz::picture::OutputFile;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -37,12 +37,12 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let whole = SizeArgs { size: args.size, crop: None };
     let Pixels { view, width, height, .. } = whole.pixels(&scene, &args.scene)?;
     let palette: Vec<_> = scene.colors().collect();
+    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
     let (language, size) = (args.language, [width, height]);
     export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
         .map_err(Error::io(&args.output))?;
     run.control.check()?;
-    file.commit()?;
 
     let command = language.command(&args.output.display().to_string(), size);
     if args.talk.json {
@@ -54,6 +54,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
             run: command.clone(),
         })?;
     }
+    output::commit([file], &run.control)?;
     let (name, next) = match to_stdout {
         true => (STDOUT.to_string(), String::new()),
         false => (args.output.display().to_string(), format!("; render it with: {command}")),

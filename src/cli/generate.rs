@@ -1,9 +1,10 @@
 //! `kugelblitz generate`
 
+use std::iter::once;
 use std::path::{Path, PathBuf};
 
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
-use kugelblitz::picture::OutputFile;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -40,12 +41,15 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
     refuse_wrong_outputs(args)?;
     let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
     let recipe = Recipe { distribution, count: n, seed };
-    let progress = Progress::of_bytes(&args.talk, &run.control);
-    write_cloud(&args.output, &recipe, &run.control)?;
-    drop(progress);
-    if let Some(scene) = &args.scene {
+    let create = |path: &PathBuf| OutputFile::create(path, false);
+    let mut file = create(&args.output)?;
+    let mut scene = args.scene.as_ref().map(create).transpose()?;
+    if let Some(scene) = &mut scene {
         write_scene(scene, &args.output, &recipe)?;
     }
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    write_cloud(&mut file, &recipe, &run.control)?;
+    drop(progress);
     let took = run.start.elapsed();
     if args.talk.json {
         print_json(&Summary {
@@ -58,6 +62,8 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
             ms: Ms { total: ms(took) },
         })?;
     }
+    // The scene last: it needs the cloud.
+    output::commit(once(file).chain(scene), &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {}, seed {seed}, in {}",
         args.output.display(),
@@ -85,5 +91,6 @@ fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
             "a file and --json can't both go to standard output; write to a file".into(),
         ));
     }
-    Ok(())
+    let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
+    output::refuse_overwriting(&outputs, &[])
 }

@@ -28,10 +28,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, value_parser};
+use kugelblitz::control::Control;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::trace::{Control, Kernel};
+use kugelblitz::trace::Kernel;
 
 use options::{
     Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, distribution_parser, kernel_parser,

@@ -94,6 +94,16 @@ pub fn human(duration: Duration) -> String {
     }
 }
 
+/// `1.2 s building, `, or nothing where no hierarchy was built: for summaries.
+pub fn building(time: Duration) -> String {
+    if time.is_zero() { String::new() } else { format!("{} building, ", human(time)) }
+}
+
+/// `built 1.2 s, `, or nothing: for notes.
+pub fn built(time: Duration) -> String {
+    if time.is_zero() { String::new() } else { format!("built {}, ", human(time)) }
+}
+
 /// `3 spheres, 1 plane`
 pub fn objects(scene: &Scene) -> String {
     format!("{}, {}", count(scene.spheres.len(), "sphere"), count(scene.planes.len(), "plane"))

@@ -6,8 +6,9 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
-use kugelblitz::trace::Control;
+use kugelblitz::control::Control;
 
 use super::TalkArgs;
 
@@ -33,6 +34,16 @@ impl Progress {
         Progress::follow(talk, control, "{bytes} of {total_bytes}", Control::bytes)
     }
 
+    /// Says what goes on, where nobody knows how far it is.
+    pub fn of_step(talk: &TalkArgs, what: String) -> Progress {
+        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
+        Progress::show(talk, style, move |bar| {
+            bar.set_message(what.clone());
+            bar.tick();
+            true
+        })
+    }
+
     /// `look` gives what is done and what is to be done, and `what` is indicatif's text for it.
     fn follow(
         talk: &TalkArgs,
@@ -40,33 +51,38 @@ impl Progress {
         what: &str,
         look: impl Fn(&Control) -> (u64, u64) + Send + 'static,
     ) -> Progress {
-        if talk.quiet || !std::io::stderr().is_terminal() {
-            return Progress(None);
-        }
-        let control = Arc::clone(control);
         let style = ProgressStyle::with_template(&format!(
             "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
         ));
+        let control = Arc::clone(control);
+        Progress::show(talk, style, move |bar| {
+            let (n_done, n_all) = look(&control);
+            bar.set_length(n_all);
+            bar.set_position(n_done.min(n_all));
+            n_all > 0
+        })
+    }
+
+    /// `draw` brings the bar up to date, and says whether there is anything to show at all.
+    fn show(
+        talk: &TalkArgs,
+        style: Result<ProgressStyle, TemplateError>,
+        draw: impl Fn(&ProgressBar) -> bool + Send + 'static,
+    ) -> Progress {
+        if talk.quiet || !std::io::stderr().is_terminal() {
+            return Progress(None);
+        }
         let (stop, stopped) = channel();
         let thread = std::thread::spawn(move || {
             let goes_on = |time| stopped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
-            let is_short = !goes_on(DELAY);
-            let (_, n_all) = look(&control);
-            if is_short || n_all == 0 {
+            if !goes_on(DELAY) {
                 return;
             }
             let bar = ProgressBar::new(0);
             if let Ok(style) = style {
                 bar.set_style(style);
             }
-            loop {
-                let (n_done, n_all) = look(&control);
-                bar.set_length(n_all);
-                bar.set_position(n_done.min(n_all));
-                if !goes_on(STEP) {
-                    break;
-                }
-            }
+            while draw(&bar) && goes_on(STEP) {}
             bar.finish_and_clear();
         });
         Progress(Some((stop, thread)))

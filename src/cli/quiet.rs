@@ -22,6 +22,11 @@ impl Quiet {
         Some(Quiet { caught, stderr })
     }
 
+    /// What was printed meanwhile; standard error is as it was.
+    pub fn end(mut self) -> String {
+        self.caught()
+    }
+
     fn caught(&mut self) -> String {
         let mut bytes = Vec::new();
         let read = self.caught.rewind().and_then(|()| self.caught.read_to_end(&mut bytes));
@@ -43,7 +48,7 @@ impl Drop for Quiet {
 pub fn quietly<T>(work: impl FnOnce() -> T) -> (T, String) {
     let quiet = Quiet::start();
     let result = work();
-    (result, quiet.map_or_else(String::new, |mut quiet| quiet.caught()))
+    (result, quiet.map_or_else(String::new, Quiet::end))
 }
 
 /// What Mesa says on machines without a desktop, where nothing is wrong.

@@ -5,18 +5,16 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::camera::Pixels;
-use kugelblitz::device::Made;
-use kugelblitz::picture::{Bits, Format, Frame, OutputFile, PictureOptions, PictureWriter};
-use kugelblitz::prepare::Prepared;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::render::{self, available_memory};
-use kugelblitz::shade::Shader;
 use kugelblitz::trace::Rays;
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{human, ms, objects, print_json};
+use super::output::{building, built, human, ms, objects, print_json};
 use super::progress::Progress;
 use super::{RenderArgs, Run, scene};
 
@@ -45,89 +43,71 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let plan = render::plan(format, options, &pixels, scene.n_objects(), available_memory())?;
+    let n_objects = scene.n_objects();
+    let plan = render::plan(format, options, &pixels, n_objects, available_memory())?;
+    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
-    let start = Instant::now();
-    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &Rays::Pixels(pixels))?);
-    let prepare = start.elapsed();
-    let build = prepared.build_time();
     let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
-    run.control.check()?;
-    let wants = format.wants(options.certificates);
-    let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
-
-    let n_rays = pixels.len() as u64;
-    let progress = Progress::start(&args.talk, &run.control, n_rays);
-    let start = Instant::now();
-    let frame = Frame::from(&pixels);
-    let shader = Shader::new(&scene, format.encoding(options.bits));
-    let mut writer = PictureWriter::create(format, options, frame, file, &args.output)?;
-    let mut write = start.elapsed();
-    let rendered = render::render(
-        &mut *tracer,
-        &shader,
-        &pixels,
-        plan.n_band_rows,
-        &mut writer,
-        &run.control,
-    )?;
-    let start = Instant::now();
-    writer.finish()?.commit()?;
-    write += rendered.write + start.elapsed();
+    let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
+    let rays = Rays::Pixels(pixels);
+    let progress = scene::preparing(&scene, args.kernel, &args.talk);
+    let making = session.make_ready(&rays, plan.wants(), &run.control)?;
+    drop(progress);
+    let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
+    let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);
 
+    let again = || session.draw_nothing(&pixels, &plan, &run.control).map(MsStages::from);
     let ms_runs = args
         .repeat
-        .map(|n| {
-            let again = || {
-                render::trace_only(&mut *tracer, &pixels, plan.n_band_rows, &run.control)
-                    .map(MsStages::from)
-            };
-            std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>()
-        })
+        .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
         .transpose()?;
 
     let tracing = rendered.timing;
     if args.talk.json {
         print_json(&Summary {
             head: Head::new("render"),
-            on: On::from(&device),
+            on: On::from(session.device()),
             kernel: args.kernel.name(),
             size: [pixels.width, pixels.height],
             objects: Objects::from(&*scene),
             rays: RayCounts::from(rendered.counts),
             hits: rendered.hits,
-            bytes_device: tracer.bytes_device(),
+            bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),
-                prepare: ms(prepare.saturating_sub(build)),
-                build: ms(build),
-                upload: ms(upload),
-                compile: ms(compile),
+                prepare: ms(making.prepare),
+                build: ms(making.build),
+                upload: ms(making.upload),
+                compile: ms(making.compile),
                 stages: MsStages::from(tracing),
                 shade: ms(rendered.shade),
-                write: ms(write),
+                write: ms(rendered.write),
                 total: ms(run.start.elapsed()),
             },
             ms_runs,
         })?;
     }
+    output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {}, {} on {}, {} tracing",
+        "{}: {}, {}, {} on {}, {}{} tracing",
         name(&args.output),
         size(&pixels),
         objects(&scene),
         args.kernel.name(),
-        device.label(),
+        session.device().label(),
+        building(making.build),
         human(tracing.trace + tracing.refine + tracing.decide + tracing.readback)
     ));
     args.talk.note(&format!(
-        "read {}, compiled {}, wrote {}, all in {}",
+        "read {}, prepared {}, {}compiled {}, wrote {}, all in {}",
         human(read),
-        human(compile),
-        human(write),
+        human(making.prepare),
+        built(making.build),
+        human(making.compile),
+        human(rendered.write),
         human(run.start.elapsed())
     ));
     Ok(())

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
-use kugelblitz::picture::OutputFile;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::report::{
     AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
     markdown, page, plot, text,
@@ -36,8 +36,9 @@ struct Summary<'a> {
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
-    let outputs = outputs(&args.output)?;
     let cases = cases(args, run)?;
+    refuse_overwriting(args, &cases)?;
+    let mut outputs = outputs(&args.output)?;
     let effort = effort(args);
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing)?;
@@ -55,13 +56,15 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     drop(progress);
     report.missing.extend(missing);
 
-    for (file, form) in outputs {
-        write(file, &form.of(&report)?)?;
+    for (file, form) in &mut outputs {
+        let path = file.path().to_path_buf();
+        file.write_all(&form.of(&report)?).map_err(Error::io(path))?;
     }
     match args.talk.json {
-        true => print(&Form::Json.of(&report)?),
-        false => print(text::table(&report).as_bytes()),
+        true => print(&Form::Json.of(&report)?)?,
+        false => print(text::table(&report).as_bytes())?,
     }
+    output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
 
 /// What a report can be written as.
@@ -104,10 +107,11 @@ fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
     paths.iter().map(begin).collect()
 }
 
-fn write(mut file: OutputFile, bytes: &[u8]) -> Result<()> {
-    let path = file.path().to_path_buf();
-    file.write_all(bytes).map_err(Error::io(path))?;
-    file.commit()
+fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
+    let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
+    let scenes = args.scenes.iter().map(PathBuf::as_path);
+    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &*cloud.path);
+    output::refuse_overwriting(&outputs, &scenes.chain(clouds).collect::<Vec<_>>())
 }
 
 fn kernels(args: &ReportArgs) -> &[Kernel] {

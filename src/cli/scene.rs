@@ -1,11 +1,14 @@
-//! Reading the scene, which takes a while where it has large clouds.
+//! Reading and preparing the scene, which take a while where it has large clouds.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use kugelblitz::Result;
+use kugelblitz::output;
 use kugelblitz::scene::{Scene, read_scene_with};
+use kugelblitz::trace::Kernel;
 
+use super::output::count;
 use super::progress::Progress;
 use super::{Run, TalkArgs};
 
@@ -16,4 +19,24 @@ use super::{Run, TalkArgs};
 pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
     let _progress = Progress::of_bytes(talk, &run.control);
     read_scene_with(path, &run.control).map(Arc::new)
+}
+
+/// Shows, while it lives, that preparing a scene takes a while.
+pub fn preparing(scene: &Scene, kernel: Kernel, talk: &TalkArgs) -> Progress {
+    let what = match kernel {
+        Kernel::Certified => "building the hierarchy over",
+        Kernel::Lecture | Kernel::Stable | Kernel::Double => "preparing",
+    };
+    let n_spheres = count(scene.spheres.len(), "sphere");
+    Progress::of_step(talk, format!("{what} {n_spheres}, {}", kernel.name()))
+}
+
+/// Refuses outputs that would replace what they are made from, or each other.
+///
+/// # Errors
+/// [`kugelblitz::Error::Usage`]
+pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path], scene: &Scene) -> Result<()> {
+    let clouds = scene.clouds.iter().map(|cloud| &*cloud.path);
+    let inputs: Vec<&Path> = inputs.iter().copied().chain(clouds).collect();
+    output::refuse_overwriting(outputs, &inputs)
 }

@@ -4,18 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use kugelblitz::device::Made;
-use kugelblitz::picture::OutputFile;
-use kugelblitz::prepare::Prepared;
-use kugelblitz::rays::{read_rays, write_hits};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::{read_rays_with, write_hits};
 use kugelblitz::render::{available_memory, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{bytes, count, human, ms, objects, print_json};
+use super::output::{building, bytes, count, human, ms, objects, print_json};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
@@ -47,7 +45,11 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
     refuse_what_cannot_fit(&args.rays, wants)?;
-    let rays = Rays::List(read_rays(&args.rays)?);
+    scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
+    let mut file = OutputFile::create(&args.output, false)?;
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
+    drop(progress);
     let read = start.elapsed();
     if rays.is_empty() {
         return Err(Error::Input {
@@ -56,37 +58,37 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
         });
     }
 
-    let start = Instant::now();
-    let prepared = Arc::new(Prepared::new(scene.clone(), args.kernel, &rays)?);
-    let prepare = start.elapsed();
-    let build = prepared.build_time();
-    let device = device::open_for(&args.device.device, &prepared, &args.talk)?;
-    let Made { mut tracer, compile, upload } = device.tracer(&prepared, wants)?;
+    let device = device::open_for_list(&args.device.device, args.kernel, &scene, &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
+    let progress = scene::preparing(&scene, args.kernel, &args.talk);
+    let making = session.make_ready(&rays, wants, &run.control)?;
+    drop(progress);
 
     let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
     let mut hits = Hits::default();
-    let timing = tracer.trace(&rays, &run.control, &mut hits)?;
+    let timing = session.trace(&rays, wants, &run.control, &mut hits)?;
     drop(progress);
-    run.control.check()?;
     let start = Instant::now();
-    write_hits(&args.output, &hits)?;
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    write_hits(&mut file, &hits, &run.control)?;
+    drop(progress);
     let write = start.elapsed();
 
     if args.talk.json {
         print_json(&Summary {
             head: Head::new("trace"),
-            on: On::from(&device),
+            on: On::from(session.device()),
             kernel: args.kernel.name(),
             objects: Objects::from(&*scene),
             rays: RayCounts::from(hits.counts),
             hits: hits.n_hits(),
-            bytes_device: tracer.bytes_device(),
+            bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),
-                prepare: ms(prepare.saturating_sub(build)),
-                build: ms(build),
-                upload: ms(upload),
-                compile: ms(compile),
+                prepare: ms(making.prepare),
+                build: ms(making.build),
+                upload: ms(making.upload),
+                compile: ms(making.compile),
                 stages: MsStages::from(timing),
                 write: ms(write),
                 total: ms(run.start.elapsed()),
@@ -94,14 +96,16 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             },
         })?;
     }
+    output::commit([file], &run.control)?;
     args.talk.say(&format!(
-        "{}: {}, {} hits, {}, {} on {}, {} tracing",
+        "{}: {}, {} hits, {}, {} on {}, {}{} tracing",
         args.output.display(),
         count(rays.len(), "ray"),
         hits.n_hits(),
         objects(&scene),
         args.kernel.name(),
-        device.label(),
+        session.device().label(),
+        building(making.build),
         human(timing.trace + timing.refine + timing.decide + timing.readback)
     ));
     Ok(())

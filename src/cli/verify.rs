@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use kugelblitz::camera::Pixels;
 use kugelblitz::compare::{Comparison, compare};
+use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{available_memory, band_rows, bands, hits_bytes};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -68,15 +69,12 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
-    let samples = sample(
-        pixels.len(),
-        args.samples.unwrap_or_else(|| default_samples(scene.n_objects())),
-        args.seed,
-    );
-    let n_samples = samples.len();
+    let n_samples = args.samples.unwrap_or_else(|| default_samples(scene.n_objects()));
+    let n_samples = n_samples.min(pixels.len());
     let n_devices = if device.facts().is_some() { 2 } else { 1 };
     let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
     let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let samples = sample(pixels.len(), n_samples, args.seed);
     let truths = truths(&scene, &pixels, &samples, &run.control)?;
     let mut results = Vec::new();
     for kernel in kernels {
@@ -150,7 +148,8 @@ fn of_kernel(
     truths: &[Truth],
     control: &Control,
 ) -> Result<Result3> {
-    let prepared = Arc::new(Prepared::new(scene.clone(), kernel, &Rays::Pixels(*pixels))?);
+    let rays = Rays::Pixels(*pixels);
+    let prepared = Arc::new(Prepared::new_with(scene.clone(), kernel, &rays, control)?);
     let mut cpu = Device::Cpu.tracer(&prepared, WANTS)?.tracer;
     let mut gpu: Option<Box<dyn Tracer>> = match device {
         Device::Gpu(_) => Some(device.tracer(&prepared, WANTS)?.tracer),

@@ -1,5 +1,6 @@
 //! `kugelblitz view`
 
+use std::io::Write;
 use std::sync::Arc;
 
 use kugelblitz::Result;
@@ -8,6 +9,7 @@ use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
 use super::output::{print, printed_line};
+use super::quiet::{self, Quiet};
 use super::{Run, ViewArgs};
 
 /// Opens the window.
@@ -23,15 +25,35 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         kernel: args.kernel,
         size,
         control: Arc::clone(&run.control),
+        on_display_lost,
         lose_device_after: args.lose_device_after,
     };
-    let mut failed = None;
-    view::run(options, |notice| {
+    let (mut failed, mut quiet) = (None, None);
+    let ran = view::run(options, |notice| {
+        match notice {
+            Notice::Opening => quiet = Quiet::start(),
+            Notice::Opened { .. } => {
+                let noise = quiet.take().map(Quiet::end);
+                if args.talk.verbose {
+                    quiet::show(&noise.unwrap_or_default(), true);
+                }
+            }
+            _ => {}
+        }
         if let Err(error) = tell(args, notice) {
             failed.get_or_insert(error);
         }
-    })?;
+    });
+    if let Some(noise) = quiet.take().map(Quiet::end) {
+        quiet::show(&noise, args.talk.verbose);
+    }
+    ran?;
     failed.map_or(Ok(()), Err)
+}
+
+/// Xlib ends the process after this.
+fn on_display_lost() {
+    let _ = writeln!(std::io::stderr(), "error: the connection to the display was lost");
 }
 
 /// Data to standard output, talk to standard error.
@@ -46,7 +68,9 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         }
         Notice::SceneWrong { error } => eprintln!("error: {error}"),
         Notice::Trouble { message } => eprintln!("warning: {message}"),
-        Notice::Opened { .. }
+        Notice::Destroyed => eprintln!("the window was closed by another program"),
+        Notice::Opening
+        | Notice::Opened { .. }
         | Notice::Shown { .. }
         | Notice::Hover { .. }
         | Notice::Explained { .. }

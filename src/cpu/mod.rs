@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::arithmetic::Arithmetic;
 use crate::camera::{Bundle, CameraF32, Lens, Pixels};
 use crate::certify;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{
@@ -21,7 +22,7 @@ use crate::kernel::certified::{
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
-use crate::trace::{Control, Hits, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Ray, Rays, Timing, Tracer, Wants};
 use crate::vec3::Vec3;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
@@ -183,6 +184,11 @@ impl Tracer for CpuTracer {
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.prepared = prepared;
+        Ok(())
+    }
+
     fn bytes_device(&self) -> u64 {
         let (spheres, planes) = self.prepared.objects.bytes();
         let hierarchy = self.prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
@@ -208,47 +214,51 @@ fn trace_hierarchy(
         control.check()?;
         let first_row = (band * TILE) as u32;
         let n_rays = ids.len() as u64;
+        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids };
+        let arch = pulp::Arch::new();
         match pixels.view.lens {
             Lens::Perspective => {
                 let tracer = TileTracer::<PointRays>::new(footprints, far, pixels);
-                RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids }.trace();
+                arch.dispatch(WithTracer { row, tracer })
             }
             Lens::Orthographic => {
                 let tracer = TileTracer::<ParallelRays>::new(footprints, far, pixels);
-                RowOfTiles { prepared, hierarchy, pixels, first_row, tracer, ids }.trace();
+                arch.dispatch(WithTracer { row, tracer })
             }
-        }
+        }?;
         control.advance(n_rays);
         Ok(())
     })
 }
 
 /// The ids of one row of tiles, compiled for each instruction set that the processor may have.
-struct RowOfTiles<'a, T> {
+struct RowOfTiles<'a> {
     prepared: &'a Prepared,
     hierarchy: &'a Hierarchy,
     pixels: &'a Pixels,
     first_row: u32,
-    tracer: TileTracer<'a, T>,
+    control: &'a Control,
     ids: &'a mut [u32],
 }
 
-impl<T: TileRays> RowOfTiles<'_, T> {
-    fn trace(self) {
-        pulp::Arch::new().dispatch(self);
-    }
+/// The row with the rays of one bundle.
+struct WithTracer<'a, T> {
+    row: RowOfTiles<'a>,
+    tracer: TileTracer<'a, T>,
 }
 
-impl<T: TileRays> pulp::WithSimd for RowOfTiles<'_, T> {
-    type Output = ();
+impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
+    type Output = Result<()>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let RowOfTiles { prepared, hierarchy, pixels, first_row, mut tracer, ids } = self;
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
+        let WithTracer { row, mut tracer } = self;
+        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids } = row;
         let widening = guard::widening_f32();
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
+            control.check()?;
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
             tracer.trace(x, y, |ray| others::<T::Filter>(prepared, hierarchy, ray, &widening));
             for row in 0..n_rows {
@@ -258,6 +268,7 @@ impl<T: TileRays> pulp::WithSimd for RowOfTiles<'_, T> {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -340,14 +351,14 @@ impl<K: Kernel> TraceRays for K {
             Rays::Pixels(pixels) => {
                 let camera = K::Float::camera(prepared, pixels);
                 for_each_chunk::<Self>(hits, pixels.width as usize, control, |row, slice| {
-                    trace_row(self, &camera, pixels, row as u32, slice);
+                    trace_row(self, &camera, pixels, row as u32, control, slice)
                 })
             }
             Rays::List(rays) => {
                 for_each_chunk::<Self>(hits, RAYS_PER_CHUNK, control, |chunk, slice| {
                     let first = chunk * RAYS_PER_CHUNK;
                     let end = (first + RAYS_PER_CHUNK).min(rays.len());
-                    trace_list(self, prepared, &rays[first..end], slice);
+                    trace_list(self, prepared, &rays[first..end], control, slice)
                 })
             }
         }
@@ -359,13 +370,16 @@ fn trace_row<K: Kernel>(
     camera: &<K::Float as Arithmetic>::Camera,
     pixels: &Pixels,
     row: u32,
+    control: &Control,
     slice: &mut HitsSlice,
-) {
+) -> Result<()> {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
     let ray_at = |column: usize| K::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
     let mut column = 0;
+    // A ray may have millions of spheres to look at.
     while column + PACKET <= width {
+        control.check()?;
         let Some(ids) = kernel.packet(&std::array::from_fn(|lane| ray_at(column + lane))) else {
             break;
         };
@@ -373,15 +387,25 @@ fn trace_row<K: Kernel>(
         column += PACKET;
     }
     for column in column..width {
+        control.check()?;
         slice.put(column, kernel, &ray_at(column), 1.0);
     }
+    Ok(())
 }
 
-fn trace_list<K: Kernel>(kernel: &K, prepared: &Prepared, rays: &[Ray], slice: &mut HitsSlice) {
+fn trace_list<K: Kernel>(
+    kernel: &K,
+    prepared: &Prepared,
+    rays: &[Ray],
+    control: &Control,
+    slice: &mut HitsSlice,
+) -> Result<()> {
     for (index, ray) in rays.iter().enumerate() {
+        control.check()?;
         let (ray, t_scale) = K::Float::list_ray(prepared, ray);
         slice.put(index, kernel, &ray, t_scale);
     }
+    Ok(())
 }
 
 /// Runs `work(chunk index, entries)` over all chunks of `n` rays in parallel, until cancelled.
@@ -389,11 +413,11 @@ fn for_each_chunk<K: Kernel>(
     hits: &mut Hits,
     n: usize,
     control: &Control,
-    work: impl Fn(usize, &mut HitsSlice) + Sync,
+    work: impl Fn(usize, &mut HitsSlice) -> Result<()> + Sync,
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
-        work(chunk, &mut slice);
+        work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())
     };

@@ -18,12 +18,13 @@ use serde::Serialize;
 
 pub use numbers::{Entry, Exact, Quantity, Short};
 
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
-use crate::trace::{Control, Hits, Kernel, Level, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
 use ray::Numbers;
 
 /// How many objects are explained where nobody asks for all.

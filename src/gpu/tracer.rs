@@ -16,10 +16,11 @@ use super::program::Program;
 use crate::camera::Pixels;
 use crate::camera::{Bundle, CameraF32, CameraF64};
 use crate::certify;
+use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, RayRecord, RayRecordDouble};
-use crate::trace::{Control, Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -34,6 +35,10 @@ const TILE_MAX_RAYS: usize = 1 << 20;
 /// Ray–object tests of the first dispatch, before anything is known about the device: about a
 /// millisecond on two CPU cores.
 const FIRST_TILE_TESTS: usize = 1 << 19;
+
+/// Fewest rays of one dispatch, a row of a workgroup: so that it ends in time also where each ray has
+/// millions of objects to look at.
+const TILE_LEAST_RAYS: usize = WORKGROUP[0] as usize;
 
 /// Traces on a Vulkan device.
 pub struct GpuTracer {
@@ -89,7 +94,7 @@ impl GpuTracer {
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(64, TILE_MAX_RAYS);
+        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
@@ -188,41 +193,6 @@ fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
     [offset_i as i32, offset_j as i32]
 }
 
-impl GpuTracer {
-    /// Takes another prepared scene, with the same wants. A moved camera costs no new shader while as
-    /// many spheres are too close to it for the hierarchy. After an error all is as before.
-    ///
-    /// # Errors
-    /// Those of [`GpuTracer::new`].
-    pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
-        self.gpu.facts.check_kernel(prepared.kernel)?;
-        check_limits(&self.gpu, &prepared)?;
-        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
-        let needs = prepared.needs(self.wants);
-        let is_new = needs != self.prepared.needs(self.wants);
-        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
-        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
-        if let Some(program) = program {
-            self.program = program;
-            self.params = params_buffer(&self.gpu, prepared.kernel);
-            let objects =
-                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
-            self.objects = objects.collect();
-        } else {
-            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
-                self.gpu.queue.write_buffer(buffer, 0, bytes);
-            }
-        }
-        if is_new || hierarchy.is_some() {
-            self.results = None;
-        }
-        self.stand_in = stand_in;
-        self.hierarchy = hierarchy;
-        self.prepared = prepared;
-        self.gpu.check()
-    }
-}
-
 #[cfg(feature = "view")]
 impl GpuTracer {
     /// Traces all pixels and leaves their ids on the device, in `ids`: with the kernel `certified`
@@ -307,6 +277,36 @@ impl Tracer for GpuTracer {
         certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
+    /// A moved camera costs no new shader while as many spheres are too close to it for the
+    /// hierarchy.
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        self.gpu.facts.check_kernel(prepared.kernel)?;
+        check_limits(&self.gpu, &prepared)?;
+        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
+        let needs = prepared.needs(self.wants);
+        let is_new = needs != self.prepared.needs(self.wants);
+        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
+        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
+        if let Some(program) = program {
+            self.program = program;
+            self.params = params_buffer(&self.gpu, prepared.kernel);
+            let objects =
+                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+            self.objects = objects.collect();
+        } else {
+            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
+                self.gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        if is_new || hierarchy.is_some() {
+            self.results = None;
+        }
+        self.stand_in = stand_in;
+        self.hierarchy = hierarchy;
+        self.prepared = prepared;
+        self.gpu.check()
+    }
+
     fn bytes_device(&self) -> u64 {
         let results = self.results.as_ref();
         let results_bytes = results.map_or(0, |r| {
@@ -364,8 +364,8 @@ impl GpuTracer {
     fn adapt(&mut self, n_rays: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
         let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
-        let least = if ratio >= 1.0 { self.tile_rays } else { 64 };
-        self.tile_rays = wanted.max(least).clamp(64, TILE_MAX_RAYS);
+        let least = if ratio >= 1.0 { self.tile_rays } else { TILE_LEAST_RAYS };
+        self.tile_rays = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
     }
 
     fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {

@@ -5,7 +5,6 @@
 //! # What is not promised
 //! Bytes of a file may change from one version to the next; decoded values do not.
 
-mod atomic;
 mod exr;
 mod npy;
 mod png;
@@ -17,10 +16,9 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-pub use atomic::OutputFile;
-
 use crate::camera::Pixels;
 use crate::error::{Error, Result};
+use crate::output::OutputFile;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Hits, Wants};
 

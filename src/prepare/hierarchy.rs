@@ -11,6 +11,7 @@ use crate::bvh::boxes::Boxes;
 use crate::bvh::footprint::{Footprint, Projection};
 use crate::bvh::footprints::Footprints;
 use crate::camera::Pixels;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
 use crate::render::available_memory;
@@ -56,14 +57,19 @@ impl Hierarchy {
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more spheres than a hierarchy holds or than there is memory to build
-    /// one over.
-    pub(super) fn new(frame: &Frame, rays: &Rays, scene: &Scene) -> Result<Hierarchy> {
+    /// one over; [`Error::Interrupted`].
+    pub(super) fn new(
+        frame: &Frame,
+        rays: &Rays,
+        scene: &Scene,
+        control: &Control,
+    ) -> Result<Hierarchy> {
         let start = Instant::now();
         let spheres = &scene.spheres;
         check_size(spheres.len(), available_memory())?;
         let (search, outside) = match rays {
-            Rays::Pixels(pixels) => by_pixels(frame, pixels, spheres),
-            Rays::List(_) => by_rays(frame, spheres),
+            Rays::Pixels(pixels) => by_pixels(frame, pixels, spheres, control)?,
+            Rays::List(_) => by_rays(frame, spheres, control)?,
         };
         let rest = outside.iter().map(|&i| i + 1).collect();
         Ok(Hierarchy { search, rest, build_time: start.elapsed() })
@@ -116,10 +122,16 @@ fn indices(spheres: &[Sphere]) -> impl ParallelIterator<Item = u32> {
     (0..spheres.len() as u32).into_par_iter().filter(|&i| spheres[i as usize].radius != 0.0)
 }
 
-fn by_pixels(frame: &Frame, pixels: &Pixels, spheres: &[Sphere]) -> (Search, Vec<u32>) {
+fn by_pixels(
+    frame: &Frame,
+    pixels: &Pixels,
+    spheres: &[Sphere],
+    control: &Control,
+) -> Result<(Search, Vec<u32>)> {
     let longest = pixels.longest_direction();
     let (inside, outside): (Vec<u32>, Vec<u32>) =
         indices(spheres).partition(|&i| frame.suits_leaf(&spheres[i as usize], longest));
+    control.check()?;
     let projection = Projection::new(pixels);
     let footprint = |&i: &u32| {
         let sphere = &spheres[i as usize];
@@ -129,17 +141,17 @@ fn by_pixels(frame: &Frame, pixels: &Pixels, spheres: &[Sphere]) -> (Search, Vec
     let (seen, seen_as): (Vec<u32>, Vec<Footprint>) =
         inside.par_iter().filter_map(footprint).unzip();
     drop(inside);
-    let footprints = Footprints::new(&projection, &seen_as);
+    let footprints = Footprints::new(&projection, &seen_as, control)?;
     drop(seen_as);
     let sphere = |&at: &u32| {
         let i = seen[at as usize];
         frame.far_sphere(&spheres[i as usize], i + 1)
     };
     let far = footprints.order.par_iter().map(sphere).collect();
-    (Search::Pixels { footprints, far }, outside)
+    Ok((Search::Pixels { footprints, far }, outside))
 }
 
-fn by_rays(frame: &Frame, spheres: &[Sphere]) -> (Search, Vec<u32>) {
+fn by_rays(frame: &Frame, spheres: &[Sphere], control: &Control) -> Result<(Search, Vec<u32>)> {
     let (inside, outside): (Vec<u32>, Vec<u32>) =
         indices(spheres).partition(|&i| frame.has_box(&spheres[i as usize]));
     let offset = |&i: &u32| {
@@ -147,9 +159,9 @@ fn by_rays(frame: &Frame, spheres: &[Sphere]) -> (Search, Vec<u32>) {
         (sphere.center - frame.reference, sphere.radius.abs())
     };
     let offsets: Vec<(DVec3, f64)> = inside.par_iter().map(offset).collect();
-    let boxes = Boxes::new(&offsets);
+    let boxes = Boxes::new(&offsets, control)?;
     let ids = boxes.order.par_iter().map(|&at| inside[at as usize] + 1).collect();
-    (Search::Rays { boxes, ids }, outside)
+    Ok((Search::Rays { boxes, ids }, outside))
 }
 
 #[cfg(test)]

@@ -10,11 +10,12 @@ use super::{
     Class, ClassResult, Contestant, Cost, Effort, Missing, PeerResult, Row, SceneResult, Spread,
 };
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
 
 /// A picture's need.

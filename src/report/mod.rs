@@ -25,8 +25,8 @@ pub use errors::{Distribution, Errors};
 pub use measure::{Make, Subject};
 pub use scenes::{Case, default_cases};
 
+use crate::control::Control;
 use crate::error::Result;
-use crate::trace::Control;
 
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]

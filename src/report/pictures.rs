@@ -3,9 +3,10 @@
 use super::measure::{Subject, picture};
 use super::scenes::Case;
 use super::{Effort, ErrorPicture, Fault, SceneResult};
+use crate::control::Control;
 use crate::error::Result;
 use crate::scene::Color;
-use crate::trace::{Control, Hits, Rays, Wants};
+use crate::trace::{Hits, Rays, Wants};
 use crate::verify::{RayError, Truth, ray_errors};
 
 /// Most scenes with pictures.

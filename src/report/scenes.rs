@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Class;
+use crate::control::Control;
 use crate::error::Result;
 use crate::scene::{Scene, parse_scene_with};
-use crate::trace::Control;
 
 /// A scene to be measured.
 #[derive(Clone, Debug)]

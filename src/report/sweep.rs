@@ -8,10 +8,11 @@ use super::errors::Collector;
 use super::measure::{Subject, time_runs};
 use super::{Effort, Series, Spread, Sweep, SweepPoint};
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::error::Result;
 use crate::random::SplitMix;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::{Control, Hits, Ray, Rays, Wants};
+use crate::trace::{Hits, Ray, Rays, Wants};
 use crate::verify::Truth;
 
 const SURFACE: Wants = Wants { surface: true, level: false };

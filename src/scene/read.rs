@@ -6,12 +6,13 @@ use glam::DVec3;
 use toml::de::DeTable;
 
 use super::clouds::{CloudTable, Given, read_clouds};
+use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{Camera, Color, ImageSize, Plane, Projection, Scene, SceneError, Sphere};
 use crate::camera::View;
+use crate::control::Control;
 use crate::error::Result;
-use crate::trace::Control;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -27,12 +28,25 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
 /// # Errors
 /// [`Error::Interrupted`](crate::Error::Interrupted) as well.
 pub fn read_scene_with(path: &Path, control: &Control) -> Result<Scene> {
-    let bytes = std::fs::read(path).map_err(|error| {
+    read_scene_from(Files::All, path, control)
+}
+
+/// As [`read_scene_with`], for those who read a scene again while they watch its file: what is no
+/// regular file, the scene's or a cloud's, is an error, for it could keep its reader for ever.
+///
+/// # Errors
+/// As [`read_scene_with`].
+pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
+    read_scene_from(Files::Regular, path, control)
+}
+
+fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene> {
+    let bytes = files.read(path).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
     match String::from_utf8(bytes) {
-        Ok(text) => parse_scene_with(&text, path, control),
+        Ok(text) => parse_scene_from(files, &text, path, control),
         Err(error) => {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());
@@ -61,9 +75,13 @@ pub fn parse_scene(text: &str, path: &Path) -> Result<Scene> {
 /// # Errors
 /// As [`read_scene_with`].
 pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Scene> {
+    parse_scene_from(Files::All, text, path, control)
+}
+
+fn parse_scene_from(files: Files, text: &str, path: &Path, control: &Control) -> Result<Scene> {
     let read = || -> Result<Scene, Stop> {
         let (mut scene, clouds) = read_document(text)?;
-        read_clouds(&clouds, path.parent().unwrap_or(path), &mut scene, control)?;
+        read_clouds(&clouds, path.parent().unwrap_or(path), files, &mut scene, control)?;
         Ok(scene)
     };
     read().map_err(|stop| stop.in_text(text, path))

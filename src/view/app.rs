@@ -13,6 +13,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
+use super::display;
 use super::notice::Notice;
 use super::paint::palette;
 use super::painter::{self, Painted};
@@ -23,12 +24,13 @@ use super::screen::{Drawn, Panels, Screen, Shown};
 use super::show::Show;
 use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
-use super::worker::Worker;
+use super::worker::{Turn, Worker};
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::gpu::{Layer, Pick, Present, Words};
-use crate::scene::{Camera, ImageSize, Scene, camera_text, read_scene};
-use crate::trace::{Control, Kernel};
+use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
+use crate::trace::Kernel;
 
 /// What the window begins with.
 pub struct Options {
@@ -46,6 +48,9 @@ pub struct Options {
     pub size: Option<[u32; 2]>,
     /// Cancelling it closes the window.
     pub control: Arc<Control>,
+    /// Called when the X server is gone, right before its library ends the process with exit code
+    /// 1. Must not panic.
+    pub on_display_lost: fn(),
     /// Gives the device up after so many frames, as if it had been lost: for tests.
     pub lose_device_after: Option<u64>,
 }
@@ -80,6 +85,8 @@ enum Event {
     Saved(Result<(PathBuf, [u32; 2])>),
     Scene(Result<(Arc<Scene>, Camera)>),
     Interrupted,
+    /// It is time to open a device in place of the one that was lost.
+    Reopen,
 }
 
 /// Opens the window and returns when it was closed.
@@ -87,7 +94,8 @@ enum Event {
 /// # Errors
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
 /// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
-/// and again, [`Error::Interrupted`] when the control was cancelled.
+/// and again, [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
+/// cancelled.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
     let path = options.path.display().to_string();
@@ -110,6 +118,8 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         notify,
         state,
         open: None,
+        lost: None,
+        start: Instant::now(),
         epoch: 0,
         losses: Vec::new(),
         saves: Vec::new(),
@@ -121,7 +131,11 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         wake: None,
     };
     style(&app.context);
-    let ran = events.run_app(&mut app).map_err(|error| no_display(&error));
+    display::on_loss(app.options.on_display_lost);
+    let ran = events.run_app(&mut app).map_err(|error| Error::Io {
+        path: "the display".into(),
+        source: std::io::Error::other(error.to_string()),
+    });
     drop(watch);
     app.closing.cancel();
     app.open = None;
@@ -137,13 +151,21 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
 
 fn watch(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Watch> {
     let (path, control) = (options.path.clone(), Arc::clone(&options.control));
+    let say = proxy.clone();
+    // On a thread of its own: a newer file, and the end, need not wait for an older one.
+    let read = Worker::start("read", move |(), turn: &Turn<()>| {
+        let read = reread_scene(&path, &turn.control)
+            .and_then(|scene| Ok((scene.require_camera(&path)?.clone(), scene)))
+            .map(|(camera, scene)| (Arc::new(scene), camera));
+        if !matches!(read, Err(Error::Interrupted)) {
+            // The event loop is gone only when nobody is interested any more.
+            let _ = say.send_event(Event::Scene(read));
+        }
+    })
+    .map_err(Error::io("the reading thread"))?;
     let look = move |changed| {
-        // The event loop is gone only when nobody is interested any more.
         if changed {
-            let read = read_scene(&path)
-                .and_then(|scene| Ok((scene.require_camera(&path)?.clone(), scene)))
-                .map(|(camera, scene)| (Arc::new(scene), camera));
-            let _ = proxy.send_event(Event::Scene(read));
+            read.ask(());
         }
         if control.check().is_err() {
             let _ = proxy.send_event(Event::Interrupted);
@@ -200,6 +222,9 @@ struct App<N> {
     notify: N,
     state: State,
     open: Option<Open>,
+    /// A window whose device was lost, and why.
+    lost: Option<(Arc<Window>, Error)>,
+    start: Instant,
     /// Counts devices.
     epoch: u64,
     losses: Vec<Instant>,
@@ -231,6 +256,13 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if event == WindowEvent::Destroyed {
+            // Nothing may be asked of it any more.
+            self.close();
+            self.lost = None;
+            (self.notify)(&Notice::Destroyed);
+            event_loop.exit();
+        }
         let Some(open) = &mut self.open else { return };
         if event == WindowEvent::RedrawRequested {
             if let Err(error) = self.redraw(event_loop) {
@@ -310,8 +342,8 @@ impl<N: FnMut(&Notice)> App<N> {
 
     /// Opens a device for the window, and the threads that work with it.
     fn open(&mut self, window: Arc<Window>) -> Result<()> {
+        (self.notify)(&Notice::Opening);
         let screen = Screen::open(&self.options.pick, &window)?;
-        self.epoch += 1;
         let backend = Backend { gpu: Arc::clone(&screen.gpu), on_cpu: self.options.on_cpu };
         let epoch = self.epoch;
         let proxy = || self.proxy.clone();
@@ -370,7 +402,13 @@ impl<N: FnMut(&Notice)> App<N> {
         Ok(())
     }
 
-    /// Opens a device anew after one was lost.
+    /// Gives up the device. What its threads have said is not heard any more.
+    fn close(&mut self) {
+        self.open = None;
+        self.epoch += 1;
+    }
+
+    /// Tells what went wrong, and has a device opened anew after one was lost.
     fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
         if !matches!(error, Error::Device(_)) {
             let message = error.to_string();
@@ -380,15 +418,21 @@ impl<N: FnMut(&Notice)> App<N> {
         }
         self.losses.retain(|at| at.elapsed() < SOON);
         self.losses.push(Instant::now());
-        let Some(open) = self.open.take() else { return };
-        let window = Arc::clone(&open.window);
+        let Some(window) = self.open.as_ref().map(|open| Arc::clone(&open.window)) else { return };
         // The old surface must be gone before the window can have another.
-        drop(open);
+        self.close();
         self.state.picture = None;
         self.state.painted = [None, None];
         if self.losses.len() > MOST_LOSSES {
             return self.fail(event_loop, error);
         }
+        self.lost = Some((window, error));
+        // Not at once: what was lost may be the window, and that is heard before.
+        let _ = self.proxy.send_event(Event::Reopen);
+    }
+
+    fn reopen(&mut self, event_loop: &ActiveEventLoop) {
+        let Some((window, error)) = self.lost.take() else { return };
         // Textures of the panels are gone with the device.
         self.context = self.fresh_context();
         let message = format!("The device was opened anew: {error}");
@@ -450,6 +494,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 (self.notify)(&Notice::SceneWrong { error: &error });
                 self.state.scene_error = Some(error);
             }
+            Event::Reopen => self.reopen(event_loop),
             Event::Interrupted => self.fail(event_loop, Error::Interrupted),
             // Said by a device that is gone.
             Event::Traced(..) | Event::Painted(..) | Event::Hover(..) | Event::Explained(..) => {}
@@ -460,7 +505,8 @@ impl<N: FnMut(&Notice)> App<N> {
     /// Takes the input, gives orders, and draws a frame if there is something new to see.
     fn redraw(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let raw = open.input.take_egui_input(&open.window);
+        let size = open.screen.follow_window();
+        let raw = take_input(&mut open.input, &open.window, size, self.start);
         let mut commands = Vec::new();
         let state = &mut self.state;
         let output = self.context.run_ui(raw, |ui| commands.extend(panels::layout(ui, state)));
@@ -471,7 +517,7 @@ impl<N: FnMut(&Notice)> App<N> {
         open.panels.jobs = self.context.tessellate(output.shapes, pixels_per_point);
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|out| out.repaint_delay);
 
-        if !commands.iter().any(|command| matches!(command, Command::Hover { .. })) {
+        if !commands.iter().any(|command| matches!(command, Command::Hover(_))) {
             // The pointer is elsewhere; what it finds when it comes back must be looked up again.
             self.last_pixel = None;
         }
@@ -607,34 +653,24 @@ impl<N: FnMut(&Notice)> App<N> {
                 (self.notify)(&Notice::Camera { toml: &toml });
             }
             Command::Save => self.save(),
-            Command::Explain { x, y } => {
-                self.state.explained = Some(Explained { pixel: [x, y], text: None });
+            Command::Explain(question) => {
+                let pixel = [question.x, question.y];
+                self.state.explained = Some(Explained { pixel, text: None });
                 if let Some(open) = &self.open {
-                    open.explain.ask(self.question(x, y));
+                    open.explain.ask(question);
                 }
             }
-            Command::Hover { x, y } => self.hover(x, y),
+            Command::Hover(question) => self.hover(question),
             Command::Quit => event_loop.exit(),
         }
     }
 
-    fn question(&self, x: u32, y: u32) -> Question {
-        Question {
-            scene: Arc::clone(&self.state.scene),
-            pixels: self.state.pixels(),
-            kernel: self.state.kernel_at(x),
-            x,
-            y,
-        }
-    }
-
-    fn hover(&mut self, x: u32, y: u32) {
-        let question = self.question(x, y);
+    fn hover(&mut self, question: Question) {
         let Some(open) = &self.open else { return };
         let is_known = |last: &Question| {
             Arc::ptr_eq(&last.scene, &question.scene)
                 && (last.pixels, last.kernel, last.x, last.y)
-                    == (question.pixels, question.kernel, x, y)
+                    == (question.pixels, question.kernel, question.x, question.y)
         };
         if !self.last_pixel.as_ref().is_some_and(is_known) {
             self.last_pixel = Some(question.clone());
@@ -661,6 +697,24 @@ impl<N: FnMut(&Notice)> App<N> {
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
         }
     }
+}
+
+/// What came in since the last frame of a window of `size` px. The library's own way asks the
+/// window for its size each time.
+fn take_input(
+    input: &mut egui_winit::State,
+    window: &Window,
+    size: [u32; 2],
+    start: Instant,
+) -> egui::RawInput {
+    let points = egui_winit::pixels_per_point(input.egui_ctx(), window);
+    let raw = input.egui_input_mut();
+    raw.time = Some(start.elapsed().as_secs_f64());
+    let size = egui::Vec2::from(size.map(|px| px as f32)) / points;
+    raw.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+    let viewport = raw.viewports.entry(ViewportId::ROOT).or_default();
+    viewport.native_pixels_per_point = Some(window.scale_factor() as f32);
+    raw.take()
 }
 
 /// The picture with what is needed to draw it.

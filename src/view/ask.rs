@@ -13,7 +13,7 @@ use crate::gpu::GpuTracer;
 use crate::scene::Scene;
 use crate::trace::{Kernel, Rays, Tracer};
 
-/// A pixel of a picture.
+/// A pixel of a picture, with all that the picture is made from.
 #[derive(Clone)]
 pub struct Question {
     /// The scene.
@@ -29,7 +29,8 @@ pub struct Question {
 }
 
 impl Question {
-    fn pixel(&self) -> Pixels {
+    /// The pixel alone.
+    pub fn pixel(&self) -> Pixels {
         Pixels { x: self.x, y: self.y, width: 1, height: 1, ..self.pixels }
     }
 }

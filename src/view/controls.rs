@@ -8,6 +8,7 @@ use egui::{
 };
 use glam::{DVec2, DVec3};
 
+use super::ask::Question;
 use super::panels::{next_kernel, next_theme};
 use super::rig::{Axis, Rig};
 use super::show::Show;
@@ -136,8 +137,18 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     ui.ctx().request_repaint();
 }
 
-/// What the mouse does over the picture.
+/// What the mouse does over the picture, and has done.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
+    mouse(ui, rect, state, commands);
+    let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
+    if let Some((question, _)) = state.click.take_if(is_over) {
+        commands.push(Command::Explain(question));
+    } else if state.click.is_some() {
+        ui.ctx().request_repaint_after(DOUBLE_CLICK);
+    }
+}
+
+fn mouse(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     let is_dividing = state.compares && divider(ui, rect, state);
     if is_dividing {
@@ -153,10 +164,9 @@ pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Co
         - DVec2::new(f64::from(state.area.left), f64::from(state.area.top));
     let Some(pixel) = pixel_at(in_picture, state) else { return };
     wheel(ui, in_picture, pixel, state);
-    click(ui, &response, pixel, state, commands);
+    click(&response, pixel, state);
     if !response.dragged() {
-        let [x, y] = pixel;
-        commands.push(Command::Hover { x, y });
+        commands.push(Command::Hover(state.question(pixel)));
     }
 }
 
@@ -206,13 +216,7 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
-fn click(
-    ui: &Ui,
-    response: &Response,
-    pixel: [u32; 2],
-    state: &mut State,
-    commands: &mut Vec<Command>,
-) {
+fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
     if response.double_clicked() {
         state.click = None;
         if state.known(pixel).is_some() {
@@ -221,15 +225,7 @@ fn click(
             state.pivot_wanted = Some(pixel);
         }
     } else if response.clicked() {
-        state.click = Some((pixel, Instant::now()));
-    }
-    if let Some(([x, y], since)) = state.click {
-        if since.elapsed() >= DOUBLE_CLICK {
-            state.click = None;
-            commands.push(Command::Explain { x, y });
-        } else {
-            ui.ctx().request_repaint_after(DOUBLE_CLICK);
-        }
+        state.click = Some((state.question(pixel), Instant::now()));
     }
 }
 
@@ -271,4 +267,75 @@ fn label(ui: &Ui, rect: Rect, x: f32, name: &str, side: f32) {
     let plate = Rect::from_center_size(center, size);
     painter.rect_filled(plate, 4.0, Color32::from_black_alpha(150));
     painter.galley(plate.center() - text.size() / 2.0, text, Color32::WHITE);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use egui::{Pos2, RawInput};
+
+    use super::*;
+    use crate::prepare::Prepared;
+    use crate::scene::{Camera, Projection, parse_scene};
+    use crate::trace::{Kernel, Rays};
+    use crate::view::panels;
+
+    const FIGURE5: &str = include_str!("../../scenes/figure5.toml");
+
+    fn state() -> State {
+        let path = Path::new("figure5.toml");
+        let scene = Arc::new(parse_scene(FIGURE5, path).unwrap());
+        let camera: Camera = scene.camera.clone().unwrap();
+        State::new(path.into(), scene, camera, Kernel::Certified)
+    }
+
+    /// A frame of a window of this size, in which this happened.
+    fn frame(
+        context: &egui::Context,
+        state: &mut State,
+        size: [f32; 2],
+        events: Vec<Event>,
+    ) -> Vec<Command> {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
+        let mut commands = Vec::new();
+        let input = RawInput { screen_rect, events, ..RawInput::default() };
+        let _ = context.run_ui(input, |ui| commands.extend(panels::layout(ui, state)));
+        commands
+    }
+
+    fn button(at: Pos2, pressed: bool) -> Event {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        Event::PointerButton { pos: at, button, pressed, modifiers }
+    }
+
+    /// A click waits for its second half; meanwhile window, camera and scene may change.
+    #[test]
+    fn a_click_asks_about_what_was_clicked() {
+        let (context, mut state) = (egui::Context::default(), state());
+        let (large, small) = ([800.0, 600.0], [400.0, 300.0]);
+        let at = pos2(700.0, 500.0);
+        frame(&context, &mut state, large, vec![Event::PointerMoved(at)]);
+        frame(&context, &mut state, large, vec![button(at, true)]);
+        frame(&context, &mut state, large, vec![button(at, false)]);
+        let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
+        let projection = Projection::Perspective { fov_degrees: 20.0 };
+        let camera = Camera { projection, ..state.home.clone() };
+        let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
+        state.reload(Arc::new(other.unwrap()), camera);
+        frame(&context, &mut state, small, vec![Event::PointerGone]);
+        std::thread::sleep(DOUBLE_CLICK);
+        let commands = frame(&context, &mut state, small, Vec::new());
+        let asked = commands.into_iter().find_map(|command| match command {
+            Command::Explain(question) => Some(question),
+            _ => None,
+        });
+        let asked = asked.expect("a question");
+        let [whole, pixel] = [asked.pixels, asked.pixel()].map(Rays::Pixels);
+        let prepared = Prepared::new(Arc::clone(&asked.scene), asked.kernel, &whole).unwrap();
+        prepared.check(&pixel).expect("a pixel of its own picture");
+        assert!(Arc::ptr_eq(&asked.scene, &scene));
+        assert_eq!(asked.pixels, pixels);
+    }
 }

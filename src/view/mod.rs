@@ -12,6 +12,7 @@
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `paint`, `show` | numbers as colours, and which numbers |
 //! | `reload` | watching the scene file |
+//! | `display` | the end of the display |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
@@ -22,6 +23,7 @@
 mod app;
 mod ask;
 mod controls;
+mod display;
 mod notice;
 mod paint;
 mod painter;

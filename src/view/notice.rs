@@ -8,6 +8,8 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Notice<'a> {
+    /// A device is about to be opened: what the driver prints from here on is no word of ours.
+    Opening,
     /// A device was opened, at the start or after the last one was lost.
     Opened {
         /// Its name.
@@ -65,6 +67,8 @@ pub enum Notice<'a> {
         /// The error with file, line and column.
         error: &'a str,
     },
+    /// Another program closed the window, which ends.
+    Destroyed,
     /// Something else went wrong, and the window lives on.
     Trouble {
         /// What.

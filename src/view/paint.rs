@@ -295,9 +295,10 @@ mod tests {
 
     use super::*;
     use crate::camera::View;
+    use crate::control::Control;
     use crate::cpu::CpuTracer;
     use crate::scene::parse_scene;
-    use crate::trace::{Control, Kernel, Rays, Tracer, Wants};
+    use crate::trace::{Kernel, Rays, Tracer, Wants};
 
     const FIGURE5: &str = include_str!("../../scenes/figure5.toml");
 

@@ -57,8 +57,7 @@ pub fn start(
     backend: Backend,
     say: impl Fn(Result<Painted>) + Send + 'static,
 ) -> Result<Worker<Job>> {
-    let numbers = Numbers::new(backend.clone());
-    let mut painter = Painter { backend, numbers, pool: Pool::default() };
+    let mut painter = Painter { backend, pool: Pool::default() };
     Worker::start("paint", move |job, turn| match painter.work(&job, turn, &say) {
         Ok(()) | Err(Error::Interrupted) => {}
         Err(error) => say(Err(error)),
@@ -68,7 +67,6 @@ pub fn start(
 
 struct Painter {
     backend: Backend,
-    numbers: Numbers,
     pool: Pool,
 }
 
@@ -78,8 +76,10 @@ impl Painter {
             return Ok(());
         }
         let order = &job.picture.order;
+        // Gone with the job: its room for results is larger than the picture, and painting is rare.
+        let mut numbers = Numbers::new(self.backend.clone());
         for (place, &kernel) in order.kernels.iter().enumerate() {
-            let hits = self.numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
+            let hits = numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
             let words = self.pool.take(&self.backend.gpu, order.pixels.len());
             let show = |colors: &[u32], share| {
                 words.write(&self.backend.gpu, 0, colors);

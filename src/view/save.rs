@@ -5,15 +5,14 @@ use std::sync::Arc;
 
 use super::tracing::Backend;
 use crate::camera::Pixels;
-use crate::cpu::CpuTracer;
+use crate::control::Control;
 use crate::error::Result;
-use crate::gpu::GpuTracer;
-use crate::picture::{Format, Frame, OutputFile, PictureOptions, PictureWriter};
-use crate::prepare::Prepared;
-use crate::render::{available_memory, plan, render};
+use crate::output::{self, OutputFile};
+use crate::picture::{Format, PictureOptions};
+use crate::render::{available_memory, plan};
 use crate::scene::Scene;
-use crate::shade::Shader;
-use crate::trace::{Control, Kernel, Rays, Tracer};
+use crate::session::Session;
+use crate::trace::Kernel;
 
 /// The first of `NAME-1.png`, `NAME-2.png`, … in `folder` that isn't there.
 pub fn free_name(folder: &Path, scene: &Path) -> PathBuf {
@@ -34,20 +33,13 @@ pub fn save(
     path: &Path,
     control: &Control,
 ) -> Result<()> {
-    let (format, options) = (Format::Png, PictureOptions::default());
-    let plan = plan(format, options, &pixels, scene.n_objects(), available_memory())?;
+    let format = Format::Png;
+    let n_objects = scene.n_objects();
+    let plan = plan(format, PictureOptions::default(), &pixels, n_objects, available_memory())?;
     let file = OutputFile::create(path, format.needs_seek())?;
-    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &Rays::Pixels(pixels))?);
-    let wants = format.wants(options.certificates);
-    let mut tracer: Box<dyn Tracer> = match backend.on_cpu {
-        true => Box::new(CpuTracer::new(prepared, wants)),
-        false => Box::new(GpuTracer::new(Arc::clone(&backend.gpu), prepared, wants)?),
-    };
-    let shader = Shader::new(scene, format.encoding(options.bits));
-    let frame = Frame::from(&pixels);
-    let mut writer = PictureWriter::create(format, options, frame, file, path)?;
-    render(&mut *tracer, &shader, &pixels, plan.n_band_rows, &mut writer, control)?;
-    writer.finish()?.commit()
+    let mut session = Session::new(Arc::clone(scene), backend.device(), kernel);
+    let (_, file) = session.draw(&pixels, &plan, file, control)?;
+    output::commit([file], control)
 }
 
 #[cfg(test)]

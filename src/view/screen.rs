@@ -15,6 +15,8 @@ pub struct Screen {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
+    /// Whether the window may have another size than the surface.
+    is_outdated: bool,
     presenter: Presenter,
     panels: Renderer,
 }
@@ -91,8 +93,15 @@ impl Screen {
         // Colours of the legend are those of the picture, to the byte.
         let options = RendererOptions { dithering: false, ..RendererOptions::default() };
         let panels = Renderer::new(&gpu.device, format, options);
-        let mut screen =
-            Screen { gpu, window: Arc::clone(window), surface, config, presenter, panels };
+        let mut screen = Screen {
+            gpu,
+            window: Arc::clone(window),
+            surface,
+            config,
+            is_outdated: false,
+            presenter,
+            panels,
+        };
         screen.configure();
         screen.gpu.check()?;
         Ok(screen)
@@ -111,11 +120,18 @@ impl Screen {
         self.surface.configure(&self.gpu.device, &self.config);
     }
 
-    /// Follows the window's size.
+    /// Takes note that the window has another size.
     pub fn resize(&mut self, size: PhysicalSize<u32>) {
-        if (self.config.width, self.config.height) != (size.width, size.height) {
+        self.is_outdated |= (self.config.width, self.config.height) != (size.width, size.height);
+    }
+
+    /// Follows the window's size; gives that of the surface, px. To be called before a frame, when
+    /// all events were heard: winit panics where a window that is gone is asked for its size.
+    pub fn follow_window(&mut self) -> [u32; 2] {
+        if std::mem::take(&mut self.is_outdated) {
             self.configure();
         }
+        [self.config.width, self.config.height]
     }
 
     /// The largest texture that the panels may use.
@@ -149,7 +165,7 @@ impl Screen {
             Current::Success(texture) => (texture, false),
             Current::Suboptimal(texture) => (texture, true),
             Current::Outdated => {
-                self.configure();
+                self.is_outdated = true;
                 return Drawn::Again;
             }
             Current::Timeout | Current::Occluded => return Drawn::Hidden,
@@ -168,9 +184,7 @@ impl Screen {
             let _held = self.gpu.hold();
             self.gpu.queue.present(texture);
         }
-        if is_outdated {
-            self.configure();
-        }
+        self.is_outdated |= is_outdated;
         Drawn::Yes
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::ask::Answer;
+use super::ask::{Answer, Question};
 use super::painter::Painted;
 use super::rig::{Extent, Rig};
 use super::show::Show;
@@ -26,16 +26,16 @@ pub struct Area {
 }
 
 /// What the user asked for that is more than a change of [`State`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone)]
 pub enum Command {
     /// Print the camera.
     PrintCamera,
     /// Save the picture.
     Save,
     /// Explain a pixel.
-    Explain { x: u32, y: u32 },
+    Explain(Question),
     /// Look up a pixel.
-    Hover { x: u32, y: u32 },
+    Hover(Question),
     /// Close the window.
     Quit,
 }
@@ -80,7 +80,7 @@ pub struct State {
     /// The pixel that shall become the pivot when its answer comes.
     pub pivot_wanted: Option<[u32; 2]>,
     /// A click that may turn out to be half a double click.
-    pub click: Option<([u32; 2], Instant)>,
+    pub click: Option<(Question, Instant)>,
     pub explained: Option<Explained>,
     /// What is wrong with the scene file now.
     pub scene_error: Option<String>,
@@ -162,6 +162,17 @@ impl State {
     /// The pixels that the window has room for.
     pub fn pixels(&self) -> Pixels {
         Pixels::whole(self.rig.view(), self.area.width, self.area.height)
+    }
+
+    /// A question about a pixel as it is now: whatever changes later, it stays the same.
+    pub fn question(&self, [x, y]: [u32; 2]) -> Question {
+        Question {
+            scene: Arc::clone(&self.scene),
+            pixels: self.pixels(),
+            kernel: self.kernel_at(x),
+            x,
+            y,
+        }
     }
 
     /// Width over height.

@@ -6,12 +6,15 @@ use std::time::{Duration, Instant};
 use super::worker::{Turn, Worker};
 use crate::camera::Pixels;
 use crate::certify::{self, Decided};
+use crate::control::Control;
 use crate::cpu::CpuTracer;
+use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
-use crate::trace::{Control, Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+use crate::session::Session;
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);
@@ -26,6 +29,13 @@ pub struct Backend {
     pub gpu: Arc<Gpu>,
     /// Whether the CPU traces.
     pub on_cpu: bool,
+}
+
+impl Backend {
+    /// What traces.
+    pub fn device(&self) -> Device {
+        if self.on_cpu { Device::Cpu } else { Device::Gpu(Arc::clone(&self.gpu)) }
+    }
 }
 
 /// A picture that is wanted.
@@ -225,19 +235,20 @@ fn count(progress: &mut Progress, decided: &[Decided]) {
 /// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
 pub struct Numbers {
     backend: Backend,
-    tracers: Vec<(Kernel, GpuTracer)>,
+    /// One for all kernels: its room for results is as large as the pictures.
+    session: Option<Session>,
 }
 
 impl Numbers {
     /// Without anything compiled yet.
     pub fn new(backend: Backend) -> Numbers {
-        Numbers { backend, tracers: Vec::new() }
+        Numbers { backend, session: None }
     }
 
     /// Traces `pixels` of the scene with `kernel`.
     ///
     /// # Errors
-    /// Those of [`Tracer::trace`].
+    /// Those of [`Session::trace`].
     pub fn trace(
         &mut self,
         scene: &Arc<Scene>,
@@ -245,26 +256,12 @@ impl Numbers {
         pixels: Pixels,
         control: &Control,
     ) -> Result<Hits> {
-        let wants = Wants { surface: true, level: true };
-        let rays = Rays::Pixels(pixels);
-        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
-        let mut hits = Hits::default();
-        if self.backend.on_cpu {
-            CpuTracer::new(prepared, wants).trace(&rays, control, &mut hits)?;
-            return Ok(hits);
-        }
-        let position = match self.tracers.iter().position(|(known, _)| *known == kernel) {
-            Some(position) => {
-                self.tracers[position].1.retarget(prepared)?;
-                position
-            }
-            None => {
-                let gpu = Arc::clone(&self.backend.gpu);
-                self.tracers.push((kernel, GpuTracer::new(gpu, prepared, wants)?));
-                self.tracers.len() - 1
-            }
-        };
-        self.tracers[position].1.trace(&rays, control, &mut hits)?;
+        let new = || Session::new(Arc::clone(scene), self.backend.device(), kernel);
+        let session = self.session.get_or_insert_with(new);
+        session.set_scene(Arc::clone(scene));
+        session.set_kernel(kernel);
+        let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+        session.trace(&Rays::Pixels(pixels), wants, control, &mut hits)?;
         Ok(hits)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::trace::Control;
+use crate::control::Control;
 
 /// The thread and its next job.
 pub struct Worker<J> {

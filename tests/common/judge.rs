@@ -6,12 +6,13 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use glam::DVec3;
+use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest};
 use kugelblitz::gpu::{Gpu, GpuTracer};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Control, Hits, Kernel, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Tracer, Wants};
 
 /// Surfaces and stages.
 pub const ALL: Wants = Wants { surface: true, level: true };

@@ -15,10 +15,10 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::camera::View;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::export::{self, Language};
 use crate::scene::Scene;
-use crate::trace::Control;
 
 use super::Spread;
 
@@ -202,7 +202,14 @@ impl Program {
                 scene.n_objects()
             )));
         }
-        let folder = tempfile::tempdir().map_err(Error::io("a temporary folder"))?;
+        // Named is the folder that TMPDIR says, not what would have been in it.
+        let folder = tempfile::tempdir().map_err(|error| Error::Io {
+            path: std::env::temp_dir(),
+            source: std::io::Error::other(format!(
+                "no temporary folder can be made here: {}; set TMPDIR to another one",
+                error.kind()
+            )),
+        })?;
         self.write_scene(folder.path(), scene, view, size)?;
         let (mut wall_ms, mut trace_ms) = (Vec::new(), Vec::new());
         let (mut version, mut ids) = (None, Vec::new());

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use crate::camera::{Pixels, View};
+use crate::control::Control;
 use crate::error::Result;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::Control;
 use crate::verify::Truth;
 
 /// Width and height.

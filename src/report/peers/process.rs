@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::control::Control;
 use crate::error::Error;
-use crate::trace::Control;
 
 /// Time between two looks at it, and so the error of its time.
 const STEP: Duration = Duration::from_micros(500);

@@ -17,20 +17,20 @@ mod xyz;
 
 use std::ffi::OsStr;
 use std::fmt::Display;
-use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
+use crate::control::Control;
 use crate::error::Error;
 use crate::render::available_memory;
-use crate::trace::Control;
-use watched::Watched;
+pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
 #[derive(Debug)]
@@ -86,6 +86,7 @@ impl Format {
 pub(super) fn read_clouds(
     tables: &[CloudTable],
     folder: &Path,
+    files: Files,
     scene: &mut Scene,
     control: &Control,
 ) -> Result<(), Stop> {
@@ -98,7 +99,8 @@ pub(super) fn read_clouds(
     for source in sources {
         let n_before = scene.spheres.len();
         let n_planes = scene.planes.len();
-        let mut cloud = Reading { source, eye, control, n_planes, spheres: &mut scene.spheres };
+        let spheres = &mut scene.spheres;
+        let mut cloud = Reading { source, files, eye, control, n_planes, spheres };
         match cloud.source.format {
             Format::Npy => npy::read(&mut cloud)?,
             Format::Csv => csv::read(&mut cloud)?,
@@ -141,6 +143,7 @@ impl<'t> Source<'t> {
 /// A cloud while it is read: what its spheres must be, and where they go.
 struct Reading<'a> {
     source: Source<'a>,
+    files: Files,
     eye: DVec3,
     control: &'a Control,
     n_planes: usize,
@@ -151,7 +154,7 @@ impl<'a> Reading<'a> {
     /// The file, and its length where it has one.
     fn open(&self) -> Result<(Watched<'a>, Option<u64>), Stop> {
         let open = || {
-            let file = File::open(&self.source.path)?;
+            let file = self.files.open(&self.source.path)?;
             let metadata = file.metadata()?;
             Ok((file, metadata.is_file().then_some(metadata.len())))
         };

@@ -3,10 +3,10 @@
 use std::fs::File;
 use std::io::{self, Read, Seek};
 
-use crate::trace::Control;
+use crate::control::Control;
 
 /// Counts bytes into a [`Control`], and fails once that is cancelled.
-pub(super) struct Watched<'c> {
+pub(crate) struct Watched<'c> {
     file: File,
     control: &'c Control,
 }

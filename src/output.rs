@@ -1,0 +1,573 @@
+//! Output files that appear whole or not at all, and last of all.
+
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use rustix::fs::{AtFlags, CWD};
+use tempfile::TempPath;
+
+use crate::control::Control;
+use crate::error::{Error, Result};
+
+/// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
+/// trace and the old file as it was.
+///
+/// It is written in the folder of its target without a name, or where the file system doesn't know
+/// such files (`O_TMPFILE`) under a hidden one, and renamed at the end. A target that exists and is
+/// not a regular file (a pipe, `/dev/null`) is written to directly, as is standard output. Symbolic
+/// links stay, also those that lead to no file yet: it is made where they lead. The permissions of
+/// the old file stay; a new one has those that the umask leaves.
+///
+/// # What is not promised
+/// There is no `fsync`: after a power failure the file may be lost. That is the system's usual
+/// bargain for files that can be made again, and a render loop would pay for it at each picture.
+/// Other hard links to the old file keep the old content.
+///
+/// A killed process leaves nothing behind, but for one that is killed in the microseconds between
+/// naming and renaming. Where a file must have a name from its start, the next one beside it removes
+/// it.
+pub struct OutputFile {
+    path: PathBuf,
+    place: Place,
+}
+
+enum Place {
+    /// Renamed to its target at the end.
+    Beside(Beside),
+    /// Goes straight to its target.
+    Stream(BufWriter<Box<dyn Write + Send>>),
+    /// Collected first, because the target can't seek, and copied to it at the end.
+    Spool(BufWriter<File>, Box<dyn Write + Send>),
+}
+
+/// A file in the folder of its target.
+struct Beside {
+    file: BufWriter<File>,
+    /// `None` while it has none.
+    name: Option<HiddenName>,
+    target: PathBuf,
+}
+
+impl OutputFile {
+    /// The path that means standard output.
+    pub const STDOUT: &str = "-";
+
+    /// Begins a file that will be at `path`; `-` is standard output. With `needs_seek` the file
+    /// can be sought even if its target can't. A pipe that nobody reads is waited for.
+    ///
+    /// # Errors
+    /// [`Error::Io`] that names `path`, and says so when its folder does not exist.
+    pub fn create(path: impl Into<PathBuf>, needs_seek: bool) -> Result<OutputFile> {
+        let path = path.into();
+        let place = Place::open(&path, needs_seek).map_err(Error::io(&path))?;
+        Ok(OutputFile { path, place })
+    }
+
+    /// The path as it was given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Completes the outputs of one piece of work: from now on they are at their paths. What can fail or
+/// take long comes first, for all of them, then [`Control::commit`], then the renaming.
+///
+/// # Errors
+/// [`Error::Interrupted`] when `control` was cancelled, and [`Error::Io`] that names the path. All old
+/// files are then as they were, unless the error says which ones are not.
+pub fn commit(files: impl IntoIterator<Item = OutputFile>, control: &Control) -> Result<()> {
+    let mut written = Vec::new();
+    for OutputFile { path, place } in files {
+        if let Some(beside) = place.end().map_err(Error::io(&path))? {
+            written.push((path, beside));
+        }
+    }
+    control.commit()?;
+    let mut named = Vec::new();
+    for (path, beside) in written {
+        let beside = beside.named().map_err(Error::io(&path))?;
+        named.push((path, beside));
+    }
+    let mut changed: Vec<String> = Vec::new();
+    for (path, (name, target)) in named {
+        name.rename(&target).map_err(|error| {
+            let error = match changed.as_slice() {
+                [] => error,
+                changed => {
+                    io::Error::other(format!("{error}; {} changed already", changed.join(", ")))
+                }
+            };
+            Error::io(&path)(error)
+        })?;
+        changed.push(path.display().to_string());
+    }
+    Ok(())
+}
+
+impl Place {
+    fn open(path: &Path, needs_seek: bool) -> io::Result<Place> {
+        if path == Path::new(OutputFile::STDOUT) {
+            return Place::direct(Box::new(io::stdout()), needs_seek);
+        }
+        let old = match fs::metadata(path) {
+            Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+            Ok(found) if !found.is_file() => {
+                let special = OpenOptions::new().write(true).open(path)?;
+                return Place::direct(Box::new(special), needs_seek);
+            }
+            Ok(found) => Some(found),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(error),
+        };
+        // A rename would replace a link, not the file that it leads to.
+        let target = end_of_links(path);
+        let folder = folder_of(&target);
+        if !folder.is_dir() {
+            return Err(io::Error::new(
+                io::ErrorKind::NotFound,
+                format!("there is no folder {}; make it first", folder.display()),
+            ));
+        }
+        let (file, name) = match unnamed(folder) {
+            Ok(file) => (file, None),
+            Err(_) => {
+                remove_dead(folder);
+                let (file, name) = HiddenName::of_new_file(folder)?;
+                (file, Some(name))
+            }
+        };
+        if let Some(old) = old {
+            keep_permissions(&file, &old)?;
+        }
+        Ok(Place::Beside(Beside { file: BufWriter::new(file), name, target }))
+    }
+
+    fn direct(target: Box<dyn Write + Send>, needs_seek: bool) -> io::Result<Place> {
+        Ok(if needs_seek {
+            let file = tempfile::tempfile().map_err(|error| {
+                io::Error::other(format!(
+                    "the picture must be collected before it is passed on, but there can be no \
+                     temporary file in {}: {}; set TMPDIR to a folder that can be written to",
+                    std::env::temp_dir().display(),
+                    io_cause(&error)
+                ))
+            })?;
+            Place::Spool(BufWriter::new(file), target)
+        } else {
+            Place::Stream(BufWriter::new(target))
+        })
+    }
+
+    /// Writes out what is left. A file that is then to be renamed is returned.
+    fn end(self) -> io::Result<Option<Beside>> {
+        match self {
+            Place::Beside(mut beside) => {
+                beside.file.flush()?;
+                Ok(Some(beside))
+            }
+            Place::Stream(mut stream) => stream.flush().map(|()| None),
+            Place::Spool(buffered, mut target) => {
+                let mut file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+                file.rewind()?;
+                io::copy(&mut file, &mut target)?;
+                target.flush().map(|()| None)
+            }
+        }
+    }
+}
+
+impl Beside {
+    /// The hidden name, and the path that it will be renamed to.
+    fn named(self) -> io::Result<(HiddenName, PathBuf)> {
+        let name = match self.name {
+            Some(name) => name,
+            None => HiddenName::of_unnamed(self.file.get_ref(), folder_of(&self.target))?,
+        };
+        Ok((name, self.target))
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Where the links at `path` lead, be there a file or not. [`fs::metadata`] has found that they don't
+/// go round in a circle.
+fn end_of_links(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    while let Ok(next) = fs::read_link(&target) {
+        target = folder_of(&target).join(next);
+    }
+    target
+}
+
+/// A new file in `folder` that vanishes with the process unless it gets a name.
+#[cfg(target_os = "linux")]
+fn unnamed(folder: &Path) -> io::Result<File> {
+    use rustix::fs::{Mode, OFlags};
+    // It gets its name through this folder.
+    fs::metadata(SELF_FD)?;
+    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+    Ok(File::from(rustix::fs::open(folder, flags, Mode::from_raw_mode(NEW_FILE))?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn unnamed(_: &Path) -> io::Result<File> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+const SELF_FD: &str = "/proc/self/fd";
+
+/// The permissions of a new file, before the umask takes its part.
+const NEW_FILE: u32 = 0o666;
+
+/// Gives `file` the permissions of the file that it replaces; and its owner and group, where this
+/// process may do so.
+fn keep_permissions(file: &File, old: &fs::Metadata) -> io::Result<()> {
+    let new = file.metadata()?;
+    if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
+        let _ = std::os::unix::fs::fchown(file, Some(old.uid()), Some(old.gid()));
+    }
+    file.set_permissions(fs::Permissions::from_mode(old.mode() & 0o777))
+}
+
+const PREFIX: &str = ".kugelblitz-";
+const SUFFIX: &str = ".tmp";
+
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    // Temporary files are private by default; this one will be an ordinary file.
+    builder.permissions(fs::Permissions::from_mode(NEW_FILE));
+    builder
+}
+
+/// The name of a file that is not in its place yet. Dropped, it removes the file.
+struct HiddenName(TempPath);
+
+/// The files that have a name before they are whole, for [`remove_unfinished`].
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+impl HiddenName {
+    /// A new file in `folder`, locked as long as it is open, so that [`remove_dead`] leaves it.
+    fn of_new_file(folder: &Path) -> io::Result<(File, HiddenName)> {
+        loop {
+            let made = builder().tempfile_in(folder).map_err(|e| io_cause(&e))?;
+            let (file, path) = made.into_parts();
+            let name = HiddenName::new(path);
+            // Some file systems have no locks, and there nothing is removed.
+            let _ = file.lock();
+            // Removed before it was locked?
+            if file.metadata()?.nlink() > 0 {
+                return Ok((file, name));
+            }
+        }
+    }
+
+    fn of_unnamed(file: &File, folder: &Path) -> io::Result<HiddenName> {
+        let unnamed = format!("{SELF_FD}/{}", file.as_raw_fd());
+        let link = |path: &Path| {
+            Ok(rustix::fs::linkat(CWD, &unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+        };
+        let made = builder().make_in(folder, link).map_err(|e| io_cause(&e))?;
+        Ok(HiddenName::new(made.into_temp_path()))
+    }
+
+    fn new(path: TempPath) -> HiddenName {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
+        HiddenName(path)
+    }
+
+    /// Puts the file in the place of `target`, whatever was there.
+    fn rename(self, target: &Path) -> io::Result<()> {
+        fs::rename(&self.0, target)
+        // Dropped, it finds nothing to remove any more.
+    }
+}
+
+impl Drop for HiddenName {
+    fn drop(&mut self) {
+        let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        unfinished.retain(|path| **path != *self.0);
+    }
+}
+
+/// Removes what this process has begun under hidden names. For a program that ends at once, without
+/// dropping anything; what is not committed then never will be.
+pub fn remove_unfinished() {
+    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Removes the hidden files of killed processes from `folder`: those that nobody holds a lock on.
+fn remove_dead(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+        if !name.to_str().is_some_and(is_ours) || !entry.file_type().is_ok_and(|t| t.is_file()) {
+            continue;
+        }
+        // Held open until it is gone, so that its maker can't have it locked meanwhile.
+        if let Ok(file) = File::open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Refuses an output that would replace an input, or another output, by whatever name or link.
+///
+/// # Errors
+/// [`Error::Usage`]
+pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
+    for (i, output) in outputs.iter().enumerate() {
+        let Some(identity) = Identity::of(output) else { continue };
+        let is_same = |other: &&&Path| Identity::of(other).as_ref() == Some(&identity);
+        if let Some(input) = inputs.iter().find(is_same) {
+            return Err(Error::Usage(format!(
+                "{}: this is the input {}; name another file for the output",
+                output.display(),
+                input.display()
+            )));
+        }
+        if let Some(other) = outputs[..i].iter().find(is_same) {
+            return Err(Error::Usage(format!(
+                "{}: this is the output {} as well; name another file for one of them",
+                output.display(),
+                other.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What makes two paths the same regular file.
+#[derive(PartialEq)]
+enum Identity {
+    /// Device and inode.
+    File(u64, u64),
+    /// The folder's device and inode, and the name in it of a file that is not there yet.
+    New(u64, u64, OsString),
+}
+
+impl Identity {
+    /// `None` where nothing is kept, as in a pipe, and where nothing can be.
+    fn of(path: &Path) -> Option<Identity> {
+        if path == Path::new(OutputFile::STDOUT) {
+            return None;
+        }
+        match fs::metadata(path) {
+            Ok(found) => found.is_file().then(|| Identity::File(found.dev(), found.ino())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let target = end_of_links(path);
+                let folder = fs::metadata(folder_of(&target)).ok()?;
+                Some(Identity::New(folder.dev(), folder.ino(), target.file_name()?.to_owned()))
+            }
+            Err(_) => None,
+        }
+    }
+}
+
+/// The system's reason without the temporary file's name, which says nothing to the user.
+fn io_cause(error: &io::Error) -> io::Error {
+    if let Some(code) = error.raw_os_error() {
+        return io::Error::from_raw_os_error(code);
+    }
+    let mut source = error.get_ref().map(|inner| inner as &(dyn std::error::Error + 'static));
+    while let Some(inner) = source {
+        if let Some(cause) = inner.downcast_ref::<io::Error>()
+            && let Some(code) = cause.raw_os_error()
+        {
+            return io::Error::from_raw_os_error(code);
+        }
+        source = inner.source();
+    }
+    error.kind().into()
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.place {
+            Place::Beside(beside) => beside.file.write(bytes),
+            Place::Stream(stream) => stream.write(bytes),
+            Place::Spool(file, _) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.place {
+            Place::Beside(beside) => beside.file.flush(),
+            Place::Stream(stream) => stream.flush(),
+            Place::Spool(file, _) => file.flush(),
+        }
+    }
+}
+
+impl Seek for OutputFile {
+    /// Fails on a target that can't seek, unless the file was created with `needs_seek`.
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        match &mut self.place {
+            Place::Beside(beside) => beside.file.seek(position),
+            Place::Stream(_) => Err(io::ErrorKind::NotSeekable.into()),
+            Place::Spool(file, _) => file.seek(position),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// An output as [`OutputFile::create`] gives it, or as it does on other file systems.
+    fn create(path: &Path, has_name: bool) -> OutputFile {
+        if !has_name {
+            return OutputFile::create(path, false).unwrap();
+        }
+        let (file, name) = HiddenName::of_new_file(folder_of(path)).unwrap();
+        let (file, name) = (BufWriter::new(file), Some(name));
+        let place = Place::Beside(Beside { file, name, target: path.into() });
+        OutputFile { path: path.into(), place }
+    }
+
+    #[test]
+    fn a_file_appears_whole_or_not_at_all() {
+        for has_name in [false, true] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("out.png");
+            fs::write(&path, "old").unwrap();
+
+            let mut dropped = create(&path, has_name);
+            dropped.write_all(b"half of the n").unwrap();
+            dropped.flush().unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            drop(dropped);
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            assert_eq!(names(folder.path()), ["out.png"]);
+
+            let (cancelled, control) = (Control::default(), Control::default());
+            cancelled.cancel();
+            let error = commit([create(&path, has_name)], &cancelled).unwrap_err();
+            assert!(matches!(error, Error::Interrupted));
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            assert_eq!(names(folder.path()), ["out.png"]);
+
+            let mut whole = create(&path, has_name);
+            whole.write_all(b"new").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            commit([whole], &control).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"new");
+            assert_eq!(names(folder.path()), ["out.png"]);
+        }
+    }
+
+    /// The folder that one of the targets would go to vanishes meanwhile.
+    #[test]
+    fn a_failure_amid_renaming_tells_what_was_changed() {
+        for has_name in [false, true] {
+            let folder = tempfile::tempdir().unwrap();
+            let at = |name: &str| folder.path().join(name);
+            let files = ["a", "b", "c"].map(|name| create(&at(name), has_name));
+            fs::create_dir_all(at("b/full")).unwrap();
+            let error = commit(files, &Control::default()).unwrap_err();
+            assert!(matches!(&error, Error::Io { path, .. } if *path == at("b")), "{error}");
+            let changed = format!("{} changed already", at("a").display());
+            assert!(error.to_string().contains(&changed), "{error}");
+            assert_eq!(names(folder.path()), ["a", "b"]);
+        }
+    }
+
+    #[test]
+    fn hidden_files_of_the_dead_are_removed_and_those_of_the_living_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let dead = folder.path().join(".kugelblitz-Ab12Cd.tmp");
+        fs::write(&dead, "half").unwrap();
+        fs::write(folder.path().join(".kugelblitz-kept"), "no output").unwrap();
+        let (_file, living) = HiddenName::of_new_file(folder.path()).unwrap();
+        remove_dead(folder.path());
+        assert!(!dead.exists());
+        assert!(living.0.exists());
+        assert_eq!(names(folder.path()).len(), 2);
+    }
+
+    #[test]
+    fn an_end_without_dropping_removes_what_was_begun() {
+        let folder = tempfile::tempdir().unwrap();
+        let (_file, name) = HiddenName::of_new_file(folder.path()).unwrap();
+        let other = tempfile::tempdir().unwrap();
+        std::mem::forget(name);
+        // Not `remove_unfinished`, which would remove the files of other tests.
+        let mut unfinished = UNFINISHED.lock().unwrap();
+        assert!(unfinished.iter().any(|path| path.starts_with(folder.path())));
+        unfinished.retain(|path| !path.starts_with(folder.path()));
+        drop(unfinished);
+        drop(create(&other.path().join("x"), true));
+        let unfinished = UNFINISHED.lock().unwrap();
+        assert!(!unfinished.iter().any(|path| path.starts_with(other.path())));
+    }
+
+    #[test]
+    fn a_missing_folder_and_a_folder_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("missing").join("out.png");
+        let message = OutputFile::create(&path, false).err().unwrap().to_string();
+        assert!(message.contains("out.png: there is no folder"), "{message}");
+        let error = OutputFile::create(folder.path(), false).err().unwrap();
+        assert!(matches!(&error, Error::Io { path, .. } if path == folder.path()), "{error}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_names_the_output_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.png");
+        for has_name in [false, true] {
+            let mut file = create(&path, has_name);
+            let Place::Beside(beside) = &mut file.place else { panic!() };
+            let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+            beside.file = BufWriter::new(full);
+            file.write_all(b"no room").unwrap();
+            let error = commit([file], &Control::default()).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{}: No space left", path.display())), "{error}");
+            assert!(!error.contains(PREFIX), "{error}");
+            assert!(names(folder.path()).is_empty());
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn special_files_are_written_to_not_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        for needs_seek in [false, true] {
+            let mut file = OutputFile::create("/dev/null", needs_seek).unwrap();
+            file.write_all(b"gone").unwrap();
+            assert_eq!(file.seek(SeekFrom::Start(1)).is_ok(), needs_seek);
+            commit([file], &Control::default()).unwrap();
+            let kind = fs::metadata("/dev/null").unwrap().file_type();
+            assert!(kind.is_char_device());
+
+            let mut full = OutputFile::create("/dev/full", needs_seek).unwrap();
+            full.write_all(b"no room").unwrap();
+            let message = commit([full], &Control::default()).err().unwrap().to_string();
+            assert!(message.starts_with("/dev/full: "), "{message}");
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! The facade: a scene, a device and a kernel, ready to trace rays and to draw pictures.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::camera::{Pixels, View};
+use crate::control::Control;
+use crate::device::{Device, Made};
+use crate::error::Result;
+use crate::output::{self, OutputFile};
+use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
+use crate::prepare::Prepared;
+use crate::render::{Plan, Rendered, available_memory, plan, render, trace_only};
+use crate::scene::{Camera, Scene};
+use crate::shade::Shader;
+use crate::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
+
+/// Traces one scene with one kernel on one device. What depends on the scene or on the camera is
+/// made when it is first needed, and made again only when that changes.
+///
+/// ```no_run
+/// use kugelblitz::{Session, device::Device, scene::read_scene, trace::Kernel};
+///
+/// let scene = read_scene("scenes/figure1.toml".as_ref())?;
+/// let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+/// session.render_to_file("figure1.png", 1280, 720)?;
+/// # Ok::<(), kugelblitz::Error>(())
+/// ```
+pub struct Session {
+    scene: Arc<Scene>,
+    camera: Option<Camera>,
+    device: Device,
+    kernel: Kernel,
+    ready: Option<Ready>,
+}
+
+/// What traces, and what it was made for.
+struct Ready {
+    prepared: Arc<Prepared>,
+    wants: Wants,
+    tracer: Box<dyn Tracer>,
+}
+
+/// Time that it took to make a session ready for rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Making {
+    /// The kernel's numbers, without the hierarchy.
+    pub prepare: Duration,
+    /// The hierarchy over many spheres.
+    pub build: Duration,
+    /// The shader.
+    pub compile: Duration,
+    /// Handing the scene to the device.
+    pub upload: Duration,
+}
+
+/// A picture in memory, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What each pixel's centre ray hits, with `t` and normals.
+    pub hits: Hits,
+    /// sRGB, 8 bits a channel.
+    pub srgb8: Vec<[u8; 3]>,
+}
+
+impl Session {
+    /// A session that has made nothing yet. The scene's camera is its camera.
+    pub fn new(scene: impl Into<Arc<Scene>>, device: Device, kernel: Kernel) -> Session {
+        let scene = scene.into();
+        Session { camera: scene.camera.clone(), scene, device, kernel, ready: None }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// Where rays are traced.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// The kernel.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Replaces the scene, and the camera by the scene's where it has one.
+    pub fn set_scene(&mut self, scene: impl Into<Arc<Scene>>) {
+        self.scene = scene.into();
+        if self.scene.camera.is_some() {
+            self.camera.clone_from(&self.scene.camera);
+        }
+    }
+
+    /// Traces with another kernel.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = kernel;
+    }
+
+    /// Looks from another place.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = Some(camera);
+    }
+
+    /// All pixels of a picture that the camera takes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Scene`] where there is no camera.
+    pub fn pixels(&self, width: u32, height: u32) -> Result<Pixels> {
+        let camera = match &self.camera {
+            Some(camera) => camera,
+            None => self.scene.require_camera(Path::new("the scene"))?,
+        };
+        Ok(Pixels::whole(View::new(camera), width, height))
+    }
+
+    /// Makes what tracing `rays` needs, and says what it took. Nothing is made where the last rays
+    /// needed the same.
+    ///
+    /// # Errors
+    /// Those of [`Prepared::new_with`] and [`Device::tracer`].
+    pub fn make_ready(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<Making> {
+        self.ready(rays, wants, control).map(|(_, making)| making)
+    }
+
+    fn ready(
+        &mut self,
+        rays: &Rays,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<(&mut Ready, Making)> {
+        let (ready, making) = match self.ready.take() {
+            Some(ready) if ready.suits(&self.scene, self.kernel, rays, wants) => {
+                (ready, Making::default())
+            }
+            old => self.make(old, rays, wants, control)?,
+        };
+        Ok((self.ready.insert(ready), making))
+    }
+
+    fn make(
+        &self,
+        old: Option<Ready>,
+        rays: &Rays,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<(Ready, Making)> {
+        let start = Instant::now();
+        let prepared = Prepared::new_with(Arc::clone(&self.scene), self.kernel, rays, control)?;
+        let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
+        control.check()?;
+        let build = prepared.build_time();
+        let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
+        if let Some(Ready { mut tracer, wants: old_wants, .. }) = old
+            && old_wants == wants
+        {
+            let start = Instant::now();
+            tracer.retarget(Arc::clone(&prepared))?;
+            let upload = start.elapsed();
+            return Ok((Ready { prepared, wants, tracer }, Making { upload, ..making }));
+        }
+        let Made { tracer, compile, upload } = self.device.tracer(&prepared, wants)?;
+        Ok((Ready { prepared, wants, tracer }, Making { compile, upload, ..making }))
+    }
+
+    /// Traces any rays, or pixels of a picture.
+    ///
+    /// # Errors
+    /// Those of [`Session::make_ready`] and [`Tracer::trace`].
+    pub fn trace(
+        &mut self,
+        rays: &Rays,
+        wants: Wants,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<Timing> {
+        let (ready, _) = self.ready(rays, wants, control)?;
+        ready.tracer.trace(rays, control, hits)
+    }
+
+    /// Draws a picture into memory.
+    ///
+    /// # Errors
+    /// Those of [`Session::pixels`], [`Session::trace`] and [`Shader::shade`].
+    pub fn render(&mut self, width: u32, height: u32) -> Result<Picture> {
+        let pixels = self.pixels(width, height)?;
+        let wants = Wants { surface: true, level: true };
+        let mut hits = Hits::default();
+        self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
+        let srgb8 = Shader::srgb8(&self.scene, &hits)?;
+        Ok(Picture { width, height, hits, srgb8 })
+    }
+
+    /// Draws a picture into a file; the name's ending tells the format.
+    ///
+    /// # Errors
+    /// Those of [`Format::from_path`], [`plan`], [`OutputFile::create`], [`Session::draw`] and
+    /// [`output::commit`].
+    pub fn render_to_file(
+        &mut self,
+        path: impl AsRef<Path>,
+        width: u32,
+        height: u32,
+    ) -> Result<Rendered> {
+        let path = path.as_ref();
+        let (format, control) = (Format::from_path(path)?, Control::default());
+        let pixels = self.pixels(width, height)?;
+        let options = PictureOptions::default();
+        let plan = plan(format, options, &pixels, self.scene.n_objects(), available_memory())?;
+        let file = OutputFile::create(path, format.needs_seek())?;
+        let (rendered, file) = self.draw(&pixels, &plan, file, &control)?;
+        output::commit([file], &control)?;
+        Ok(rendered)
+    }
+
+    /// Draws `pixels` into `file` as planned, band by band. The file is then whole, but not in its
+    /// place: that takes [`output::commit`].
+    ///
+    /// # Errors
+    /// Those of [`Session::make_ready`] and [`render()`].
+    pub fn draw(
+        &mut self,
+        pixels: &Pixels,
+        plan: &Plan,
+        file: OutputFile,
+        control: &Control,
+    ) -> Result<(Rendered, OutputFile)> {
+        let Plan { format, options, n_band_rows, .. } = *plan;
+        let shader = Shader::new(&self.scene, format.encoding(options.bits));
+        let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
+        let path = file.path().to_owned();
+        let start = Instant::now();
+        let mut writer = PictureWriter::create(format, options, Frame::from(pixels), file, path)?;
+        let begin = start.elapsed();
+        let tracer = &mut *ready.tracer;
+        let mut rendered = render(tracer, &shader, pixels, n_band_rows, &mut writer, control)?;
+        let start = Instant::now();
+        let file = writer.finish()?;
+        rendered.write += begin + start.elapsed();
+        Ok((rendered, file))
+    }
+
+    /// Traces `pixels` as [`Session::draw`] does, and forgets the result: for measuring.
+    ///
+    /// # Errors
+    /// Those of [`Session::trace`].
+    pub fn draw_nothing(
+        &mut self,
+        pixels: &Pixels,
+        plan: &Plan,
+        control: &Control,
+    ) -> Result<Timing> {
+        let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
+        trace_only(&mut *ready.tracer, pixels, plan.n_band_rows, control)
+    }
+
+    /// Bytes held on the device for the scene; 0 before anything was made.
+    pub fn bytes_device(&self) -> u64 {
+        self.ready.as_ref().map_or(0, |ready| ready.tracer.bytes_device())
+    }
+}
+
+impl Ready {
+    fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
+        self.wants == wants
+            && self.prepared.kernel == kernel
+            && Arc::ptr_eq(&self.prepared.scene, scene)
+            && self.prepared.check(rays).is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{Color, Projection, Sphere};
+    use crate::trace::Ray;
+
+    fn ball() -> Scene {
+        let camera = Camera {
+            position: DVec3::new(0.0, 0.0, 5.0),
+            look_at: DVec3::ZERO,
+            up: DVec3::Y,
+            projection: Projection::Perspective { fov_degrees: 45.0 },
+        };
+        let sphere =
+            Sphere { name: None, center: DVec3::ZERO, radius: 1.0, color: Color([1.0, 0.0, 0.0]) };
+        Scene { camera: Some(camera), spheres: vec![sphere], ..Scene::default() }
+    }
+
+    fn session() -> Session {
+        Session::new(ball(), Device::Cpu, Kernel::Certified)
+    }
+
+    #[test]
+    fn a_session_can_move_to_another_thread() {
+        fn is_send<T: Send>(_: &T) {}
+        is_send(&session());
+    }
+
+    #[test]
+    fn what_did_not_change_is_not_made_again() {
+        let mut session = session();
+        let (wants, control) = (Wants::default(), Control::default());
+        let rays = Rays::Pixels(session.pixels(64, 48).unwrap());
+        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        session.set_scene(ball());
+        assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        let other = Rays::Pixels(session.pixels(64, 47).unwrap());
+        assert_ne!(session.make_ready(&other, wants, &control).unwrap(), Making::default());
+    }
+
+    #[test]
+    fn pictures_follow_the_camera_and_the_scene() {
+        let mut session = session();
+        let center = |session: &mut Session| {
+            let picture = session.render(33, 25).unwrap();
+            (picture.hits.id[12 * 33 + 16], picture.srgb8[12 * 33 + 16])
+        };
+        assert_eq!(center(&mut session), (1, [255, 0, 0]));
+        let camera = session.camera.clone().unwrap();
+        session.set_camera(Camera { look_at: DVec3::new(0.0, 0.0, 9.0), ..camera.clone() });
+        assert_eq!(center(&mut session), (0, [0, 0, 0]));
+        session.set_camera(camera);
+        assert_eq!(center(&mut session), (1, [255, 0, 0]));
+        session.set_scene(Scene { background: Color([0.0, 0.0, 1.0]), ..Scene::default() });
+        assert_eq!(center(&mut session), (0, [0, 0, 255]));
+    }
+
+    #[test]
+    fn lists_and_pictures_take_turns() {
+        let mut session = session();
+        let list = Rays::List(vec![Ray { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z }]);
+        for _ in 0..2 {
+            let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: false });
+            session.trace(&list, wants, &Control::default(), &mut hits).unwrap();
+            assert_eq!((hits.id[0], hits.t[0]), (1, 2.0));
+            assert_eq!(session.render(3, 3).unwrap().hits.id[4], 1);
+        }
+    }
+
+    #[test]
+    fn a_scene_without_a_camera_has_no_picture() {
+        let mut session = Session::new(Scene::default(), Device::Cpu, Kernel::Certified);
+        assert_eq!(session.render(3, 3).unwrap_err().exit_code(), 3);
+    }
+}

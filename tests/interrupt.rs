@@ -1,0 +1,275 @@
+//! Ctrl-C and SIGTERM end every command amid every long phase, with 130 and no file changed.
+
+mod common;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+use common::{camera, gpu, in_cube, sphere};
+use glam::DVec3;
+use kugelblitz::Error;
+use kugelblitz::camera::{Pixels, View};
+use kugelblitz::control::Control;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+/// A second is promised; the rest is for machines that run many tests at once.
+const BOUND: Duration = Duration::from_secs(5);
+
+fn program() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn scene(name: &str) -> String {
+    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A folder with what takes long: a million spheres, and two million rays.
+struct Large {
+    folder: TempDir,
+    scene: String,
+    rays: String,
+}
+
+fn large() -> &'static Large {
+    static LARGE: OnceLock<Large> = OnceLock::new();
+    LARGE.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let (cloud, scene, rays) = (at("cloud.npy"), at("scene.toml"), at("rays.npy"));
+        let made = program()
+            .args(["generate", "cloud", "--count", "1000000", "-o", &cloud, "--scene", &scene])
+            .status();
+        assert!(made.unwrap().success());
+        write_rays(Path::new(&rays), 2_000_000);
+        Large { folder, scene, rays }
+    })
+}
+
+fn write_rays(path: &Path, n: usize) {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({n}, 6), }}");
+    let header = format!("{header:<117}\n");
+    let mut file = std::io::BufWriter::new(fs::File::create(path).unwrap());
+    file.write_all(b"\x93NUMPY\x01\x00").unwrap();
+    file.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
+    file.write_all(header.as_bytes()).unwrap();
+    for i in 0..n {
+        let turned = i as f64 / n as f64;
+        for value in [turned, 0.1, 5.0, 0.3 - turned, 0.02, -1.0] {
+            file.write_all(&value.to_le_bytes()).unwrap();
+        }
+    }
+    file.flush().unwrap();
+}
+
+fn names(folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    names
+}
+
+/// Sends one signal after `delay`, when the program must still be at work, and looks at its end.
+#[track_caller]
+fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) {
+    std::thread::sleep(delay);
+    assert!(child.try_wait().unwrap().is_none(), "{what}: ended on its own within {delay:?}");
+    kill_process(Pid::from_child(&child), signal).unwrap();
+    let start = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if start.elapsed() > BOUND {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("{what}: still at work {BOUND:?} after the signal");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let took = start.elapsed();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    println!("{what}: ended after {took:?}");
+    assert_eq!(output.status.code(), Some(130), "{what}: {} {stderr}", output.status);
+    assert!(stderr.contains("no output file was changed"), "{what}: {stderr}");
+    assert_eq!(stderr.matches("interrupted").count(), 1, "{what}: {stderr}");
+}
+
+/// Interrupts a command that has `out` as its output, in a folder of its own.
+#[track_caller]
+fn interrupted(arguments: &[&str], out: &str, delay_ms: u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(out);
+    fs::write(&path, "old").unwrap();
+    let child = program().args(arguments).current_dir(&folder).spawn().unwrap();
+    let what = format!("{arguments:?} at {delay_ms} ms");
+    ends(child, &what, Duration::from_millis(delay_ms), Signal::INT);
+    assert_eq!(fs::read(&path).unwrap(), b"old", "{what}");
+    assert_eq!(names(folder.path()), [path], "{what}");
+}
+
+#[test]
+fn f32_and_f64_over_a_million_spheres_on_the_cpu() {
+    for kernel in ["lecture", "double"] {
+        let scene = &large().scene;
+        let arguments = ["render", scene, "-o", "a.png", "--device", "cpu", "--kernel", kernel];
+        interrupted(&arguments, "a.png", 2500);
+    }
+}
+
+#[test]
+fn f32_and_f64_over_a_million_spheres_on_the_gpu() {
+    gpu();
+    for kernel in ["lecture", "double"] {
+        let scene = &large().scene;
+        let arguments = ["render", scene, "-o", "a.png", "--device", "gpu", "--kernel", kernel];
+        interrupted(&arguments, "a.png", 3000);
+    }
+}
+
+#[test]
+fn large_pictures_on_the_cpu_and_on_the_gpu() {
+    gpu();
+    for device in ["cpu", "gpu"] {
+        let scene = scene("figure1");
+        let arguments = ["render", &scene, "-o", "a.ppm", "--size", "20000x20000", "--device"];
+        interrupted(&[&arguments[..], &[device]].concat(), "a.ppm", 1500);
+    }
+}
+
+/// Reading, then the building of a hierarchy, then tracing: whichever it is at the time.
+#[test]
+fn the_certified_kernel_over_a_million_spheres() {
+    for delay_ms in [150, 500, 1000, 1500] {
+        let arguments = ["render", &large().scene, "-o", "a.npy", "--size", "16000x16000"];
+        interrupted(&[&arguments[..], &["--device", "cpu"]].concat(), "a.npy", delay_ms);
+    }
+}
+
+#[test]
+fn check_of_a_million_spheres() {
+    for delay_ms in [150, 900] {
+        interrupted(&["check", &large().scene], "other", delay_ms);
+    }
+}
+
+#[test]
+fn rays_read_traced_and_written() {
+    let Large { scene, rays, .. } = large();
+    for delay_ms in [400, 1200, 3000] {
+        let arguments = ["trace", scene, "--rays", rays, "-o", "hits.npy", "--device", "cpu"];
+        interrupted(&arguments, "hits.npy", delay_ms);
+    }
+}
+
+#[test]
+fn verify_draws_many_samples() {
+    let scene = scene("figure1");
+    let arguments = ["verify", &scene, "--size", "16000x16000", "--samples", "100000000"];
+    interrupted(&[&arguments[..], &["--device", "cpu"]].concat(), "other", 1000);
+}
+
+#[test]
+fn a_cloud_is_generated() {
+    let count = ["generate", "cloud", "--count", "100000000", "-o", "cloud.npy"];
+    interrupted(&count, "cloud.npy", 500);
+}
+
+#[test]
+fn pipes_that_nobody_opens() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.npy");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let of_cloud = folder.path().join("scene.toml");
+    fs::write(&of_cloud, "[[spheres]]\nfile = \"pipe.npy\"\nradius = 1\ncolor = \"#ffffff\"\n")
+        .unwrap();
+    let (figure, of_cloud) = (scene("figure1"), of_cloud.to_str().unwrap().to_owned());
+    let pipe = pipe.to_str().unwrap();
+    let cases: [&[&str]; 7] = [
+        &["render", &figure, "-o", pipe, "--device", "cpu"],
+        &["render", pipe, "-o", "a.png"],
+        &["check", pipe],
+        &["check", &of_cloud],
+        &["trace", &figure, "--rays", pipe, "-o", "hits.npy"],
+        &["generate", "cloud", "--count", "10", "-o", pipe],
+        &["export", "pov", &figure, "-o", pipe],
+    ];
+    for arguments in cases {
+        interrupted(arguments, "other", 300);
+    }
+}
+
+/// The program ends what doesn't end by itself; the library must do that: one row of pixels, and a list
+/// of rays, that would each take minutes.
+#[test]
+fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1313);
+    let spheres: Vec<_> = (0..1_000_000).map(|_| sphere(in_cube(&mut rng), 1e-3)).collect();
+    let scene = Arc::new(common::scene(spheres, Vec::new()));
+    let view = View::new(&camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO));
+    let row = Pixels { height: 1, ..Pixels::whole(view, 30_000, 30_000) };
+    let ray = Ray { origin: DVec3::Z, direction: DVec3::NEG_Z };
+    for rays in [Rays::Pixels(row), Rays::List(vec![ray; 30_000])] {
+        for kernel in [Kernel::Lecture, Kernel::Double] {
+            let control = Arc::new(Control::default());
+            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control).unwrap();
+            let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+            let later = Arc::clone(&control);
+            let cancel = std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(200));
+                later.cancel();
+            });
+            let start = Instant::now();
+            let traced = tracer.trace(&rays, &control, &mut Hits::default());
+            assert!(matches!(traced, Err(Error::Interrupted)), "{kernel:?}");
+            assert!(start.elapsed() < BOUND, "{kernel:?}: {:?}", start.elapsed());
+            cancel.join().unwrap();
+            let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control);
+            assert!(matches!(prepared, Err(Error::Interrupted)));
+        }
+    }
+}
+
+/// On a terminal, which `script` makes; with one thread, so that it takes a while everywhere.
+#[test]
+fn building_a_hierarchy_is_seen_and_told() {
+    let picture = large().folder.path().join("a.png");
+    let command = format!(
+        "{} render {} -o {} --device cpu -v",
+        env!("CARGO_BIN_EXE_kugelblitz"),
+        large().scene,
+        picture.display()
+    );
+    let output = Command::new("script")
+        .args(["--quiet", "--return", "--command", &command, "/dev/null"])
+        .env("RAYON_NUM_THREADS", "1")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let talk = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{talk}");
+    assert!(talk.contains("building the hierarchy over 1000000 spheres"), "{talk}");
+    let lines: Vec<&str> = talk.lines().collect();
+    assert!(lines.iter().any(|line| line.contains(" building, ")), "{talk}");
+    assert!(lines.iter().any(|line| line.contains("note: ") && line.contains(" built ")), "{talk}");
+}
+
+#[test]
+fn sigterm_is_as_good() {
+    let child = program()
+        .args(["render", &scene("figure1"), "-o", "a.ppm", "--size", "20000x20000"])
+        .args(["--device", "cpu"])
+        .current_dir(large().folder.path())
+        .spawn()
+        .unwrap();
+    ends(child, "SIGTERM", Duration::from_millis(500), Signal::TERM);
+}
