@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::bvh::boxes::BoxesRay;
+use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
@@ -170,15 +171,20 @@ struct Settled {
 /// `t` and the normal of a hit.
 type Surface = (f32, [f32; 3]);
 
+/// The rays, in f64 and exactly.
+enum StageRays<'a> {
+    Pixels(&'a Pixels, ExactPixels),
+    List(&'a [Ray]),
+}
+
 /// The stages after f32 for one scene and its rays.
 struct Stage<'a> {
     scene: &'a Scene,
-    rays: &'a Rays,
+    rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
     hierarchy: Option<&'a Hierarchy>,
     /// What the hierarchy's coordinates are relative to.
     reference: DVec3,
-    exact_pixels: Option<ExactPixels>,
     /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
     ks: Vec<K>,
     /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
@@ -218,9 +224,9 @@ impl<'a> Stage<'a> {
         let scene = &*prepared.scene;
         let hierarchy = prepared.hierarchy.as_ref();
         let k = |sphere| K::new(prepared.reference, sphere);
-        let (exact_pixels, ks, usable, input) = match rays {
+        let (rays, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
-                Some(ExactPixels::new(pixels)),
+                StageRays::Pixels(pixels, ExactPixels::new(pixels)),
                 match hierarchy {
                     None => scene.spheres.iter().map(k).collect(),
                     Some(_) => Vec::new(),
@@ -228,27 +234,27 @@ impl<'a> Stage<'a> {
                 pixels.is_in_range(),
                 guard::input_of(pixels.view.lens),
             ),
-            Rays::List(_) => (None, Vec::new(), true, guard::LIST_F64),
+            Rays::List(rays) => (StageRays::List(rays), Vec::new(), true, guard::LIST_F64),
         };
         let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
         let rest_ks = match rays {
-            Rays::Pixels(_) => {
+            StageRays::Pixels(..) => {
                 rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
             }
-            Rays::List(_) => HashMap::new(),
+            StageRays::List(_) => HashMap::new(),
         };
         let reference = prepared.reference;
-        Stage { scene, rays, hierarchy, reference, exact_pixels, ks, rest_ks, usable, input }
+        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
         match self.rays {
-            Rays::Pixels(pixels) => {
+            StageRays::Pixels(pixels, _) => {
                 let (x, y) = pixels.xy(index);
                 let ray = pixels.ray_from_position(x, y);
                 RayF64 { reference: pixels.view.position, ray, exponent: 0 }
             }
-            Rays::List(rays) => {
+            StageRays::List(rays) => {
                 let Ray { origin, direction } = rays[index];
                 let exponent = exponent_of(direction);
                 let direction = scale_by_power_of_two(direction, -exponent);
@@ -259,16 +265,12 @@ impl<'a> Stage<'a> {
     }
 
     fn exact_ray(&self, index: usize) -> ExactRay {
-        match (self.rays, &self.exact_pixels) {
-            (Rays::Pixels(pixels), Some(exact)) => {
+        match &self.rays {
+            StageRays::Pixels(pixels, exact) => {
                 let (x, y) = pixels.xy(index);
                 exact.ray(x, y)
             }
-            (Rays::Pixels(pixels), None) => {
-                let (x, y) = pixels.xy(index);
-                ExactRay::from_pixel(pixels, x, y)
-            }
-            (Rays::List(rays), _) => ExactRay::new(&rays[index]),
+            StageRays::List(rays) => ExactRay::new(&rays[index]),
         }
     }
 
@@ -348,8 +350,8 @@ impl<'a> Stage<'a> {
         ray: &RayF64,
         mut look: impl FnMut(u32) -> f64,
     ) {
-        match (&hierarchy.search, self.rays) {
-            (Search::Pixels { footprints, far }, Rays::Pixels(pixels)) => {
+        match (&hierarchy.search, &self.rays) {
+            (Search::Pixels { footprints, far }, StageRays::Pixels(pixels, _)) => {
                 let (x, y) = pixels.xy(index);
                 footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
                     guard::round_up(t_bound(ray, look(far[place].id)))
@@ -361,7 +363,7 @@ impl<'a> Stage<'a> {
                 boxes
                     .visit(&BoxesRay { origin, direction }, |place| t_bound(ray, look(ids[place])));
             }
-            (Search::Pixels { .. }, Rays::List(_)) => {
+            (Search::Pixels { .. }, StageRays::List(_)) => {
                 for id in 1..=self.scene.spheres.len() as u32 {
                     look(id);
                 }
@@ -419,10 +421,10 @@ impl<'a> Stage<'a> {
         let l = ray.to_point(sphere.center);
         let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
         let known = self.ks.get(id as usize - 1).or_else(|| self.rest_ks.get(&id));
-        let k = match (self.rays, known) {
+        let k = match (&self.rays, known) {
             (_, Some(k)) => k.moved(ray, sphere, l),
-            (Rays::Pixels(_), None) => K::new(ray.reference, sphere).moved(ray, sphere, l),
-            (Rays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
+            (StageRays::Pixels(..), None) => K::new(ray.reference, sphere).moved(ray, sphere, l),
+            (StageRays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
         };
         Some(Foot { l, k, r, distance, guard })
     }

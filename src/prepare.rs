@@ -114,8 +114,6 @@ pub struct Prepared {
     pub scene: Arc<Scene>,
     /// The kernel.
     pub kernel: Kernel,
-    /// How the rays lie to each other.
-    pub bundle: Bundle,
     /// What coordinates are relative to, world units: the camera's position; for lists the middle of the origins,
     /// or for [`Kernel::Double`] the world's origin.
     pub reference: DVec3,
@@ -205,17 +203,7 @@ impl Prepared {
                 Objects::Certified(Lists { spheres, planes })
             }
         };
-        Ok(Prepared {
-            scene,
-            kernel,
-            bundle: rays.bundle(),
-            reference,
-            objects,
-            near,
-            in_range,
-            hierarchy,
-            made_for,
-        })
+        Ok(Prepared { scene, kernel, reference, objects, near, in_range, hierarchy, made_for })
     }
 
     /// Whether this was made for `rays`: pixels of the same picture and within it, or rays with origins no
@@ -248,6 +236,14 @@ impl Prepared {
         Ok(())
     }
 
+    /// How the rays lie to each other.
+    pub fn bundle(&self) -> Bundle {
+        match self.made_for {
+            MadeFor::Picture(view, ..) => view.lens.bundle(),
+            MadeFor::Origins(_) => Bundle::Free,
+        }
+    }
+
     /// The camera's position in the kernel's coordinates.
     pub fn camera_origin(&self) -> DVec3 {
         match self.kernel {
@@ -278,7 +274,7 @@ impl Prepared {
     pub fn needs(&self, wants: Wants) -> Needs {
         Needs {
             kernel: self.kernel,
-            bundle: self.bundle,
+            bundle: self.bundle(),
             n_spheres: self.n_listed_spheres(),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.

@@ -155,7 +155,7 @@ fn the_picture_is_the_one_that_its_command_draws() {
 
 #[test]
 fn the_scene_is_as_explained() {
-    let [text, _] = blocks("toml")[..] else { panic!("a scene and a cloud") };
+    let [text, orthographic, _] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
     let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
     assert_eq!(scene.object(1).unwrap().name(), Some("red giant"));
@@ -168,6 +168,8 @@ fn the_scene_is_as_explained() {
     let projection = without("fov").camera.unwrap().projection;
     assert_eq!(projection, Projection::Perspective { fov_degrees: 45.0 });
     assert_eq!(without("background").background, Color::BLACK);
+    let camera = parse_scene(orthographic, Path::new("README.md")).unwrap().camera.unwrap();
+    assert_eq!(camera.projection, Projection::Orthographic { height: 3.0 });
 
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("readme.toml"), text).unwrap();
@@ -183,7 +185,7 @@ fn the_scene_is_as_explained() {
 
 #[test]
 fn the_cloud_is_as_explained() {
-    let [text, cloud] = blocks("toml")[..] else { panic!("a scene and a cloud") };
+    let [text, _, cloud] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("readme.toml");
     fs::write(folder.path().join("cloud.npy"), npy(&vec![vec![1.0; 3]; 5], "<f4", false)).unwrap();

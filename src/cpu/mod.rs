@@ -70,9 +70,9 @@ impl Kernel for Lecture<'_> {
 }
 
 /// `stable` in f32, `double` in f64.
-struct Relative<'a, S, P, const PIXELS: bool>(&'a Lists<S, P>);
+struct Relative<'a, S, P, const IS_POINT: bool>(&'a Lists<S, P>);
 
-impl<S, P, const PIXELS: bool> Kernel for Relative<'_, S, P, PIXELS>
+impl<S, P, const IS_POINT: bool> Kernel for Relative<'_, S, P, IS_POINT>
 where
     S: RelativeSphere<Float: Arithmetic> + Sync,
     P: RelativePlane<Float = S::Float> + Sync,
@@ -80,11 +80,11 @@ where
     type Float = S::Float;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
-        relative::closest::<PIXELS, S, P>(ray, &self.0.spheres, &self.0.planes)
+        relative::closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
     }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
-        relative::normal_at::<PIXELS, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
+        relative::normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
     }
 }
 
@@ -156,7 +156,7 @@ impl Tracer for CpuTracer {
         }
         let prepared = &*self.prepared;
         let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
-        match (&prepared.objects, prepared.bundle) {
+        match (&prepared.objects, prepared.bundle()) {
             (Objects::Lecture(lists), _) => run(&Lecture(lists)),
             (Objects::Stable(lists), Bundle::Point) => run(&Relative::<_, _, true>(lists)),
             (Objects::Stable(lists), _) => run(&Relative::<_, _, false>(lists)),

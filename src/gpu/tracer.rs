@@ -556,7 +556,7 @@ impl GpuTracer {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (self.prepared.bundle == Bundle::Free).then(|| {
+        let rays = (self.prepared.bundle() == Bundle::Free).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let bytes_per_ray = match self.prepared.kernel {
                 Kernel::Double => size_of::<RayRecordDouble>(),

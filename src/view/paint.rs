@@ -242,7 +242,7 @@ impl<'a> Discriminants<'a> {
     }
 
     fn sign_of_delta<S: RelativeSphere>(&self, sphere: &S, ray: &RayOf<S::Float>) -> i32 {
-        let l = match self.prepared.bundle {
+        let l = match self.prepared.bundle() {
             Bundle::Point => sphere.sphere_offset::<true>(ray),
             Bundle::Parallel | Bundle::Free => sphere.sphere_offset::<false>(ray),
         };
