@@ -102,9 +102,10 @@ fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> 
     let m = dot3(p, p);
     let u_low = (abs(s) + sqrt(max(sphere.inner2 - m, 0.0) * ray.inv_a)) - sphere.slack;
     let u_high = (abs(s) + sqrt(max(sphere.outer2 - m, 0.0) * ray.inv_a)) + sphere.slack;
+    let is_apart = u_low > 0.0;
     let ahead = Nearness(
         ray.inv_a / u_high * NARROWER,
-        select(LARGEST, ray.inv_a / u_low * WIDER, u_low > 0.0),
+        select(LARGEST, ray.inv_a / select(1.0, u_low, is_apart) * WIDER, is_apart),
     );
     let low = select(u_low * q.low, ahead.low, s > 0.0);
     let high = select(u_high * q.high, ahead.high, s > 0.0);
@@ -121,9 +122,10 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     let l = (sphere.center - ray.origin) + (sphere.center_low - ray.origin_low);
     let k = dot3(l, l) - sphere.q_high_or_r2;
     let is_outside = k > 0.0;
+    let is_known = abs(k) > sphere.k_error;
     let q = Nearness(
         NARROWER / (abs(k) + sphere.k_error),
-        WIDER / (abs(k) - sphere.k_error),
+        WIDER / select(1.0, abs(k) - sphere.k_error, is_known),
     );
     //#end
     let outside = outside_nearness(ray, l, sphere, q);
@@ -131,7 +133,6 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     let low = select(inside.low, outside.low, is_outside);
     let high = select(inside.high, outside.high, is_outside);
     //#if free
-    let is_known = abs(k) > sphere.k_error;
     return Nearness(select(0.0, low, is_known), select(LARGEST, high, is_known));
     //#else
     return Nearness(low, high);
@@ -175,13 +176,13 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
     let l = (plane.offset - ray.origin) + (plane.offset_low - ray.origin_low);
     let n_offset = dot3(l, plane.normal);
     let away = select(slope, -slope, n_offset < 0.0);
+    let is_known = abs(n_offset) > plane.n_offset_error;
     let q = Nearness(
         NARROWER / (abs(n_offset) + plane.n_offset_error),
-        WIDER / (abs(n_offset) - plane.n_offset_error),
+        WIDER / select(1.0, abs(n_offset) - plane.n_offset_error, is_known),
     );
     let low = (away - error) * ray.inv_a * q.low;
     let high = (away + error) * ray.inv_a * q.high;
-    let is_known = abs(n_offset) > plane.n_offset_error;
     return Nearness(select(0.0, low, is_known), select(LARGEST, high, is_known));
     //#end
 }

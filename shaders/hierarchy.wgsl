@@ -39,9 +39,9 @@ fn covers(node: vec4u, cell: u32) -> bool {
     return (((cell | BORROW) - node.x) & (node.y - cell) & BORROW) == BORROW;
 }
 
-// An upper bound of t from a lower bound of 1 / t.
+// An upper bound of t from a lower bound of 1 / t; beyond every node for 0 and below.
 fn t_bound(nearness: f32) -> f32 {
-    return select(LARGEST, T_ROOM / nearness, nearness > 0.0);
+    return T_ROOM / max(nearness, LEAST_NEARNESS);
 }
 
 fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {

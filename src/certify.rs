@@ -13,16 +13,20 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest, sphere_numbers, visible_root};
 use crate::guard::{self, Guard, InputError};
+use crate::host;
 use crate::kernel::RayOf;
-use crate::kernel::certified::{GuardOf, Nearness, UNDECIDED, plane_nearness_at, sphere_nearness};
+use crate::kernel::certified::{
+    GuardOf, Nearness, UNDECIDED, half_chord_radius, normalized, plane_nearness_at, sphere_nearness,
+};
 use crate::prepare::{Hierarchy, Prepared, Search, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::{Vec3, dot3};
 
-/// Largest error of an f64 normal before it is rounded to f32: with the rounding itself,
-/// `√3·2⁻²⁵`, it stays below `2⁻²³`.
+/// Largest error of an f64 normal before it is rounded to f32: with the rounding itself, `√3·2⁻²⁵`,
+/// it stays below `2⁻²³`, also if it were twice as large; not four times.
 const NORMAL_TOLERANCE: f64 = 1.0 / (1u64 << 25) as f64;
+const _: () = assert!(NORMAL_TOLERANCE + 1.7321 / (1u64 << 25) as f64 <= 1.0 / (1u64 << 23) as f64);
 
 /// Rays that one thread takes at a time.
 const RAYS_PER_CHUNK: usize = 1024;
@@ -126,7 +130,8 @@ fn mark_out_of_range(prepared: &Prepared, rays: &Rays, hits: &mut Hits) {
     }
     if let Rays::List(rays) = rays {
         for (id, ray) in hits.id.iter_mut().zip(rays) {
-            if exponent_of(ray.direction).abs() > guard::LARGEST_EXPONENT {
+            let is_ordinary = exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT;
+            if !is_ordinary || ray.direction == DVec3::ZERO {
                 *id = UNDECIDED;
             }
         }
@@ -138,8 +143,11 @@ fn each_ray<T: Send>(
     control: &Control,
     work: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let one = |&ray: &u32| control.check().map(|()| work(ray as usize));
-    rays.par_iter().map(one).collect()
+    let one = |checked: &mut Result<()>, &ray: &u32| {
+        std::mem::replace(checked, Ok(()))?;
+        control.check().map(|()| work(ray as usize))
+    };
+    rays.par_iter().map_init(host::check, one).collect()
 }
 
 fn each_pair<A: Send, T: Send>(
@@ -148,8 +156,11 @@ fn each_pair<A: Send, T: Send>(
     control: &Control,
     work: impl Fn(usize, A) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let one = |(&ray, other): (&u32, A)| control.check().map(|()| work(ray as usize, other));
-    rays.par_iter().zip(others).map(one).collect()
+    let one = |checked: &mut Result<()>, (&ray, other): (&u32, A)| {
+        std::mem::replace(checked, Ok(()))?;
+        control.check().map(|()| work(ray as usize, other))
+    };
+    rays.par_iter().zip(others).map_init(host::check, one).collect()
 }
 
 /// What the f64 filter says of a ray.
@@ -173,7 +184,7 @@ type Surface = (f32, [f32; 3]);
 
 /// The rays, in f64 and exactly.
 enum StageRays<'a> {
-    Pixels(&'a Pixels, ExactPixels),
+    Pixels(&'a Pixels, Box<ExactPixels>),
     List(&'a [Ray]),
 }
 
@@ -226,7 +237,7 @@ impl<'a> Stage<'a> {
         let k = |sphere| K::new(prepared.reference, sphere);
         let (rays, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
-                StageRays::Pixels(pixels, ExactPixels::new(pixels)),
+                StageRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
                 match hierarchy {
                     None => scene.spheres.iter().map(k).collect(),
                     Some(_) => Vec::new(),
@@ -310,6 +321,9 @@ impl<'a> Stage<'a> {
     /// The filter again, in f64: keeps the candidates that could be nearest.
     fn decide_f64(&self, index: usize) -> Decision {
         let ray = self.ray_f64(index);
+        if ray.ray.direction == Vec3::ZERO {
+            return Decision::Decided(0);
+        }
         let mut candidates = Candidates::default();
         let mut look = |id: u32| {
             if let Some(object) = self.scene.object(id) {
@@ -455,10 +469,7 @@ impl<'a> Stage<'a> {
         Some((t, normal.0.map(|component| component as f32)))
     }
 
-    /// The normal from half the chord, `−P ∓ h·d`, a vector of length `r`. Its error is that of
-    /// `P`: `(λ + 2δ + 1 + 9.5)η` (offset, turned line, rounding, `ŝ`), that of `h`: the width
-    /// between the guards, and `(12 + δ)εr` for the rounding of `h·d`, of the sum and of the
-    /// normalisation.
+    /// The normal from half the chord, where its error is small enough.
     fn sphere_normal(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Vec3<f64>> {
         let foot = self.sphere_foot(ray, id, sphere)?;
         let RayOf { direction, a, inv_a, .. } = ray.ray;
@@ -466,16 +477,12 @@ impl<'a> Stage<'a> {
         let m = dot3(p, p);
         let half_chord = |r2: f64| ((r2 - m).max(0.0) * inv_a).sqrt();
         let width = half_chord(foot.guard.outer2) - half_chord(foot.guard.inner2);
-        let InputError { offset, direction: turned } = self.input;
-        let error = (offset + 2.0 * turned + 10.6) * guard::UNIT_F64 * foot.distance
-            + width * a.sqrt()
-            + (12.0 + turned) * guard::UNIT_F64 * foot.r;
-        if error > NORMAL_TOLERANCE * foot.r || foot.k.value.abs() <= foot.k.error {
+        let (r, l) = (foot.r, foot.distance);
+        let error = guard::normal_error(r, l, width * a.sqrt(), guard::UNIT_F64, self.input);
+        if error > NORMAL_TOLERANCE || foot.k.value.abs() <= foot.k.error {
             return None;
         }
-        let chord = direction * half_chord(foot.r * foot.r);
-        let facing = if foot.k.value > 0.0 { -p - chord } else { p - chord };
-        Some(facing * (1.0 / dot3(facing, facing).sqrt()))
+        Some(normalized(half_chord_radius(&ray.ray, foot.l, r, foot.k.value > 0.0)))
     }
 
     /// Fills in `t` and normal of all rays whose object is known.
@@ -487,6 +494,7 @@ impl<'a> Stage<'a> {
             .enumerate()
             .try_for_each(|(chunk, ((ids, ts), normals))| {
                 control.check()?;
+                host::check()?;
                 for (i, &id) in ids.iter().enumerate() {
                     if id != 0 && id != UNDECIDED {
                         let surface = self.surface(chunk * RAYS_PER_CHUNK + i, id);

@@ -47,6 +47,9 @@ pub enum Error {
     /// Does not fit the device's limits or this machine's memory.
     #[error("{0}")]
     TooLarge(String),
+    /// This processor does not calculate as the proofs ask for.
+    #[error("{0}")]
+    Host(String),
     /// The user interrupted the work.
     #[error("interrupted; no output file was changed")]
     Interrupted,
@@ -56,7 +59,7 @@ impl Error {
     /// The exit code that the contract gives this failure.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Input { .. } | Error::Io { .. } | Error::Shader(_) => 1,
+            Error::Input { .. } | Error::Io { .. } | Error::Shader(_) | Error::Host(_) => 1,
             Error::Usage(_) => 2,
             Error::Scene(_) => 3,
             Error::NoAdapter(_) => 4,

@@ -93,8 +93,27 @@
 //! is granted. This is why far spheres take the longest `|d|` into account although `ρ` itself does
 //! not depend on it. Objects outside that range are undecided, never wrong.
 //!
-//! A bound can be NaN only as `∞·0`, with `1/(k − error)` overflowing and `s + h + slack` or
-//! `n·d + error` exactly 0: a certain miss, and a NaN counts as one.
+//! # Nothing rests on ∞ or NaN
+//! Vulkan lets a compiler assume that there are none (without `SignedZeroInfNanPreserve`, which is
+//! declared nowhere here). So no operation of the f32 stage takes or gives one, not even where its
+//! result is selected away; `tests/finite.rs` looks at each of them:
+//! - Pixels: `2⁻¹⁰⁰ ≤ |k| ≤ 2¹²⁰` and `ℓ + r ≤ 2⁹⁰|k|`, or `k = 0`; `|N| ≥ 2⁻⁹⁰` or 0. So a nearness
+//!   is at most `2⁹²/|d|`, and `a·w = 1/t` at most `2¹²²`.
+//! - Lists: `1/(|k| − error)` is looked at only where `|k| > error`, and is 1 elsewhere. As `error`
+//!   is above `2ε(ℓ² + r²)`, the difference is then above `2⁻⁴⁶(ℓ² + r²) ≥ 2⁻¹²⁶` and a nearness
+//!   below `2⁸⁸`. Of planes `error ≥` [`TINY_F32`], the difference above `2⁻⁹⁰`.
+//! - From inside, `u − slack` is not positive, and another number stands in its place, or above
+//!   `2⁻²⁴·slack`; `u + slack ≥ slack > 2⁻⁶³`.
+//! - `T_ROOM/(1/t)` has a denominator of at least [`LEAST_NEARNESS`]: a `t` beyond all nodes.
+//! - An object that is out of range is left open by numbers that are large enough: for pixels its
+//!   nearness is at most `2¹²⁰` and at least `2¹²⁰/|d|`, above all others; for lists its `k` and `N`
+//!   are known up to [`UNKNOWN`] only.
+//! - Parallel rays divide by bounds of `t` that are at least `2⁻¹⁰⁰`. A sphere that is out of range
+//!   is one of radius 2⁶² about the reference point, with a slack of `2⁶⁰`.
+//! - A list's direction of zero is replaced by another in its record, and its ray is undecided.
+//!
+//! Rays for which [`crate::prepare::Prepared::in_range`] is false may overflow: whatever comes out
+//! is overwritten by "undecided". On the host ∞ is an ordinary number: see [`crate::host`].
 //!
 //! # What is assumed of a device
 //! Each assumption is *specified*, by Vulkan's table of precision or by WGSL, or *measured* before the
@@ -132,13 +151,17 @@
 //! that is flushed only becomes smaller.
 //!
 //! # What tests can see of it
-//! `tests/guards.rs` runs the filter in seven faithful roundings, the worst that the assumptions
-//! allow among them, and finds wrong statements once a bound is cut: the two radii and the planes'
-//! bounds at about a third, `λ` and `δ` above a half. That half a radius is still silent there has
-//! a reason: each bound adds up the largest error of every step, in one direction, and no ray was
-//! found, nor can one be built simply, in which all steps err so at once. `slack` and the widening
-//! cover each other except for an eye on a surface. The 111, the 5.1 and the third digits are for
-//! terms of second order that no f32 case shows alone.
+//! `tests/lemmas.rs` looks at each step by itself, in a rounding chosen for each operation by a
+//! search for the worst case: it comes to more than half of every constant of [`steps`], of
+//! [`InputError`], [`WIDENING`] and [`T_ROOM`], so that none can be halved. `tests/guards.rs` runs
+//! the whole filter in seven roundings and finds wrong statements once a bound is cut to about a
+//! third: the largest errors of all steps don't meet in one ray.
+//!
+//! Not seen are, each with its reason beside it: [`FAR`], [`TINY_F32`], [`TINY_F64`], the third digits
+//! of all constants (second order: `ε` times the first), [`LIST_F64`]'s `δ`, and the margins of
+//! [`crate::bvh`], which are powers of two far above what their derivation asks for.
+
+pub mod steps;
 
 use glam::DVec3;
 
@@ -167,7 +190,8 @@ pub const PIXELS: InputError = InputError { offset: 0.501, direction: 4.3 };
 /// leaves out `2⁻⁴⁸`; the direction is rounded once.
 pub const LIST: InputError = InputError { offset: 2.01, direction: 0.501 };
 
-/// Rays whose f64 numbers are used as they are: one rounded subtraction.
+/// Rays whose f64 numbers are used as they are: one rounded subtraction. Their direction is scaled
+/// by a power of two, exact but for components below `2⁻¹⁰²²` of the largest; the 0.001 is room.
 pub const LIST_F64: InputError = InputError { offset: 0.501, direction: 0.001 };
 
 /// Pixels of an orthographic camera, f32 and f64; see the head of this module.
@@ -185,7 +209,9 @@ pub fn input_of(lens: Lens) -> InputError {
 /// the widening itself, is below it.
 pub const WIDENING: f64 = 24.0;
 
-/// Largest relative slack of a sphere that counts as far.
+/// Largest relative slack of a sphere that counts as far. The same number is the condition and what
+/// the intervals are widened by: half of it is as right, for fewer spheres. The one condition on its
+/// size, small against `1/18.3`, it keeps by a factor of 1800.
 pub const FAR: f64 = 1.0 / (1u64 << 15) as f64;
 
 /// Whether a sphere with `k > 0` is far for rays up to `longest` long.
@@ -219,16 +245,18 @@ impl Guard {
     pub fn new(r: f64, l: f64, unit: f64, input: InputError) -> Guard {
         let InputError { offset, direction } = input;
         let eta = unit * l;
-        let kappa_eta = (1.01 + offset + direction) * eta;
-        let relative = 5.1 * unit + 8.0 * UNIT_F64;
+        let kappa_eta = (steps::FOOT + offset + direction) * eta;
+        let relative = steps::SQUARE * unit + 8.0 * UNIT_F64;
         let inner = r - kappa_eta;
         let outer = r + kappa_eta;
         Guard {
             inner2: if inner > 0.0 { inner * inner * (1.0 - relative) } else { -1.0 },
-            outer2: (outer * outer + 111.0 * eta * eta) * (1.0 + relative),
+            outer2: (outer * outer + steps::ASIDE * eta * eta) * (1.0 + relative),
             slack: unit
-                * ((9.51 + offset + direction + 2.01) * l + (8.26 + direction + 2.01) * outer),
-            k_error: unit * ((3.01 + 2.0 * offset + 1.01) * l * l + 2.01 * r * r),
+                * ((steps::CLOSEST + offset + direction + steps::TWO_SUMS) * l
+                    + (steps::HALF_CHORD + direction + steps::TWO_SUMS) * outer),
+            k_error: unit
+                * ((steps::DOT + 2.0 * offset + steps::DIFFERENCE) * l * l + steps::R2 * r * r),
         }
     }
 
@@ -245,17 +273,34 @@ impl Guard {
 
 /// Bound of `|M̂ − M|/|d̂|` for a plane with the normal's length `n`.
 pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
-    unit * (3.01 + 0.501 + input.direction) * n * (1.0 + 16.0 * unit)
+    unit * (steps::DOT + steps::NORMAL + input.direction) * n * (1.0 + 16.0 * unit)
 }
 
 /// Bound of `|N̂ − N|` for a plane with the normal's length `n` and a point at distance up to `l`.
 /// `tiny` is for what underflows: the distance itself may be as small as it likes.
 pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f64) -> f64 {
-    unit * (3.01 + 0.501 + input.offset) * n * l + tiny
+    unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
 }
 
-/// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero.
-pub const TINY_F32: f64 = 1.0 / (1u128 << 120) as f64;
+/// Bound of the error of a normal in f64 from [`crate::kernel::certified::half_chord_radius`], for a
+/// sphere of radius `r` at distance up to `l`. `width` is the length between the halves of the chord that
+/// `inner2` and `outer2` give: the chord's error by that of `P`. `P` itself is off by the offset, by
+/// the turned line, twice as that turns the chord too, and by its rounding.
+pub fn normal_error(r: f64, l: f64, width: f64, unit: f64, input: InputError) -> f64 {
+    let InputError { offset, direction } = input;
+    let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
+    (foot + width + (steps::CHORD + steps::NORMALIZED + direction) * unit * r) / r
+}
+
+/// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more
+/// that `1/(|N| − error)` stays finite with room for the rest: `ulp(2⁻⁶⁷) = 2⁻⁹⁰`.
+pub const TINY_F32: f64 = LARGEST_F32 / LARGEST_NEARNESS / (1u64 << 37) as f64;
+
+/// Most that `1/N` and `(ℓ + r)/k` of a pixel's objects may be in f32.
+pub const LARGEST_NEARNESS: f64 = (1u128 << 90) as f64;
+
+/// An error in f32 above every `k` and `N`, and so far below the largest number that they can be added.
+pub const UNKNOWN: f32 = (1u128 << 124) as f32;
 
 /// The same for f64, which keeps subnormals, and so far above `2⁻¹⁰²²` that `1/N` stays finite.
 pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
@@ -341,21 +386,26 @@ impl Pixels {
     }
 }
 
-/// Relative room for the rounding of `1/(a·w)` in f32: 12 units `2⁻²³` for `a`, 4 for the product and
-/// the quotient. What leaves f32's normal range belongs to a `t` below `2⁻¹²⁰` or above `2⁶⁰`, where
-/// no far sphere is seen.
-pub const T_ROOM: f32 = 1.0 + 1.0 / (1 << 18) as f32;
+/// Relative room for the rounding of `1/(a·w)` in f32, 16 units `2⁻²³`: `a` takes 3 + 2·4.3, the
+/// product and the quotient 1 + 2.5. What leaves f32's normal range belongs to a `t` below `2⁻¹²⁰` or
+/// above `2⁶⁰`, where no far sphere is seen.
+pub const T_ROOM: f32 = 1.0 + 1.0 / (1 << 19) as f32;
 
-/// An upper bound of `t = 1/(a·w)` from a lower bound of `a·w` in f32; ∞ for 0 and below.
+/// The least `1/t` that is looked at: no node is as far away as its inverse.
+pub const LEAST_NEARNESS: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// An upper bound of `t = 1/(a·w)` from a lower bound of `a·w` in f32; beyond all nodes for 0 and
+/// below.
 #[inline(always)]
 pub fn t_bound_f32(nearness: f32) -> f32 {
-    if nearness > 0.0 { T_ROOM / nearness } else { f32::INFINITY }
+    T_ROOM / nearness.max(LEAST_NEARNESS)
 }
 
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.
 pub const LARGEST_EXPONENT: i32 = 30;
 
-/// Relative error of `k` that still lets nearly every `t` be rounded to f32.
+/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
+/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
 const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error; `None` where that is not

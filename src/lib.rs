@@ -69,6 +69,7 @@
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
+//! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
@@ -109,6 +110,7 @@ pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod guard;
+pub mod host;
 pub mod kernel;
 mod npy;
 pub mod output;

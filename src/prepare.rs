@@ -13,6 +13,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
+use crate::host;
 use crate::kernel::certified::{PlaneCertified, SphereCertified, SphereFar};
 use crate::kernel::double::{PlaneDouble, SphereDouble};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
@@ -144,7 +145,8 @@ impl Prepared {
     ///
     /// # Errors
     /// [`Error::Usage`] for an empty list of rays; [`Error::TooLarge`] where the hierarchy over many
-    /// spheres would not fit the memory.
+    /// spheres would not fit the memory; [`Error::Host`] where this processor's arithmetic is not what
+    /// the certified kernel's proof asks for.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
         Prepared::new_with(scene, kernel, rays, &Control::default())
     }
@@ -185,6 +187,7 @@ impl Prepared {
                 |plane| PlaneDouble::new(plane, reference),
             )),
             Kernel::Certified => {
+                host::check_all()?;
                 let frame = Frame::new(rays, reference, &scene);
                 (near, in_range) = (frame.near, frame.in_range);
                 let planes = scene.planes.iter().map(|plane| frame.plane(plane)).collect();
@@ -318,14 +321,17 @@ pub fn split(v: DVec3) -> ([f32; 3], [f32; 3]) {
     (high.to_array(), low.to_array())
 }
 
-/// The binary exponent of the largest component of `v`; 0 for the zero vector.
+/// The binary exponent of the largest component of `v`, `−1074` for the smallest subnormal; 0 for the
+/// zero vector.
 pub fn exponent_of(v: DVec3) -> i32 {
     let largest = v.abs().max_element();
     if largest == 0.0 || !largest.is_finite() {
         return 0;
     }
-    let biased = ((largest.to_bits() >> 52) & 0x7ff) as i32;
-    if biased == 0 { -1023 } else { biased - 1023 }
+    match (largest.to_bits() >> 52) as i32 {
+        0 => largest.to_bits().ilog2() as i32 - 1074,
+        biased => biased - 1023,
+    }
 }
 
 /// `v · 2^exponent`, exact unless the result leaves f64's normal range.
@@ -417,8 +423,11 @@ struct Frame {
 /// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
 const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
 
-/// Smallest magnitude of `k` and of `(a − o)·n` that leaves f32 room above its subnormals.
-const SMALLEST_OFFSET: f64 = 1.0 / (1u128 << 100) as f64;
+/// Smallest magnitude of `k` that leaves f32 room above its subnormals.
+const SMALLEST_K: f64 = 1.0 / (1u128 << 100) as f64;
+
+/// Smallest magnitude of `(a − o)·n`: its inverse leaves f32 room for `|n|` and the longest `d`.
+const SMALLEST_OFFSET: f64 = 1.0 / guard::LARGEST_NEARNESS;
 
 /// Largest magnitude of them: that of `k` at the largest distance.
 const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
@@ -511,33 +520,37 @@ impl Frame {
         let r = sphere.radius.abs();
         if r == 0.0 {
             // Seen from outside, where no line comes within −1.
-            let (inner2, outer2, q_low, q_high_or_r2) = (-1.0, -1.0, 1.0, 1.0);
             return SphereCertified {
-                inner2,
-                outer2,
-                q_low,
-                q_high_or_r2,
+                inner2: -1.0,
+                outer2: -1.0,
+                slack: 1.0,
+                q_low: 1.0,
+                q_high_or_r2: match self.bundle {
+                    Bundle::Point | Bundle::Parallel => 1.0,
+                    Bundle::Free => -1.0,
+                },
                 ..SphereCertified::zeroed()
             };
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let k_or_r2 = match self.bundle {
-            Bundle::Point => self.sphere_k(sphere, l),
-            Bundle::Parallel | Bundle::Free => r * r,
+        let (k_or_r2, k_in_range) = match self.bundle {
+            Bundle::Point => {
+                let k = self.sphere_k(sphere, l);
+                (k, k_in_range(k, r + distance))
+            }
+            Bundle::Parallel | Bundle::Free => (r * r, true),
         };
-        let divides_by_k = self.bundle != Bundle::Parallel;
-        if !(guard::sphere_in_range_f32(r, distance)
-            && (!divides_by_k || k_in_range(k_or_r2, r + distance)))
-        {
-            // As seen from outside, this may be nearer than everything.
+        if !(guard::sphere_in_range_f32(r, distance) && k_in_range) {
+            // As seen from outside, this may be nearer than everything; see guard's "Range".
             return SphereCertified {
                 inner2: -1.0,
-                outer2: f32::MAX,
-                slack: f32::MAX,
+                // Above every `m` of parallel rays, which start beside it.
+                outer2: if self.bundle == Bundle::Parallel { guard::UNKNOWN } else { 0.0 },
+                slack: guard::LARGEST_F32 as f32,
                 q_low: 1.0,
-                q_high_or_r2: 1.0,
-                k_error: f32::MAX,
+                q_high_or_r2: guard::LARGEST_F32 as f32,
+                k_error: guard::UNKNOWN,
                 ..SphereCertified::zeroed()
             };
         }
@@ -592,9 +605,9 @@ impl Frame {
             // As seen along the normal, this may be nearer than everything.
             return PlaneCertified {
                 q_low: 1.0,
-                q_high: 1.0,
-                direction_error: f32::MAX,
-                n_offset_error: f32::MAX,
+                q_high: guard::LARGEST_F32 as f32,
+                direction_error: guard::LARGEST_F32 as f32,
+                n_offset_error: guard::UNKNOWN,
                 ..PlaneCertified::zeroed()
             };
         }
@@ -633,7 +646,9 @@ impl Frame {
         if error <= OFFSET_TOLERANCE * n_offset.abs() {
             return n_offset;
         }
-        plane_numbers(&self.exact_ray(), plane.point, plane.normal).map_or(f64::NAN, |numbers| {
+        // Scaled up, the normal is exact, and rounding the product to f64 costs no digits of it.
+        let (normal, exponent) = if exponent < 0 { (normal, 0) } else { (plane.normal, exponent) };
+        plane_numbers(&self.exact_ray(), plane.point, normal).map_or(f64::NAN, |numbers| {
             let numerator = with_exact_sign(&numbers.numerator);
             let scaled = numerator * 2f64.powi(-exponent);
             if scaled == 0.0 && numerator != 0.0 { f64::NAN } else { scaled }
@@ -653,9 +668,11 @@ fn offset_in_range(offset: f64) -> bool {
     offset == 0.0 || (SMALLEST_OFFSET..=LARGEST_OFFSET).contains(&offset.abs())
 }
 
-/// Whether neither `k` nor a nearness `u/k`, with `u` up to `reach`, leaves f32's range.
+/// Whether neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
 fn k_in_range(k: f64, reach: f64) -> bool {
-    k == 0.0 || offset_in_range(k) && reach <= k.abs() / SMALLEST_OFFSET
+    k == 0.0
+        || (SMALLEST_K..=LARGEST_OFFSET).contains(&k.abs())
+            && reach <= k.abs() * guard::LARGEST_NEARNESS
 }
 
 /// A ray of a list as the device sees it.
@@ -709,7 +726,12 @@ impl Prepared {
             Kernel::Stable | Kernel::Double | Kernel::Certified => {
                 let (high, low) = split(ray.origin - self.reference);
                 let exponent = exponent_of(ray.direction);
-                (high, low, scale_by_power_of_two(ray.direction, -exponent), exponent)
+                let direction = match self.kernel {
+                    // No ray, and undecided; but 1/d² stays finite.
+                    Kernel::Certified if ray.direction == DVec3::ZERO => DVec3::X,
+                    _ => scale_by_power_of_two(ray.direction, -exponent),
+                };
+                (high, low, direction, exponent)
             }
         };
         let record = RayRecord {

@@ -2,7 +2,8 @@
 //! statement is ever wrong; with one of them made smaller, wrong statements appear.
 //!
 //! What a bound covers is the sum of the worst cases of a dozen roundings, which no ray meets all
-//! at once: [`CAUGHT`] says from which fraction on a smaller bound is noticed.
+//! at once: [`CAUGHT`] says from which fraction on a smaller bound is noticed. `tests/lemmas.rs` looks
+//! at the steps one by one.
 
 #[path = "common/adversarial.rs"]
 mod adversarial;

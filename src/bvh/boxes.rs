@@ -3,9 +3,18 @@
 //!
 //! Coordinates are relative to the reference point. A sphere at `L` with radius `r` gets the box
 //! `[L_k − r − δ_k, L_k + r + δ_k]`, rounded outward to f32, with `δ_k` from
-//! `2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)` to twice that; a node gets the union, which is exact. The second
-//! part of `δ` is for a direction that comes from f64 with an error of `2⁻⁵⁰` of its length, the
-//! first one for an offset from the reference point.
+//! `2⁻²⁰(|L_k| + r) + 2⁻⁴⁰(‖L‖ + r)` to twice that; a node gets the union, which is exact.
+//!
+//! # What is needed of the margin
+//! A ray's direction is that of the scene, times a power of two. So each slab is that of the exact ray
+//! but for these roundings of `½·2⁻⁵²`: of `L_k`, of `L_k − r` and of the margin's subtraction, of the
+//! widening by the slack (each of up to `|L_k| + r`), and of the origin, of its own size. Together
+//! `2⁻⁵¹(|L_k| + r)`, [`NEED`], and `2⁻⁵³` of the origin. What follows, the difference, the inverse
+//! and the product, is relative and in [`enter`]'s `WIDER`.
+//!
+//! The margin is `2³¹` times that, because the builder needs boxes that f32 tells apart (see
+//! [`super`]), and a wider margin costs nothing: half of it is seen by no test of a ray. A test looks at
+//! the need itself.
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -48,9 +57,15 @@ impl Boxes {
     }
 }
 
+/// What rounds around a box, of `|L_k| + r`.
+#[cfg(test)]
+const NEED: f64 = 1.0 / (1u64 << 51) as f64;
+
 /// The box of a sphere with the margin, up to twice as wide.
 fn sphere_box(l: DVec3, r: f64, index: usize) -> Aabb {
+    // Eight of f32's units, so that equal spheres get different boxes.
     const NEAR: f64 = 1.0 / (1u64 << 20) as f64;
+    // The same where a component is 0 and the radius small.
     const FAR: f64 = 1.0 / (1u64 << 40) as f64;
     let margin = (l.abs() + r) * NEAR + FAR * (l.length() + r);
     let margin = margin * (1.0 + DVec3::from_array(spread(index)));
@@ -74,9 +89,10 @@ impl Boxes {
     /// Shows `visit` every sphere, by its place in [`Boxes::order`], that the ray may hit at
     /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
     ///
-    /// Slabs are computed in f64. The box's margin covers the rounding of the direction, and `2⁻⁴⁵` of
-    /// the origin's distance that of the origin and of all steps.
+    /// Slabs are computed in f64. The box's margin covers what rounds in its own size, and `2⁻⁴⁵` of the
+    /// origin's distance what rounds in that.
     pub fn visit(&self, ray: &BoxesRay, mut visit: impl FnMut(usize) -> f64) {
+        // 2⁸ times the rounding of the offset to the origin.
         const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
         let slack = ray.origin.abs().max_element() * SLACK;
         let inverse = ray.direction.recip();
@@ -162,6 +178,40 @@ mod tests {
             }
         }
         assert!(deepest < 500, "{deepest} levels");
+    }
+
+    /// What a two-sum gives: a difference and what it lost, exactly (Knuth).
+    fn difference(a: f64, b: f64) -> (f64, f64) {
+        let s = a - b;
+        let part = s - a;
+        (s, (a - (s - part)) - (b + part))
+    }
+
+    /// The lower side of a slab without any margin, in the steps of `sphere_box` and `enter`: how far
+    /// it is above the exact one, as part of what is needed.
+    #[test]
+    fn the_need_of_a_margin() {
+        let mut random = SplitMix::new(1103);
+        let mut number = || {
+            let mantissa = match random.unit() {
+                u if u < 0.5 => 1.0 + (16.0 * random.unit()).floor() * f64::EPSILON,
+                _ => 1.0 + random.unit(),
+            };
+            let sign = if random.unit() < 0.5 { -1.0 } else { 1.0 };
+            sign * mantissa * 2f64.powf((6.0 * random.unit() - 3.0).round())
+        };
+        let mut worst = 0.0;
+        for _ in 0..2_000_000 {
+            let (center, reference, r) = (number(), number(), number().abs());
+            let ((l, lost_l), tiny) = (difference(center, reference), number() * f64::EPSILON);
+            let (low, lost_low) = difference(l, r);
+            let (low, lost_margin) = difference(low, tiny);
+            let (_, lost_slack) = difference(low, tiny);
+            let lost = lost_l + lost_low + lost_margin + lost_slack;
+            worst = f64::max(worst, lost.abs() / (NEED * (l.abs() + r)));
+        }
+        println!("{worst:.4} of what is said to be needed");
+        assert!(worst <= 1.0 && worst > 0.5, "{worst}");
     }
 
     /// Each sphere is in one leaf, within the boxes of all nodes above, by the margin.

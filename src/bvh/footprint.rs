@@ -26,24 +26,31 @@
 //!    nearly all of that to spare, however small `D` is against `ℓ`; and as `D < 1.01ℓ`, its
 //!    tangents are turned outward by at least `2⁻³⁵` from the true ones. The bound of `t` has the
 //!    same to spare.
-//! 3. `D − ρ ≥ 2⁻¹⁰D` for the widened radius `ρ`, or nothing is bounded. So `√(D² − ρ²)` is off by
-//!    less than `2¹⁰ε` of itself, and the tangents are turned by less than `2¹⁰ε = 2⁻⁴²`.
+//! 3. `D − ρ ≥ 2⁻¹⁰D` for the widened radius `ρ`, or nothing is bounded. So `T = √(D² − ρ²)` is off by
+//!    less than `2¹⁰ε` of itself, and as `tan φ = ρ/T`, the tangents are turned by at most `ρT/D² <
+//!    2⁻⁴·⁵` of that, with all other roundings by less than `2⁶ε = 2⁻⁴⁶`.
 //! 4. A slope's quotient and its way to a column lose `4ε` of the column and of the picture's width,
 //!    below `2⁻²⁰` pixel within the picture and next to it; `EDGE` is `2⁻¹⁰` pixel. Where `h/H`
 //!    underflows, the whole picture is narrower than what the tangents are turned by.
+//!
+//! `SPARE` turns tangents `2¹¹` times as far as 3 asks for and `EDGE` is `2¹⁰` times what 4 does: half
+//! of either is as right, and no ray shows it. Both are so small that hardly a footprint is a pixel
+//! wider for them. Tests look at what is asked for, in exact arithmetic: the products of 1 and the
+//! tangents of 3.
 
 use glam::DVec3;
 
 use crate::camera::{Lens, Pixels, View};
 use crate::guard::round_down;
 
-/// Part of a sphere's distance and radius that it is widened by.
+/// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
 
-/// Part of a disc's distance below which its tangents bound nothing.
+/// Part of a disc's distance below which its tangents bound nothing: half of it would make the need of
+/// 3 larger by `√2`, still within `SPARE`.
 const GRAZING: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// What a footprint is widened by on each side before it is rounded to pixels, px.
+/// What a footprint is widened by on each side before it is rounded to pixels, px: `2¹⁰` times the need.
 const EDGE: f64 = 1.0 / (1u64 << 10) as f64;
 
 /// Columns or rows of cells that a footprint can tell apart.
@@ -182,4 +189,115 @@ fn slopes(a: f64, b: f64, radius: f64) -> [f64; 2] {
         (turned > 0.0).then(|| (b * tangent + a * radius) / turned)
     };
     [slope(-radius).unwrap_or(f64::NEG_INFINITY), slope(radius).unwrap_or(f64::INFINITY)]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::dvec3;
+
+    use super::*;
+    use crate::exact::{Real, Root, real};
+    use crate::random::SplitMix;
+
+    fn exact(x: f64) -> Real {
+        real(x).expect("a finite number")
+    }
+
+    fn to_f64(x: Real) -> f64 {
+        Root::ratio(x, 1).to_f64()
+    }
+
+    fn volume(a: DVec3, b: DVec3, c: DVec3) -> Real {
+        let [a, b, c] = [a, b, c].map(|v| v.to_array().map(exact));
+        let minor = |i: usize, j: usize| &b[i] * &c[j] - &b[j] * &c[i];
+        &a[0] * &minor(1, 2) + &a[1] * &minor(2, 0) + &a[2] * &minor(0, 1)
+    }
+
+    fn view(forward: DVec3, right: DVec3, true_up: DVec3, h: f64) -> View {
+        let (position, lens) = (DVec3::ZERO, Lens::Perspective);
+        View { position, forward, right, true_up, h, lens }
+    }
+
+    fn vector(random: &mut SplitMix) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0))
+    }
+
+    /// The coordinates of a point in the frame of a camera, by Cramer's rule.
+    #[test]
+    fn products_with_the_reciprocal_basis() {
+        let mut random = SplitMix::new(1104);
+        let mut worst = 0.0;
+        for _ in 0..20_000 {
+            let forward = vector(&mut random).normalize();
+            let right = forward.cross(vector(&mut random)).normalize();
+            let off = 2f64.powf(-11.0 - 42.0 * random.unit());
+            let [forward, right, true_up] =
+                [forward, right, right.cross(forward)].map(|v| v + off * vector(&mut random));
+            let view = view(forward, right, true_up, 0.5);
+            let pixels = Pixels::whole(view, 64, 48);
+            if !pixels.is_in_range() {
+                continue;
+            }
+            let Projection { depth, across, upward, .. } = Projection::new(&pixels);
+            let l = vector(&mut random) * 2f64.powf(20.0 * random.unit() - 10.0);
+            let whole = volume(forward, right, true_up);
+            for (g, numerator) in [
+                (depth, volume(l, right, true_up)),
+                (across, volume(forward, l, true_up)),
+                (upward, volume(forward, right, l)),
+            ] {
+                let error = to_f64(exact(g.dot(l)) * &whole - numerator) / to_f64(whole.clone());
+                worst = f64::max(worst, error.abs() / (8.0 * f64::EPSILON * l.length()));
+            }
+        }
+        println!("products: {worst:.3} of the bound");
+        assert!(worst <= 1.0 && worst > 0.05, "{worst}");
+    }
+
+    /// How far a tangent is turned, from its distance to the middle of the disc.
+    #[test]
+    fn tangents_of_discs() {
+        let mut random = SplitMix::new(1105);
+        let mut worst: f64 = 0.0;
+        for _ in 0..200_000 {
+            let (a, b) = (vector(&mut random).x, vector(&mut random).x);
+            let distance = (a * a + b * b).sqrt();
+            // Small, any, and nearly as large as the distance.
+            let part = match random.next() % 3 {
+                0 => 2f64.powf(-30.0 * random.unit()),
+                1 => random.unit(),
+                _ => 1.0 - GRAZING * (1.0 + random.unit()),
+            };
+            let radius = distance * part;
+            if distance - radius <= GRAZING * distance {
+                continue;
+            }
+            for slope in slopes(a, b, radius).into_iter().filter(|slope| slope.is_finite()) {
+                let [x, a, b, r] = [slope, a, b, radius].map(exact);
+                let aside = &b - &x * &a;
+                let length2 = exact(1.0) + &x * &x;
+                let error = to_f64(&aside * &aside - &r * &r * &length2);
+                let off = error / (2.0 * radius * to_f64(length2));
+                let turned = off / ((distance - radius) * (distance + radius)).sqrt();
+                // The slope's own rounding is item 4's.
+                let turned = turned.abs() - 2.0 * f64::EPSILON;
+                worst = worst.max(turned / 2f64.powi(-46));
+            }
+        }
+        println!("tangents: {worst:.3} of the bound");
+        assert!(worst <= 1.0 && worst > 0.05, "{worst}");
+        // What the disc is widened by turns them 2¹¹ times as far.
+        assert!(SPARE / 2.0 >= 2048.0 * 2f64.powi(-46));
+    }
+
+    /// A point at the pixel's very centre belongs to the pixel.
+    #[test]
+    fn cells_at_the_centre_of_a_pixel() {
+        let frame = [DVec3::NEG_Z, DVec3::X, DVec3::Y];
+        let [forward, right, true_up] = frame;
+        let view = view(forward, right, true_up, 0.3);
+        let projection = Projection::new(&Pixels::whole(view, 7, 5));
+        let footprint = projection.footprint(dvec3(0.0, 0.0, -4.0), 1e-9).expect("it is seen");
+        assert_eq!((footprint.columns, footprint.rows), ([3, 3], [2, 2]));
+    }
 }

@@ -15,6 +15,7 @@ use crate::certify;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
+use crate::host;
 use crate::kernel::certified::{
     self, FarFilter, Filter, FreeFilter, Nearest, PACKET, ParallelFilter, PointFilter, UNDECIDED,
     Widening,
@@ -47,6 +48,8 @@ trait Kernel: Sync {
     type Float: Arithmetic;
     /// Whether the kernel itself gives `t` and normals.
     const GIVES_SURFACE: bool = true;
+    /// Whether its ids rest on a proof.
+    const IS_PROVEN: bool = false;
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The ids of a packet of pixels' rays, where the kernel has a quicker way for them.
     fn packet(&self, _: &[RayOf<Self::Float>; PACKET]) -> Option<[u32; PACKET]> {
@@ -104,6 +107,7 @@ impl<'a, F: Filter> Certified<'a, F> {
 impl<F: Filter> Kernel for Certified<'_, F> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
+    const IS_PROVEN: bool = true;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
@@ -212,6 +216,7 @@ fn trace_hierarchy(
     let width = pixels.width as usize;
     hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
         control.check()?;
+        host::check()?;
         let first_row = (band * TILE) as u32;
         let n_rays = ids.len() as u64;
         let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids };
@@ -417,6 +422,9 @@ fn for_each_chunk<K: Kernel>(
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
+        if K::IS_PROVEN {
+            host::check()?;
+        }
         work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())

@@ -265,7 +265,7 @@ impl<'a, T: TileRays> TileTracer<'a, T> {
 /// [`guard::t_bound_f32`] of the packet's ray that sees farthest.
 #[inline(always)]
 fn t_bound(packet: &Packet) -> f32 {
-    let mut least = f32::INFINITY;
+    let mut least = f32::MAX;
     for lane in 0..PACKET {
         let nearness = packet.a[lane] * packet.low[lane];
         least = if nearness < least { nearness } else { least };

@@ -183,6 +183,7 @@ fn constants(needs: &Needs) -> String {
         text += &format!("const IS_LEAF = {IS_LEAF}u;\nconst BORROW = {BORROW}u;\n");
         text += &format!("const NO_PLACE = {}u;\n", u32::MAX);
         text += &format!("const T_ROOM = {:?}f;\n", guard::T_ROOM);
+        text += &format!("const LEAST_NEARNESS = {:?}f;\n", guard::LEAST_NEARNESS);
         text += &format!("const ROW_BITS = {}u;\n", TEXELS_PER_ROW.ilog2());
     }
     text

@@ -313,8 +313,8 @@ pub fn sphere_nearness<R: Real>(
     k_error: R,
     widening: &Widening<R>,
 ) -> Nearness<R> {
-    let q = widening.inverse(k.abs(), k_error);
     if k.abs() > k_error {
+        let q = widening.inverse(k.abs(), k_error);
         match k > R::ZERO {
             true => outside_nearness(ray, l, guard, q),
             false => inside_nearness(ray, l, guard, q, widening),
@@ -348,12 +348,29 @@ pub fn plane_nearness_at<R: Real>(
 ) -> Nearness<R> {
     let slope = dot3(ray.direction, normal);
     let away = if n_offset < R::ZERO { -slope } else { slope };
-    let q = widening.inverse(n_offset.abs(), n_offset_error);
     if n_offset.abs() > n_offset_error {
+        let q = widening.inverse(n_offset.abs(), n_offset_error);
         plane_nearness(ray, away, direction_error, q)
     } else {
         Nearness::OPEN
     }
+}
+
+/// From the centre of a sphere to where its visible root lies, or away from there, whichever is turned
+/// against the ray: `−P ∓ h·d` with half the chord `h`, a vector of length `r`. It does not cancel as
+/// a point of the surface does.
+#[inline(always)]
+pub fn half_chord_radius<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R, is_outside: bool) -> Vec3<R> {
+    let p = l - ray.direction * (dot3(ray.direction, l) * ray.inv_a);
+    let half_chord = ((r * r - dot3(p, p)).max(R::ZERO) * ray.inv_a).sqrt();
+    let chord = ray.direction * half_chord;
+    if is_outside { -p - chord } else { p - chord }
+}
+
+/// `v / ‖v‖`
+#[inline(always)]
+pub fn normalized<R: Real>(v: Vec3<R>) -> Vec3<R> {
+    v * (R::ONE / dot3(v, v).sqrt())
 }
 
 #[inline(always)]

@@ -25,6 +25,10 @@ pub enum Rounding {
     WideUp,
     /// Down, as far.
     WideDown,
+    /// To the neighbour that [`set_choices`] says.
+    Chosen,
+    /// To that side; division and square root as far as their tolerance goes.
+    ChosenWide,
 }
 
 impl Rounding {
@@ -50,6 +54,19 @@ pub fn set_rounding(rounding: Rounding, seed: u64) {
     STATE.set(seed | 1);
 }
 
+/// Chooses this thread's roundings one by one: up for a 1, from the lowest bit on, and again after
+/// 64 operations. With `wide`, division and square root go to the end of their tolerance.
+pub fn set_choices(choices: u64, wide: bool) {
+    ROUNDING.set(if wide { Rounding::ChosenWide } else { Rounding::Chosen });
+    STATE.set(choices);
+}
+
+fn next_choice() -> bool {
+    let choices = STATE.get();
+    STATE.set(choices.rotate_right(1));
+    choices & 1 == 1
+}
+
 fn random_bits() -> u64 {
     // Xorshift64 (Marsaglia 2003): quick, and good enough for coins.
     let mut x = STATE.get();
@@ -65,6 +82,8 @@ fn random_bits() -> u64 {
 fn round(nearest: f32, truth_is: std::cmp::Ordering, spare: i32) -> f32 {
     let rounding = ROUNDING.get();
     let exact = truth_is.is_eq();
+    let is_chosen = matches!(rounding, Rounding::Chosen | Rounding::ChosenWide);
+    let goes_up = is_chosen && next_choice();
     let (below, above) = match truth_is {
         std::cmp::Ordering::Less => (nearest.next_down(), nearest),
         std::cmp::Ordering::Equal => (nearest, nearest),
@@ -74,6 +93,13 @@ fn round(nearest: f32, truth_is: std::cmp::Ordering, spare: i32) -> f32 {
         Rounding::Nearest => nearest,
         Rounding::Up | Rounding::WideUp => above,
         Rounding::Down | Rounding::WideDown => below,
+        Rounding::Chosen | Rounding::ChosenWide => {
+            if goes_up {
+                above
+            } else {
+                below
+            }
+        }
         Rounding::Random | Rounding::Wide => {
             if random_bits() & 1 == 0 {
                 below
@@ -87,6 +113,13 @@ fn round(nearest: f32, truth_is: std::cmp::Ordering, spare: i32) -> f32 {
         Rounding::Wide => (random_bits() % (2 * spare as u64 + 1)) as i32 - spare,
         Rounding::WideUp => spare,
         Rounding::WideDown => -spare,
+        Rounding::ChosenWide => {
+            if goes_up {
+                spare
+            } else {
+                -spare
+            }
+        }
         _ => 0,
     };
     (0..steps.abs()).fold(faithful, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })

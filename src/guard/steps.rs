@@ -1,0 +1,43 @@
+//! The bounds of the single steps of the derivation, in units `ε` of [`crate::guard`]. Each has a
+//! search for its worst case in `tests/lemmas.rs`, which half of it would not survive.
+
+/// Step 2: `|ŝ − s|·|d|`, of `ℓ`: 3 + 3 + 2.5 + 1.
+pub const CLOSEST: f64 = 9.51;
+
+/// Step 3: rounding `ŝ·d̂`, of `ℓ`.
+pub const FOOT: f64 = 1.01;
+
+/// Steps 3 and 5: the subtraction, twice, and the dot product; of `m`.
+pub const SQUARE: f64 = 5.1;
+
+/// Step 4, of `η²` in units of 1: `9.51² + 2·9.51 + 1` and what is of higher order.
+pub const ASIDE: f64 = 111.0;
+
+/// Half the chord, relative, without `δ`: (1 + 5.5 + 1)/2 + 4.5.
+pub const HALF_CHORD: f64 = 8.26;
+
+/// Two sums of a root, of `ℓ + r`.
+pub const TWO_SUMS: f64 = 2.01;
+
+/// A dot product, of the product of the lengths.
+pub const DOT: f64 = 3.01;
+
+/// The subtraction in `k = L·L − r²`, of `ℓ²`.
+pub const DIFFERENCE: f64 = 1.01;
+
+/// The same of `r²`, with `r²` rounded: 1 + ½, and ½ for a host that rounds otherwise.
+pub const R2: f64 = 2.01;
+
+/// A normal's rounding to f32 on the host, relative.
+pub const NORMAL: f64 = 0.501;
+
+/// `P` of a normal: `ŝ` and step 3; of `ℓ`. The host's division and root are faithful as well, so that
+/// `ŝ` takes 3 + 3 + 1 + 1 there and 9.01 would do.
+pub const NORMAL_FOOT: f64 = 10.6;
+
+/// [`crate::kernel::certified::half_chord_radius`] on the host, but for `P`; of `r`: half the chord
+/// (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2.
+pub const CHORD: f64 = 6.6;
+
+/// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
+pub const NORMALIZED: f64 = 4.6;
