@@ -273,7 +273,18 @@ fn proposals_are_the_same() {
             proposed(&mut GpuTracer::new(gpu(), Arc::clone(&prepared), wants).unwrap(), &rays);
         let twin = match prepared.hierarchy {
             Some(_) => propose_alone(&prepared, &picture).unwrap(),
-            None => proposed(&mut CpuTracer::new(prepared, wants), &rays),
+            None => {
+                let whole = proposed(&mut CpuTracer::new(Arc::clone(&prepared), wants), &rays);
+                // Too narrow for a packet.
+                let part = Pixels { x: 90, width: 7, ..picture };
+                let narrow = Rays::Pixels(part);
+                let narrow = proposed(&mut CpuTracer::new(prepared, wants), &narrow);
+                for (index, id) in narrow.into_iter().enumerate() {
+                    let (x, y) = part.xy(index);
+                    assert_eq!(id, whole[y as usize * 203 + x as usize], "in a packet");
+                }
+                whole
+            }
         };
         assert_eq!(device, twin, "{n} spheres");
         let n_open = twin.iter().filter(|&&id| id == UNDECIDED).count();
@@ -315,7 +326,7 @@ fn the_scene_file_is_orthographic() {
     assert!(matches!(camera.projection, Projection::Orthographic { .. }));
     let picture = Pixels::whole(View::new(camera), 96, 54);
     let tally = check("the file", (*scene).clone(), picture);
-    assert!(tally.hits > tally.rays / 4, "{tally:?}");
+    assert!(tally.hits > tally.rays / 10, "{tally:?}");
     let image = scene.image.unwrap();
     assert_eq!((image.width, image.height), (1280, 720));
 }

@@ -11,10 +11,11 @@ use common::{in_cube, log_uniform};
 use glam::DVec3;
 use kugelblitz::bvh::footprint::Projection;
 use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
-use kugelblitz::exact::{ExactPixels, Shape, visible_root};
+use kugelblitz::exact::{ExactPixels, ExactRay, Shape, real, sphere_numbers, visible_root};
 use kugelblitz::guard::{self, Guard, UNIT_F32, WIDENING};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{GuardOf, Nearness, Widening, parallel_nearness};
+use kugelblitz::trace::Ray;
 use kugelblitz::vec3::Vec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -225,4 +226,39 @@ fn footprints_hold_what_is_seen_and_little_else() {
         }
     }
     assert!(n_seen > 20_000 && n_tight > 200, "{n_seen} seen, {n_tight} tight");
+}
+
+/// `k` of a pixel's origin in f64, moved from the camera's position, is within its bound of the exact
+/// one, and on the ground of a huge sphere far better than `l·l − r²`.
+#[test]
+fn moved_k_is_within_its_bound() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1215);
+    let mut largest = 0.0;
+    for turn in 0..20_000 {
+        let h = log_uniform(&mut rng, 1e-3, 1e3).abs();
+        let pixels = picture(&mut rng, h);
+        let (x, y) =
+            (rng.random_range(0..pixels.image_width), rng.random_range(0..pixels.image_height));
+        let o = pixels.origin_offset(x, y);
+        let radius = h * log_uniform(&mut rng, 1e-2, 1e6).abs();
+        let center =
+            in_cube(&mut rng).normalize() * (radius + h * log_uniform(&mut rng, 0.1, 10.0));
+        let exact_ray = ExactPixels::new(&pixels).ray(x, y);
+        let exact = sphere_numbers(&exact_ray, center, radius).unwrap().k;
+        let at_eye = ExactRay::new(&Ray { origin: DVec3::ZERO, direction: DVec3::X });
+        let k = sphere_numbers(&at_eye, center, radius).unwrap().k.to_f64();
+        let error = k.abs() * guard::UNIT_F64;
+        let moved = k - o.dot(center + (center - o));
+        let bound = guard::moved_k_error(k, error, center.length(), o.length());
+        let off = exact.minus(&real(moved).unwrap()).to_f64().abs();
+        assert!(off <= bound, "turn {turn}: {off:e} above {bound:e}");
+        largest = f64::max(largest, off / bound);
+        if radius > 1e4 * h {
+            let direct = 4.0 * guard::UNIT_F64 * 2.0 * radius * radius;
+            assert!(bound < direct / 100.0, "{bound:e}, directly {direct:e}");
+        }
+    }
+    println!("moved k: {largest:.3} of the bound");
+    // The host rounds to the nearest: half of a faithful rounding in each of a dozen steps.
+    assert!(largest > 0.03, "{largest}");
 }

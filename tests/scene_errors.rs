@@ -9,13 +9,14 @@ use kugelblitz::scene::{Color, Projection, Scene, SceneError, parse_scene, read_
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 7] = [
     include_str!("../scenes/figure1.toml"),
     include_str!("../scenes/figure2.toml"),
     include_str!("../scenes/figure3.toml"),
     include_str!("../scenes/figure4.toml"),
     include_str!("../scenes/figure5.toml"),
     include_str!("../scenes/inside.toml"),
+    include_str!("../scenes/orthographic.toml"),
 ];
 
 fn parse(text: &str) -> Result<Scene, Box<SceneError>> {

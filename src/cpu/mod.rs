@@ -117,7 +117,8 @@ impl<F: Filter> Kernel for Certified<'_, F> {
     #[inline(always)]
     fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
         let Lists { spheres, planes } = self.objects;
-        F::IS_FAR.then(|| certified::propose_packet(rays, spheres, planes, &self.widening))
+        F::IS_STRAIGHT
+            .then(|| certified::propose_packet::<F>(rays, spheres, planes, &self.widening))
     }
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {

@@ -382,6 +382,8 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
 pub(crate) trait Filter: Sync {
     /// Whether it is [`far_nearness`], whose lower bounds still lack a factor.
     const IS_FAR: bool = false;
+    /// Whether its steps are the same for all rays, so that they go side by side.
+    const IS_STRAIGHT: bool = false;
     /// A sphere.
     fn sphere(
         ray: &RayOf<f32>,
@@ -406,6 +408,7 @@ pub(crate) struct FreeFilter;
 
 impl Filter for FarFilter {
     const IS_FAR: bool = true;
+    const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
     fn sphere(ray: &RayOf<f32>, sphere: &SphereCertified, _: &Widening<f32>) -> Nearness<f32> {
@@ -442,6 +445,8 @@ impl Filter for PointFilter {
 }
 
 impl Filter for ParallelFilter {
+    const IS_STRAIGHT: bool = true;
+
     #[inline(always)]
     fn sphere(
         ray: &RayOf<f32>,
@@ -503,10 +508,10 @@ pub(crate) fn propose<F: Filter>(
 /// Rays that [`propose_packet`] takes at a time: two registers of four, or one of eight.
 pub const PACKET: usize = 8;
 
-/// [`propose`] for a packet of pixels' rays far from all spheres. The same operations, ordered so
-/// that the compiler finds them side by side; a test holds the two against each other.
+/// [`propose`] for a packet of pixels' rays. The same operations, ordered so that the compiler finds
+/// them side by side; a test holds the two against each other.
 #[inline(always)]
-pub fn propose_packet(
+pub(crate) fn propose_packet<F: Filter>(
     rays: &[RayOf<f32>; PACKET],
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -516,18 +521,20 @@ pub fn propose_packet(
     let mut high = [0.0; PACKET];
     let mut second_high = [0.0; PACKET];
     let mut id = [0; PACKET];
-    let direction: [[f32; PACKET]; 3] =
-        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
+    let lanes = |vector: fn(&RayOf<f32>) -> Vec3<f32>| -> [[f32; PACKET]; 3] {
+        std::array::from_fn(|axis| rays.map(|ray| vector(&ray).0[axis]))
+    };
+    let (origin, direction) = (lanes(|ray| ray.origin), lanes(|ray| ray.direction));
     let inv_a = rays.map(|ray| ray.inv_a);
     for (i, sphere) in spheres.iter().enumerate() {
-        let &SphereCertified { center, inner2, outer2, q_high_or_r2: q_high, .. } = sphere;
         for lane in 0..PACKET {
             let ray = RayOf {
+                origin: Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
                 direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
                 inv_a: inv_a[lane],
                 ..rays[lane]
             };
-            let root = far_nearness(&ray, Vec3(center), inner2, outer2, q_high);
+            let root = F::sphere(&ray, sphere, widening);
             let nearest = Nearest {
                 low: low[lane],
                 high: high[lane],
@@ -543,13 +550,13 @@ pub fn propose_packet(
     }
     std::array::from_fn(|lane| {
         let mut nearest = Nearest {
-            low: low[lane] * widening.far_narrower,
+            low: if F::IS_FAR { low[lane] * widening.far_narrower } else { low[lane] },
             high: high[lane],
             second_high: second_high[lane],
             id: id[lane],
         };
         for (i, plane) in planes.iter().enumerate() {
-            let root = FarFilter::plane(&rays[lane], plane, widening);
+            let root = F::plane(&rays[lane], plane, widening);
             nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
         }
         nearest.decide()
