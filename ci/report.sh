@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Measures speed against error on this machine and puts the result into docs/report/ and README.md.
 #
-#   ci/report.sh              docs/report/lavapipe.{html,md,svg}, and the README's table from it
+#   ci/report.sh              docs/report/lavapipe.{html,md,svg}, and the README's tables from it;
+#                             docs/report/peers.md, where other renderers are installed
 #   ci/report.sh NAME [ARG…]  docs/report/NAME.{html,md,svg}; ARG go to `kugelblitz report`
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,20 +15,30 @@ git diff --quiet HEAD -- Cargo.toml Cargo.lock src shaders scenes || commit="$co
 KUGELBLITZ_COMMIT=$commit cargo build --release --locked
 mkdir -p docs/report
 report=docs/report/$name
-target/release/kugelblitz report --peers "$@" -o "$report.html" -o "$report.md" -o "$report.svg"
+target/release/kugelblitz report "$@" -o "$report.html" -o "$report.md" -o "$report.svg"
+[ "$name" = lavapipe ] || exit 0
 
-# The README shows the one of lavapipe, between its two marks.
-if [ "$name" = lavapipe ]; then
+# The README shows the two tables of lavapipe, each between its two marks.
+between() {
+    local what=$1 table=$2 readme
     readme=$(mktemp)
-    trap 'rm -f "$readme"' EXIT
-    awk -v table="$report.md" '
-        /^<!-- end of the report -->$/ { inside = 0 }
+    awk -v what="$what" -v table="$table" '
+        $0 == "<!-- end of " what " -->" { inside = 0 }
         !inside
-        /^<!-- begin of the report, made by ci\/report.sh -->$/ {
+        $0 == "<!-- begin of " what ", made by ci/report.sh -->" {
             inside = 1
-            print ""
-            while ((getline line < table) > 0) print line
-            print ""
+            print "\n" table "\n"
         }' README.md >"$readme"
     cat "$readme" >README.md
+    rm "$readme"
+}
+between "the report" "$(sed '/^| spheres /,$d' "$report.md")"
+between "many spheres" "$(sed -n '/^| spheres /,$p' "$report.md")"
+
+peers=$(mktemp)
+trap 'rm -f "$peers"' EXIT
+if ci/peers.py target/release/kugelblitz >"$peers"; then
+    cat "$peers" >docs/report/peers.md
+else
+    echo "ci/report.sh: docs/report/peers.md is left as it was" >&2
 fi

@@ -1,7 +1,8 @@
 //! What follows the certified kernel's f32 stage: f64 with the same filter, then exact arithmetic.
 //! Undecided rays flow one way and never loop back.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use glam::DVec3;
@@ -101,10 +102,11 @@ pub fn decide(
     Ok(all)
 }
 
-/// Candidates of undecided rays that are held at a time, and at least this many rays: every object
-/// may be a candidate of every ray.
-const MOST_CANDIDATES: usize = 1 << 22;
-const RAYS_AT_ONCE: usize = 64;
+/// Undecided rays that are looked at before they are settled.
+const RAYS_AT_ONCE: usize = 1 << 16;
+
+/// Candidates that are held for them together: every object may be a candidate of every ray.
+const MOST_HELD: usize = 1 << 22;
 
 fn put(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
     hits.id[index] = settled.id;
@@ -171,6 +173,17 @@ enum Decision {
     Open(Vec<u32>),
 }
 
+impl Decision {
+    /// Itself, where `room` has places for its candidates: it takes them. What is not held is
+    /// looked for again.
+    fn hold(self, room: &AtomicUsize) -> Option<Decision> {
+        let Decision::Open(candidates) = &self else { return Some(self) };
+        let take = |left: usize| left.checked_sub(candidates.len());
+        let fits = room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok();
+        fits.then_some(self)
+    }
+}
+
 /// One ray's result.
 struct Settled {
     id: u32,
@@ -203,6 +216,8 @@ struct Stage<'a> {
     /// Whether the f64 bounds hold for these rays.
     usable: bool,
     input: InputError,
+    /// [`MOST_HELD`]
+    most_held: usize,
 }
 
 /// A ray in f64: `reference + o + 2^−exponent·t·direction`.
@@ -255,7 +270,8 @@ impl<'a> Stage<'a> {
             StageRays::List(_) => HashMap::new(),
         };
         let reference = prepared.reference;
-        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input }
+        let most_held = MOST_HELD;
+        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input, most_held }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -294,21 +310,20 @@ impl<'a> Stage<'a> {
         timing: &mut Timing,
         mut put: impl FnMut(u32, Settled),
     ) -> Result<()> {
-        let n_objects = self.scene.n_objects().max(1);
-        let at_once = match self.hierarchy {
-            // A ray's candidates are those along it: few of many.
-            Some(_) if self.usable => MOST_CANDIDATES / 64,
-            _ => (MOST_CANDIDATES / n_objects).max(RAYS_AT_ONCE),
-        };
-        for rays in undecided.chunks(at_once) {
+        for rays in undecided.chunks(RAYS_AT_ONCE) {
             let start = Instant::now();
-            let decisions = each_ray(rays, control, |ray| self.decide_f64(ray))?;
+            let room = AtomicUsize::new(self.most_held);
+            let decisions = each_ray(rays, control, |ray| self.decide_f64(ray).hold(&room))?;
             timing.refine += start.elapsed();
 
             let start = Instant::now();
-            let settled = each_pair(rays, decisions, control, |ray, decision| match decision {
-                Decision::Decided(id) => self.settle(ray, &[id], Level::F64, wants),
-                Decision::Open(candidates) => self.settle(ray, &candidates, Level::Exact, wants),
+            let settled = each_pair(rays, decisions, control, |ray, decision| {
+                match decision.unwrap_or_else(|| self.decide_f64(ray)) {
+                    Decision::Decided(id) => self.settle(ray, &[id], Level::F64, wants),
+                    Decision::Open(candidates) => {
+                        self.settle(ray, &candidates, Level::Exact, wants)
+                    }
+                }
             })?;
             for (&ray, settled) in rays.iter().zip(settled) {
                 put(ray, settled);
@@ -348,11 +363,24 @@ impl<'a> Stage<'a> {
                 }
             }
         }
-        match candidates.finish().as_slice() {
+        match self.without_repeats(candidates.finish()).as_slice() {
             [] => Decision::Decided(0),
             [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
             open => Decision::Open(open.iter().map(|(id, _)| *id).collect()),
         }
+    }
+
+    /// Without candidates that equal an earlier one: of equals, the lowest id wins.
+    fn without_repeats(
+        &self,
+        mut candidates: Vec<(u32, Nearness<f64>)>,
+    ) -> Vec<(u32, Nearness<f64>)> {
+        if candidates.len() > 1 {
+            let mut seen = HashSet::with_capacity(candidates.len());
+            candidates
+                .retain(|(id, _)| self.scene.object(*id).is_some_and(|o| seen.insert(bits(o))));
+        }
+        candidates
     }
 
     /// Shows `look` the ids of the spheres that the ray may hit, nearer ones first; it returns a lower
@@ -626,4 +654,99 @@ struct Foot {
 
 fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
     (hit.t_f32(), hit.normal_f32(ray, shape))
+}
+
+/// The numbers of an object, the same for equal ones; a plane's radius is one that no sphere has.
+fn bits(object: Object) -> [u64; 7] {
+    let (at, normal, radius) = match object {
+        Object::Sphere(sphere) => (sphere.center, DVec3::ZERO, sphere.radius),
+        Object::Plane(plane) => (plane.point, plane.normal, f64::NAN),
+    };
+    let [x, y, z] = at.to_array().map(f64::to_bits);
+    let [nx, ny, nz] = normal.to_array().map(f64::to_bits);
+    [x, y, z, nx, ny, nz, radius.to_bits()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::View;
+    use crate::scene::{Camera, Color, Projection};
+    use std::sync::Arc;
+
+    /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
+    fn nearly_equal(n: usize) -> Vec<Sphere> {
+        let sphere = |i: usize| {
+            let shift = (i * 7919 % n) as f64 * f64::EPSILON;
+            let center = DVec3::new(shift, 0.0, -5.0 - shift);
+            Sphere { name: None, center, radius: 1.0, color: Color::BLACK }
+        };
+        (0..n).map(sphere).collect()
+    }
+
+    fn pixels(width: u32, height: u32) -> Pixels {
+        let (position, look_at) = (DVec3::ZERO, DVec3::NEG_Z);
+        let projection = Projection::Perspective { fov_degrees: 20.0 };
+        let camera = Camera { position, look_at, up: DVec3::Y, projection };
+        Pixels::whole(View::new(&camera), width, height)
+    }
+
+    fn decide(stage: &Stage, n_rays: u32) -> Vec<(u32, f32, Level)> {
+        let wants = Wants { surface: true, level: true };
+        let mut all = Vec::new();
+        let rays: Vec<u32> = (0..n_rays).collect();
+        let put = |_, settled: Settled| all.push((settled.id, settled.t, settled.level));
+        let control = Control::default();
+        stage.decide(&rays, wants, &control, &mut Timing::default(), put).unwrap();
+        all
+    }
+
+    #[test]
+    fn candidates_that_are_not_held_are_found_again() {
+        let (n, pixels) = (300, pixels(8, 6));
+        let scene = Scene { spheres: nearly_equal(n), ..Scene::default() };
+        let rays = Rays::Pixels(pixels);
+        let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+        let decided = |most_held| decide(&Stage { most_held, ..Stage::new(&prepared, &rays) }, 48);
+        let all = decided(MOST_HELD);
+        let n_exact = all.iter().filter(|(.., level)| *level == Level::Exact).count();
+        assert!(n_exact > 40, "{n_exact}");
+        for most_held in [0, n - 1, n, 5 * n + 17] {
+            assert_eq!(decided(most_held), all, "{most_held}");
+        }
+    }
+
+    #[test]
+    fn no_more_candidates_are_held_than_there_is_room_for() {
+        let room = AtomicUsize::new(5);
+        let open = |n| Decision::Open(vec![1; n]);
+        assert!(open(3).hold(&room).is_some());
+        assert!(open(3).hold(&room).is_none());
+        assert!(open(2).hold(&room).is_some());
+        assert!(open(1).hold(&room).is_none());
+        assert!(Decision::Decided(1).hold(&room).is_some());
+    }
+
+    /// However many planes and spheres coincide, one of them needs no exact arithmetic.
+    #[test]
+    fn of_equal_objects_the_first_is_the_only_candidate() {
+        let plane = Plane {
+            name: None,
+            point: DVec3::new(0.0, 0.0, -7.0),
+            normal: DVec3::Z,
+            color: Color::BLACK,
+        };
+        let sphere = nearly_equal(1).remove(0);
+        for (n_spheres, n_planes) in [(500, 1), (0, 500)] {
+            let scene = Scene {
+                spheres: vec![sphere.clone(); n_spheres],
+                planes: vec![plane.clone(); n_planes],
+                ..Scene::default()
+            };
+            let rays = Rays::Pixels(pixels(8, 6));
+            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+            let all = decide(&Stage::new(&prepared, &rays), 48);
+            assert!(all.iter().all(|(id, _, level)| *id == 1 && *level == Level::F64));
+        }
+    }
 }

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::npy::write_float_header;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
-use crate::scene::{Camera, MAX_OBJECTS, Projection, cloud_scene_text};
+use crate::scene::{Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, cloud_scene_text};
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,6 +150,26 @@ impl Recipe {
                 Err(Error::Usage(message))
             }
         }
+    }
+
+    /// The scene of the two files that [`write_cloud`] and [`write_scene`] write, without its way
+    /// through them.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a count that can't be; [`Error::Interrupted`].
+    pub fn scene(&self, control: &Control) -> Result<Scene> {
+        self.check()?;
+        let mut rows = self.rows();
+        let mut spheres = Vec::new();
+        for index in 0..self.count {
+            if index % ROWS_AT_ONCE == 0 {
+                control.check()?;
+            }
+            let [x, y, z, radius, color @ ..] = rows();
+            let color = Color(color.map(|part| part as f32));
+            spheres.push(Sphere { name: None, center: DVec3::new(x, y, z), radius, color });
+        }
+        Ok(Scene { camera: Some(self.camera()), spheres, ..Scene::default() })
     }
 
     /// Gives one row a call.

@@ -77,11 +77,13 @@
 //! | [`Session`] | the facade that all others call |
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
@@ -93,6 +95,8 @@
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
 //! version 1.0, the interface may change with each minor version.
+
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 mod arithmetic;
 pub mod bvh;
@@ -112,9 +116,11 @@ pub mod gpu;
 pub mod guard;
 pub mod host;
 pub mod kernel;
+pub mod memory;
 mod npy;
 pub mod output;
 pub mod picture;
+pub mod plain;
 pub mod prepare;
 mod random;
 pub mod rays;

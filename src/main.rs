@@ -1,42 +1,54 @@
 //! The program `kugelblitz`: parse, run, print the error, exit code.
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod cli;
 
-use std::io::Write;
 use std::process::ExitCode;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::output;
 
-use cli::{Cli, Command, Run};
+use cli::complain::{complain, complain_about_usage};
+use cli::output::talk;
+use cli::{Cli, Command, Run, threads};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
-    let cli = Cli::parse();
-    stop_on_interrupt(Arc::clone(&run.control));
-    let result = match cli.command {
-        Command::Render(args) => cli::render::run(&args, &run),
-        Command::Verify(args) => cli::verify::run(&args, &run),
-        Command::Check(args) => cli::check::run(&args, &run),
-        Command::Trace(args) => cli::trace::run(&args, &run),
-        Command::Explain(args) => cli::explain::run(&args, &run),
-        Command::Report(args) => cli::report::run(&args, &run),
-        Command::Export(args) => cli::export::run(&args, &run),
-        #[cfg(feature = "view")]
-        Command::View(args) => cli::view::run(&args, &run),
-        Command::Generate(args) => cli::generate::run(&args, &run),
-        Command::Probe(args) => cli::probe::run(&args),
-        Command::Completions(args) => cli::completions::run(&args),
-        Command::Man(args) => cli::man::run(&args),
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return ExitCode::from(complain_about_usage(&error)),
     };
+    fail_writes_beyond_the_file_size_limit();
+    stop_on_interrupt(Arc::clone(&run.control));
+    let result = threads::start().and_then(|()| dispatch(cli.command, &run));
     // What was cancelled is not done, even where nothing noticed.
     ExitCode::from(match run.control.check().and(result) {
         Ok(()) => end(0, || {}),
-        Err(error) => end(error.exit_code(), || cli::complain::complain(&error)),
+        Err(error) => end(error.exit_code(), || complain(&error)),
     })
+}
+
+fn dispatch(command: Command, run: &Run) -> Result<()> {
+    match command {
+        Command::Render(args) => cli::render::run(&args, run),
+        Command::Verify(args) => cli::verify::run(&args, run),
+        Command::Check(args) => cli::check::run(&args, run),
+        Command::Trace(args) => cli::trace::run(&args, run),
+        Command::Explain(args) => cli::explain::run(&args, run),
+        Command::Report(args) => cli::report::run(&args, run),
+        Command::Export(args) => cli::export::run(&args, run),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args, run),
+        Command::Generate(args) => cli::generate::run(&args, run),
+        Command::Probe(args) => cli::probe::run(&args),
+        Command::Completions(args) => cli::completions::run(&args),
+        Command::Man(args) => cli::man::run(&args),
+    }
 }
 
 /// The exit code, once it is known.
@@ -69,7 +81,7 @@ fn stop_on_interrupt(control: Arc<Control>) {
     };
     if let Err(error) = ctrlc::set_handler(stop) {
         // The program does its work without it too; Ctrl-C then kills it.
-        eprintln!("warning: Ctrl-C can't be handled: {error}");
+        talk(&format!("warning: Ctrl-C can't be handled: {error}"));
     }
 }
 
@@ -78,11 +90,8 @@ fn stop_now(control: &Control) -> ! {
     exit_at_once(end(interrupted.exit_code(), || {
         output::remove_unfinished();
         match control.is_cancelled() {
-            true => cli::complain::complain(&interrupted),
-            false => {
-                let why = "interrupted while output files were put in their places";
-                let _ = writeln!(std::io::stderr(), "error: {why}");
-            }
+            true => complain(&interrupted),
+            false => talk("error: interrupted while output files were put in their places"),
         }
     }))
 }
@@ -93,4 +102,13 @@ fn stop_now(control: &Control) -> ! {
 fn exit_at_once(code: u8) -> ! {
     // SAFETY: `_exit` has no preconditions and doesn't return.
     unsafe { libc::_exit(code.into()) }
+}
+
+/// Beyond the limit of `ulimit -f`, the system ends a program that doesn't ignore this signal before
+/// the write can fail.
+#[allow(unsafe_code)]
+fn fail_writes_beyond_the_file_size_limit() {
+    // SAFETY: ignoring a signal runs no code of ours in a handler, and no other thread is there yet
+    // that could set it at the same time.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }

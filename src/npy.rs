@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::trace::Hits;
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
@@ -186,6 +187,10 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::TooLarge`] when there is none.
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
+        // Of a pipe, the header alone says how much there is, and it may say anything.
+        let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
+        let what = format!("{}: reading {} rows", self.path.display(), self.n_rows);
+        memory::require(what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(self.n_rows).map_err(|_| {
             Error::TooLarge(format!(

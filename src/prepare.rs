@@ -18,6 +18,7 @@ use crate::kernel::certified::{PlaneCertified, SphereCertified, SphereFar};
 use crate::kernel::double::{PlaneDouble, SphereDouble};
 use crate::kernel::lecture::{PlaneLecture, SphereLecture};
 use crate::kernel::stable::{PlaneStable, SphereStable};
+use crate::memory;
 use crate::scene::{Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays, Wants};
 
@@ -144,9 +145,9 @@ impl Prepared {
     /// [`Prepared::check`].
     ///
     /// # Errors
-    /// [`Error::Usage`] for an empty list of rays; [`Error::TooLarge`] where the hierarchy over many
-    /// spheres would not fit the memory; [`Error::Host`] where this processor's arithmetic is not what
-    /// the certified kernel's proof asks for.
+    /// [`Error::TooLarge`] where the kernel's numbers or the hierarchy over many spheres would not fit
+    /// the memory; [`Error::Host`] where this processor's arithmetic is not what the certified kernel's
+    /// proof asks for.
     pub fn new(scene: Arc<Scene>, kernel: Kernel, rays: &Rays) -> Result<Prepared> {
         Prepared::new_with(scene, kernel, rays, &Control::default())
     }
@@ -165,12 +166,20 @@ impl Prepared {
         control.check()?;
         let reference = match rays {
             Rays::Pixels(pixels) => pixels.view.position,
-            Rays::List(rays) => reference_of_list(rays, kernel)?,
+            Rays::List(rays) => reference_of_list(rays, kernel),
         };
         let made_for = match rays {
             Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
             Rays::List(rays) => MadeFor::Origins(spread(rays, reference)),
         };
+        if kernel != Kernel::Certified {
+            let n_spheres = scene.spheres.len();
+            memory::require(
+                format!("preparing {n_spheres} spheres for the kernel `{}`", kernel.name()),
+                record_bytes(kernel, n_spheres, scene.planes.len()),
+                "free some, or split the scene",
+            )?;
+        }
         let (mut near, mut in_range, mut hierarchy) = (false, true, None);
         let objects = match kernel {
             Kernel::Lecture => {
@@ -288,6 +297,17 @@ impl Prepared {
     }
 }
 
+/// Bytes of the numbers of this many objects, one after the other, for a kernel.
+pub fn record_bytes(kernel: Kernel, n_spheres: usize, n_planes: usize) -> u64 {
+    let (sphere, plane) = match kernel {
+        Kernel::Lecture => (size_of::<SphereLecture>(), size_of::<PlaneLecture>()),
+        Kernel::Stable => (size_of::<SphereStable>(), size_of::<PlaneStable>()),
+        Kernel::Double => (size_of::<SphereDouble>(), size_of::<PlaneDouble>()),
+        Kernel::Certified => (size_of::<SphereCertified>(), size_of::<PlaneCertified>()),
+    };
+    (n_spheres * sphere + n_planes * plane) as u64
+}
+
 fn most_listed(rays: &Rays) -> usize {
     match rays {
         Rays::Pixels(_) => FEW_SPHERES,
@@ -300,18 +320,21 @@ fn spread(rays: &[Ray], reference: DVec3) -> f64 {
     rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
 }
 
-fn reference_of_list(rays: &[Ray], kernel: Kernel) -> Result<DVec3> {
-    let middle = middle_of_origins(rays)?;
-    // In f64, c − o straight from the scene's numbers is rounded only once.
-    Ok(if kernel == Kernel::Double { DVec3::ZERO } else { middle })
+fn reference_of_list(rays: &[Ray], kernel: Kernel) -> DVec3 {
+    match kernel {
+        // In f64, c − o straight from the scene's numbers is rounded only once.
+        Kernel::Double => DVec3::ZERO,
+        _ => middle_of_origins(rays),
+    }
 }
 
-fn middle_of_origins(rays: &[Ray]) -> Result<DVec3> {
-    let first = rays.first().ok_or_else(|| Error::Usage("there are no rays to trace".into()))?;
+/// Anywhere, where there are none.
+fn middle_of_origins(rays: &[Ray]) -> DVec3 {
+    let Some(first) = rays.first() else { return DVec3::ZERO };
     let (low, high) = rays.iter().fold((first.origin, first.origin), |(low, high), ray| {
         (low.min(ray.origin), high.max(ray.origin))
     });
-    Ok(low / 2.0 + high / 2.0)
+    low / 2.0 + high / 2.0
 }
 
 /// `v` as f32 high part and f32 low part: together 48 bits.

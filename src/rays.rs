@@ -1,8 +1,9 @@
 //! Lists of rays from a file, and what they hit into one.
 
 use std::fs::File;
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -16,8 +17,15 @@ use crate::trace::{Hits, Ray};
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;
 
+/// The path that means standard input.
+pub const STDIN: &str = "-";
+
+/// What messages call it.
+const STDIN_IN_WORDS: &str = "standard input";
+
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either
-/// byte order. A row is an origin in world units and a direction of any length but zero.
+/// byte order; [`STDIN`] is standard input. A row is an origin in world units and a direction of any
+/// length but zero.
 ///
 /// # Errors
 /// [`Error::Io`] when the file can't be read. [`Error::Input`] when it has another shape or type,
@@ -36,12 +44,10 @@ pub fn read_rays_with(path: &Path, control: &Control) -> Result<Vec<Ray>> {
 }
 
 fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
-    let file = File::open(path).map_err(Error::io(path))?;
-    let metadata = file.metadata().map_err(Error::io(path))?;
-    let n_bytes = metadata.is_file().then_some(metadata.len());
+    let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
     control.expect_bytes(n_bytes.unwrap_or(0));
     let file = Watched::new(file, control);
-    let table = FloatTable::new(file, n_bytes, path, &[N_COLUMNS as u64])?;
+    let table = FloatTable::new(file, n_bytes, &path, &[N_COLUMNS as u64])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(|row, column, value| {
         let ray = &mut rays[row];
@@ -58,12 +64,22 @@ fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
         } else {
             continue;
         };
-        return Err(Error::Input {
-            path: path.to_owned(),
-            message: format!("row {row} (counted from 0) {problem}"),
-        });
+        let message = format!("row {row} (counted from 0) {problem}");
+        return Err(Error::Input { path, message });
     }
     Ok(rays)
+}
+
+/// The file's name for messages, the file, and its length where it has one.
+fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
+    if path == Path::new(STDIN) {
+        // It may be a file that is read from somewhere amid it.
+        let stdin = io::stdin().as_fd().try_clone_to_owned()?;
+        return Ok((STDIN_IN_WORDS.into(), stdin.into(), None));
+    }
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    Ok((path.into(), file, metadata.is_file().then_some(metadata.len())))
 }
 
 /// Hits that are encoded at once; keeps the memory small.

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::memory::Available;
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
 use crate::shade::{Colors, Shader};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Tracer, Wants};
@@ -51,8 +52,8 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     n_rays.saturating_mul(ray_bytes as u64)
 }
 
-/// Plans the bands of a picture of `n_objects` objects so that they fit `available_bytes`
-/// ([`available_memory`]). Allocates nothing.
+/// Plans the bands of a picture of `n_objects` objects so that they fit the memory that is
+/// `available`. Allocates nothing.
 ///
 /// # Errors
 /// Those of [`writer_bytes`], and [`Error::TooLarge`] when a band of one row is too much.
@@ -61,7 +62,7 @@ pub fn plan(
     options: PictureOptions,
     pixels: &Pixels,
     n_objects: usize,
-    available_bytes: u64,
+    available: Available,
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
     let mut n_band_rows = band_rows(pixels, wants);
@@ -70,34 +71,20 @@ pub fn plan(
         let writer = writer_bytes(format, options, Frame::from(pixels), n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
-        if bytes <= available_bytes {
+        if bytes <= available.bytes {
             return Ok(Plan { format, options, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
                 "writing a {format} picture {} pixels wide needs {} KiB of memory, but only {} \
-                 KiB are available; free some, or render narrower parts with --crop",
+                 KiB are available {}; free some, or render narrower parts with --crop",
                 pixels.width,
                 bytes.div_ceil(1 << 10),
-                available_bytes >> 10
+                available.bytes >> 10,
+                available.limit
             )));
         }
         n_band_rows /= 2;
-    }
-}
-
-/// Bytes of memory that can still be used without swapping, also within a container's limit.
-/// `u64::MAX` where the system does not tell.
-pub fn available_memory() -> u64 {
-    let Ok(mut system) = sysinfo::System::new() else { return u64::MAX };
-    system.refresh_memory_specifics(sysinfo::MemoryRefreshKind::nothing().with_ram());
-    // A container's "free" memory leaves out what caches hold, which the system gives back.
-    let in_container = system
-        .cgroup_limits()
-        .map_or(u64::MAX, |limits| limits.total_memory.saturating_sub(limits.rss));
-    match system.available_memory() {
-        0 => in_container,
-        bytes => bytes.min(in_container),
     }
 }
 
@@ -196,6 +183,7 @@ mod tests {
 
     use super::*;
     use crate::camera::View;
+    use crate::memory::Limit;
     use crate::prepare::Prepared;
     use crate::scene::{Camera, Color, Plane, Projection, Scene};
     use crate::shade::Encoding;
@@ -242,6 +230,10 @@ mod tests {
         }
     }
 
+    fn room(bytes: u64) -> Available {
+        Available { bytes, limit: Limit::Machine }
+    }
+
     #[test]
     fn bands_cover_the_rectangle_once_in_order() {
         let mut pixels = pixels(100, 50);
@@ -258,7 +250,7 @@ mod tests {
         let huge = pixels(32768, 32768);
         assert_eq!(band_rows(&huge, Wants::default()), 128);
         for format in Format::ALL {
-            let plan = plan(format, PictureOptions::default(), &huge, 9, u64::MAX).unwrap();
+            let plan = plan(format, PictureOptions::default(), &huge, 9, room(u64::MAX)).unwrap();
             assert!(plan.bytes < 256 << 20, "{format}: {plan:?}");
         }
     }
@@ -266,7 +258,7 @@ mod tests {
     #[test]
     fn little_memory_means_small_bands_and_too_little_is_refused() {
         let pixels = pixels(1000, 1000);
-        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), &pixels, 9, bytes);
+        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), &pixels, 9, room(bytes));
         let all = plan(u64::MAX).unwrap();
         assert_eq!(all.n_band_rows, 838);
         let half = plan(all.bytes / 2).unwrap();
@@ -274,7 +266,6 @@ mod tests {
         let error = plan(100_000).unwrap_err();
         assert_eq!(error.exit_code(), 7);
         assert!(error.to_string().contains("only 97 KiB are available"), "{error}");
-        assert!(available_memory() > 1 << 20);
     }
 
     #[test]

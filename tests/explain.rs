@@ -323,7 +323,7 @@ fn the_error_of_a_rounded_number_is_a_fraction_of_an_ulp() {
 #[test]
 fn the_numbers_shown_are_the_kernels_own() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let mut n_hits = 0;
+    let (mut n_hits, mut n_inexact) = (0, 0);
     for round in 0..300 {
         let spheres = (0..4)
             .map(|_| {
@@ -378,9 +378,13 @@ fn the_numbers_shown_are_the_kernels_own() {
             n_hits += u32::from(seen.id > 0);
         }
         let certified = explanation.seen.iter().find(|seen| seen.kernel == "certified").unwrap();
-        assert!(certified.right && certified.t_error_ulp.is_none_or(|error| error <= 1.0));
+        assert!(certified.right);
+        assert_eq!(certified.t_error_ulp.is_some(), certified.id > 0, "round {round}");
+        let error = certified.t_error_ulp.unwrap_or(0.0);
+        assert!(error <= 0.5, "round {round}: {error} ulp");
+        n_inexact += u32::from(error > 0.25);
     }
-    assert!(n_hits > 200, "{n_hits}");
+    assert!(n_hits > 200 && n_inexact > 20, "{n_hits}, {n_inexact}");
 }
 
 #[test]

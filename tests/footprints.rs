@@ -789,9 +789,10 @@ fn equal_spheres_and_deep_trees() {
         view.footprint(dvec3(0.0, 0.0, -3.0 * r), r).unwrap()
     });
     check("a chain", &view, &chain.collect::<Vec<_>>());
+    // From a few pixels to half of the picture.
     let beside = (0..2000).map(|k| {
-        let r = (f64::from(k) / 20.0 - 40.0).exp2();
-        view.footprint(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r).unwrap_or(one)
+        let r = (f64::from(k) / 160.0 + 43.0).exp2();
+        view.footprint(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r).unwrap()
     });
     check("a chain beside", &view, &beside.collect::<Vec<_>>());
 

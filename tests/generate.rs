@@ -54,6 +54,22 @@ fn a_cloud_depends_on_its_seed_and_on_nothing_else() {
 }
 
 #[test]
+fn a_cloud_in_memory_is_the_one_of_the_files() {
+    let folder = tempfile::tempdir().unwrap();
+    for distribution in Distribution::ALL {
+        let recipe = recipe(distribution, 20_000, 5);
+        let (_, read) = made(&folder, &recipe);
+        let scene = recipe.scene(&Control::default()).unwrap();
+        assert!(read.spheres == scene.spheres, "{}", distribution.name());
+        assert_eq!(read.camera, scene.camera, "{}", distribution.name());
+    }
+    let cancelled = Control::default();
+    cancelled.cancel();
+    let stopped = recipe(Distribution::Uniform, 9, 5).scene(&cancelled);
+    assert!(matches!(stopped, Err(kugelblitz::Error::Interrupted)));
+}
+
+#[test]
 fn every_sphere_is_in_view() {
     let folder = tempfile::tempdir().unwrap();
     for distribution in Distribution::ALL {

@@ -32,6 +32,7 @@ fn what_is_not_certified_gets_the_written_ones_right() {
         let right = [Kernel::Lecture, Kernel::Stable, Kernel::Double].map(|kernel| {
             let on_cpu = trace(&scene, kernel, &rays, None);
             let on_gpu = trace(&scene, kernel, &rays, Some(&gpu));
+            assert_eq!([on_cpu.t.len(), on_gpu.t.len()], [rays.len(); 2], "{}", case.name);
             let comparison = compare(&on_cpu, &on_gpu);
             assert!(comparison.is_equal(), "{}, {}: {comparison:?}", case.name, kernel.name());
             is_right(&case, &on_cpu)

@@ -228,6 +228,7 @@ fn ties_and_extremes() {
     let pixels = Pixels::whole(View::new(&looking_at_the_origin(4.0)), 61, 43);
     let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
     assert!(hits.n_hits() > 500);
+    assert_eq!(hits.id.len(), pixels.len());
     assert!(hits.id.iter().all(|&id| id <= 200), "of equals, the first is seen");
 
     let mut spheres = uniform(&mut rng, 300);
@@ -310,7 +311,7 @@ fn a_radius_of_zero_is_missed() {
         let scene = Arc::new(common::scene(spheres, vec![]));
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
         let (hits, _) = trace(&scene, &Rays::Pixels(pixels), WANTS);
-        assert!(hits.id.iter().all(|&id| id == n + 1), "{n}: {:?}", hits.id);
+        assert_eq!(hits.id, vec![n + 1; pixels.len()], "{n}");
     }
 }
 
@@ -330,7 +331,7 @@ fn a_very_narrow_view() {
         };
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
         let (hits, _) = trace(&scene, &Rays::Pixels(pixels), Wants::default());
-        assert!(hits.id.iter().all(|&id| id == 21), "{fov_degrees}: {:?}", hits.id);
+        assert_eq!(hits.id, vec![21; pixels.len()], "{fov_degrees}");
     }
 }
 
@@ -344,7 +345,7 @@ fn the_truth_knows_rays_of_any_length() {
         .map(|k| Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z * 1.7 * 10f64.powi(k) })
         .collect();
     let truth = Truth::of_list(&scene, &rays, &Control::default()).unwrap();
-    assert!(truth.id.iter().all(|&id| id == 1), "{:?}", truth.id);
+    assert_eq!(truth.id, vec![1; rays.len()]);
 }
 
 /// 10⁵ rays for each number of spheres; `KUGELBLITZ_SPHERES` is the largest.

@@ -269,6 +269,8 @@ fn ties_go_to_the_lowest_id() {
         world.scene.planes.extend(planes);
         for on_gpu in [false, true] {
             let doubled = world.hits(on_gpu);
+            assert_eq!(doubled.id.len(), ids.len(), "{}", world.name);
+            assert!(doubled.n_hits() > 0, "{}: nothing is hit", world.name);
             for (i, (&id, &doubled)) in ids.iter().zip(&doubled.id).enumerate() {
                 let expected = if id as usize > n { id + n as u32 } else { id };
                 assert_eq!(doubled, expected, "ray {i}, {}", world.name);

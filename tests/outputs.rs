@@ -181,6 +181,7 @@ fn an_output_over_an_input_or_another_output_is_refused() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     symlink("ball.toml", at("ball.png")).unwrap();
+    symlink("cloud.toml", at("scene.npy")).unwrap();
     fs::hard_link(at("ball.toml"), at("hard.ppm")).unwrap();
     fs::hard_link(at("ball.toml"), at("hard.md")).unwrap();
     fs::create_dir(at("sub")).unwrap();
@@ -202,7 +203,7 @@ fn an_output_over_an_input_or_another_output_is_refused() {
         vec!["render", "cloud.toml", "-o", "cloud.npy", "--device", "cpu"],
         trace("rays.npy"),
         trace("cloud.npy"),
-        trace("cloud.toml"),
+        trace("scene.npy"),
         trace("sub/../rays.npy"),
         generate("new.npy", "new.npy"),
         generate("new.npy", "sub/up/new.npy"),

@@ -29,6 +29,14 @@ fn both(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, surface: bool) -> (Hits
         .unwrap()
         .trace(rays, &Control::default(), &mut on_gpu)
         .unwrap();
+    // `compare` takes what both have.
+    for hits in [&on_cpu, &on_gpu] {
+        let n_surface = if surface { rays.len() } else { 0 };
+        assert_eq!(
+            [hits.id.len(), hits.t.len(), hits.normal.len()],
+            [rays.len(), n_surface, n_surface]
+        );
+    }
     (on_cpu, on_gpu)
 }
 

@@ -14,7 +14,7 @@ use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::UNDECIDED;
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Search};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
@@ -191,11 +191,10 @@ fn cloud(distribution: Distribution, count: u64) -> Scene {
     let (cloud, file) = (folder.path().join("cloud.npy"), folder.path().join("cloud.toml"));
     let recipe = Recipe { distribution, count, seed: 3 };
     let control = Control::default();
-    let [mut spheres, mut text] =
-        [&cloud, &file].map(|path| OutputFile::create(path, false).unwrap());
-    write_cloud(&mut spheres, &recipe, &control).unwrap();
+    let [mut rows, mut text] = [&cloud, &file].map(|path| OutputFile::create(path, false).unwrap());
+    write_cloud(&mut rows, &recipe, &control).unwrap();
     write_scene(&mut text, &cloud, &recipe).unwrap();
-    output::commit([spheres, text], &control).unwrap();
+    commit([rows, text], &control).unwrap();
     read_scene(&file).unwrap()
 }
 

@@ -137,7 +137,7 @@ fn the_first_command_ends_with_a_picture_and_the_second_is_ci() {
     assert!(shell_lines().any(|line| line
         == format!("ci/setup.sh && {CARGO_RUN}render scenes/figure1.toml -o figure1.png")));
     assert!(shell_lines().any(|line| line == "ci/test.sh"));
-    for script in ["ci/setup.sh", "ci/test.sh", ".ci/run"] {
+    for script in ["ci/setup.sh", "ci/test.sh", "ci/report.sh", ".ci/run"] {
         let mode = fs::metadata(root().join(script)).expect(script).permissions().mode();
         assert_eq!(mode & 0o111, 0o111, "{script} can't be executed");
         run(&format!("bash -n {script}"), root());
@@ -216,18 +216,51 @@ fn the_example_is_the_doc_test() {
     assert_eq!(example, tested);
 }
 
-/// Nothing between the marks is typed by hand: it is the table that `ci/report.sh` wrote.
+/// What stands between two marks of the README.
+fn marked(what: &str) -> &'static str {
+    let begin = format!("<!-- begin of {what}, made by ci/report.sh -->");
+    let rest = README.split_once(&begin).expect("the first mark").1;
+    rest.split_once(&format!("<!-- end of {what} -->")).expect("the second mark").0.trim()
+}
+
+/// Nothing between the marks is typed by hand: it is the two tables that `ci/report.sh` wrote.
 #[test]
-fn the_reports_table_is_the_reports() {
+fn the_reports_tables_are_the_reports() {
     let written = fs::read_to_string(root().join("docs/report/lavapipe.md")).unwrap();
-    let begin = "<!-- begin of the report, made by ci/report.sh -->";
-    let rest = README.split_once(begin).expect("the first mark").1;
-    let shown = rest.split_once("<!-- end of the report -->").expect("the second mark").0;
-    assert_eq!(shown.trim(), written.trim());
+    let shown = [marked("the report"), marked("many spheres")];
+    assert_eq!(shown.join("\n\n"), written.trim());
+    for (text, head, least) in [(shown[0], "| scenes |", 8), (shown[1], "| spheres |", 3)] {
+        assert!(text.starts_with(head), "{text}");
+        assert!(text.lines().filter(|line| line.starts_with("| ")).count() >= 2 + least, "{text}");
+    }
+    for count in ["10⁴", "10⁵", "10⁶"] {
+        assert!(shown[1].contains(&format!("\n| {count} | CPU |")), "{count}: {}", shown[1]);
+    }
     let page = fs::read_to_string(root().join("docs/report/lavapipe.html")).unwrap();
-    let made = written.lines().last().unwrap().rsplit_once("Kugelblitz ").expect("by whom").1;
-    let date = made.trim_end_matches('.').rsplit_once(", ").expect("when").1;
-    assert!(page.contains(date), "page and table are of different runs: {date}");
+    for text in shown {
+        let made = text.lines().last().unwrap().rsplit_once("Kugelblitz ").expect("by whom").1;
+        let date = made.trim_end_matches('.').rsplit_once(", ").expect("when").1;
+        assert!(page.contains(date), "page and table are of different runs: {date}");
+    }
+}
+
+/// The steps that ci/README.md explains are those of ci/test.sh, in their order.
+#[test]
+fn the_steps_of_ci_are_explained() {
+    let read = |name| fs::read_to_string(root().join("ci").join(name)).unwrap();
+    let (script, readme) = (read("test.sh"), read("README.md"));
+    let steps: Vec<&str> = script.lines().filter_map(|line| line.strip_prefix("step ")).collect();
+    let table = readme.split_once("## `test.sh`").expect("the section").1;
+    let rows = table.lines().skip_while(|line| !line.starts_with("| ---")).skip(1);
+    let rows = rows.take_while(|line| line.starts_with('|'));
+    let explained: Vec<&str> =
+        rows.filter_map(|row| row.strip_prefix("| `")?.split('`').next()).collect();
+    assert_eq!(explained.len(), steps.len(), "{explained:#?} for {steps:#?}");
+    for (explained, step) in explained.iter().zip(&steps) {
+        let words = explained.split_whitespace().filter(|word| *word != "…");
+        let missing: Vec<_> = words.filter(|word| !step.contains(word)).collect();
+        assert!(missing.is_empty(), "`{explained}` for `{step}`: {missing:?}");
+    }
 }
 
 #[test]
@@ -252,7 +285,9 @@ fn commands_options_and_exit_codes_are_those_of_the_program() {
     let help = run("kugelblitz render --help", root());
     assert!(help.contains(&format!("[possible values: {}]", kernels.join(", "))), "{help}");
     let options = README.split("Common options:").nth(1).unwrap().split_once("\n\n").unwrap().0;
-    for option in options.split('`').filter(|word| word.starts_with('-')) {
+    let options: Vec<_> = options.split('`').filter(|word| word.starts_with('-')).collect();
+    assert!(options.len() >= 7, "{options:?}");
+    for option in options {
         let option = option.split(' ').next().unwrap();
         assert!(help.contains(option), "{option}\n{help}");
     }
@@ -271,10 +306,11 @@ fn formulas_and_links_lead_somewhere() {
     assert!(rows.len() >= 12, "{rows:?}");
     for row in rows {
         let function = code(row[2]);
-        for cell in &row[3..] {
-            let Some(file) = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()) else {
-                continue;
-            };
+        let cells = row[3..].iter().map(|cell| cell.trim_matches(['|', ' ']));
+        let files: Vec<_> = cells.filter(|cell| !cell.is_empty()).collect();
+        assert!(!files.is_empty(), "{function} is nowhere");
+        for cell in files {
+            let file = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()).expect(cell);
             let text = fs::read_to_string(root().join(code(file))).unwrap();
             let defined = ["(", "<"].map(|after| format!("fn {function}{after}"));
             assert!(defined.iter().any(|fn_| text.contains(fn_)), "{function} in {file}");

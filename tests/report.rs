@@ -10,7 +10,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
-    Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases, markdown,
+    CLOUD_SIZE, Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
     page, plot, text,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
@@ -24,7 +24,7 @@ const EFFORT: Effort = Effort {
     runs: 2,
     picture_size: [32, 18],
     sweeps: false,
-    peers: false,
+    clouds: Vec::new(),
 };
 
 fn cases(names: &[&str]) -> Vec<Case> {
@@ -50,7 +50,8 @@ fn all_errors(report: &Report) -> Vec<&Errors> {
     let classes = report.classes.iter().map(|class| &class.errors);
     let points = report.sweeps.iter().flat_map(|sweep| &sweep.series);
     let points = points.flat_map(|series| &series.points).filter_map(|point| point.errors.as_ref());
-    rows.chain(classes).chain(points).collect()
+    let clouds = report.clouds.iter().map(|cloud| &cloud.errors);
+    rows.chain(classes).chain(points).chain(clouds).collect()
 }
 
 #[test]
@@ -62,7 +63,7 @@ fn errors_repeat_exactly_and_times_have_their_range() {
         .flat_map(|device| KERNELS.map(|kernel| Subject::new(kernel, device)))
         .collect();
     let cases = cases(&["figure2", "far_1e8"]);
-    let effort = Effort { sweeps: true, rounds: 1, ..EFFORT };
+    let effort = Effort { sweeps: true, rounds: 1, clouds: vec![3000], ..EFFORT };
     let (first, control) = measure(&cases, &subjects, effort.clone());
     let (second, _) = measure(&cases, &subjects, effort.clone());
     assert_eq!(all_errors(&first), all_errors(&second));
@@ -90,7 +91,22 @@ fn errors_repeat_exactly_and_times_have_their_range() {
     let lecture = &first.scenes.iter().find(|scene| scene.name == "far_1e8").unwrap().rows[0];
     assert!(lecture.errors.wrong_share() > 0.05, "{:?}", lecture.errors);
     assert_eq!(first.classes.len(), 2 * subjects.len());
+    // With certified alone, on each device.
+    assert_eq!(first.clouds.len(), 2);
+    for cloud in &first.clouds {
+        let [width, height] = CLOUD_SIZE.map(u64::from);
+        let errors = &cloud.errors;
+        assert_eq!((cloud.n_spheres, cloud.contestant.kernel.as_str()), (3000, "certified"));
+        assert_eq!((errors.rays, errors.wrong_ids()), (1024, 0), "{errors:?}");
+        assert!(errors.t_ulp.is_some_and(|t| t.n > 100 && t.max <= 0.5), "{errors:?}");
+        assert_eq!(errors.stages.total(), width * height);
+        assert!(errors.stages.f64 + errors.stages.exact > 0, "{errors:?}");
+        assert!(cloud.build_ms.n == 1 && cloud.build_ms.min > 0.0, "{cloud:?}");
+        assert!(cloud.picture_ms.n == 2 && cloud.picture_ms.min > 0.0, "{cloud:?}");
+    }
+    assert_eq!(first.sweeps.len(), 3);
     for (sweep, n_points) in first.sweeps.iter().zip([12, 11, 5]) {
+        assert_eq!(sweep.series.len(), subjects.len(), "{}", sweep.name);
         for series in &sweep.series {
             assert_eq!(series.points.len(), n_points, "{}", sweep.name);
             assert!(series.points.is_sorted_by(|a, b| a.x < b.x));
@@ -171,15 +187,20 @@ fn a_flipped_sign_shows() {
     let picture = &report.pictures[0];
     assert_eq!(picture.contestant.kernel, "flipped");
     assert!(picture.faults.contains(&Fault::FalseMiss));
-    let table = text::table(&report);
+    let table = text::terminal(&report);
     let row = table.lines().find(|line| line.starts_with("flipped  ")).unwrap();
     assert!(row.contains('%') && !row.contains("0 of"), "{row}");
     let row = table.lines().find(|line| line.starts_with("lecture  ")).unwrap();
     assert!(row.contains("0 of"), "{row}");
     let plot = plot::plane(&report);
-    assert!(plot.contains("flipped, CPU<") && !plot.contains("flipped, CPU: none"), "{plot}");
-    assert!(plot.contains("lecture, CPU: none"), "{plot}");
-    assert!(markdown::table(&report).contains("| flipped | CPU | "));
+    let n_rays = 4000;
+    assert!(
+        plot.contains(&format!("lecture, CPU, lecture's scenes: 0 of {n_rays} wrong")),
+        "{plot}"
+    );
+    assert!(plot.contains("flipped, CPU, lecture's scenes: "), "{plot}");
+    assert!(!plot.contains(&format!("flipped, CPU, lecture's scenes: 0 of {n_rays}")), "{plot}");
+    assert!(text::markdown(&report).contains("| flipped | CPU | "));
     assert!(page::html(&report).contains("flipped was wrong for "));
     let json = serde_json::to_value(&report).unwrap();
     let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];

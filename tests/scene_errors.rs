@@ -313,6 +313,115 @@ fn files_that_are_no_text_are_scene_errors() {
     assert!(read_scene(&path).is_ok());
 }
 
+/// A nearest key is named only where the written one is a misspelling of it.
+#[test]
+fn a_key_is_suggested_where_one_is_near_and_not_elsewhere() {
+    let help = |text: &str| parse(text).unwrap_err().help;
+    let suggestion = |text: &str| -> Option<String> {
+        let help = help(text);
+        let rest = help.split("did you mean `").nth(1)?;
+        Some(rest.split('`').next()?.to_owned())
+    };
+    for (header, near) in [
+        (
+            "",
+            &[
+                ("backgroud", "background"),
+                ("background_", "background"),
+                ("back_ground", "background"),
+                ("Camera", "camera"),
+                ("camrea", "camera"),
+                ("camara", "camera"),
+                ("Image", "image"),
+                ("imgae", "image"),
+                ("sfere", "sphere"),
+                ("shpere", "sphere"),
+                ("speres", "spheres"),
+                ("planes", "plane"),
+                ("palne", "plane"),
+            ][..],
+        ),
+        (
+            "[camera]",
+            &[
+                ("postion", "position"),
+                ("pos", "position"),
+                ("lookat", "look_at"),
+                ("look-at", "look_at"),
+                ("lookAt", "look_at"),
+                ("fovy", "fov"),
+                ("Up", "up"),
+            ],
+        ),
+        ("[image]", &[("widht", "width"), ("heigth", "height"), ("hight", "height")]),
+        (
+            "[[sphere]]",
+            &[
+                ("centre", "center"),
+                ("Center", "center"),
+                ("raduis", "radius"),
+                ("rad", "radius"),
+                ("colour", "color"),
+                ("nmae", "name"),
+            ],
+        ),
+        ("[[plane]]", &[("norml", "normal"), ("normals", "normal"), ("piont", "point")]),
+        ("[[spheres]]", &[("flie", "file"), ("files", "file"), ("radii", "radius")]),
+    ] {
+        for (key, expected) in near {
+            let text = format!("{header}\n{key} = 1\n");
+            assert_eq!(suggestion(&text).as_deref(), Some(*expected), "{text}");
+        }
+    }
+    let far = [
+        ("", "ambient light sky fog scene title version objects box cube s a material torus"),
+        ("[camera]", "target eye aspect near far direction focus size"),
+        ("[image]", "samples dpi format w x"),
+        ("[[sphere]]", "shine material mass texture velocity r c reflectivity"),
+        ("[[plane]]", "d offset distance size texture"),
+        ("[[spheres]]", "count scale path url"),
+    ];
+    for (header, keys) in far {
+        for key in keys.split(' ') {
+            let text = format!("{header}\n{key} = 1\n");
+            assert_eq!(suggestion(&text), None, "{text}{}", help(&text));
+            assert!(help(&text).contains("known keys here: "), "{text}{}", help(&text));
+        }
+    }
+    // Of an unknown shape, the known ones are told.
+    for shape in ["triangle", "box", "cone", "cylinder", "torus", "mesh", "disk", "cube", "light"] {
+        for text in [format!("[[{shape}]]\nsize = 1\n"), format!("[{shape}]\nsize = 1\n")] {
+            assert_eq!(suggestion(&text), None, "{text}{}", help(&text));
+            let shapes = "the objects are [[sphere]], [[spheres]] and [[plane]]";
+            assert!(help(&text).contains(shapes), "{text}{}", help(&text));
+        }
+    }
+    assert_eq!(suggestion("[[spehre]]\n").as_deref(), Some("sphere"));
+    // A key of another table is not a misspelling.
+    assert!(help("[[sphere]]\nnormal = 1\n").contains("`normal` belongs to [[plane]]"));
+}
+
+/// However much stands there, a message quotes a part of it.
+#[test]
+fn a_message_quotes_no_more_than_a_part() {
+    let long = "9".repeat(100_000);
+    for text in [
+        format!("{long} = 1\n"),
+        format!("[[{long}]]\n"),
+        format!("background = \"{long}\"\n"),
+        SPHERE.replace("= 2", &format!("= {long}")),
+        SPHERE.replace("= 2", &format!("= 1e{long}")),
+        IMAGE.replace("720", &long),
+        CLOUD.replace("missing.npy", &long),
+        SPHERE.replace("= 2", &format!("= {{ \"{long}\" = 2 }}")),
+        format!("a = 1\n[{long}]\n[{long}]\n"),
+        format!("{long}\n"),
+    ] {
+        let error = parse(&text).unwrap_err();
+        assert!(error.message.len() + error.help.len() < 1000, "{error}\n{}", error.help);
+    }
+}
+
 /// Damages a scene in one of the ways in which files come out wrong.
 fn mutate(rng: &mut ChaCha8Rng, scene: &str) -> Vec<u8> {
     const VALUES: [&str; 18] = [
@@ -395,7 +504,7 @@ fn no_damaged_scene_panics() {
     const N: u64 = 1200;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("damaged.toml");
-    let mut n_errors = 0;
+    let (mut n_errors, mut n_objects) = (0, 0);
     for seed in 0..N {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut bytes = SCENES[rng.random_range(0..SCENES.len())].as_bytes().to_vec();
@@ -419,6 +528,7 @@ fn no_damaged_scene_panics() {
                     .all(|s| s.radius > 0.0 && s.radius.is_finite() && s.center.is_finite())
                     && scene.planes.iter().all(|p| p.normal.length() > 0.0);
                 assert!(finite, "seed {seed}: {scene:?}\nfrom\n{shown}");
+                n_objects += scene.n_objects();
             }
             Err(Error::Scene(error)) => {
                 n_errors += 1;
@@ -434,4 +544,5 @@ fn no_damaged_scene_panics() {
     }
     // Some damage is harmless (a changed comment or name), most is not.
     assert!(n_errors > N / 2 && n_errors < N, "{n_errors} of {N}");
+    assert!(n_objects > 100, "{n_objects} objects were looked at");
 }

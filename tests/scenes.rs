@@ -165,6 +165,9 @@ fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
     let control = Control::default();
     CpuTracer::new(Arc::clone(&prepared), wants).trace(&rays, &control, &mut on_cpu).unwrap();
     GpuTracer::new(gpu(), prepared, wants).unwrap().trace(&rays, &control, &mut on_gpu).unwrap();
+    for hits in [&on_cpu, &on_gpu] {
+        assert_eq!([hits.id.len(), hits.t.len(), hits.normal.len()], [rays.len(); 3]);
+    }
     let comparison = compare(&on_cpu, &on_gpu);
     assert!(comparison.is_equal(), "{}: {comparison:?}", kernel.name());
     on_cpu

@@ -294,15 +294,17 @@ fn code_for_rays_from_inside_only_where_one_starts_there() {
 fn only_one_kernel_and_one_source_of_rays() {
     for needs in all_needs() {
         let (whole, _) = shader(&needs);
+        let objects = needs.n_spheres + needs.n_planes > 0;
         for kernel in Kernel::ALL {
-            let objects = needs.n_spheres + needs.n_planes > 0;
             // `double` is made of the formulas of `stable`, but not of its records.
             let shares = (kernel, needs.kernel) == (Kernel::Stable, Kernel::Double);
             let expected = objects && (kernel == needs.kernel || shares);
             assert_eq!(has(&whole, kernel.name()), expected, "{}, {needs:?}", kernel.name());
         }
         let of_kernel = needs.kernel.name();
-        assert!(records(&whole).iter().all(|name| name.ends_with(of_kernel)), "{needs:?}");
+        let records = records(&whole);
+        assert!(records.iter().all(|name| name.ends_with(of_kernel)), "{needs:?}");
+        assert_eq!(records.is_empty(), !objects, "{records:?}: {needs:?}");
         assert_eq!(has(&whole, "camera"), needs.bundle != Bundle::Free, "{needs:?}");
         assert_eq!(has(&whole, "rayrecord"), needs.bundle == Bundle::Free, "{needs:?}");
         let normals = needs.surface;

@@ -6,17 +6,17 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
+use kugelblitz::memory::Available;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::prepare::{Hierarchy, Prepared};
-
-use kugelblitz::render::{available_memory, plan};
+use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
+use kugelblitz::render::plan;
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Head, Objects};
-use super::output::{bytes, count, ms, objects, print, print_json};
+use super::output::{bytes, count, ms, objects, print_json, print_text};
 use super::{CheckArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -85,18 +85,19 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     };
     let anywhere = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = pixels.map_or_else(|| Rays::List(vec![anywhere]), Rays::Pixels);
-    let mut bytes_device = BTreeMap::new();
-    let mut hierarchy = None;
-    for kernel in Kernel::ALL {
-        let progress = scene::preparing(&scene, kernel, &args.talk);
-        let prepared =
-            Arc::new(Prepared::new_with(Arc::clone(&scene), kernel, &rays, &run.control)?);
-        drop(progress);
-        hierarchy = hierarchy.or(prepared.hierarchy.as_ref().map(Built::from));
-        let tracer = CpuTracer::new(prepared, Wants::default());
-        bytes_device.insert(kernel.name(), tracer.bytes_device());
-    }
-    let available = available_memory();
+    // The others have one record an object, and need not be made to be counted.
+    let listed = [Kernel::Lecture, Kernel::Stable, Kernel::Double].map(|kernel| {
+        (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
+    });
+    let mut bytes_device = BTreeMap::from(listed);
+    let progress = scene::preparing(&scene, Kernel::Certified, &args.talk);
+    let prepared = Prepared::new_with(Arc::clone(&scene), Kernel::Certified, &rays, &run.control)?;
+    drop(progress);
+    let hierarchy = prepared.hierarchy.as_ref().map(Built::from);
+    let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+    bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
+    drop(tracer);
+    let available = Available::now();
     let mut picture = None;
     if let Some(pixels) = pixels {
         let mut bytes_memory = BTreeMap::new();
@@ -149,5 +150,5 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         }
         None => text += "no camera: `trace` can use this scene, `render` can't\n",
     }
-    print(text.as_bytes())
+    print_text(&text)
 }

@@ -18,7 +18,8 @@ use super::quiet::{self, quietly};
 /// Opens what --device asks for. With a `kernel`, the device must be able to run it.
 ///
 /// # Errors
-/// [`Error::NoAdapter`], but for `auto`, which then takes the CPU and says so.
+/// [`Error::NoAdapter`], and [`Error::TooLarge`] within a limit that no driver keeps, but for
+/// `auto`, which then takes the CPU and says so.
 pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
     let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
     let start = Instant::now();
@@ -43,7 +44,7 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
             }
             Ok(Device::Gpu(Arc::new(gpu)))
         }
-        Err(Error::NoAdapter(reason)) if falls_back => {
+        Err(Error::NoAdapter(reason) | Error::TooLarge(reason)) if falls_back => {
             talk.warn(&format!("tracing on the CPU: {reason}"));
             Ok(Device::Cpu)
         }

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::device;
 use super::head::{Head, Objects, On};
 use super::options::PixelAt;
-use super::output::{print, print_json};
+use super::output::{print_json, print_text};
 use super::{ExplainArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -60,13 +60,13 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
         });
     }
     if args.latex {
-        return print(latex::latex(&explanation).as_bytes());
+        return print_text(&latex::latex(&explanation));
     }
     let mut shown = text::text(&explanation);
     if explanation.objects.len() < explanation.n_objects {
         shown += "--all shows all objects.\n";
     }
-    print(shown.as_bytes())
+    print_text(&shown)
 }
 
 /// The pixel alone, as part of its picture.

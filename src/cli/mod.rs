@@ -4,6 +4,7 @@ pub mod check;
 pub mod complain;
 pub mod completions;
 pub mod device;
+pub mod excerpt;
 pub mod explain;
 pub mod export;
 pub mod generate;
@@ -17,6 +18,7 @@ pub mod quiet;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod threads;
 pub mod trace;
 pub mod verify;
 #[cfg(feature = "view")]
@@ -184,7 +186,8 @@ pub struct CheckArgs {
 pub struct TraceArgs {
     /// Scene file (TOML); it needs no camera
     pub scene: PathBuf,
-    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length
+    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
+    /// standard input
     #[arg(long, value_name = "RAYS.npy")]
     pub rays: PathBuf,
     /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard
@@ -275,9 +278,6 @@ pub struct ReportArgs {
     /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
     #[arg(long, value_name = "N")]
     pub rounds: Option<NonZeroUsize>,
-    /// Also measure POV-Ray and Tachyon, where they are installed
-    #[arg(long)]
-    pub peers: bool,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

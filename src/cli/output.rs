@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::time::Duration;
 
+use kugelblitz::plain::{plain, plain_json};
 use kugelblitz::scene::Scene;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -21,6 +22,26 @@ pub fn print(data: &[u8]) -> Result<()> {
     stdout.write_all(data).and_then(|()| stdout.flush()).map_err(Error::io(STDOUT))
 }
 
+/// Prints text for people, with nothing in it that steers a terminal.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_text(text: &str) -> Result<()> {
+    print(plain(text).as_bytes())
+}
+
+/// Prints lines for people to standard error, with nothing in them that steers a terminal. Where
+/// nobody reads them, all goes on without.
+pub fn talk(lines: &str) {
+    talk_in_colour(&plain(lines));
+}
+
+/// As [`talk`], for lines with colours of the program's own, whose foreign parts are [`plain`].
+pub fn talk_in_colour(lines: &str) {
+    // At once: other threads and the driver write there too.
+    let _ = std::io::stderr().write_all(format!("{lines}\n").as_bytes());
+}
+
 /// Prints one JSON object.
 ///
 /// # Errors
@@ -34,11 +55,12 @@ pub fn print_json(object: &impl Serialize) -> Result<()> {
 /// # Errors
 /// [`Error::Io`], for a map whose keys are no text.
 pub fn json(object: &impl Serialize) -> Result<Vec<u8>> {
-    let mut text = serde_json::to_vec_pretty(object)
-        .map_err(std::io::Error::from)
-        .map_err(Error::io(STDOUT))?;
-    text.push(b'\n');
-    Ok(text)
+    json_line(serde_json::to_string_pretty(object))
+}
+
+fn json_line(text: serde_json::Result<String>) -> Result<Vec<u8>> {
+    let text = text.map_err(std::io::Error::from).map_err(Error::io(STDOUT))?;
+    Ok((plain_json(&text).into_owned() + "\n").into_bytes())
 }
 
 /// Prints one JSON object on a line of its own.
@@ -47,30 +69,27 @@ pub fn json(object: &impl Serialize) -> Result<Vec<u8>> {
 /// As [`print`].
 #[cfg(feature = "view")]
 pub fn printed_line(object: &impl Serialize) -> Result<()> {
-    let mut text =
-        serde_json::to_vec(object).map_err(std::io::Error::from).map_err(Error::io(STDOUT))?;
-    text.push(b'\n');
-    print(&text)
+    print(&json_line(serde_json::to_string(object))?)
 }
 
 impl TalkArgs {
     /// What is worth a line in every run.
     pub fn say(&self, line: &str) {
         if !self.quiet {
-            eprintln!("{line}");
+            talk(line);
         }
     }
 
     /// What only --verbose asks for.
     pub fn note(&self, line: &str) {
         if self.verbose {
-            eprintln!("note: {line}");
+            talk(&format!("note: {line}"));
         }
     }
 
     /// What the user must know even with --quiet.
     pub fn warn(&self, line: &str) {
-        eprintln!("warning: {line}");
+        talk(&format!("warning: {line}"));
     }
 }
 

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::ProbeArgs;
 use super::head::Head;
-use super::output::{bytes, print, print_json};
+use super::output::{bytes, print_json, print_text};
 use super::quiet::{self, quietly};
 
 #[derive(Serialize)]
@@ -57,6 +57,7 @@ fn measure(gpu: &Gpu) -> Result<Measured> {
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
+    memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
     if args.talk.verbose || adapters.is_empty() {
@@ -67,7 +68,7 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
         print_json(&Summary { head: Head::new("probe"), adapters })?;
     } else {
         let text: Vec<String> = adapters.iter().map(describe).collect();
-        print(text.join("\n").as_bytes())?;
+        print_text(&text.join("\n"))?;
     }
     if is_empty {
         return Err(Error::NoAdapter(

@@ -73,7 +73,7 @@ impl Progress {
             return Progress(None);
         }
         let (stop, stopped) = channel();
-        let thread = std::thread::spawn(move || {
+        let follow = move || {
             let goes_on = |time| stopped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
             if !goes_on(DELAY) {
                 return;
@@ -84,8 +84,9 @@ impl Progress {
             }
             while draw(&bar) && goes_on(STEP) {}
             bar.finish_and_clear();
-        });
-        Progress(Some((stop, thread)))
+        };
+        // Without a thread to spare there is no bar.
+        Progress(std::thread::Builder::new().spawn(follow).ok().map(|thread| (stop, thread)))
     }
 }
 

@@ -4,8 +4,10 @@
 //! straight to the standard error of the process, whether or not anything is wrong.
 
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{Read, Seek};
 use std::os::fd::OwnedFd;
+
+use super::output::talk;
 
 /// While this lives, standard error goes to a file; dropped, it is as it was, also on a panic.
 pub struct Quiet {
@@ -38,8 +40,7 @@ impl Drop for Quiet {
     fn drop(&mut self) {
         let _ = rustix::stdio::dup2_stderr(&self.stderr);
         if std::thread::panicking() {
-            let text = self.caught();
-            let _ = std::io::stderr().write_all(text.as_bytes());
+            talk(self.caught().trim_end());
         }
     }
 }
@@ -57,6 +58,6 @@ const HARMLESS: &str = "XDG_RUNTIME_DIR is invalid or not set";
 /// Shows what was caught: all of it, or what may explain a failure.
 pub fn show(noise: &str, all: bool) {
     for line in noise.lines().filter(|line| all || !line.contains(HARMLESS)) {
-        eprintln!("driver: {line}");
+        talk(&format!("driver: {line}"));
     }
 }

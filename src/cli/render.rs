@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::camera::Pixels;
+use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
-use kugelblitz::render::{self, available_memory};
+use kugelblitz::render;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
@@ -43,18 +44,19 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let n_objects = scene.n_objects();
-    let plan = render::plan(format, options, &pixels, n_objects, available_memory())?;
+    let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
+    let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
     let device = device::open(&args.device.device, Some(args.kernel), &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
-    let rays = Rays::Pixels(pixels);
     let progress = scene::preparing(&scene, args.kernel, &args.talk);
-    let making = session.make_ready(&rays, plan.wants(), &run.control)?;
+    let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
+    // Again: the scene's numbers have their memory by now.
+    let plan = plan()?;
     let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
     let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);

@@ -9,16 +9,17 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::report::{
-    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases,
-    markdown, page, plot, text,
+    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases, page,
+    plot, text,
 };
+use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
-use kugelblitz::{Error, Result};
+use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::head::Head;
 
-use super::output::{json, print};
+use super::output::{json, print, print_text};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
 use super::{ReportArgs, Run, device};
@@ -62,7 +63,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     }
     match args.talk.json {
         true => print(&Form::Json.of(&report)?)?,
-        false => print(text::table(&report).as_bytes())?,
+        false => print_text(&text::terminal(&report))?,
     }
     output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
@@ -95,7 +96,7 @@ impl Form {
         Ok(match self {
             Form::Page => page::html(report).into_bytes(),
             Form::Json => json(&Summary { head: Head::new("report"), report })?,
-            Form::Markdown => markdown::table(report).into_bytes(),
+            Form::Markdown => text::markdown(report).into_bytes(),
             Form::Plot => plot::plane(report).into_bytes(),
         })
     }
@@ -133,20 +134,16 @@ fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
     let _progress = Progress::of_bytes(&args.talk, &run.control);
     args.scenes
         .iter()
-        .map(|path| {
-            let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-            Case::new(&text, path, Class::Given, &run.control)
-        })
+        .map(|path| Case::new(&read_scene_text(path)?, path, Class::Given, &run.control))
         .collect()
 }
 
 fn effort(args: &ReportArgs) -> Effort {
-    let mut effort = Effort {
-        seed: args.seed,
-        sweeps: args.scenes.is_empty(),
-        peers: args.peers,
-        ..Effort::default()
-    };
+    let mut effort = Effort { seed: args.seed, ..Effort::default() };
+    if !args.scenes.is_empty() {
+        effort.sweeps = false;
+        effort.clouds.clear();
+    }
     if let Some(size) = args.size {
         effort.size = size.into();
     }
@@ -159,6 +156,10 @@ fn effort(args: &ReportArgs) -> Effort {
 fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
     if let Some(choice) = &args.device {
         return Ok(vec![device::open(choice, None, &args.talk)?]);
+    }
+    if let Err(Error::TooLarge(why)) = memory::require_device() {
+        missing.push(Missing { what: "Vulkan devices".into(), why });
+        return Ok(vec![Device::Cpu]);
     }
     let (opened, noise) = quietly(Gpu::open_all);
     quiet::show(&noise, args.talk.verbose);

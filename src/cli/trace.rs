@@ -4,16 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::rays::{read_rays_with, write_hits};
-use kugelblitz::render::{available_memory, hits_bytes};
+use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
+use kugelblitz::render::hits_bytes;
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Ms, MsStages, Objects, On, RayCounts};
-use super::output::{building, bytes, count, human, ms, objects, print_json};
+use super::output::{building, count, human, ms, objects, print_json};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
@@ -41,6 +42,13 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
             "the hits and --json can't both go to standard output; write the hits to a file".into(),
         ));
     }
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && args.output != Path::new(OutputFile::STDOUT) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.display()
+        )));
+    }
     let wants = Wants { surface: true, level: args.certificates };
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
@@ -51,12 +59,6 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
     drop(progress);
     let read = start.elapsed();
-    if rays.is_empty() {
-        return Err(Error::Input {
-            path: args.rays.clone(),
-            message: "there are no rays in it; give at least one row".into(),
-        });
-    }
 
     let device = device::open_for_list(&args.device.device, args.kernel, &scene, &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, args.kernel);
@@ -111,21 +113,17 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     Ok(())
 }
 
-/// A file of float64 needs a ray and a hit for each row; one of float32 needs twice that for its
-/// size, so this refuses only what is certain not to fit.
+/// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of
+/// float32 needs twice that for its size, so this refuses only what is certain not to fit.
 fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
     let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
     let n_rays = file_bytes / FILE_RAY_BYTES;
-    let needed = n_rays * size_of::<Ray>() as u64 + hits_bytes(n_rays, wants);
-    let available = available_memory();
-    if needed > available {
-        return Err(Error::TooLarge(format!(
-            "{}: its rays and their hits need at least {} of memory, but only {} are available; \
-             give the rays in parts",
-            rays.display(),
-            bytes(needed),
-            bytes(available)
-        )));
-    }
-    Ok(())
+    let ray_bytes = size_of::<Ray>() + size_of::<u32>();
+    let needed = n_rays * ray_bytes as u64 + hits_bytes(n_rays, wants);
+    let what = format!("{}: tracing its {n_rays} rays", rays.display());
+    memory::require(what, needed, "give the rays in parts")
 }

@@ -7,8 +7,9 @@ use kugelblitz::camera::Pixels;
 use kugelblitz::compare::{Comparison, compare};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::memory;
 use kugelblitz::prepare::Prepared;
-use kugelblitz::render::{available_memory, band_rows, bands, hits_bytes};
+use kugelblitz::render::{band_rows, bands, hits_bytes};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
@@ -17,7 +18,7 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Head, Objects, On};
-use super::output::{bytes, objects, print, print_json};
+use super::output::{objects, print_json, print_text};
 use super::progress::Progress;
 use super::render::size;
 use super::{Run, VerifyArgs, scene};
@@ -63,13 +64,13 @@ struct AgainstExactOn {
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
-    refuse_what_cannot_fit(&pixels)?;
+    let n_samples = args.samples.unwrap_or_else(|| default_samples(scene.n_objects()));
+    refuse_what_cannot_fit(&pixels, n_samples)?;
     let only = (!args.all_kernels).then_some(args.kernel);
     let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
 
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
-    let n_samples = args.samples.unwrap_or_else(|| default_samples(scene.n_objects()));
     let n_samples = n_samples.min(pixels.len());
     let n_devices = if device.facts().is_some() { 2 } else { 1 };
     let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
@@ -109,7 +110,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             objects(&scene),
             device.label()
         );
-        print((head + &table(&results)).as_bytes())?;
+        print_text(&(head + &table(&results)))?;
     }
     match broken.is_empty() {
         true => Ok(()),
@@ -243,18 +244,15 @@ fn table(results: &[OfKernel]) -> String {
     text
 }
 
-/// Two results of a band, one a device.
-fn refuse_what_cannot_fit(pixels: &Pixels) -> Result<()> {
+/// Bytes of a pixel that is compared with exact arithmetic: its index, what is exact about it, and
+/// the same once more on the way.
+const SAMPLE_BYTES: u64 = 128;
+
+/// Two results of a band, one a device, and the samples.
+fn refuse_what_cannot_fit(pixels: &Pixels, n_samples: usize) -> Result<()> {
     let n_rays = u64::from(pixels.width) * u64::from(band_rows(pixels, WANTS));
-    let (needed, available) = (2 * hits_bytes(n_rays, WANTS), available_memory());
-    if needed > available {
-        return Err(Error::TooLarge(format!(
-            "comparing {} pixels at once needs {} of memory, but only {} are available; verify \
-             a smaller --size",
-            n_rays,
-            bytes(needed),
-            bytes(available)
-        )));
-    }
-    Ok(())
+    let samples = n_samples.min(pixels.len()) as u64 * SAMPLE_BYTES;
+    let needed = (2 * hits_bytes(n_rays, WANTS)).saturating_add(samples);
+    let what = format!("comparing {n_rays} pixels at once");
+    memory::require(what, needed, "verify a smaller --size, or fewer --samples")
 }

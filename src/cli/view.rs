@@ -1,6 +1,5 @@
 //! `kugelblitz view`
 
-use std::io::Write;
 use std::sync::Arc;
 
 use kugelblitz::Result;
@@ -8,7 +7,7 @@ use kugelblitz::gpu::Pick;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
-use super::output::{print, printed_line};
+use super::output::{print_text, printed_line, talk};
 use super::quiet::{self, Quiet};
 use super::{Run, ViewArgs};
 
@@ -53,7 +52,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
 
 /// Xlib ends the process after this.
 fn on_display_lost() {
-    let _ = writeln!(std::io::stderr(), "error: the connection to the display was lost");
+    talk("error: the connection to the display was lost");
 }
 
 /// Data to standard output, talk to standard error.
@@ -62,13 +61,13 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         return printed_line(notice);
     }
     match notice {
-        Notice::Camera { toml } => print(toml.as_bytes())?,
+        Notice::Camera { toml } => print_text(toml)?,
         Notice::Saved { path, size: [width, height] } => {
-            eprintln!("{}: {width}×{height}", path.display());
+            talk(&format!("{}: {width}×{height}", path.display()));
         }
-        Notice::SceneWrong { error } => eprintln!("error: {error}"),
-        Notice::Trouble { message } => eprintln!("warning: {message}"),
-        Notice::Destroyed => eprintln!("the window was closed by another program"),
+        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
+        Notice::Trouble { message } => talk(&format!("warning: {message}")),
+        Notice::Destroyed => talk("the window was closed by another program"),
         Notice::Opening
         | Notice::Opened { .. }
         | Notice::Shown { .. }

@@ -22,6 +22,8 @@ use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::Result;
 use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
+use crate::memory;
+use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
@@ -189,12 +191,25 @@ pub struct Seen {
     pub t_error_ulp: Option<f64>,
 }
 
+/// Bytes of an object's explanation and of its text. Measured: 3.3 KiB.
+const SHOWN_BYTES: u64 = 8 << 10;
+
 /// Explains one ray; the first `limit` objects of those that matter, or all.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] where `rays` is not one ray.
+/// [`crate::Error::Usage`] where `rays` is not one ray; [`crate::Error::TooLarge`] where there is not
+/// the memory to explain so many objects.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
     let numbers = Numbers::new(scene, rays)?;
+    let n_objects = scene.n_objects();
+    let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
+    // The ranks are put together from parts, and sorting takes half of them once more.
+    let ranking = n_objects * (size_of::<u32>() + size_of::<Rank>() * 5 / 2);
+    memory::require(
+        format!("explaining {n_shown} of {n_objects} objects"),
+        ranking as u64 + n_shown as u64 * SHOWN_BYTES,
+        "free some, explain fewer objects, or split the scene",
+    )?;
     let ids: Vec<u32> = (1..=scene.n_objects() as u32).collect();
     let objects = ids.iter().filter_map(|&id| Some((id, scene.object(id)?)));
     let hit = nearest(&numbers.exact, objects);
@@ -311,7 +326,8 @@ pub(crate) fn label(scene: &Scene, id: u32) -> String {
         Some(object @ Object::Plane(_)) => ("plane", object),
     };
     let Some(name) = object.name() else { return format!("{kind} {id}") };
-    let mut shown: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARS).collect();
+    let is_plain = |c: &char| !c.is_control() && !steers(*c);
+    let mut shown: String = name.chars().filter(is_plain).take(NAME_CHARS).collect();
     if name.chars().count() > NAME_CHARS {
         shown.pop();
         shown.push('…');

@@ -7,6 +7,7 @@ use super::compile::Edit;
 use super::program::Programs;
 use super::self_test::{self, Arithmetic};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::trace::Kernel;
 
 /// What to say when no device is there.
@@ -165,8 +166,10 @@ impl Gpu {
     /// Opens a Vulkan device.
     ///
     /// # Errors
-    /// [`Error::NoAdapter`] when none fits, with the names of those that are there.
+    /// [`Error::NoAdapter`] when none fits, with the names of those that are there;
+    /// [`Error::TooLarge`] where a limit of the address space leaves too little for a driver.
     pub fn open(pick: &Pick) -> Result<Gpu> {
+        memory::require_device()?;
         let (adapter, facts) = Gpu::choose(adapters(), pick)?;
         Gpu::from_adapter(&adapter, facts)
     }

@@ -17,7 +17,7 @@ pub const TEXELS_PER_ROW: u32 = 4096;
 const TEXEL_BYTES: usize = 16;
 
 /// Bytes that are on their way to the device at a time.
-const UPLOAD_BYTES: usize = 64 << 20;
+pub const UPLOAD_BYTES: usize = 64 << 20;
 
 /// An upload of that much that takes longer is given up.
 const UPLOAD_TIMEOUT: Duration = Duration::from_secs(60);

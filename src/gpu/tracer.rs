@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::adapter::Gpu;
 use super::clock::Clock;
 use super::compile::WORKGROUP;
-use super::hierarchy::DeviceHierarchy;
+use super::hierarchy::{DeviceHierarchy, UPLOAD_BYTES};
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
 use super::live::Words;
@@ -19,7 +19,8 @@ use crate::certify;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, RayRecord, RayRecordDouble};
+use crate::memory;
+use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble};
 use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
 
 /// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
@@ -82,6 +83,7 @@ impl GpuTracer {
     pub fn new(gpu: Arc<Gpu>, prepared: Arc<Prepared>, wants: Wants) -> Result<GpuTracer> {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
+        check_memory(&gpu, &prepared)?;
         let stand_in = stand_in(&gpu, &prepared, wants)?;
         let start = Instant::now();
         let program = gpu.program(&prepared.needs(wants))?;
@@ -167,6 +169,18 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Whether this machine has the memory to hand over the scene; a device in software keeps it there
+/// too.
+fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
+    let (spheres, planes) = prepared.objects.bytes();
+    let objects = (spheres.len() + planes.len()) as u64;
+    let hierarchy = prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
+    let on_their_way = objects + hierarchy.min(UPLOAD_BYTES as u64);
+    let kept = if gpu.facts.is_software() { objects + hierarchy } else { 0 };
+    let what = format!("handing the scene to `{}`", gpu.facts.name);
+    memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
 }
 
 pub(super) fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {

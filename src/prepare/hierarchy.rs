@@ -1,5 +1,6 @@
 //! Which spheres of a scene go into a hierarchy, and their numbers there.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -14,7 +15,8 @@ use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
-use crate::render::available_memory;
+use crate::memory::Available;
+use crate::random::SplitMix;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 
@@ -66,7 +68,7 @@ impl Hierarchy {
     ) -> Result<Hierarchy> {
         let start = Instant::now();
         let spheres = &scene.spheres;
-        check_size(spheres.len(), available_memory())?;
+        check_size(spheres.len(), Available::now())?;
         let (search, outside) = match rays {
             Rays::Pixels(pixels) => by_pixels(frame, pixels, spheres, control)?,
             Rays::List(_) => by_rays(frame, spheres, control)?,
@@ -97,7 +99,7 @@ impl Hierarchy {
 /// and 4 for its place. Measured: 280.
 const BUILD_BYTES: u64 = 20 + 32 + 32 + 2 * 48 + 2 * 48 + 4;
 
-fn check_size(n_spheres: usize, available_bytes: u64) -> Result<()> {
+fn check_size(n_spheres: usize, available: Available) -> Result<()> {
     if n_spheres > bvh::MOST_SPHERES {
         return Err(Error::TooLarge(format!(
             "{n_spheres} spheres; a hierarchy holds at most {}: split the scene",
@@ -105,21 +107,53 @@ fn check_size(n_spheres: usize, available_bytes: u64) -> Result<()> {
         )));
     }
     let needed = n_spheres as u64 * BUILD_BYTES;
-    if needed > available_bytes {
-        return Err(Error::TooLarge(format!(
-            "building the hierarchy over {n_spheres} spheres needs {} MiB of memory, but only {} \
-             MiB are available, enough for {} spheres: free some, or split the scene",
-            needed >> 20,
-            available_bytes >> 20,
-            available_bytes / BUILD_BYTES
-        )));
-    }
-    Ok(())
+    let most = available.bytes / BUILD_BYTES;
+    let advice = format!("that is enough for {most} spheres; free some, or split the scene");
+    available.require(format!("building the hierarchy over {n_spheres} spheres"), needed, &advice)
 }
 
-/// Indices of the spheres that can be hit: a radius of 0 can't.
+/// Indices of the spheres that can be seen: not those with a radius of 0, nor those that equal an
+/// earlier one, against which they never win.
 fn indices(spheres: &[Sphere]) -> impl ParallelIterator<Item = u32> {
-    (0..spheres.len() as u32).into_par_iter().filter(|&i| spheres[i as usize].radius != 0.0)
+    let repeats = repeats(spheres);
+    (0..spheres.len() as u32).into_par_iter().filter(move |i| {
+        spheres[*i as usize].radius != 0.0
+            && (repeats.is_empty() || repeats.binary_search(i).is_err())
+    })
+}
+
+/// Indices of the spheres that equal an earlier one, ascending.
+fn repeats(spheres: &[Sphere]) -> Vec<u32> {
+    let key = |i: u32| {
+        let Sphere { center, radius, .. } = &spheres[i as usize];
+        [center.x, center.y, center.z, *radius].map(f64::to_bits)
+    };
+    // Only what shares its place in a table with others can equal one of them.
+    let n_bits = (16 * spheres.len()).next_power_of_two().max(64);
+    let table = || (0..n_bits / 64).map(|_| AtomicU64::new(0)).collect::<Vec<_>>();
+    let (taken, shared) = (table(), table());
+    let place = |i: u32| {
+        let mixed = key(i).iter().fold(0, |mixed, word| SplitMix::new(mixed ^ word).next());
+        let bit = mixed as usize & (n_bits - 1);
+        (bit / 64, 1 << (bit % 64))
+    };
+    let all = || (0..spheres.len() as u32).into_par_iter();
+    all().for_each(|i| {
+        let (word, bit) = place(i);
+        if taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0 {
+            shared[word].fetch_or(bit, Ordering::Relaxed);
+        }
+    });
+    let shares = |&i: &u32| {
+        let (word, bit) = place(i);
+        shared[word].load(Ordering::Relaxed) & bit != 0
+    };
+    let mut sharing: Vec<u32> = all().filter(shares).collect();
+    sharing.par_sort_unstable_by_key(|&i| (key(i), i));
+    let mut repeats: Vec<u32> =
+        sharing.windows(2).filter(|two| key(two[0]) == key(two[1])).map(|two| two[1]).collect();
+    repeats.par_sort_unstable();
+    repeats
 }
 
 fn by_pixels(
@@ -167,9 +201,34 @@ fn by_rays(frame: &Frame, spheres: &[Sphere], control: &Control) -> Result<(Sear
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::Limit;
+    use crate::scene::Color;
+
+    /// Against a plain search, over spheres of few values, so that some are equal.
+    #[test]
+    fn repeats_are_all_but_the_first_of_equal_spheres() {
+        let mut random = SplitMix::new(1110);
+        for n in [0, 1, 2, 3, 40, 3000] {
+            let mut number = || (random.next() % 6) as f64;
+            let spheres: Vec<Sphere> = (0..n)
+                .map(|_| Sphere {
+                    name: None,
+                    center: DVec3::new(number(), number(), number()),
+                    radius: number(),
+                    color: Color::BLACK,
+                })
+                .collect();
+            let same = |a: &Sphere, b: &Sphere| (a.center, a.radius) == (b.center, b.radius);
+            let is_repeat = |i: &usize| spheres[..*i].iter().any(|s| same(s, &spheres[*i]));
+            let expected: Vec<u32> = (0..n).filter(is_repeat).map(|i| i as u32).collect();
+            assert_eq!(repeats(&spheres), expected, "{n} spheres");
+            assert!(n < 3000 || expected.len() > 1000);
+        }
+    }
 
     #[test]
     fn too_many_spheres_are_refused_with_numbers() {
+        let check_size = |n, bytes| check_size(n, Available { bytes, limit: Limit::Machine });
         assert!(check_size(1_000_000, BUILD_BYTES * 1_000_000).is_ok());
         let too_little = check_size(1_000_000, BUILD_BYTES * 1_000_000 - 1).unwrap_err();
         assert_eq!(too_little.exit_code(), 7);

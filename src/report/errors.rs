@@ -91,8 +91,8 @@ impl Collector {
         }
     }
 
-    /// Puts two collections together.
-    pub fn append(&mut self, other: Collector) {
+    /// Adds what another one collected.
+    pub fn append(&mut self, other: &Collector) {
         let Collector { counted, t_ulp, t_relative, normal_degrees } = other;
         self.counted.rays += counted.rays;
         self.counted.false_hits += counted.false_hits;

@@ -1,6 +1,7 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
 use super::{Distribution, Errors, Spread};
+use crate::plain::steers;
 
 /// Where there is no number.
 pub const NONE: &str = "–";
@@ -116,8 +117,7 @@ pub fn plain_document(text: &str) -> String {
 }
 
 fn is_unsafe(c: char) -> bool {
-    (c.is_control() && c != '\n')
-        || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')
+    steers(c) || matches!(c, '\t' | '\u{fffe}' | '\u{ffff}')
 }
 
 /// A name without what stands in parentheses behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.

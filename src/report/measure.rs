@@ -4,25 +4,24 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::errors::Collector;
-use super::peers::{self, Peer, PeerRun, Program};
 use super::scenes::Case;
-use super::{
-    Class, ClassResult, Contestant, Cost, Effort, Missing, PeerResult, Row, SceneResult, Spread,
-};
+use super::{Class, ClassResult, Contestant, Cost, Effort, Row, SceneResult, Spread};
 use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
+use crate::memory;
 use crate::prepare::Prepared;
+use crate::render::hits_bytes;
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
 use crate::verify::{Truth, sample};
 
 /// A picture's need.
-const IDS: Wants = Wants { surface: false, level: false };
+pub(super) const IDS: Wants = Wants { surface: false, level: false };
 
 /// The need of depth and shading.
-const SURFACE: Wants = Wants { surface: true, level: false };
+pub(super) const SURFACE: Wants = Wants { surface: true, level: false };
 
 /// The CPU as a device's name.
 const CPU: &str = "CPU";
@@ -78,6 +77,19 @@ pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u
     cases.len() as u64 * (width * height * pictures as u64 + samples)
 }
 
+/// Bytes of a compared pixel: its index, what is exact about it, and the same once more on the way.
+const SAMPLE_BYTES: u64 = 128;
+
+fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
+    let [width, height] = effort.size;
+    let n_rays = u64::from(width) * u64::from(height);
+    // Any ray may be among the undecided.
+    let hits = hits_bytes(n_rays, SURFACE) + n_rays * size_of::<u32>() as u64;
+    let samples = n_rays.min(effort.samples as u64) * SAMPLE_BYTES;
+    let what = format!("measuring pictures of {width}x{height} pixels");
+    memory::require(what, hits + samples, "measure a smaller --size, or fewer --samples")
+}
+
 /// Each subject's errors and costs in each scene, and those of each class of scenes.
 ///
 /// # Errors
@@ -88,11 +100,11 @@ pub(super) fn measure_scenes(
     effort: &Effort,
     control: &Control,
 ) -> Result<(Vec<SceneResult>, Vec<ClassResult>)> {
-    let mut costs: Vec<Vec<CostRuns>> =
-        cases.iter().map(|_| subjects.iter().map(|_| CostRuns::default()).collect()).collect();
-    let mut errors: Vec<Vec<Collector>> = Vec::new();
+    refuse_what_cannot_fit(effort)?;
+    let none = || subjects.iter().map(|_| Measured::default()).collect();
+    let mut measured: Vec<Vec<Measured>> = cases.iter().map(|_| none()).collect();
     for round in 0..effort.rounds {
-        for (case, costs) in cases.iter().zip(&mut costs) {
+        for (case, measured) in cases.iter().zip(&mut measured) {
             let pixels = picture(case, effort.size)?;
             let truth = match round {
                 0 => {
@@ -101,146 +113,71 @@ pub(super) fn measure_scenes(
                 }
                 _ => None,
             };
-            let mut of_case = Vec::new();
-            for (subject, cost) in subjects.iter().zip(costs) {
-                cost.time_ids(subject, case, &pixels, effort, control)?;
-                let hits = cost.time_surface(subject, case, &pixels, effort, control)?;
-                let mut collector = Collector::default();
+            let rays = Rays::Pixels(pixels);
+            for (subject, measured) in subjects.iter().zip(measured) {
+                measured.time_ids(subject, case, &rays, effort, control)?;
+                let hits = measured.time_surface(subject, case, &rays, effort, control)?;
                 if let Some(truth) = &truth {
-                    collector.add(&hits, truth);
+                    measured.errors.add(&hits, truth);
                 }
-                of_case.push(collector);
-            }
-            if round == 0 {
-                errors.push(of_case);
             }
         }
     }
-    let n_rays = u64::from(effort.size[0]) * u64::from(effort.size[1]);
-    let costs: Vec<Vec<Cost>> = costs
-        .into_iter()
-        .map(|costs| costs.into_iter().map(|cost| cost.finish(n_rays)).collect())
-        .collect();
-    Ok(put_together(cases, subjects, &costs, errors))
-}
-
-/// The installed ones among the peers on each scene, and why the others are missing.
-///
-/// # Errors
-/// [`Error::Interrupted`](crate::Error::Interrupted), or when this machine fails.
-pub(super) fn measure_peers(
-    cases: &[Case],
-    effort: &Effort,
-    control: &Control,
-) -> Result<(Vec<PeerResult>, Vec<Missing>)> {
-    let runs = peers::Effort { n_runs: effort.runs, ..peers::Effort::default() };
-    let (mut results, mut missing) = (Vec::new(), Vec::new());
-    for peer in Peer::ALL {
-        let program = match Program::open(peer, &runs, control) {
-            Ok(program) => program,
-            Err(peers::Missing::Because(why)) => {
-                missing.push(Missing { what: peer.name().into(), why });
-                continue;
-            }
-            Err(peers::Missing::Stopped(error)) => return Err(error),
+    let classes = class_results(cases, subjects, &measured, effort);
+    let scenes = cases.iter().zip(measured).map(|(case, measured)| {
+        let row = |(subject, measured): (&Subject, Measured)| Row {
+            contestant: subject.contestant.clone(),
+            cost: measured.cost(effort),
+            errors: measured.errors.finish(),
         };
-        for case in cases {
-            match program.run(
-                &case.scene,
-                &picture(case, effort.size)?.view,
-                effort.size,
-                &runs,
-                control,
-            ) {
-                Ok(run) => results.push(peer_result(case, run, effort, control)?),
-                Err(peers::Missing::Because(why)) => {
-                    missing
-                        .push(Missing { what: format!("{} on {}", peer.name(), case.name), why });
-                }
-                Err(peers::Missing::Stopped(error)) => return Err(error),
-            }
-        }
-    }
-    Ok((results, missing))
-}
-
-fn peer_result(
-    case: &Case,
-    run: PeerRun,
-    effort: &Effort,
-    control: &Control,
-) -> Result<PeerResult> {
-    let pixels = picture(case, effort.size)?;
-    let index = sample(pixels.len(), effort.samples, effort.seed);
-    let truth = Truth::of_pixels(&case.scene, &pixels, index, control)?;
-    let mut errors = Collector::default();
-    errors.add(&Hits { id: run.ids, ..Hits::default() }, &truth);
-    let ns_per_ray = 1e6 / pixels.len() as f64;
-    let version = run.version.map(|version| format!(" {version}")).unwrap_or_default();
-    Ok(PeerResult {
-        peer: format!("{}{version}", run.peer),
-        n_threads: run.n_threads,
-        scene: case.name.clone(),
-        class: case.class,
-        errors: errors.finish(),
-        trace_ns_per_ray: run.trace_ms.map(|ms| ms.scaled(ns_per_ray)),
-        process_ms: run.wall_ms,
-    })
-}
-
-/// A subject's errors in all scenes of a class, and its times in each.
-type Pool = (Collector, Vec<Spread>);
-
-fn put_together(
-    cases: &[Case],
-    subjects: &[Subject],
-    costs: &[Vec<Cost>],
-    errors: Vec<Vec<Collector>>,
-) -> (Vec<SceneResult>, Vec<ClassResult>) {
-    let mut scenes = Vec::new();
-    let mut pools: Vec<(Class, Vec<Pool>)> = Vec::new();
-    for ((case, costs), errors) in cases.iter().zip(costs).zip(errors) {
-        let place = pools.iter().position(|(class, _)| *class == case.class);
-        let place = place.unwrap_or_else(|| {
-            let empty = subjects.iter().map(|_| Pool::default()).collect();
-            pools.push((case.class, empty));
-            pools.len() - 1
-        });
-        let mut rows = Vec::new();
-        for (((subject, cost), errors), pool) in
-            subjects.iter().zip(costs).zip(errors).zip(&mut pools[place].1)
-        {
-            rows.push(Row {
-                contestant: subject.contestant.clone(),
-                errors: errors.clone().finish(),
-                cost: cost.clone(),
-            });
-            pool.0.append(errors);
-            pool.1.push(cost.trace_ns_per_ray);
-        }
-        scenes.push(SceneResult {
+        SceneResult {
             name: case.name.clone(),
             class: case.class,
             about: case.about.clone(),
             n_spheres: case.scene.spheres.len(),
             n_planes: case.scene.planes.len(),
-            rows,
-        });
-    }
-    let classes = pools.into_iter().flat_map(|(class, pool)| {
-        subjects.iter().zip(pool).map(move |(subject, (errors, times))| ClassResult {
-            class,
-            n_scenes: times.len(),
-            contestant: subject.contestant.clone(),
-            errors: errors.finish(),
-            trace_ns_per_ray: geometric_mean(&times),
-        })
+            rows: subjects.iter().zip(measured).map(row).collect(),
+        }
     });
-    (scenes, classes.collect())
+    Ok((scenes.collect(), classes))
+}
+
+fn class_results(
+    cases: &[Case],
+    subjects: &[Subject],
+    measured: &[Vec<Measured>],
+    effort: &Effort,
+) -> Vec<ClassResult> {
+    let mut results = Vec::new();
+    for class in [Class::Lecture, Class::Hard, Class::Given] {
+        let of_class = cases.iter().zip(measured).filter(|(case, _)| case.class == class);
+        let of_class: Vec<&Vec<Measured>> = of_class.map(|(_, measured)| measured).collect();
+        if of_class.is_empty() {
+            continue;
+        }
+        for (i, subject) in subjects.iter().enumerate() {
+            let own = || of_class.iter().map(|measured| &measured[i]);
+            let mut errors = Collector::default();
+            own().for_each(|measured| errors.append(&measured.errors));
+            let costs: Vec<Cost> = own().map(|measured| measured.cost(effort)).collect();
+            let mean = |time: fn(&Cost) -> Spread| {
+                geometric_mean(&costs.iter().map(time).collect::<Vec<_>>())
+            };
+            results.push(ClassResult {
+                class,
+                n_scenes: of_class.len(),
+                contestant: subject.contestant.clone(),
+                errors: errors.finish(),
+                trace_ns_per_ray: mean(|cost| cost.trace_ns_per_ray),
+                surface_ns_per_ray: mean(|cost| cost.surface_ns_per_ray),
+            });
+        }
+    }
+    results
 }
 
 /// Of medians, least and largest values, each for itself.
-pub(super) fn geometric_mean(spreads: &[Spread]) -> Spread {
+fn geometric_mean(spreads: &[Spread]) -> Spread {
     let mean = |part: fn(&Spread) -> f64| {
         let logarithms: f64 = spreads.iter().map(|spread| part(spread).ln()).sum();
         (logarithms / spreads.len().max(1) as f64).exp()
@@ -253,9 +190,10 @@ pub(super) fn geometric_mean(spreads: &[Spread]) -> Spread {
     }
 }
 
-/// The single measurements behind a [`Cost`], in seconds.
+/// All measurements of a subject in a scene; times in seconds.
 #[derive(Default)]
-struct CostRuns {
+struct Measured {
+    errors: Collector,
     trace: Vec<f64>,
     surface: Vec<f64>,
     on_device: Vec<f64>,
@@ -265,24 +203,23 @@ struct CostRuns {
     bytes_device: u64,
 }
 
-impl CostRuns {
+impl Measured {
     fn time_ids(
         &mut self,
         subject: &Subject,
         case: &Case,
-        pixels: &Pixels,
+        rays: &Rays,
         effort: &Effort,
         control: &Control,
     ) -> Result<()> {
-        let rays = Rays::Pixels(*pixels);
-        let Made { mut tracer, compile, .. } = subject.tracer(&case.scene, &rays, IDS)?;
+        let Made { mut tracer, compile, .. } = subject.tracer(&case.scene, rays, IDS)?;
         tracer.use_device_clock();
         let mut hits = Hits::default();
-        let first = tracer.trace(&rays, control, &mut hits)?;
+        let first = tracer.trace(rays, control, &mut hits)?;
         self.compile.push(compile.as_secs_f64());
         self.first_picture.push((first.deciding() + first.readback).as_secs_f64());
         for _ in 0..effort.runs {
-            let timing = tracer.trace(&rays, control, &mut hits)?;
+            let timing = tracer.trace(rays, control, &mut hits)?;
             self.trace.push(timing.deciding().as_secs_f64());
             self.readback.push(timing.readback.as_secs_f64());
             self.on_device.extend(timing.on_device.as_ref().map(Duration::as_secs_f64));
@@ -296,32 +233,31 @@ impl CostRuns {
         &mut self,
         subject: &Subject,
         case: &Case,
-        pixels: &Pixels,
+        rays: &Rays,
         effort: &Effort,
         control: &Control,
     ) -> Result<Hits> {
-        let rays = Rays::Pixels(*pixels);
-        let mut tracer = subject.tracer(&case.scene, &rays, SURFACE)?.tracer;
+        let mut tracer = subject.tracer(&case.scene, rays, SURFACE)?.tracer;
         let mut hits = Hits::default();
-        tracer.trace(&rays, control, &mut hits)?;
-        self.surface.extend(time_runs(&mut *tracer, &rays, effort.runs, control, &mut hits)?);
+        tracer.trace(rays, control, &mut hits)?;
+        self.surface.extend(time_runs(&mut *tracer, rays, effort.runs, control, &mut hits)?);
         Ok(hits)
     }
 
-    fn finish(self, n_rays: u64) -> Cost {
+    fn cost(&self, effort: &Effort) -> Cost {
         let spread = |seconds: &[f64], factor: f64| {
-            Spread::of(seconds.iter().map(|value| value * factor).collect()).unwrap_or_default()
+            Spread::of(seconds.iter().map(|value| value * factor).collect())
         };
+        let n_rays = u64::from(effort.size[0]) * u64::from(effort.size[1]);
         let ns_per_ray = 1e9 / n_rays.max(1) as f64;
         Cost {
             n_rays,
-            trace_ns_per_ray: spread(&self.trace, ns_per_ray),
-            surface_ns_per_ray: spread(&self.surface, ns_per_ray),
-            device_ns_per_ray: (!self.on_device.is_empty())
-                .then(|| spread(&self.on_device, ns_per_ray)),
-            readback_ms: spread(&self.readback, 1e3),
-            compile_ms: spread(&self.compile, 1e3),
-            first_picture_ms: spread(&self.first_picture, 1e3),
+            trace_ns_per_ray: spread(&self.trace, ns_per_ray).unwrap_or_default(),
+            surface_ns_per_ray: spread(&self.surface, ns_per_ray).unwrap_or_default(),
+            device_ns_per_ray: spread(&self.on_device, ns_per_ray),
+            readback_ms: spread(&self.readback, 1e3).unwrap_or_default(),
+            compile_ms: spread(&self.compile, 1e3).unwrap_or_default(),
+            first_picture_ms: spread(&self.first_picture, 1e3).unwrap_or_default(),
             bytes_device: self.bytes_device,
         }
     }

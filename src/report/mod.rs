@@ -1,26 +1,27 @@
 //! Speed against error: what each kernel costs on each device, and how wrong it is.
 //!
-//! [`Report::measure`] makes one; [`text`], [`page`], [`plot`] and [`markdown`] show it. All errors
-//! are against exact arithmetic; all times are of the run that made the report.
+//! [`Report::measure`] makes one; [`text`], [`page`] and [`plot`] show it. All errors are against
+//! exact arithmetic; all times are of the run that made the report.
 
 use serde::Serialize;
 
 mod answer;
+mod clouds;
 mod errors;
 mod evidence;
 mod figures;
-mod grid;
-pub mod markdown;
 mod measure;
 pub mod page;
-pub mod peers;
 mod pictures;
 pub mod plot;
+mod print;
 mod scenes;
 mod summary;
 mod sweep;
+mod tables;
 pub mod text;
 
+pub use clouds::CLOUD_SIZE;
 pub use errors::{Distribution, Errors};
 pub use measure::{Make, Subject};
 pub use scenes::{Case, default_cases};
@@ -41,8 +42,8 @@ pub struct Report {
     pub classes: Vec<ClassResult>,
     /// Error and time against one quantity.
     pub sweeps: Vec<Sweep>,
-    /// Other renderers on the same scenes; empty unless asked for.
-    pub peers: Vec<PeerResult>,
+    /// Many spheres: each number of them on each device.
+    pub clouds: Vec<CloudResult>,
     /// What could not be measured, and why.
     pub missing: Vec<Missing>,
     /// Pictures of chosen scenes with their errors.
@@ -69,17 +70,15 @@ impl Report {
             true => sweep::measure_sweeps(subjects, &effort, control)?,
             false => Vec::new(),
         };
-        let (peers, missing) = match effort.peers {
-            true => measure::measure_peers(cases, &effort, control)?,
-            false => (Vec::new(), Vec::new()),
-        };
-        Ok(Report { evidence, effort, scenes, classes, sweeps, peers, missing, pictures })
+        let (clouds, missing) = clouds::measure_clouds(subjects, &effort, control)?;
+        Ok(Report { evidence, effort, scenes, classes, sweeps, clouds, missing, pictures })
     }
 
     /// Rays that [`Report::measure`] traces or compares, but for those of the few pictures.
     pub fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
         let sweeps = if effort.sweeps { sweep::n_rays(subjects, effort) } else { 0 };
-        measure::n_rays(cases, subjects, effort) + sweeps
+        let clouds = clouds::n_rays(subjects, effort);
+        measure::n_rays(cases, subjects, effort) + sweeps + clouds
     }
 }
 
@@ -111,8 +110,8 @@ pub struct Effort {
     pub picture_size: [u32; 2],
     /// Whether the sweeps are measured.
     pub sweeps: bool,
-    /// Whether other renderers are measured.
-    pub peers: bool,
+    /// Numbers of spheres of the clouds that are measured.
+    pub clouds: Vec<u64>,
 }
 
 impl Default for Effort {
@@ -125,7 +124,7 @@ impl Default for Effort {
             runs: 3,
             picture_size: [320, 180],
             sweeps: true,
-            peers: false,
+            clouds: vec![10_000, 100_000, 1_000_000],
         }
     }
 }
@@ -229,6 +228,8 @@ pub struct ClassResult {
     pub errors: Errors,
     /// The geometric mean of the scenes' medians, and of their least and largest times.
     pub trace_ns_per_ray: Spread,
+    /// The same with `t` and normals.
+    pub surface_ns_per_ray: Spread,
 }
 
 /// Median and range of repeated measurements.
@@ -319,29 +320,26 @@ pub struct SweepPoint {
     pub trace_ns_per_ray: Option<Spread>,
 }
 
-/// Another renderer on one scene.
+/// Many spheres with `certified` on one device.
 #[derive(Clone, Debug, Serialize)]
-pub struct PeerResult {
-    /// Its name and version.
-    pub peer: String,
-    /// Threads that it was given.
-    pub n_threads: usize,
-    /// The scene's name.
-    pub scene: String,
-    /// Sort of the scene.
-    pub class: Class,
-    /// Its ids against the exact ones; it gives neither `t` nor normals.
+pub struct CloudResult {
+    /// Spheres in the cloud.
+    pub n_spheres: u64,
+    /// Who was measured.
+    #[serde(flatten)]
+    pub contestant: Contestant,
+    /// How wrong it is.
     pub errors: Errors,
-    /// Tracing as the peer itself reports it, nanoseconds a ray.
-    pub trace_ns_per_ray: Option<Spread>,
-    /// The whole process, milliseconds.
-    pub process_ms: Spread,
+    /// Building the hierarchy over the spheres, milliseconds.
+    pub build_ms: Spread,
+    /// All stages of tracing a picture's ids and the read-back, milliseconds.
+    pub picture_ms: Spread,
 }
 
 /// Something that could not be measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Missing {
-    /// What: a device, a kernel on a device, a peer.
+    /// What: a device, a kernel on a device, a cloud.
     pub what: String,
     /// Why.
     pub why: String,

@@ -1,12 +1,12 @@
 //! What the kernels show where they are most wrong.
 
-use super::measure::{Subject, picture};
+use super::measure::{SURFACE, Subject, picture};
 use super::scenes::Case;
 use super::{Effort, ErrorPicture, Fault, SceneResult};
 use crate::control::Control;
 use crate::error::Result;
 use crate::scene::Color;
-use crate::trace::{Hits, Rays, Wants};
+use crate::trace::{Hits, Rays};
 use crate::verify::{RayError, Truth, ray_errors};
 
 /// Most scenes with pictures.
@@ -46,8 +46,7 @@ pub(super) fn take_pictures(
         let rays = Rays::Pixels(pixels);
         let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
         for subject in &on_first {
-            let wants = Wants { surface: true, level: false };
-            let mut tracer = subject.tracer(&case.scene, &rays, wants)?.tracer;
+            let mut tracer = subject.tracer(&case.scene, &rays, SURFACE)?.tracer;
             let mut hits = Hits::default();
             tracer.trace(&rays, control, &mut hits)?;
             pictures.push(ErrorPicture {

@@ -1,9 +1,7 @@
-//! What the figures say when put together: who took part, what the best choices are, and which
-//! devices agree.
+//! What the figures say when put together: who took part, and which devices agree.
 
 use super::figures::{list, short_name};
-use super::measure::geometric_mean;
-use super::{Class, ClassResult, Contestant, Errors, PeerResult, Report, Series, Spread, Sweep};
+use super::{Class, Contestant, Report, Series, Spread, Sweep};
 
 /// Kernels and devices, in the order in which the report first names them.
 pub struct Cast<'a> {
@@ -16,9 +14,10 @@ impl<'a> Cast<'a> {
         let rows = report.scenes.iter().flat_map(|scene| &scene.rows).map(|row| &row.contestant);
         let classes = report.classes.iter().map(|class| &class.contestant);
         let sweeps = report.sweeps.iter().flat_map(|sweep| &sweep.series).map(|s| &s.contestant);
+        let clouds = report.clouds.iter().map(|cloud| &cloud.contestant);
         let pictures = report.pictures.iter().map(|picture| &picture.contestant);
         let mut cast = Cast { kernels: Vec::new(), devices: Vec::new() };
-        for contestant in rows.chain(classes).chain(sweeps).chain(pictures) {
+        for contestant in rows.chain(classes).chain(clouds).chain(sweeps).chain(pictures) {
             add(&mut cast.kernels, &contestant.kernel);
             add(&mut cast.devices, &contestant.device);
         }
@@ -60,79 +59,6 @@ pub fn classes(report: &Report) -> Vec<Class> {
 /// A time that can be drawn: positive and finite.
 pub fn time_of(spread: &Spread) -> Option<f64> {
     (spread.median > 0.0 && spread.median.is_finite()).then_some(spread.median)
-}
-
-/// Times with `t` and normals over a class: the geometric mean, as that of ids alone.
-pub fn surface_ns_per_ray(report: &Report, class: &ClassResult) -> Option<Spread> {
-    let spreads: Vec<Spread> = report
-        .scenes
-        .iter()
-        .filter(|scene| scene.class == class.class)
-        .flat_map(|scene| &scene.rows)
-        .filter(|row| row.contestant == class.contestant)
-        .map(|row| row.cost.surface_ns_per_ray)
-        .collect();
-    (!spreads.is_empty()).then(|| geometric_mean(&spreads))
-}
-
-/// Another renderer in all scenes of a class.
-pub struct PeerClass<'a> {
-    pub peer: &'a str,
-    pub class: Class,
-    pub n_scenes: usize,
-    /// Counts of ids alone.
-    pub errors: Errors,
-    /// Geometric mean over the scenes, where the peer gives a time for each.
-    pub trace_ns_per_ray: Option<Spread>,
-}
-
-/// The peers' results, put together by class.
-pub fn peer_classes(report: &Report) -> Vec<PeerClass<'_>> {
-    let mut peers = Vec::new();
-    for result in &report.peers {
-        add(&mut peers, &result.peer);
-    }
-    let mut pooled = Vec::new();
-    for peer in peers {
-        for class in [Class::Lecture, Class::Hard, Class::Given] {
-            let results: Vec<&PeerResult> =
-                report.peers.iter().filter(|r| r.peer == peer && r.class == class).collect();
-            if results.is_empty() {
-                continue;
-            }
-            let mut errors = Errors::default();
-            for result in &results {
-                errors.rays += result.errors.rays;
-                errors.false_hits += result.errors.false_hits;
-                errors.false_misses += result.errors.false_misses;
-                errors.wrong_object += result.errors.wrong_object;
-            }
-            let times: Option<Vec<Spread>> = results.iter().map(|r| r.trace_ns_per_ray).collect();
-            let trace_ns_per_ray = times.map(|times| geometric_mean(&times));
-            let n_scenes = results.len();
-            pooled.push(PeerClass { peer, class, n_scenes, errors, trace_ns_per_ray });
-        }
-    }
-    pooled
-}
-
-/// The results of a class that no other is both faster and less wrong than, the fastest first.
-pub fn front(report: &Report, class: Class) -> Vec<&ClassResult> {
-    let mut rows: Vec<(f64, &ClassResult)> = report
-        .classes
-        .iter()
-        .filter(|row| row.class == class && row.errors.rays > 0)
-        .filter_map(|row| Some((time_of(&row.trace_ns_per_ray)?, row)))
-        .collect();
-    let order = |row: &ClassResult| row.errors.wrong_share();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then(order(a.1).total_cmp(&order(b.1))));
-    let mut least = f64::INFINITY;
-    rows.retain(|(_, row)| {
-        let better = row.errors.wrong_share() < least;
-        least = least.min(row.errors.wrong_share());
-        better
-    });
-    rows.into_iter().map(|(_, row)| row).collect()
 }
 
 /// All places of a sweep, ascending.
@@ -192,7 +118,7 @@ fn is_alike(a: &Series, b: &Series) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::SweepPoint;
+    use crate::report::{Errors, SweepPoint};
 
     #[test]
     fn alike_to_the_last_bit_alone() {

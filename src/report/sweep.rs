@@ -5,17 +5,15 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::errors::Collector;
-use super::measure::{Subject, time_runs};
+use super::measure::{IDS, SURFACE, Subject, time_runs};
 use super::{Effort, Series, Spread, Sweep, SweepPoint};
 use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::error::Result;
 use crate::random::SplitMix;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::{Hits, Ray, Rays, Wants};
+use crate::trace::{Hits, Ray, Rays};
 use crate::verify::Truth;
-
-const SURFACE: Wants = Wants { surface: true, level: false };
 
 /// Rays of each point of the sweep over distance.
 const DISTANCE_RAYS: usize = 1 << 14;
@@ -191,7 +189,7 @@ fn times_along(subjects: &[Subject], effort: &Effort, control: &Control) -> Resu
     for n in OBJECTS {
         let (scene, rays) = many_spheres(n, effort.seed);
         for (subject, series) in subjects.iter().zip(&mut all) {
-            let mut tracer = subject.tracer(&scene, &rays, Wants::default())?.tracer;
+            let mut tracer = subject.tracer(&scene, &rays, IDS)?.tracer;
             tracer.trace(&rays, control, &mut hits)?;
             let seconds = time_runs(&mut *tracer, &rays, n_runs(effort), control, &mut hits)?;
             let ns = seconds.iter().map(|seconds| seconds * 1e9 / rays.len() as f64).collect();

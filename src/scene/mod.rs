@@ -17,7 +17,10 @@ use crate::error::Result;
 pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
 pub use places::SceneError;
-pub use read::{parse_scene, parse_scene_with, read_scene, read_scene_with, reread_scene};
+pub use read::{
+    MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
+    reread_scene,
+};
 pub(crate) use write::{camera_text, cloud_scene_text};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is

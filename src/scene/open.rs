@@ -32,9 +32,10 @@ impl Files {
         }
     }
 
-    pub fn read(self, path: &Path) -> io::Result<Vec<u8>> {
+    /// The first `n_most` bytes of a file.
+    pub fn read(self, path: &Path, n_most: u64) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.open(path)?.read_to_end(&mut bytes)?;
+        self.open(path)?.take(n_most).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 }
@@ -52,10 +53,10 @@ mod tests {
         rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).unwrap();
         std::fs::write(&file, "text").unwrap();
         for path in [&pipe, &"/dev/zero".into(), &folder.path().into()] {
-            let error = Files::Regular.read(path).unwrap_err();
+            let error = Files::Regular.read(path, 9).unwrap_err();
             assert!(error.to_string().contains("regular file"), "{error}");
         }
-        assert_eq!(Files::Regular.read(&file).unwrap(), b"text");
-        assert_eq!(Files::All.read(&file).unwrap(), b"text");
+        assert_eq!(Files::Regular.read(&file, 9).unwrap(), b"text");
+        assert_eq!(Files::All.read(&file, 3).unwrap(), b"tex");
     }
 }

@@ -1,5 +1,6 @@
 //! What is wrong in a scene file, and where: bytes of the text to line and column.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -69,6 +70,19 @@ impl Fault {
             message: self.message,
             help: self.help,
         })
+    }
+}
+
+/// What a message quotes of a key or a value, however much of it there is in the file.
+pub(super) fn quoted(text: &str) -> Cow<'_, str> {
+    cut(text, 60)
+}
+
+/// The first `n_chars` of a text.
+pub(super) fn cut(text: &str, n_chars: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(n_chars) {
+        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
+        None => Cow::Borrowed(text),
     }
 }
 

@@ -13,6 +13,7 @@ use super::{Camera, Color, ImageSize, Plane, Projection, Scene, SceneError, Sphe
 use crate::camera::View;
 use crate::control::Control;
 use crate::error::Result;
+use crate::memory;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -41,24 +42,50 @@ pub fn reread_scene(path: &Path, control: &Control) -> Result<Scene> {
 }
 
 fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene> {
-    let bytes = files.read(path).map_err(|error| {
+    parse_scene_from(files, &text_of(files, path)?, path, control)
+}
+
+/// Most bytes of a scene file. More objects than it has room for come from clouds.
+pub const MAX_SCENE_BYTES: u64 = 64 << 20;
+
+/// Bytes of memory for each byte of a scene file while it is parsed. Measured: 42 for spheres, 76
+/// for lists of short numbers.
+const PARSE_BYTES: u64 = 80;
+
+/// The text of a scene file.
+///
+/// # Errors
+/// [`Error::Scene`](crate::Error::Scene) where it can't be read, is not UTF-8, or has more than
+/// [`MAX_SCENE_BYTES`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
+/// parse it.
+pub fn read_scene_text(path: &Path) -> Result<String> {
+    text_of(Files::All, path)
+}
+
+fn text_of(files: Files, path: &Path) -> Result<String> {
+    let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
-    match String::from_utf8(bytes) {
-        Ok(text) => parse_scene_from(files, &text, path, control),
-        Err(error) => {
-            let start = error.utf8_error().valid_up_to();
-            let text = String::from_utf8_lossy(error.as_bytes());
-            let message = format!(
-                "byte 0x{:02x} is not UTF-8 text",
-                error.as_bytes()[start..].first().copied().unwrap_or(0)
-            );
-            let help = "a scene file is TOML, saved as UTF-8";
-            let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
-            Err(Fault::new(span, message, help).in_text(&text, path).into())
-        }
+    const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+    if bytes.len() as u64 > MAX_SCENE_BYTES {
+        let message =
+            format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
+        return Err(SceneError::whole_file(path, message, CLOUD).into());
     }
+    let what = format!("{}: parsing the scene", path.display());
+    memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes());
+        let message = format!(
+            "byte 0x{:02x} is not UTF-8 text",
+            error.as_bytes()[start..].first().copied().unwrap_or(0)
+        );
+        let help = "a scene file is TOML, saved as UTF-8";
+        let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
+        Fault::new(span, message, help).in_text(&text, path).into()
+    })
 }
 
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are

@@ -6,7 +6,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::places::{Fault, char_start};
+use super::places::{Fault, char_start, quoted};
 use super::read::KINDS;
 use super::{Color, ImageSize};
 
@@ -37,7 +37,15 @@ impl<'t> Table<'t> {
             .filter(|key| !kind.keys.iter().any(|(name, _)| name == key.get_ref()))
             .min_by_key(|key| key.span().start);
         match unknown {
-            Some(key) => Err(unknown_key(kind, key.get_ref(), key.span())),
+            Some(key) => {
+                let value = table.get(key.get_ref().as_ref()).map(Spanned::get_ref);
+                let is_table = match value {
+                    Some(DeValue::Array(values)) => values.iter().any(|v| v.get_ref().is_table()),
+                    Some(value) => value.is_table(),
+                    None => false,
+                };
+                Err(unknown_key(kind, key.get_ref(), is_table, key.span()))
+            }
             None => Ok(Table { kind, table, span }),
         }
     }
@@ -136,6 +144,7 @@ impl<'t> Field<'t> {
             return Err(self.wrong_type(expected));
         };
         i64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
+            let integer = quoted(integer.as_str());
             self.wrong(format!("the integer {integer} does not fit in 64 bits"), expected)
         })
     }
@@ -146,7 +155,7 @@ impl<'t> Field<'t> {
             DeValue::Float(float) => match float.as_str().parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(number),
                 _ => Err(self.wrong(
-                    format!("{float} in `{}` is not a finite number", self.key),
+                    format!("{} in `{}` is not a finite number", quoted(float.as_str()), self.key),
                     "a finite number that a 64-bit float can hold (up to 1.8e308)",
                 )),
             },
@@ -189,8 +198,9 @@ impl<'t> Field<'t> {
     pub fn color(&self) -> Checked<Color> {
         let expected = "\"#rrggbb\" (sRGB) or [r, g, b] (linear, each from 0 to 1)";
         if let DeValue::String(text) = self.value.get_ref() {
-            return Color::from_hex(text)
-                .ok_or_else(|| self.wrong(format!("{text:?} is not a colour"), expected));
+            return Color::from_hex(text).ok_or_else(|| {
+                self.wrong(format!("{:?} is not a colour", quoted(text)), expected)
+            });
         }
         let linear = self.three_numbers(expected)?;
         match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
@@ -210,28 +220,54 @@ impl<'t> Field<'t> {
     }
 }
 
-/// The similarity (Jaro) from which a key counts as misspelt: what clap uses for options.
-const SIMILAR: f64 = 0.7;
+/// The known key that `key` is a misspelling of: its beginning, or at most one slip (a letter that is
+/// wrong, missing or too many, or two that are swapped) in three letters.
+fn nearest(kind: &Kind, key: &str) -> Option<&'static str> {
+    if key.len() > MOST_COMPARED {
+        return None;
+    }
+    let key = key.to_lowercase();
+    let n_chars = key.chars().count();
+    let slips = |name: &str| match n_chars > 2 && name.starts_with(&key) {
+        true => 1,
+        false => strsim::osa_distance(&key, name),
+    };
+    let near = kind.keys.iter().map(|(name, _)| (slips(name), *name));
+    let near = near.filter(|(slips, name)| *slips <= n_chars.max(name.len()) / 3);
+    near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
+}
 
-fn unknown_key(kind: &Kind, key: &str, span: Range<usize>) -> Fault {
+/// Bytes of the longest key that may be a misspelling.
+const MOST_COMPARED: usize = 40;
+
+/// `is_table` says whether a table or several stand under it.
+fn unknown_key(kind: &Kind, key: &str, is_table: bool, span: Range<usize>) -> Fault {
     let known: Vec<_> = kind.keys.iter().map(|(name, _)| *name).collect();
-    let lower = key.to_lowercase();
-    let nearest = known
-        .iter()
-        .map(|name| (strsim::jaro(&lower, name), *name))
-        .filter(|(similarity, _)| *similarity > SIMILAR)
-        .max_by(|a, b| a.0.total_cmp(&b.0));
     let home = KINDS.iter().find(|other| other.keys.iter().any(|(name, _)| *name == key));
-    let hint = match (home, nearest) {
-        (Some(home), _) => format!("`{key}` belongs to {}; ", home.header),
-        (None, Some((_, name))) => format!("did you mean `{name}`? "),
+    let key_shown = quoted(key);
+    let hint = match (home, nearest(kind, key)) {
+        (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
+        (None, Some(name)) => format!("did you mean `{name}`? "),
+        (None, None) if is_table => shapes(kind),
         (None, None) => String::new(),
     };
     Fault::new(
         span,
-        format!("unknown key `{key}` in {}", kind.header),
+        format!("unknown key `{key_shown}` in {}", kind.header),
         format!("{hint}known keys here: {}", known.join(", ")),
     )
+}
+
+/// The objects that a table takes: those of its keys that are lists of tables.
+fn shapes(kind: &Kind) -> String {
+    let headers = kind.keys.iter().map(|(name, _)| format!("[[{name}]]"));
+    let shapes: Vec<String> =
+        headers.filter(|header| KINDS.iter().any(|kind| kind.header == header)).collect();
+    match &shapes[..] {
+        [] => String::new(),
+        [only] => format!("the objects are {only}; "),
+        [first @ .., last] => format!("the objects are {} and {last}; ", first.join(", ")),
+    }
 }
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {

@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 use egui::ViewportId;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
+use winit::error::EventLoopError;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
-use super::display;
+use super::display::{self, no_display};
 use super::notice::Notice;
 use super::paint::palette;
 use super::painter::{self, Painted};
@@ -98,15 +99,9 @@ enum Event {
 /// cancelled.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
-    let path = options.path.display().to_string();
-    let no_display = |reason: &dyn std::fmt::Display| {
-        Error::NoAdapter(format!(
-            "there is no display to open a window on: {reason}; use `kugelblitz render {path} -o \
-             picture.png`"
-        ))
-    };
-    let events =
-        EventLoop::<Event>::with_user_event().build().map_err(|error| no_display(&error))?;
+    let path = options.path.clone();
+    let no_display = |error: EventLoopError| no_display(&error, &path);
+    let events = EventLoop::<Event>::with_user_event().build().map_err(no_display)?;
     let proxy = events.create_proxy();
     let watch = watch(&options, proxy.clone())?;
     let state =

@@ -12,7 +12,7 @@
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `paint`, `show` | numbers as colours, and which numbers |
 //! | `reload` | watching the scene file |
-//! | `display` | the end of the display |
+//! | `display` | the display that isn't there, and its end |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw

@@ -7,9 +7,10 @@ use super::tracing::Backend;
 use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::Result;
+use crate::memory::Available;
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, PictureOptions};
-use crate::render::{available_memory, plan};
+use crate::render::plan;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::trace::Kernel;
@@ -33,9 +34,8 @@ pub fn save(
     path: &Path,
     control: &Control,
 ) -> Result<()> {
-    let format = Format::Png;
-    let n_objects = scene.n_objects();
-    let plan = plan(format, PictureOptions::default(), &pixels, n_objects, available_memory())?;
+    let (format, options) = (Format::Png, PictureOptions::default());
+    let plan = plan(format, options, &pixels, scene.n_objects(), Available::now())?;
     let file = OutputFile::create(path, format.needs_seek())?;
     let mut session = Session::new(Arc::clone(scene), backend.device(), kernel);
     let (_, file) = session.draw(&pixels, &plan, file, control)?;

@@ -2,9 +2,9 @@
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
 use kugelblitz::report::{
-    AdapterEvidence, Class, ClassResult, Contestant, Cost, Distribution, Effort, ErrorPicture,
-    Errors, Evidence, Fault, Missing, PeerResult, Report, Row, SceneResult, Series, Spread, Sweep,
-    SweepPoint,
+    AdapterEvidence, Class, ClassResult, CloudResult, Contestant, Cost, Distribution, Effort,
+    ErrorPicture, Errors, Evidence, Fault, Missing, Report, Row, SceneResult, Series, Spread,
+    Sweep, SweepPoint,
 };
 use kugelblitz::trace::StageCounts;
 use rand::{RngExt, SeedableRng};
@@ -156,18 +156,26 @@ pub fn classes(scenes: &[SceneResult]) -> Vec<ClassResult> {
                 errors.wrong_object += row.errors.wrong_object;
                 errors.stages.add(row.errors.stages);
             }
-            let mean = |of: fn(&Spread) -> f64| {
-                let sum: f64 = rows.iter().map(|row| of(&row.cost.trace_ns_per_ray).ln()).sum();
-                (sum / rows.len() as f64).exp()
+            let mean = |time: fn(&Cost) -> Spread| {
+                let mean = |of: fn(&Spread) -> f64| {
+                    let sum: f64 = rows.iter().map(|row| of(&time(&row.cost)).ln()).sum();
+                    (sum / rows.len() as f64).exp()
+                };
+                Spread {
+                    median: mean(|spread| spread.median),
+                    min: mean(|spread| spread.min),
+                    max: mean(|spread| spread.max),
+                    n: 15 * rows.len(),
+                }
             };
-            let trace_ns_per_ray = Spread {
-                median: mean(|spread| spread.median),
-                min: mean(|spread| spread.min),
-                max: mean(|spread| spread.max),
-                n: 15 * rows.len(),
-            };
-            let n_scenes = rows.len();
-            results.push(ClassResult { class, n_scenes, contestant, errors, trace_ns_per_ray });
+            results.push(ClassResult {
+                class,
+                n_scenes: rows.len(),
+                contestant,
+                errors,
+                trace_ns_per_ray: mean(|cost| cost.trace_ns_per_ray),
+                surface_ns_per_ray: mean(|cost| cost.surface_ns_per_ray),
+            });
         }
     }
     results
@@ -299,16 +307,15 @@ fn evidence() -> Evidence {
     }
 }
 
-fn peer(rng: &mut ChaCha8Rng, peer: &str, scene: &str, wrong_object: u64) -> PeerResult {
-    let class = if scene == "moved" { Class::Hard } else { Class::Lecture };
-    PeerResult {
-        peer: peer.into(),
-        n_threads: 2,
-        scene: scene.into(),
-        class,
-        errors: Errors { rays: SAMPLES, wrong_object, ..Errors::default() },
-        trace_ns_per_ray: (peer != "Povray 3.7").then(|| spread(rng, 140.0)),
-        process_ms: spread(rng, 420.0),
+fn cloud(rng: &mut ChaCha8Rng, n_spheres: u64, device: &str) -> CloudResult {
+    let ms = 0.05 * (n_spheres as f64).sqrt() * if device == "CPU" { 1.0 } else { 4.0 };
+    let stages = StageCounts { f32: 2_073_600 - 3000, f64: 2990, exact: 10 };
+    CloudResult {
+        n_spheres,
+        contestant: contestant("certified", device),
+        errors: Errors { rays: 1024, stages, ..errors("certified", 0.1, n_spheres) },
+        build_ms: spread(rng, 5e-4 * n_spheres as f64),
+        picture_ms: spread(rng, ms),
     }
 }
 
@@ -328,11 +335,9 @@ pub fn report() -> Report {
         error_sweep("offset", "Rays that pass ever closer by a silhouette.", "closeness"),
         time_sweep(&mut rng),
     ];
-    let peers = vec![
-        peer(&mut rng, "Embree 4.3", "figure1", 12),
-        peer(&mut rng, "Embree 4.3", "moved", 9000),
-        peer(&mut rng, "Povray 3.7", "figure1", 0),
-    ];
+    let clouds = [10_000, 100_000, 1_000_000];
+    let clouds = clouds.into_iter().flat_map(|n| DEVICES.map(|device| (n, device)));
+    let clouds = clouds.map(|(n, device)| cloud(&mut rng, n, device)).collect();
     let pictures = [("figure2", DEVICES[1]), ("moved", DEVICES[0]), ("moved", DEVICES[1])];
     let pictures = pictures
         .into_iter()
@@ -348,16 +353,13 @@ pub fn report() -> Report {
             runs: 5,
             picture_size: PICTURE,
             sweeps: true,
-            peers: true,
+            clouds: vec![10_000, 100_000, 1_000_000],
         },
         classes: classes(&scenes),
         scenes,
         sweeps,
-        peers,
-        missing: vec![Missing {
-            what: "pbrt 4".into(),
-            why: "`pbrt` is not installed; install it or leave out --peers".into(),
-        }],
+        clouds,
+        missing: vec![Missing { what: "pbrt 4".into(), why: "`pbrt` is not installed".into() }],
         pictures,
     }
 }

@@ -1,16 +1,15 @@
 //! A [`Report`] as one HTML page that needs nothing beside itself: no script, no other file.
 
-mod cells;
 mod heat;
 mod pictures;
-mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
 use super::figures::{count, plain_document};
 use super::plot::{plane, sweep, theme, typeset};
-use super::{AdapterEvidence, Effort, Evidence, Report};
+use super::summary::Cast;
+use super::{AdapterEvidence, CLOUD_SIZE, Effort, Evidence, Report, SceneResult, print, tables};
 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
@@ -20,6 +19,7 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src dat
 
 /// The whole report.
 pub fn html(report: &Report) -> String {
+    let cast = Cast::of(report);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -40,11 +40,11 @@ pub fn html(report: &Report) -> String {
                 }
                 main {
                     (plane_section(report))
-                    (class_section(report))
-                    (sweep_sections(report))
+                    (class_section(report, &cast))
+                    (cloud_section(report, &cast))
+                    (sweep_sections(report, &cast))
                     (pictures::section(&report.pictures, &report.scenes))
-                    (scene_section(report))
-                    (peer_section(report))
+                    (scene_section(report, &cast))
                     (missing_section(report))
                     (method(report))
                 }
@@ -103,31 +103,27 @@ fn plane_section(report: &Report) -> Markup {
                 figcaption {
                     "Farther left is faster, lower is less often wrong. A point is a kernel on a \
                      device over all scenes of a class; what has no wrong object lies in the strip \
-                     below the axis, beside the number of rays compared. Steps join the kernels \
-                     that no other is both faster and less wrong than."
-                    @if !report.peers.is_empty() {
-                        " Other renderers stand at the time that they report themselves and are \
-                         not joined; one that reports none is in the table alone."
-                    }
+                     below the axis. Steps join the kernels that no other is both faster and less \
+                     wrong than."
                 }
             }
         }
     }
 }
 
-fn class_section(report: &Report) -> Markup {
+fn class_section(report: &Report, cast: &Cast) -> Markup {
     html! {
         section {
             h2 { "Classes of scenes" }
             h3 { "How wrong" }
-            (tables::class_errors(report))
+            (print::html(&tables::class_errors(report, cast)))
             p.note {
                 "Errors are against exact arithmetic. Those of " i { "t" } " and of the normal are \
                  of the rays that show the right object; an ulp is the distance of neighbouring \
                  f32 numbers at the exact " i { "t" } "."
             }
             h3 { "How fast" }
-            (tables::class_costs(report))
+            (print::html(&tables::class_costs(report, cast)))
             p.note {
                 "Nanoseconds a ray, the geometric mean of the scenes' medians, in parentheses that \
                  of their least and largest times. “Ids” is which object each pixel shows. The \
@@ -137,43 +133,60 @@ fn class_section(report: &Report) -> Markup {
     }
 }
 
-fn sweep_sections(report: &Report) -> Markup {
+fn cloud_section(report: &Report, cast: &Cast) -> Markup {
+    html! {
+        @if !report.clouds.is_empty() {
+            section {
+                h2 { "Many spheres" }
+                (print::html(&tables::clouds(report, cast)))
+                p.note {
+                    "Kernel certified at " (CLOUD_SIZE[0]) " × " (CLOUD_SIZE[1]) ": tracing a \
+                     picture's ids, reading back included. The spheres lie evenly in a cube, all \
+                     of it in view; " code { "kugelblitz generate cloud --seed 1" } " makes the \
+                     same."
+                }
+            }
+        }
+    }
+}
+
+fn sweep_sections(report: &Report, cast: &Cast) -> Markup {
     html! {
         @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
             section {
                 h2 { "Sweep: " (own.name) }
                 p { (own.title) }
                 figure { (plot(sweep(report, own))) }
-                details { summary { "Its numbers" } (tables::sweep(report, own)) }
+                details { summary { "Its numbers" } (print::html(&tables::sweep(own, cast))) }
             }
         }
     }
 }
 
-fn scene_section(report: &Report) -> Markup {
+fn scene_section(report: &Report, cast: &Cast) -> Markup {
     html! {
         @if !report.scenes.is_empty() {
             section {
                 h2 { "Scenes" }
-                (tables::overview(report))
-                @for scene in &report.scenes { (tables::scene(report, scene)) }
+                p { "The share of rays with a wrong object; the details have all figures." }
+                (print::html(&tables::overview(report, cast)))
+                @for scene in &report.scenes { (scene_details(scene, cast)) }
             }
         }
     }
 }
 
-fn peer_section(report: &Report) -> Markup {
+fn scene_details(scene: &SceneResult, cast: &Cast) -> Markup {
     html! {
-        @if !report.peers.is_empty() {
-            section {
-                h2 { "Other renderers" }
-                (tables::peers(&report.peers))
-                p.note {
-                    "Their ids against the exact ones; they give neither " i { "t" } " nor normals. \
-                     The first time is what the program itself reports for tracing, the second is \
-                     of its whole process."
+        details {
+            summary {
+                (scene.name)
+                small {
+                    (count(scene.n_spheres, "sphere")) ", " (count(scene.n_planes, "plane"))
                 }
             }
+            p { (scene.about) }
+            @for table in tables::scene(scene, cast) { (print::html(&table)) }
         }
     }
 }

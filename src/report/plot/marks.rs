@@ -6,66 +6,38 @@ use super::scale::{Scale, tick_label};
 use super::theme;
 use crate::report::Class;
 
-/// Size of most text, px.
-pub const TEXT_PX: f64 = 13.0;
-
 /// Dashes of lines: one a device, or one a class.
 pub const DASHES: [&str; 4] = ["none", "6 4", "2 3.5", "9 3 2 3"];
 
-/// How wide a text of [`TEXT_PX`] is, px: a guess from the average of common sans-serif fonts.
-pub fn text_width(text: &str) -> f64 {
-    0.56 * TEXT_PX * text.chars().count() as f64
-}
-
 /// A coordinate in tenths of a pixel.
-pub fn c(px: f64) -> f64 {
+fn c(px: f64) -> f64 {
     (10.0 * px).round() / 10.0
 }
 
-/// Shape of a marker: one a device.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Shape {
-    Circle,
-    Square,
-    Triangle,
-    /// For other renderers.
-    Diamond,
+/// Points as the attribute `points` has them.
+pub fn points(points: &[(f64, f64)]) -> String {
+    let point = |(x, y): &(f64, f64)| format!("{},{}", c(*x), c(*y));
+    points.iter().map(point).collect::<Vec<_>>().join(" ")
 }
 
-impl Shape {
-    /// The shape of the device at this place in the order.
-    pub fn of_device(index: usize) -> Shape {
-        [Shape::Circle, Shape::Square, Shape::Triangle][index.min(2)]
-    }
-}
-
-/// How a marker is filled: one way a class.
-fn is_filled(class: Class) -> bool {
-    class == Class::Lecture
-}
-
-/// A marker of `radius` px in the current colour.
-pub fn marker(shape: Shape, class: Class, x: f64, y: f64, radius: f64) -> Markup {
-    let fill = |class| if is_filled(class) { "currentColor" } else { "none" };
-    let path = |points: &[(f64, f64)]| {
-        let point = |(dx, dy): &(f64, f64)| format!("{},{}", c(x + dx), c(y + dy));
-        points.iter().map(point).collect::<Vec<_>>().join(" ")
-    };
-    let r = radius;
-    let body = |class: Class, paper: bool| {
-        let fill = if paper { "currentColor" } else { fill(class) };
+/// A marker in the current colour: one shape a device, filled in one way a class.
+pub fn marker(device: usize, class: Class, (x, y): (f64, f64), r: f64) -> Markup {
+    let shape = |fill: &str| {
+        let triangle = [(x, y - 1.15 * r), (x + 1.1 * r, y + 0.8 * r), (x - 1.1 * r, y + 0.8 * r)];
         html! {
-            @match shape {
-                Shape::Circle => circle cx=(c(x)) cy=(c(y)) r=(r) fill=(fill) {},
-                Shape::Square => rect x=(c(x - 0.9 * r)) y=(c(y - 0.9 * r)) width=(1.8 * r) height=(1.8 * r) fill=(fill) {},
-                Shape::Triangle => polygon points=(path(&[(0.0, -1.15 * r), (1.1 * r, 0.8 * r), (-1.1 * r, 0.8 * r)])) fill=(fill) {},
-                Shape::Diamond => polygon points=(path(&[(0.0, -1.3 * r), (1.3 * r, 0.0), (0.0, 1.3 * r), (-1.3 * r, 0.0)])) fill=(fill) {},
+            @match device {
+                0 => circle cx=(c(x)) cy=(c(y)) r=(r) fill=(fill) {},
+                1 => rect x=(c(x - 0.9 * r)) y=(c(y - 0.9 * r)) width=(1.8 * r) height=(1.8 * r)
+                    fill=(fill) {},
+                _ => polygon points=(points(&triangle)) fill=(fill) {},
             }
         }
     };
     html! {
-        g.paper stroke="currentColor" stroke-width="5" { (body(Class::Lecture, true)) }
-        g stroke="currentColor" stroke-width="2" { (body(class, false)) }
+        g.paper stroke="currentColor" stroke-width="5" { (shape("currentColor")) }
+        g stroke="currentColor" stroke-width="2" {
+            (shape(if class == Class::Lecture { "currentColor" } else { "none" }))
+        }
         @if class == Class::Given {
             circle cx=(c(x)) cy=(c(y)) r=(c(0.35 * r)) fill="currentColor" {}
         }
@@ -80,8 +52,18 @@ pub fn text(x: f64, y: f64, anchor: &str, class: &str, words: &str) -> Markup {
 }
 
 /// A straight line in the current colour.
-pub fn line(x1: f64, y1: f64, x2: f64, y2: f64) -> Markup {
+pub fn line((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> Markup {
     html! { line x1=(c(x1)) y1=(c(y1)) x2=(c(x2)) y2=(c(y2)) stroke="currentColor" {} }
+}
+
+/// A line through several points, in the current colour.
+pub fn polyline(through: &[(f64, f64)], dash: &str) -> Markup {
+    html! {
+        @if through.len() > 1 {
+            polyline points=(points(through)) fill="none" stroke="currentColor"
+                stroke-linejoin="round" stroke-dasharray=(dash) {}
+        }
+    }
 }
 
 /// The grid of a horizontal axis from `top` to `y`.
@@ -89,9 +71,9 @@ pub fn x_grid(scale: &Scale, top: f64, y: f64) -> Markup {
     let (left, right) = scale.ends();
     html! {
         g.grid {
-            @for tick in scale.ticks() { (line(scale.px(tick), top, scale.px(tick), y)) }
+            @for x in scale.ticks().into_iter().map(|tick| scale.px(tick)) { (line((x, top), (x, y))) }
         }
-        g.soft { (line(left, y, right, y)) }
+        g.soft { (line((left, y), (right, y))) }
     }
 }
 
@@ -106,59 +88,59 @@ pub fn x_labels(scale: &Scale, y: f64, title: &str) -> Markup {
     }
 }
 
-/// The vertical axis at `x` with its grid up to `right`; `label` writes a tick.
-pub fn y_axis(scale: &Scale, x: f64, right: f64, label: impl Fn(f64) -> String) -> Markup {
+/// The vertical axis at `left` with its grid up to `right`; `label` writes a tick.
+pub fn y_axis(scale: &Scale, (left, right): (f64, f64), label: fn(f64) -> String) -> Markup {
     html! {
-        g.grid {
-            @for tick in scale.ticks() { (line(x, scale.px(tick), right, scale.px(tick))) }
-        }
         @for tick in scale.ticks() {
-            (text(x - 8.0, scale.px(tick) + 4.5, "end", "soft", &label(tick)))
+            @let y = scale.px(tick);
+            g.grid { (line((left, y), (right, y))) }
+            (text(left - 8.0, y + 4.5, "end", "soft", &label(tick)))
         }
     }
 }
 
 /// A strip beside the axis, for what has no place on it.
-pub fn band(x: f64, top: f64, right: f64, height: f64, label: &str) -> Markup {
+pub fn band(left: f64, right: f64, top: f64, height: f64, label: &str) -> Markup {
     html! {
-        rect.band x=(c(x)) y=(c(top)) width=(c(right - x)) height=(c(height)) fill="currentColor" {}
-        (text(x - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
+        rect.band x=(c(left)) y=(c(top)) width=(c(right - left)) height=(c(height))
+            fill="currentColor" {}
+        (text(left - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
     }
 }
 
-/// One entry of a legend: a sample of this width, and words.
+/// One entry of a legend: a sample of this width drawn about the origin, and words.
 pub struct Entry {
     pub sample_px: f64,
-    /// Draws the sample about a point.
-    pub sample: Box<dyn Fn(f64, f64) -> Markup>,
+    pub sample: Markup,
     pub words: String,
 }
 
-/// Entries side by side in rows, from `x` to `right`; gives the height, too.
-pub fn legend(entries: &[Entry], x: f64, top: f64, right: f64) -> (Markup, f64) {
+/// Entries side by side in rows, from `left` to `right`; gives the height, too.
+pub fn legend(entries: &[Entry], (left, right): (f64, f64), top: f64) -> (Markup, f64) {
     const ROW_PX: f64 = 22.0;
-    let (mut at_x, mut at_y) = (x, top + ROW_PX / 2.0);
+    // A guess from the average of common sans-serif fonts.
+    const LETTER_PX: f64 = 7.3;
+    let (mut x, mut y) = (left, top + ROW_PX / 2.0);
     let mut drawn = Vec::new();
-    for entry in entries {
-        let width = entry.sample_px + 8.0 + text_width(&entry.words) + 18.0;
-        if at_x > x && at_x + width > right {
-            (at_x, at_y) = (x, at_y + ROW_PX);
+    for Entry { sample_px, sample, words } in entries {
+        let width = sample_px + 8.0 + LETTER_PX * words.chars().count() as f64 + 18.0;
+        if x > left && x + width > right {
+            (x, y) = (left, y + ROW_PX);
         }
-        let words_x = at_x + entry.sample_px + 8.0;
+        let middle = format!("translate({},{})", c(x + sample_px / 2.0), c(y));
         drawn.push(html! {
-            ((entry.sample)(at_x + entry.sample_px / 2.0, at_y))
-            (text(words_x, at_y + 4.5, "start", "ink", &entry.words))
+            g transform=(middle) { (sample) }
+            (text(x + sample_px + 8.0, y + 4.5, "start", "ink", words))
         });
-        at_x += width;
+        x += width;
     }
-    let height = if drawn.is_empty() { 0.0 } else { at_y + ROW_PX / 2.0 - top };
+    let height = if drawn.is_empty() { 0.0 } else { y + ROW_PX / 2.0 - top };
     (html! { @for entry in &drawn { (entry) } }, height)
 }
 
 /// A whole picture, which stands alone or in a page.
 pub fn svg(width: f64, height: f64, description: &str, body: &Markup) -> String {
-    let fixed = ".plot{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
-                 .plot .halo{stroke-width:3.5px;stroke-linejoin:round;paint-order:stroke}";
+    let fixed = ".plot{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}";
     let style = format!("{fixed}{}", theme::css());
     html! {
         svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}"))

@@ -3,8 +3,8 @@
 //! They need nothing beside themselves and fit light and dark pages: `prefers-color-scheme` chooses
 //! the colours. All numbers in them are also in the tables.
 
-mod lanes;
 mod marks;
+mod panel;
 mod plane;
 mod scale;
 mod sweep;

@@ -1,6 +1,7 @@
 //! Axes: where a number is drawn, and which numbers are written beside it.
 
 /// A range of numbers along a range of pixels.
+#[derive(Clone)]
 pub struct Scale {
     is_log: bool,
     /// Of the numbers, or of their decimal logarithms.
@@ -111,6 +112,11 @@ pub fn tick_label(x: f64) -> String {
     }
 }
 
+/// A share as it stands beside an axis, in percent.
+pub fn percent_label(share: f64) -> String {
+    format!("{} %", tick_label(100.0 * share))
+}
+
 /// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in
 /// groups, with narrow spaces between them.
 pub fn typeset(figure: &str) -> String {
@@ -176,8 +182,17 @@ mod tests {
                 Scale::of_quantity(values, (5.0, 95.0)),
             ];
             for scale in scales {
-                assert!(!scale.ticks().is_empty() && scale.ticks().len() < 30, "{values:?}");
-                assert!((5.0..=95.0).contains(&scale.px(2.0)), "{values:?}");
+                let ticks: Vec<f64> =
+                    scale.ticks().into_iter().map(|tick| scale.px(tick)).collect();
+                assert!(!ticks.is_empty() && ticks.len() < 30, "{values:?}");
+                assert!(ticks.is_sorted_by(|a, b| a < b), "{values:?}: {ticks:?}");
+                // An axis without numbers shows something, one with numbers shows these; what is
+                // beyond an axis is drawn at its very end.
+                let drawn = values.iter().filter(|x| **x > 0.0 && x.is_finite());
+                for x in drawn {
+                    let px = scale.px(*x);
+                    assert!(5.0 < px && px < 95.0, "{x} of {values:?} at {px}");
+                }
             }
         }
     }

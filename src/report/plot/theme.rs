@@ -34,11 +34,7 @@ pub fn kernel_class(kernel: &str) -> &'static str {
 pub fn css() -> String {
     let rules = |color: fn(&Entry) -> &'static str| {
         let rule = |entry: &Entry| format!(".plot .{}{{color:{}}}", entry.0, color(entry));
-        // Around words, in the colour of what they stand on.
-        let [.., band, paper] = &NEUTRAL;
-        let halos = [("halo", paper), ("halo.on-band", band)];
-        let halos = halos.map(|(class, on)| format!(".plot .{class}{{stroke:{}}}", color(on)));
-        NEUTRAL.iter().chain(&KERNELS).map(rule).chain(halos).collect::<String>()
+        NEUTRAL.iter().chain(&KERNELS).map(rule).collect::<String>()
     };
     let (light, dark) = (rules(|entry| entry.1), rules(|entry| entry.2));
     format!("{light}@media screen and (prefers-color-scheme:dark){{{dark}}}")

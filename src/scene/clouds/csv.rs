@@ -4,17 +4,22 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use csv::{ByteRecord, Error, ErrorKind, Position, ReaderBuilder};
+use csv::{ByteRecord, Error, ErrorKind, Position, Reader, ReaderBuilder};
 
 use super::Reading;
+use super::watched::Watched;
 use crate::scene::Sphere;
-use crate::scene::places::Stop;
+use crate::scene::places::{Stop, quoted};
 
 const HELP: &str = "the first line names the columns: x, y, z, and optionally r, and red, green, \
                     blue (linear, 0 to 1), in any order and among others, with commas between them";
 
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 18;
+
+/// Longest line, bytes, also one with line breaks between quotes: a file that is no text may have
+/// none. What is read at once may let a longer one pass.
+const MAX_LINE_BYTES: u64 = 1 << 20;
 
 /// Reads the spheres of a `.csv` file, in the order of its lines.
 pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
@@ -25,13 +30,26 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
         cloud.reserve(n_at_most)?;
     }
     let mut reader = ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(file);
-    let header = reader.byte_headers().map_err(|error| stop(cloud, &error))?;
+    let allow = |reader: &Reader<Watched>| {
+        reader.get_ref().allow(MAX_LINE_BYTES + BUFFER_BYTES as u64);
+    };
+    allow(&reader);
+    if let Err(error) = reader.byte_headers() {
+        return Err(stop(cloud, &error, &reader));
+    }
+    let header = reader.byte_headers().map_err(|error| cloud.wrong(error, HELP))?;
     let columns = Columns::find(header).map_err(|found| cloud.wrong(found, HELP))?;
     let template = cloud.template(columns.radius.is_some(), columns.color.is_some())?;
 
     let path = cloud.source.path.clone();
     let mut record = ByteRecord::new();
-    while reader.read_byte_record(&mut record).map_err(|error| stop(cloud, &error))? {
+    loop {
+        allow(&reader);
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => return Ok(()),
+            Err(error) => return Err(stop(cloud, &error, &reader)),
+        }
         let place = || line_of(&path, record.position());
         let sphere = columns.sphere(&record, &template).map_err(|found| {
             let message = format!("{}: {found}", place());
@@ -39,7 +57,6 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
         })?;
         cloud.push(sphere, place)?;
     }
-    Ok(())
 }
 
 /// Where each value stands in a line.
@@ -67,7 +84,7 @@ impl Columns {
         let require = |name: &str| {
             find(name)?.ok_or_else(|| {
                 let found = names.join(", ");
-                format!("the header has no column `{name}`, only {found:?}")
+                format!("the header has no column `{name}`, only {:?}", quoted(&found))
             })
         };
         let all = |three: [&str; 3]| -> Result<[usize; 3], String> {
@@ -87,8 +104,10 @@ impl Columns {
         let number = |column: usize| {
             let field = record.get(column).unwrap_or_default();
             let text = std::str::from_utf8(field).ok().map(str::trim);
-            text.and_then(|text| text.parse::<f64>().ok())
-                .ok_or_else(|| format!("{:?} is not a number", String::from_utf8_lossy(field)))
+            text.and_then(|text| text.parse::<f64>().ok()).ok_or_else(|| {
+                let found = String::from_utf8_lossy(field);
+                format!("{:?} is not a number", quoted(&found))
+            })
         };
         let mut sphere = template.clone();
         for (axis, &column) in self.center.iter().enumerate() {
@@ -104,8 +123,12 @@ impl Columns {
     }
 }
 
-fn stop(cloud: &Reading, error: &Error) -> Stop {
+fn stop(cloud: &Reading, error: &Error, reader: &Reader<Watched>) -> Stop {
     match error.kind() {
+        ErrorKind::Io(_) if reader.get_ref().is_used_up() => {
+            let (line, most) = (reader.position().line(), MAX_LINE_BYTES >> 20);
+            cloud.wrong(format!("line {line}: the line is longer than {most} MiB"), HELP)
+        }
         ErrorKind::Io(error) => cloud.failed(error),
         ErrorKind::UnequalLengths { pos, expected_len, len } => cloud.wrong(
             format!(

@@ -24,12 +24,12 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::open::Files;
-use super::places::{Fault, Stop};
+use super::places::{Fault, Stop, cut, quoted};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere};
 use crate::control::Control;
 use crate::error::Error;
-use crate::render::available_memory;
+use crate::memory::Available;
 pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
@@ -128,7 +128,7 @@ impl<'t> Source<'t> {
             Some(format) => Ok(Source { table, path, format }),
             None => Err(Fault::new(
                 table.file.span.clone(),
-                format!("the name {:?} does not tell its format", table.file.value),
+                format!("the name {:?} does not tell its format", quoted(&table.file.value)),
                 "a cloud is a file that ends in .npy, .csv or .xyz",
             )),
         }
@@ -139,6 +139,9 @@ impl<'t> Source<'t> {
         n_bytes.saturating_mul(self.format.n_passes())
     }
 }
+
+/// Characters of what was found that a message tells: a cell or a word may be a whole file.
+const MOST_FOUND: usize = 400;
 
 /// A cloud while it is read: what its spheres must be, and where they go.
 struct Reading<'a> {
@@ -164,7 +167,8 @@ impl<'a> Reading<'a> {
 
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
-        let message = format!("{}: {found}", self.source.path.display());
+        let message =
+            format!("{}: {}", self.source.path.display(), cut(&found.to_string(), MOST_FOUND));
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
@@ -232,14 +236,18 @@ impl<'a> Reading<'a> {
             .into());
         }
         let n_bytes = n as u64 * size_of::<Sphere>() as u64;
-        let available = available_memory();
-        if n_bytes > available || self.spheres.try_reserve_exact(n).is_err() {
+        let available = Available::now();
+        // Where there are some already, both copies are held for a while.
+        let n_moved = if self.spheres.capacity() == 0 { 0 } else { self.spheres.len() };
+        let n_needed = n_bytes + (n_moved * size_of::<Sphere>()) as u64;
+        if n_needed > available.bytes || self.spheres.try_reserve_exact(n).is_err() {
             return Err(Error::TooLarge(format!(
-                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available, enough \
-                 for {}; free some, or give fewer spheres",
-                n_bytes.div_ceil(1 << 20),
-                available >> 20,
-                available / size_of::<Sphere>() as u64
+                "{path}: {n} spheres need {} MiB of memory, but only {} MiB are available {}, \
+                 enough for {}; free some, or give fewer spheres",
+                n_needed.div_ceil(1 << 20),
+                available.bytes >> 20,
+                available.limit,
+                available.bytes / size_of::<Sphere>() as u64
             ))
             .into());
         }

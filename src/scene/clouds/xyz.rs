@@ -8,7 +8,7 @@ use super::Reading;
 use super::elements::{Element, Elements};
 use super::watched::Watched;
 use crate::scene::Sphere;
-use crate::scene::places::Stop;
+use crate::scene::places::{Stop, quoted};
 
 const HELP: &str = "the first line of an .xyz file is the number of atoms, the second a comment, \
                     and each further line an atom: its element, x, y and z in ångström";
@@ -32,7 +32,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
 
     let count = lines.next(cloud)?.map(str::trim).unwrap_or_default();
     let n_atoms: usize = count.parse().map_err(|_| {
-        let message = format!("line 1: {count:?} is not a number of atoms");
+        let message = format!("line 1: {:?} is not a number of atoms", quoted(count));
         cloud.wrong(message, HELP)
     })?;
     // A wrong number must not ask for more than a file of this length can have.
@@ -53,7 +53,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
             atom(line).map_err(|found| cloud.wrong(format!("{place}: {found}"), HELP))?;
         let Some(Element { radius, color }) = elements.get(symbol) else {
             return Err(cloud.wrong(
-                format!("{place}: no radius is known of an element {symbol:?}"),
+                format!("{place}: no radius is known of an element {:?}", quoted(symbol)),
                 "an atom begins with its symbol in the periodic table, e.g. C, N or Fe; spheres of \
                  other kinds go into a .csv or .npy file with their radius",
             ));
@@ -78,7 +78,7 @@ fn atom(line: &str) -> Result<(&str, DVec3), String> {
     let mut center = DVec3::ZERO;
     for axis in 0..3 {
         let word = words.next().ok_or("there are not three coordinates")?;
-        center[axis] = word.parse().map_err(|_| format!("{word:?} is not a number"))?;
+        center[axis] = word.parse().map_err(|_| format!("{:?} is not a number", quoted(word)))?;
     }
     Ok((symbol, center))
 }
@@ -105,7 +105,9 @@ impl<'c> Lines<'c> {
         let wrong = |what: &str| cloud.wrong(format!("line {}: {what}", self.n_read), HELP);
         match n {
             0 => Ok(None),
-            _ if n as u64 == MAX_LINE_BYTES => Err(wrong("the line is too long")),
+            _ if n as u64 == MAX_LINE_BYTES => {
+                Err(wrong(&format!("the line is longer than {} KiB", MAX_LINE_BYTES >> 10)))
+            }
             _ => std::str::from_utf8(&self.line)
                 .map(Some)
                 .map_err(|_| wrong("the line is not UTF-8 text")),

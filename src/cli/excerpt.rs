@@ -1,0 +1,148 @@
+//! The lines around a place in a file: as much of them as a reader wants to see.
+
+use std::ops::Range;
+
+use kugelblitz::plain::plain;
+
+/// Columns of a line that are shown.
+const COLUMNS: usize = 200;
+
+/// Columns of them from the place on, where the line is cut at both ends.
+const COLUMNS_BEHIND: usize = 120;
+
+/// What stands for the rest of a line.
+const CUT: char = '…';
+
+/// The line of a place, with the lines before and behind it, none longer than some [`COLUMNS`] and
+/// with nothing in them that steers a terminal.
+#[derive(Debug, PartialEq)]
+pub struct Excerpt {
+    /// The lines.
+    pub text: String,
+    /// Bytes of `text` that the place is.
+    pub span: Range<usize>,
+    /// Whether there is a line before that of the place.
+    pub has_line_before: bool,
+}
+
+impl Excerpt {
+    /// The excerpt around `span`, bytes of `text` between character boundaries. Of a span of several
+    /// lines, the first one counts. Takes time in proportion to these lines.
+    pub fn new(text: &str, span: Range<usize>) -> Excerpt {
+        let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
+        let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
+        let mut excerpt = Excerpt { text: String::new(), span: 0..0, has_line_before: false };
+        if let Some(end) = line_start.checked_sub(1) {
+            let start = text[..end].rfind('\n').map_or(0, |newline| newline + 1);
+            excerpt.push_start_of(&text[start..end]);
+            excerpt.text.push('\n');
+            excerpt.has_line_before = true;
+        }
+        let before = &text[line_start..span.start];
+        let behind = without_return(&text[span.start..line_end]);
+        excerpt.push_around(before, behind, span.len());
+        if line_end < text.len() {
+            let behind = &text[line_end + 1..];
+            excerpt.text.push('\n');
+            excerpt.push_start_of(&behind[..behind.find('\n').unwrap_or(behind.len())]);
+        }
+        excerpt
+    }
+
+    /// The line of the place: what is before it, and what begins with its `n_bytes`.
+    fn push_around(&mut self, before: &str, behind: &str, n_bytes: usize) {
+        let n_before = before.chars().rev().take(COLUMNS).count();
+        let n_behind = behind.chars().take(COLUMNS).count();
+        let n_behind = n_behind.min(COLUMNS_BEHIND.max(COLUMNS - n_before));
+        let n_before = n_before.min(COLUMNS - n_behind);
+
+        let start = before.char_indices().rev().take(n_before).last();
+        let start = start.map_or(before.len(), |(byte, _)| byte);
+        if start > 0 {
+            self.text.push(CUT);
+        }
+        self.text += &plain(&before[start..]);
+        let end = end_of_columns(behind, n_behind);
+        let span_end = n_bytes.min(end);
+        let span_start = self.text.len();
+        self.text += &plain(&behind[..span_end]);
+        self.span = span_start..self.text.len();
+        self.text += &plain(&behind[span_end..end]);
+        if end < behind.len() {
+            self.text.push(CUT);
+        }
+        if self.span.start == self.text.len() {
+            // The end of a line is a place, but nothing to put a mark under.
+            self.text.push(' ');
+        }
+    }
+
+    fn push_start_of(&mut self, line: &str) {
+        let line = without_return(line);
+        let end = end_of_columns(line, COLUMNS);
+        self.text += &plain(&line[..end]);
+        if end < line.len() {
+            self.text.push(CUT);
+        }
+    }
+}
+
+fn end_of_columns(line: &str, n: usize) -> usize {
+    line.char_indices().nth(n).map_or(line.len(), |(byte, _)| byte)
+}
+
+/// A line without the `\r` that ends it in files from Windows.
+fn without_return(line: &str) -> &str {
+    line.strip_suffix('\r').unwrap_or(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `text` has the place between `‹` and `›`, and so has what is expected.
+    fn check(text: &str, expected: &str) {
+        let place = |text: &str| {
+            let start = text.find('‹').unwrap();
+            (text.replace(['‹', '›'], ""), start..text.find('›').unwrap() - '‹'.len_utf8())
+        };
+        let (text, span) = place(text);
+        let (expected, expected_span) = place(expected);
+        let excerpt = Excerpt::new(&text, span);
+        assert_eq!((excerpt.text, excerpt.span), (expected, expected_span));
+    }
+
+    #[test]
+    fn short_lines_stay_whole() {
+        check("‹a›b", "‹a›b");
+        check("1\n2\n3 ‹x› y\n4\n5\n", "2\n3 ‹x› y\n4");
+        check("1\r\n‹é›\r\n3\r\n", "1\n‹é›\n3");
+        check("‹›", "‹› ");
+        check("a\n‹›", "a\n‹› ");
+        check("a‹›\r\nb", "a‹› \nb");
+        check("a‹\r\n›b", "a‹› \nb");
+        check("‹[1,\n2,\n3]›\n4", "‹[1,›\n2,");
+        let line = "0123456789".repeat(20);
+        let marked = format!("{}‹{}›{}", &line[..150], &line[150..160], &line[160..]);
+        check(&marked, &marked);
+    }
+
+    #[test]
+    fn long_lines_are_cut_around_the_place() {
+        let x = |n: usize| "x".repeat(n);
+        check(&format!("‹{}›", x(201)), &format!("‹{}›…", x(200)));
+        check(&format!("{}‹y›{}", x(500), x(500)), &format!("…{}‹y›{}…", x(80), x(119)));
+        check(&format!("{}‹y›", x(500)), &format!("…{}‹y›", x(199)));
+        check(&format!("{}‹y›{}", x(20), x(500)), &format!("{}‹y›{}…", x(20), x(179)));
+        check(
+            &format!("{}‹{}›", x(500), "é".repeat(500)),
+            &format!("…{}‹{}›…", x(80), "é".repeat(120)),
+        );
+        check(&format!("{}\n‹y›\n{}", x(500), x(500)), &format!("{}…\n‹y›\n{}…", x(200), x(200)));
+    }
+
+    #[test]
+    fn what_steers_moves_the_place_along() {
+        check("\u{9b}‹\u{202e}›\r \x1b", "\\u{9b}‹\\u{202e}›\\r \\u{1b}");
+    }
+}

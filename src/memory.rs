@@ -1,0 +1,188 @@
+//! What fits: the memory that can still be used, and refusing what needs more before it is asked
+//! for.
+
+use std::fmt;
+
+use rustix::process::{Resource, getrlimit};
+use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
+
+use crate::error::{Error, Result};
+
+/// Left for what is too small to be counted one by one: buffers, what the allocator keeps, and the
+/// address range of 64 MiB that glibc's allocator sets aside for a thread.
+const RESERVE: u64 = 64 << 20;
+
+/// Address space that a Vulkan driver takes for itself until the first picture is traced, and for
+/// each of its threads. Measured with Mesa's llvmpipe and LLVM 15 on two processors: with 610 MiB
+/// in all it works, with less it fails, and below 530 MiB it now and then ends the process.
+const DEVICE_ADDRESSES: u64 = 544 << 20;
+const DEVICE_THREAD_ADDRESSES: u64 = 72 << 20;
+
+/// Threads that llvmpipe starts at most.
+const MOST_DEVICE_THREADS: u64 = 32;
+
+/// What sets the limit to [`Available::bytes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// The memory of this machine.
+    Machine,
+    /// That of a control group, as containers have it.
+    ControlGroup,
+    /// `RLIMIT_AS`.
+    AddressSpace,
+    /// `RLIMIT_DATA`.
+    Data,
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Limit::Machine => "of this machine's memory",
+            Limit::ControlGroup => "within the limit of the control group",
+            Limit::AddressSpace => "within the limit of the address space, `ulimit -v`",
+            Limit::Data => "within the limit of a process's data, `ulimit -d`",
+        })
+    }
+}
+
+/// Memory that can still be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Available {
+    /// Bytes, less a reserve for small things where a limit is enforced; `u64::MAX` where the
+    /// system does not tell.
+    pub bytes: u64,
+    /// What keeps it from being more.
+    pub limit: Limit,
+}
+
+impl Available {
+    /// What this process can use now: the least of what this machine has without swapping, its
+    /// control groups' limits (version 1 and 2, also nested ones), `RLIMIT_AS` and `RLIMIT_DATA`.
+    pub fn now() -> Available {
+        let [machine, control_group] = physical();
+        [
+            (machine, Limit::Machine),
+            (control_group, Limit::ControlGroup),
+            (left_of(Resource::As, "VmSize:"), Limit::AddressSpace),
+            (left_of(Resource::Data, "VmData:"), Limit::Data),
+        ]
+        .into_iter()
+        .map(|(bytes, limit)| Available { bytes, limit })
+        .min_by_key(|available| available.bytes)
+        .unwrap_or(Available { bytes: u64::MAX, limit: Limit::Machine })
+    }
+
+    /// Refuses what needs more. `what` is the subject of the message, `advice` what to do.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]
+    pub fn require(self, what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Result<()> {
+        if needed_bytes <= self.bytes {
+            return Ok(());
+        }
+        let (needed, left) = (needed_bytes.div_ceil(1 << 20), self.bytes >> 20);
+        Err(Error::TooLarge(format!(
+            "{what} needs {needed} MiB of memory, but only {left} MiB are available {}: {advice}",
+            self.limit
+        )))
+    }
+}
+
+/// Refuses what needs more memory than there is; see [`Available::require`]. Less than 16 MiB is
+/// left to the reserve.
+///
+/// # Errors
+/// [`Error::TooLarge`]
+pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Result<()> {
+    if needed_bytes < 16 << 20 {
+        return Ok(());
+    }
+    Available::now().require(what, needed_bytes, advice)
+}
+
+/// [`Available::bytes`] of now.
+pub fn available_memory() -> u64 {
+    Available::now().bytes
+}
+
+/// Address space that can still be used; `None` where it has no limit.
+pub fn address_space() -> Option<u64> {
+    let left = left_of(Resource::As, "VmSize:");
+    (left < u64::MAX).then_some(left)
+}
+
+/// Refuses to open a Vulkan device within a limit of the address space that its driver would not
+/// keep: drivers end the process there.
+///
+/// # Errors
+/// [`Error::TooLarge`]
+pub fn require_device() -> Result<()> {
+    let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let of_threads = n_threads.min(MOST_DEVICE_THREADS) * DEVICE_THREAD_ADDRESSES;
+    let available =
+        Available { bytes: address_space().unwrap_or(u64::MAX), limit: Limit::AddressSpace };
+    let advice = "raise the limit, or use `--device cpu`";
+    available.require("a Vulkan driver", DEVICE_ADDRESSES + of_threads, advice)
+}
+
+/// Bytes that the machine and the control groups have left.
+fn physical() -> [u64; 2] {
+    let Ok(mut system) = System::new() else { return [u64::MAX; 2] };
+    system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+    let of_machine = match system.available_memory() {
+        0 => u64::MAX,
+        bytes => bytes,
+    };
+    let Ok(own) = sysinfo::get_current_pid() else { return [of_machine, u64::MAX] };
+    let kind = ProcessRefreshKind::nothing();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, kind);
+    let groups = system.process(own).and_then(sysinfo::Process::cgroup_limits);
+    // A group's "free" memory leaves out what caches hold, which the system gives back.
+    let of_groups = groups.map_or(u64::MAX, |group| {
+        group.total_memory.saturating_sub(group.rss).saturating_sub(RESERVE)
+    });
+    [of_machine, of_groups]
+}
+
+/// What is left of a limit of this process, `field` of `/proc/self/status` being what it uses of
+/// it.
+fn left_of(resource: Resource, field: &str) -> u64 {
+    let Some(limit) = getrlimit(resource).current else { return u64::MAX };
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    limit.saturating_sub(used_bytes(&status, field)).saturating_sub(RESERVE)
+}
+
+fn used_bytes(status: &str, field: &str) -> u64 {
+    let value = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
+    let kib = value.trim().trim_end_matches("kB").trim_end().parse::<u64>();
+    kib.map_or(0, |kib| kib << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_has_both_numbers_the_limit_and_advice() {
+        let available = Available { bytes: 10 << 20, limit: Limit::AddressSpace };
+        assert!(available.require("a thing", 10 << 20, "use less").is_ok());
+        let error = available.require("a thing", (10 << 20) + 1, "use less").unwrap_err();
+        assert_eq!(error.exit_code(), 7);
+        assert_eq!(
+            error.to_string(),
+            "a thing needs 11 MiB of memory, but only 10 MiB are available within the limit of \
+             the address space, `ulimit -v`: use less"
+        );
+    }
+
+    #[test]
+    fn what_is_used_is_read_from_the_status() {
+        let status = "Name:\tx\nVmPeak:\t  9 kB\nVmSize:\t    1234 kB\nVmData:\t 7 kB\n";
+        assert_eq!(used_bytes(status, "VmSize:"), 1234 << 10);
+        assert_eq!(used_bytes(status, "VmData:"), 7 << 10);
+        assert_eq!(used_bytes("", "VmSize:"), 0);
+        let own = std::fs::read_to_string("/proc/self/status").unwrap();
+        assert!(used_bytes(&own, "VmSize:") > 1 << 20);
+        assert!(available_memory() > 1 << 20);
+    }
+}
