@@ -10,7 +10,8 @@ use kugelblitz::control::Control;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 
 use support::{Candidate, compare, criterion, figure};
 

@@ -14,7 +14,8 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -14,7 +14,8 @@ use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::{Colors, Shader};
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 
 use support::{Candidate, compare, criterion, figure};
 

@@ -10,7 +10,8 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 
 use support::{Candidate, compare, criterion, figure};

@@ -8,8 +8,16 @@ use glam::DVec3;
 
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
-use crate::trace::Ray;
 use crate::vec3::Vec3;
+
+/// A ray `origin + t·direction`; the direction is not normalised and not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin, world units.
+    pub origin: DVec3,
+    /// Direction of any length but zero.
+    pub direction: DVec3,
+}
 
 /// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
 /// their spheres are found, and which shader they have.

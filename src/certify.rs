@@ -55,19 +55,52 @@ pub fn finish(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    mark_out_of_range(prepared, rays, hits);
-    hits.undecided =
-        (0..hits.id.len() as u32).filter(|&i| hits.id[i as usize] == UNDECIDED).collect();
+    let listed = || {
+        Ok((0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect())
+    };
+    let undecided = undecided(prepared, rays, listed)?;
+    for &ray in &undecided {
+        hits.id[ray as usize] = UNDECIDED;
+    }
     if wants.surface {
         stage.fill_surfaces(control, hits)?;
     }
     timing.refine = start.elapsed();
 
-    let undecided = std::mem::take(&mut hits.undecided);
     stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
         put(settled, ray as usize, wants, hits);
     })?;
     Ok(timing)
+}
+
+/// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,
+/// which `listed` gives, and those whose f32 proposal counts for nothing, as its bounds don't hold or
+/// as `t` could leave f32's range because the direction is very short or long.
+///
+/// # Errors
+/// Those of `listed`.
+pub fn undecided(
+    prepared: &Prepared,
+    rays: &Rays,
+    listed: impl FnOnce() -> Result<Vec<u32>>,
+) -> Result<Vec<u32>> {
+    if prepared.kernel != Kernel::Certified {
+        return Ok(Vec::new());
+    }
+    if !prepared.in_range {
+        return Ok((0..rays.len() as u32).collect());
+    }
+    let mut undecided = listed()?;
+    if let Rays::List(rays) = rays {
+        let is_ordinary = |ray: &Ray| {
+            exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT
+                && ray.direction != DVec3::ZERO
+        };
+        undecided.extend((0..).zip(rays).filter(|(_, ray)| !is_ordinary(ray)).map(|(at, _)| at));
+        undecided.sort_unstable();
+        undecided.dedup();
+    }
+    Ok(undecided)
 }
 
 /// The object of a ray that f32 left undecided.
@@ -82,7 +115,7 @@ pub struct Decided {
     pub level: Level,
 }
 
-/// Decides rays that the device left undecided.
+/// Decides some of the rays that [`undecided`] gave, for those who show a picture meanwhile.
 ///
 /// # Errors
 /// [`crate::Error::Interrupted`] when `control` was cancelled.
@@ -121,22 +154,6 @@ fn put(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
     match settled.level {
         Level::Exact => hits.counts.exact += 1,
         _ => hits.counts.f64 += 1,
-    }
-}
-
-/// Takes back the f32 stage's word where its bounds don't hold, or where `t` could leave f32's
-/// range because the direction is very short or long.
-fn mark_out_of_range(prepared: &Prepared, rays: &Rays, hits: &mut Hits) {
-    if !prepared.in_range {
-        hits.id.fill(UNDECIDED);
-    }
-    if let Rays::List(rays) = rays {
-        for (id, ray) in hits.id.iter_mut().zip(rays) {
-            let is_ordinary = exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT;
-            if !is_ordinary || ray.direction == DVec3::ZERO {
-                *id = UNDECIDED;
-            }
-        }
     }
 }
 
@@ -686,7 +703,7 @@ mod tests {
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let (position, look_at) = (DVec3::ZERO, DVec3::NEG_Z);
-        let projection = Projection::Perspective { fov_degrees: 20.0 };
+        let projection = Projection::Perspective { fov_degrees: 10.0 };
         let camera = Camera { position, look_at, up: DVec3::Y, projection };
         Pixels::whole(View::new(&camera), width, height)
     }

@@ -10,7 +10,8 @@ use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
 use crate::prepare::Prepared;
 #[cfg(feature = "gpu")]
 use crate::trace::Kernel;
-use crate::trace::{Tracer, Wants};
+use crate::trace::Wants;
+use crate::tracer::Tracer;
 
 /// What traces the rays.
 #[derive(Clone)]

@@ -1,8 +1,8 @@
 //! What can go wrong, in the words that the user reads.
 
+use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
-
-use crate::scene::SceneError;
 
 /// Result with this crate's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -76,3 +76,36 @@ impl Error {
         move |source| Error::Io { path, source }
     }
 }
+
+/// A fault of a scene file, and its place.
+#[derive(Debug)]
+pub struct SceneError {
+    /// The file.
+    pub path: PathBuf,
+    /// The whole text of the file; empty where the error is about the file as a whole. Bytes that
+    /// are not UTF-8 stand in it as U+FFFD.
+    pub text: String,
+    /// Bytes of `text` that the error is about; both ends are character boundaries of `text`.
+    pub span: Range<usize>,
+    /// Line of the span's start, from 1; 0 where the error is about the file as a whole.
+    pub line: usize,
+    /// Column of the span's start, characters, from 1; 0 where the error is about the file as a
+    /// whole.
+    pub column: usize,
+    /// What was found.
+    pub message: String,
+    /// What was expected, the nearest known key, or the next step.
+    pub help: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.path.display())?;
+        if self.line > 0 {
+            write!(f, "{}:{}:", self.line, self.column)?;
+        }
+        write!(f, " {}", self.message)
+    }
+}
+
+impl std::error::Error for SceneError {}

@@ -65,7 +65,8 @@
 //! | [`generate`] | clouds of spheres made up from a seed |
 //! | [`camera`] | pixel → ray |
 //! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
-//! | [`trace`] | [`trace::Tracer`], the one interface of both backends, and what goes through it |
+//! | [`trace`] | kernels, rays and hits |
+//! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
@@ -131,6 +132,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod trace;
+pub mod tracer;
 pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]

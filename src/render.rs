@@ -9,7 +9,8 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
 use crate::shade::{Colors, Shader};
-use crate::trace::{Hits, Rays, StageCounts, Timing, Tracer, Wants};
+use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
+use crate::tracer::Tracer;
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for

@@ -15,7 +15,8 @@ use crate::prepare::Prepared;
 use crate::render::{Plan, Rendered, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
 use crate::shade::Shader;
-use crate::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
+use crate::tracer::Tracer;
 
 /// Traces one scene with one kernel on one device. What depends on the scene or on the camera is
 /// made when it is first needed, and made again only when that changes.

@@ -1,14 +1,9 @@
-//! What every backend takes and gives: [`Rays`] in, [`Hits`] out, through one [`Tracer`].
+//! What every backend takes and gives: [`Rays`] in, [`Hits`] out.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use glam::DVec3;
-
+pub use crate::camera::Ray;
 use crate::camera::{Bundle, Pixels};
-use crate::control::Control;
-use crate::error::Result;
-use crate::prepare::Prepared;
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -37,15 +32,6 @@ impl Kernel {
             Kernel::Certified => "certified",
         }
     }
-}
-
-/// A ray `origin + t·direction`; the direction is not normalised and not zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Origin, world units.
-    pub origin: DVec3,
-    /// Direction of any length but zero.
-    pub direction: DVec3,
 }
 
 /// The rays of one call.
@@ -139,8 +125,6 @@ pub struct Hits {
     /// between devices and between crops of a picture: a device whose f32 rounds otherwise leaves
     /// other rays open, and so does a CPU whose tiles of pixels begin elsewhere.
     pub level: Vec<u8>,
-    /// Indices of rays that the kernel could not decide, ascending; their entries mean nothing.
-    pub undecided: Vec<u32>,
     /// How many rays each stage decided.
     pub counts: StageCounts,
 }
@@ -157,7 +141,6 @@ impl Hits {
         self.normal.resize(n_surface, [0.0; 3]);
         self.level.clear();
         self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
-        self.undecided.clear();
         self.counts = StageCounts::default();
     }
 
@@ -167,7 +150,7 @@ impl Hits {
     }
 }
 
-/// Time spent in the stages of one [`Tracer::trace`].
+/// Time spent in the stages of one [`Tracer::trace`](crate::tracer::Tracer::trace).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
     /// Dispatch until the device is done; on the CPU the tracing itself.
@@ -198,51 +181,4 @@ impl Timing {
             *self.on_device.get_or_insert_default() += more;
         }
     }
-}
-
-/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
-pub trait Tracer: Send {
-    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
-    /// `certified` proposes ids alone, in f32: an object, 0, or
-    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
-
-    /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
-    /// `timing`.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] when `control` was cancelled.
-    fn certify(
-        &self,
-        rays: &Rays,
-        control: &Control,
-        hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing>;
-
-    /// Traces all `rays` into `hits`, which it resets.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] when `control` was cancelled, [`Error::Device`] when the device
-    /// failed or timed out, [`Error::TooLarge`] when the rays don't fit its limits,
-    /// [`Error::Usage`] when the scene was prepared for other rays.
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        let timing = self.propose(rays, control, hits)?;
-        self.certify(rays, control, hits, timing)
-    }
-
-    /// Takes another prepared scene, with the same [`Wants`]. After an error all is as before.
-    ///
-    /// # Errors
-    /// Those of making a tracer.
-    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()>;
-
-    /// Bytes held on the device for the scene.
-    fn bytes_device(&self) -> u64;
-
-    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
-    fn use_device_clock(&mut self) {}
 }

@@ -19,7 +19,8 @@ use kugelblitz::exact::{ExactRay, Shape, nearest};
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

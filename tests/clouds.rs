@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::control::Control;
-use kugelblitz::scene::{
-    Color, MAX_OBJECTS, Scene, SceneError, Sphere, read_scene, read_scene_with,
-};
+use kugelblitz::error::SceneError;
+use kugelblitz::scene::{Color, MAX_OBJECTS, Scene, Sphere, read_scene, read_scene_with};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;

@@ -14,7 +14,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::host;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 
 const DEFAULT: u32 = 0x1f80;

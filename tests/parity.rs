@@ -13,7 +13,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -17,7 +17,8 @@ use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Search};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

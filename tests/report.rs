@@ -13,7 +13,8 @@ use kugelblitz::report::{
     CLOUD_SIZE, Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
     page, plot, text,
 };
-use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::vec3::{Vec3, dot3};
 
 const EFFORT: Effort = Effort {

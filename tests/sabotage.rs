@@ -170,7 +170,6 @@ impl Tiny {
             normal: vec![[0.0; 3]; n],
             level: vec![0; n],
             counts: StageCounts { f32: n as u64, ..StageCounts::default() },
-            ..Hits::default()
         };
         for i in 0..n {
             let (x, y) = pixels.xy(i);

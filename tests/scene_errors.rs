@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use kugelblitz::Error;
-use kugelblitz::scene::{Color, Projection, Scene, SceneError, parse_scene, read_scene};
+use kugelblitz::error::SceneError;
+use kugelblitz::scene::{Color, Projection, Scene, parse_scene, read_scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -15,7 +15,8 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact};
 
 fn scene(name: &str) -> Scene {

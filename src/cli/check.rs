@@ -11,7 +11,8 @@ use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
 use kugelblitz::render::plan;
 use kugelblitz::scene::Cloud;
-use kugelblitz::trace::{Kernel, Ray, Rays, Tracer, Wants};
+use kugelblitz::trace::{Kernel, Ray, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 

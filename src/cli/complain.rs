@@ -4,9 +4,9 @@ use std::fmt::{self, Write};
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
+use kugelblitz::error::SceneError;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{plain, steers};
-use kugelblitz::scene::SceneError;
 use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, Report,
     SourceCode, SourceSpan, SpanContents,

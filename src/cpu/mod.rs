@@ -23,7 +23,8 @@ use crate::kernel::certified::{
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
-use crate::trace::{Hits, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Ray, Rays, Timing, Wants};
+use crate::tracer::Tracer;
 use crate::vec3::Vec3;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 

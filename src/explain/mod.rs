@@ -26,7 +26,8 @@ use crate::memory;
 use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
-use crate::trace::{Hits, Kernel, Level, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, Wants};
+use crate::tracer::Tracer;
 use ray::Numbers;
 
 /// How many objects are explained where nobody asks for all.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::adapter::Gpu;
+use super::device::OpenDevice;
 use crate::error::{Error, Result};
 
 /// Begin and end of the pass, each a 64-bit tick.
@@ -18,7 +18,7 @@ pub struct Clock {
 
 impl Clock {
     /// `None` where the device has no clock.
-    pub fn new(gpu: &Gpu) -> Option<Clock> {
+    pub fn new(gpu: &OpenDevice) -> Option<Clock> {
         if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
@@ -48,7 +48,7 @@ impl Clock {
         })
     }
 
-    /// What a pass must be begun with to be measured.
+    /// The timestamps to begin a pass with, so that it is measured.
     pub fn around_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
@@ -67,7 +67,7 @@ impl Clock {
     ///
     /// # Errors
     /// [`Error::Device`] when the device does not finish within `timeout`.
-    pub fn read(&self, gpu: &Gpu, timeout: Duration) -> Result<Duration> {
+    pub fn read(&self, gpu: &OpenDevice, timeout: Duration) -> Result<Duration> {
         let view = gpu.map(&self.staging, BYTES, timeout).map_err(|reason| {
             Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name))
         })?;

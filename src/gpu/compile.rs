@@ -4,7 +4,7 @@
 use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-use super::hierarchy::TEXELS_PER_ROW;
+use super::texture::TEXELS_PER_ROW;
 use crate::bvh::footprints::{BORROW, IS_LEAF};
 use crate::camera::Bundle;
 use crate::error::{Error, Result};
@@ -53,7 +53,7 @@ pub struct Shader {
     pub wgsl: String,
     /// Its validated form.
     pub module: naga::Module,
-    /// What validation found out.
+    /// The findings of its validation.
     pub info: ModuleInfo,
 }
 
@@ -65,7 +65,7 @@ pub fn compile(needs: &Needs) -> Result<Shader> {
     compile_edited(needs, None)
 }
 
-/// What a test does to the WGSL text of every scene's shader.
+/// A test's change of the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
@@ -107,7 +107,7 @@ pub fn compile_present() -> Result<Shader> {
     compile_parts(&[PRESENT], &Choices::default())
 }
 
-/// What the directives and the parts ask for.
+/// The answers to the directives, and the constants of the parts.
 #[derive(Default)]
 struct Choices<'a> {
     flags: Vec<&'static str>,
@@ -189,7 +189,7 @@ fn constants(needs: &Needs) -> String {
     text
 }
 
-/// What the parts that several kernels share call a number and a vector.
+/// The names of a number and of a vector in the parts that several kernels share.
 fn aliases(real: &str) -> String {
     format!("alias Real = {real};\nalias Vec3 = vec3<{real}>;\n")
 }
@@ -231,7 +231,7 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// and grows with their square.
 const MAX_UNROLLED: usize = LISTED_SPHERES;
 
-/// What a `//#` directive opens.
+/// A block that a `//#` directive opens.
 enum Block {
     If(bool),
     Each { count: usize, body: String },

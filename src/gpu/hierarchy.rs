@@ -1,28 +1,14 @@
 //! A hierarchy over spheres on the device.
 
-use std::time::Duration;
-
-use super::adapter::Gpu;
+use super::device::OpenDevice;
 use super::layout::Walk;
-use super::tracer::storage;
+use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::footprints::{Footprints, Node};
 use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
 use crate::prepare::{Hierarchy, Search};
 
-/// Texels of a row of the textures that hold lists, a power of two; each Vulkan device has as many.
-pub const TEXELS_PER_ROW: u32 = 4096;
-
-/// Bytes of a texel.
-const TEXEL_BYTES: usize = 16;
-
-/// Bytes that are on their way to the device at a time.
-pub const UPLOAD_BYTES: usize = 64 << 20;
-
-/// An upload of that much that takes longer is given up.
-const UPLOAD_TIMEOUT: Duration = Duration::from_secs(60);
-
-/// What `shaders/hierarchy.wgsl` reads.
+/// The buffers and textures that `shaders/hierarchy.wgsl` reads.
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,
@@ -38,7 +24,7 @@ impl DeviceHierarchy {
     /// # Errors
     /// [`Error::TooLarge`] for more spheres than the device's textures hold, or than it has memory
     /// for.
-    pub fn new(gpu: &Gpu, hierarchy: &Hierarchy) -> Result<Option<DeviceHierarchy>> {
+    pub fn new(gpu: &OpenDevice, hierarchy: &Hierarchy) -> Result<Option<DeviceHierarchy>> {
         let Search::Pixels { footprints, far } = &hierarchy.search else { return Ok(None) };
         check_limits(gpu, far.len())?;
         let walk = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -48,7 +34,7 @@ impl DeviceHierarchy {
             mapped_at_creation: false,
         });
         let rest_ids = (!hierarchy.rest.is_empty())
-            .then(|| storage(gpu, "ids of the rest", bytemuck::cast_slice(&hierarchy.rest)));
+            .then(|| gpu.storage("ids of the rest", bytemuck::cast_slice(&hierarchy.rest)));
         let Footprints { nodes, cell_shift, .. } = footprints;
         let device_hierarchy = DeviceHierarchy {
             walk,
@@ -80,14 +66,14 @@ impl DeviceHierarchy {
     }
 
     /// Says which pixel of the picture the next tile starts at.
-    pub fn start_at(&self, gpu: &Gpu, [first_x, first_y]: [u32; 2]) {
+    pub fn start_at(&self, gpu: &OpenDevice, [first_x, first_y]: [u32; 2]) {
         let &DeviceHierarchy { n_nodes, cell_shift, .. } = self;
         let walk = Walk { n_nodes, first_x, first_y, cell_shift };
         gpu.queue.write_buffer(&self.walk, 0, bytemuck::bytes_of(&walk));
     }
 }
 
-fn check_limits(gpu: &Gpu, n_spheres: usize) -> Result<()> {
+fn check_limits(gpu: &OpenDevice, n_spheres: usize) -> Result<()> {
     // A tree with one sphere in each leaf has fewer than two nodes a sphere.
     const TEXELS_PER_SPHERE: usize = size_of::<SphereFar>() / TEXEL_BYTES;
     const _: () = assert!(TEXELS_PER_SPHERE >= 2 * size_of::<Node>() / TEXEL_BYTES);
@@ -102,55 +88,4 @@ fn check_limits(gpu: &Gpu, n_spheres: usize) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// A texture that holds `bytes` row by row.
-pub(super) fn texture(gpu: &Gpu, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
-    let row_bytes = TEXELS_PER_ROW as usize * TEXEL_BYTES;
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d {
-            width: TEXELS_PER_ROW,
-            height: bytes.len().div_ceil(row_bytes).max(1) as u32,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let write = |row: usize, bytes: &[u8], width: usize| {
-        let rows = bytes.len() / (width * TEXEL_BYTES);
-        gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture: &texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x: 0, y: row as u32, z: 0 },
-                aspect: wgpu::TextureAspect::All,
-            },
-            bytes,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some((width * TEXEL_BYTES) as u32),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
-        );
-        let descriptor = wgpu::CommandEncoderDescriptor::default();
-        let done = gpu.submit(gpu.device.create_command_encoder(&descriptor).finish());
-        gpu.wait(done, UPLOAD_TIMEOUT).map_err(|reason| {
-            Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
-        })
-    };
-    let (whole, last) = bytes.split_at(bytes.len() / row_bytes * row_bytes);
-    let rows_at_once = UPLOAD_BYTES / row_bytes;
-    for (index, rows) in whole.chunks(rows_at_once * row_bytes).enumerate() {
-        write(index * rows_at_once, rows, TEXELS_PER_ROW as usize)?;
-    }
-    if !last.is_empty() {
-        write(whole.len() / row_bytes, last, last.len() / TEXEL_BYTES)?;
-    }
-    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }

@@ -1,4 +1,5 @@
-//! What the device sees besides the kernels' records. Offsets are checked against naga's in a test.
+//! The structs that the device sees besides the kernels' records. A test checks their offsets against
+//! naga's.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -1,13 +1,19 @@
-//! Pictures that stay on the device: their undecided rays are listed there and settled there.
+//! Pictures that stay on the device: ids are proposed into them, undecided rays are listed there, and
+//! decisions are put there.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::adapter::Gpu;
 use super::compile::{Shader, WORKGROUP, compile_undecided};
+use super::device::OpenDevice;
+use super::open::Gpu;
 use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::certify::Decided;
+use crate::control::Control;
+use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
+use crate::trace::{Hits, Rays};
+use crate::tracer::Tracer;
 
 /// Reading back a list takes milliseconds; longer than this, the device is given up.
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -26,7 +32,7 @@ struct Job {
     row: u32,
 }
 
-/// Lists and settles the undecided rays of pictures up to a size.
+/// Lists and decides the undecided rays of pictures up to a size.
 pub(crate) struct Undecided {
     gpu: Arc<Gpu>,
     find: wgpu::ComputePipeline,
@@ -37,25 +43,49 @@ pub(crate) struct Undecided {
     room: Room,
 }
 
-/// What depends on the size of the picture.
+/// The buffers whose size depends on the picture's.
 struct Room {
     n_rays: usize,
     found: wgpu::Buffer,
     staging: wgpu::Buffer,
 }
 
+/// A backend whose proposals stay on the device.
+pub(crate) trait ProposeResident: Tracer {
+    /// As [`Tracer::propose`], with the ids alone, into `ids`.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()>;
+}
+
+impl ProposeResident for CpuTracer {
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()> {
+        let mut hits = Hits::default();
+        self.propose(rays, control, &mut hits)?;
+        ids.write(0, &hits.id);
+        Ok(())
+    }
+}
+
 /// Words on the device: ids or colours, one a pixel.
 pub(crate) struct Words {
+    queue: wgpu::Queue,
     buffer: wgpu::Buffer,
     n: usize,
 }
 
 impl Words {
     /// Words with these values.
-    pub(crate) fn from_slice(gpu: &Gpu, words: &[u32]) -> Words {
-        let new = Words { buffer: storage_buffer(gpu, "words", words.len()), n: words.len() };
-        new.write(gpu, 0, words);
+    pub(crate) fn from_slice(gpu: &OpenDevice, words: &[u32]) -> Words {
+        let new = Words::new(gpu, words.len());
+        new.write(0, words);
         new
+    }
+
+    /// `n` words with any values.
+    fn new(gpu: &OpenDevice, n: usize) -> Words {
+        Words { queue: gpu.queue.clone(), buffer: storage_buffer(gpu, "words", n), n }
     }
 
     /// Number of words.
@@ -64,9 +94,9 @@ impl Words {
     }
 
     /// Replaces the words from `first` on.
-    pub(crate) fn write(&self, gpu: &Gpu, first: usize, words: &[u32]) {
+    pub(crate) fn write(&self, first: usize, words: &[u32]) {
         let offset = (first * size_of::<u32>()) as u64;
-        gpu.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
+        self.queue.write_buffer(&self.buffer, offset, bytemuck::cast_slice(words));
     }
 
     pub(super) fn buffer(&self) -> &wgpu::Buffer {
@@ -80,25 +110,25 @@ pub(crate) struct Pool(Vec<Arc<Words>>);
 
 impl Pool {
     /// `n` words with any values that nobody else holds.
-    pub(crate) fn take(&mut self, gpu: &Gpu, n: usize) -> Arc<Words> {
+    pub(crate) fn take(&mut self, gpu: &OpenDevice, n: usize) -> Arc<Words> {
         self.0.retain(|words| words.n == n);
         if let Some(free) = self.0.iter().find(|words| Arc::strong_count(words) == 1) {
             return Arc::clone(free);
         }
-        let new = Arc::new(Words { buffer: storage_buffer(gpu, "picture", n), n });
+        let new = Arc::new(Words::new(gpu, n));
         self.0.push(Arc::clone(&new));
         new
     }
 }
 
 /// A buffer of `n` words that shaders read and write and that commands copy from and to.
-fn storage_buffer(gpu: &Gpu, label: &str, n: usize) -> wgpu::Buffer {
+fn storage_buffer(gpu: &OpenDevice, label: &str, n: usize) -> wgpu::Buffer {
     use wgpu::BufferUsages as Usage;
     let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
     buffer(gpu, label, n, usage)
 }
 
-fn buffer(gpu: &Gpu, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+fn buffer(gpu: &OpenDevice, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: (n * size_of::<u32>()) as u64,
@@ -108,7 +138,7 @@ fn buffer(gpu: &Gpu, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::
 }
 
 impl Room {
-    fn new(gpu: &Gpu, n_rays: usize) -> Room {
+    fn new(gpu: &OpenDevice, n_rays: usize) -> Room {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         Room {
             n_rays,
@@ -223,5 +253,66 @@ impl Undecided {
         drop(view);
         self.room.staging.unmap();
         Ok(words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Pixels, View};
+    use crate::certify;
+    use crate::gpu::{GpuTracer, Pick};
+    use crate::kernel::certified::UNDECIDED;
+    use crate::prepare::Prepared;
+    use crate::scene::parse_scene;
+    use crate::trace::{Kernel, Wants};
+
+    /// A picture of two spheres at one place: f32 can't tell which is hit.
+    fn twins(fov: f64, eye: f64) -> (Rays, Arc<Prepared>) {
+        let sphere = "{ center = [0, 0, 0], radius = 1, color = \"#d62728\" }";
+        let text = format!(
+            "camera = {{ position = [0, 0, {eye:?}], look_at = [0, 0, -9], fov = {fov:?} }}\n\
+             sphere = [{sphere}, {sphere}]\n"
+        );
+        let scene = parse_scene(&text, "twins.toml".as_ref()).unwrap();
+        let camera = scene.camera.clone().unwrap();
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
+        let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+        (rays, Arc::new(prepared))
+    }
+
+    #[test]
+    fn resident_proposals_are_decided_as_those_of_the_host() {
+        let gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+        let gpu = Arc::new(gpu);
+        let mut undecided = Undecided::new(&gpu).unwrap();
+        let control = Control::default();
+        for (fov, eye, in_range) in [(60.0, 3.0, true), (179.999_999_999_9, 0.5, false)] {
+            let (rays, prepared) = twins(fov, eye);
+            assert_eq!(prepared.in_range, in_range);
+            let wants = Wants::default();
+            let tracers: [Box<dyn ProposeResident>; 2] = [
+                Box::new(GpuTracer::new(Arc::clone(&gpu), Arc::clone(&prepared), wants).unwrap()),
+                Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
+            ];
+            for mut tracer in tracers {
+                let mut hits = Hits::default();
+                tracer.propose(&rays, &control, &mut hits).unwrap();
+                let is_open = |ray: &u32| hits.id[*ray as usize] == UNDECIDED || !prepared.in_range;
+                let expected: Vec<u32> = (0..rays.len() as u32).filter(is_open).collect();
+                assert!(expected.len() > 200);
+                let ids = Words::new(&gpu, rays.len());
+                tracer.propose_resident(&rays, &control, &ids).unwrap();
+                let find = || undecided.find(&ids);
+                let found = certify::undecided(&prepared, &rays, find).unwrap();
+                assert_eq!(found, expected, "{fov}");
+                let decided = certify::decide(&prepared, &rays, &found, &control).unwrap();
+                undecided.decide(&ids, &decided).unwrap();
+                assert_eq!(undecided.find(&ids).unwrap(), Vec::<u32>::new());
+                tracer.trace(&rays, &control, &mut hits).unwrap();
+                assert!(decided.iter().all(|one| hits.id[one.ray as usize] == one.id));
+                assert!(hits.n_hits() > 200);
+            }
+        }
     }
 }

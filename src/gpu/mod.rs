@@ -3,24 +3,28 @@
 mod adapter;
 mod clock;
 mod compile;
+mod device;
 mod hierarchy;
 mod layout;
 #[cfg(feature = "view")]
 mod live;
+mod open;
 mod pipeline;
 #[cfg(feature = "view")]
 mod present;
 mod program;
 mod self_test;
+mod texture;
 mod tracer;
 #[cfg(feature = "view")]
 mod window;
 
-pub use adapter::{AdapterFacts, Gpu, Pick, list_adapters};
+pub use adapter::{AdapterFacts, Pick, list_adapters};
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]
-pub(crate) use live::{Pool, Undecided, Words};
+pub(crate) use live::{Pool, ProposeResident, Undecided, Words};
+pub use open::Gpu;
 #[cfg(feature = "view")]
 pub(crate) use present::{Layer, Present, Presenter};
 pub use self_test::Arithmetic;

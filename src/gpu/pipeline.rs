@@ -1,7 +1,7 @@
 //! Shader → compute pipeline.
 
-use super::adapter::Gpu;
 use super::compile::{Shader, WORKGROUP};
+use super::device::OpenDevice;
 use crate::error::{Error, Result};
 
 /// The layout that the shader itself asks for: naga's bindings are the only list of them.
@@ -85,7 +85,7 @@ pub fn bind_resources<'a>(
 /// # Errors
 /// [`Error::Shader`] when the device refuses it.
 pub fn pipeline(
-    gpu: &Gpu,
+    gpu: &OpenDevice,
     shader: &Shader,
     entry_point: &str,
     bind_group_layout: &wgpu::BindGroupLayout,

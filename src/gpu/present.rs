@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::adapter::Gpu;
 use super::compile::compile_present;
 use super::live::Words;
+use super::open::Gpu;
 use super::pipeline::{bind_group, bind_group_layout_for};
 use crate::error::{Error, Result};
 

@@ -1,9 +1,9 @@
 //! Compiled shaders, kept for scenes that need the same.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::adapter::Gpu;
-use super::compile::compile_edited;
+use super::compile::{Edit, compile_edited};
+use super::device::OpenDevice;
 use super::pipeline::{bind_group_layout, pipeline};
 use crate::error::Result;
 use crate::prepare::Needs;
@@ -18,13 +18,47 @@ pub struct Program {
     pub pipeline: wgpu::ComputePipeline,
 }
 
-/// The last programs of a device, the most recent one last.
+/// The last programs of a device.
 #[derive(Default)]
-pub struct Programs(Mutex<Vec<(Needs, Arc<Program>)>>);
+pub struct Programs {
+    /// The most recent one last.
+    kept: Mutex<Vec<(Needs, Arc<Program>)>>,
+    edit: Option<Edit>,
+}
 
 impl Programs {
+    /// Puts the WGSL text of all programs through `edit` from now on.
+    pub fn edited(self, edit: Edit) -> Programs {
+        Programs { edit: Some(edit), ..self }
+    }
+
+    /// Forgets all programs.
+    pub fn forget(&self) {
+        self.lock().clear();
+    }
+
+    /// The program for `needs`, compiled where it isn't kept. Other threads don't wait for that.
+    ///
+    /// # Errors
+    /// [`crate::Error::Shader`] when the device refuses the shader.
+    pub fn program(&self, device: &OpenDevice, needs: &Needs) -> Result<Arc<Program>> {
+        if let Some(program) = self.get(needs) {
+            return Ok(program);
+        }
+        let shader = compile_edited(needs, self.edit.as_ref())?;
+        let bind_group_layout = bind_group_layout(&device.device, &shader);
+        let pipeline = pipeline(device, &shader, "render", &bind_group_layout)?;
+        let program = Arc::new(Program { bind_group_layout, pipeline });
+        self.keep(*needs, &program);
+        Ok(program)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<(Needs, Arc<Program>)>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn get(&self, needs: &Needs) -> Option<Arc<Program>> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.lock();
         let position = kept.iter().position(|(known, _)| known == needs)?;
         let found = kept.remove(position);
         let program = Arc::clone(&found.1);
@@ -33,33 +67,10 @@ impl Programs {
     }
 
     fn keep(&self, needs: Needs, program: &Arc<Program>) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.lock();
         if kept.len() == MOST_PROGRAMS {
             kept.remove(0);
         }
         kept.push((needs, Arc::clone(program)));
-    }
-}
-
-impl Gpu {
-    /// Compiles every shader anew from now on, for those who measure that.
-    pub fn forget_programs(&self) {
-        self.programs.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
-    }
-
-    /// The program for `needs`, compiled where it isn't kept. Other threads don't wait for that.
-    ///
-    /// # Errors
-    /// [`crate::Error::Shader`] when the device refuses the shader.
-    pub(super) fn program(&self, needs: &Needs) -> Result<Arc<Program>> {
-        if let Some(program) = self.programs.get(needs) {
-            return Ok(program);
-        }
-        let shader = compile_edited(needs, self.edit.as_ref())?;
-        let bind_group_layout = bind_group_layout(&self.device, &shader);
-        let pipeline = pipeline(self, &shader, "render", &bind_group_layout)?;
-        let program = Arc::new(Program { bind_group_layout, pipeline });
-        self.programs.keep(*needs, &program);
-        Ok(program)
     }
 }

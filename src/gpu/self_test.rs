@@ -1,4 +1,4 @@
-//! What the device's arithmetic really does, measured on the device: no decision rests on the
+//! The behaviour of the device's arithmetic, measured on the device: no decision rests on the
 //! driver's good manners. [`crate::guard`] says what the proof assumes.
 
 mod samples;
@@ -6,10 +6,10 @@ mod samples;
 use std::fmt;
 use std::time::Duration;
 
-use super::adapter::Gpu;
 use super::compile::compile_self_test;
-use super::hierarchy::{TEXELS_PER_ROW, texture};
+use super::device::OpenDevice;
 use super::pipeline::{bind_group_layout, bind_resources, pipeline};
+use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
     COMPARED, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
@@ -17,23 +17,23 @@ use samples::{
     SUM_ERROR, Sample, Sort, samples,
 };
 
-/// What the self-test found for one float type. Numbers of steps are distances from the correctly
+/// The self-test's findings for one float type. Numbers of steps are distances from the correctly
 /// rounded result, for operands and results in the normal range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Arithmetic {
-    /// Whether shaders are passed through, as only then `NoContraction` forbids the driver to fuse
+    /// True where shaders are passed through, as only then `NoContraction` forbids the driver to fuse
     /// and to rearrange; not measured.
     pub passthrough: bool,
-    /// Whether two-sum gives the exact rounding error: the driver neither fuses nor rearranges.
+    /// True where two-sum gives the exact rounding error: the driver neither fuses nor rearranges.
     pub no_contraction: bool,
-    /// Whether `fma` rounds once.
+    /// True where `fma` rounds once.
     pub fused_fma: bool,
-    /// Whether subnormal operands and results are kept.
+    /// True where subnormal operands and results are kept.
     pub subnormals: bool,
-    /// Whether what leaves the normal range stays harmless: a subnormal counts as it is or as 0,
+    /// True where what leaves the normal range stays harmless: a subnormal counts as it is or as 0,
     /// what is beyond `2¹²⁶` is large or ∞.
     pub safe_range: bool,
-    /// Whether sums and products are one of the two neighbours of the exact result.
+    /// True where sums and products are one of the two neighbours of the exact result.
     pub faithful: bool,
     /// Largest distance of sums, in steps of the type.
     pub sum_ulp: u64,
@@ -45,16 +45,16 @@ pub struct Arithmetic {
     pub reciprocal_ulp: u64,
     /// The same for square roots.
     pub root_ulp: u64,
-    /// Whether finite numbers of the normal range, and 0, compare as they should.
+    /// True where finite numbers of the normal range, and 0, compare as they should.
     pub comparisons: bool,
-    /// Whether they do with ∞, on which the certified kernel does not rest.
+    /// The same with ∞, on which the certified kernel does not rest.
     pub infinities: bool,
-    /// Whether integers up to `2²⁴` become f32 without an error.
+    /// True where integers up to `2²⁴` become f32 without an error.
     pub integers: bool,
-    /// Whether words of a texture arrive bit by bit, and count as the f32 that they are, subnormal
+    /// True where words of a texture arrive bit by bit, and count as the f32 that they are, subnormal
     /// ones perhaps as 0.
     pub texels: bool,
-    /// Whether numbers of the type are rounded to the nearest f32.
+    /// True where numbers of the type are rounded to the nearest f32.
     pub narrows_to_nearest: bool,
 }
 
@@ -63,7 +63,7 @@ impl Arithmetic {
         [self.sum_ulp, self.product_ulp, self.quotient_ulp, self.reciprocal_ulp, self.root_ulp]
     }
 
-    /// Whether each operation is the one that IEEE 754 defines, so that results are bit-equal to
+    /// True where each operation is the one that IEEE 754 defines, so that results are bit-equal to
     /// the CPU's.
     pub fn is_ieee(&self) -> bool {
         self.passthrough
@@ -78,7 +78,7 @@ impl Arithmetic {
             && self.steps() == [0; 5]
     }
 
-    /// Whether the certified kernel's filter may run on this arithmetic: all that [`crate::guard`]
+    /// True where the certified kernel's filter may run on this arithmetic: all that [`crate::guard`]
     /// assumes of a device holds. Results are counted in steps from the nearest one, which is half
     /// a unit off itself, so that quotients may be 2 and roots 4 steps off.
     pub fn suits_filter(&self) -> bool {
@@ -108,7 +108,7 @@ impl Arithmetic {
 /// Steps from the nearest result that the proof allows each operation that rounds.
 const MOST_STEPS: [u64; N_ROUNDED] = [1, 1, 2, 4, 2, 2];
 
-/// What was found, in words.
+/// The findings, in words.
 impl fmt::Display for Arithmetic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let off: Vec<String> = ["+", "×", "÷", "1/x", "√"]
@@ -147,16 +147,16 @@ const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
 const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Measures f32.
-pub fn test_f32(gpu: &Gpu) -> Result<Arithmetic> {
+pub fn test_f32(gpu: &OpenDevice) -> Result<Arithmetic> {
     run::<f32>(gpu)
 }
 
 /// Measures f64, which the adapter must have.
-pub fn test_f64(gpu: &Gpu) -> Result<Arithmetic> {
+pub fn test_f64(gpu: &OpenDevice) -> Result<Arithmetic> {
     run::<f64>(gpu)
 }
 
-fn run<F: Float>(gpu: &Gpu) -> Result<Arithmetic> {
+fn run<F: Float>(gpu: &OpenDevice) -> Result<Arithmetic> {
     let samples = samples::<F>();
     let outcomes = on_device(gpu, &samples)?;
     Ok(Arithmetic { passthrough: gpu.facts.passthrough, ..judge(&samples, &outcomes) })
@@ -233,7 +233,7 @@ fn judge_rounded<F: Float>(
     found.faithful &= F::is_faithful(result, nearest, remainder);
 }
 
-/// Whether a result is what becomes of a sample where subnormal operands and results count as they
+/// True if a result is what becomes of a sample where subnormal operands and results count as they
 /// are or as 0, and what is large may be ∞.
 fn is_safe<F: Float>(sample: &Sample<F>, operation: usize, result: F) -> bool {
     let Sample { a, b, .. } = *sample;
@@ -289,9 +289,9 @@ fn judge_words<F: Float>(
 }
 
 /// Runs the self-test's shader on the samples.
-fn on_device<F: Float>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
+fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
-    let Gpu { device, queue, .. } = gpu;
+    let OpenDevice { device, queue, .. } = gpu;
     let layout = bind_group_layout(device, &shader);
     let pipeline = pipeline(gpu, &shader, "self_test", &layout)?;
     let buffer = |bytes: usize, usage| {
@@ -341,7 +341,7 @@ fn on_device<F: Float>(gpu: &Gpu, samples: &[Sample<F>]) -> Result<Vec<Outcome<F
 mod tests {
     use super::*;
 
-    /// What is found of an IEEE 754 device with a change.
+    /// The findings for an IEEE 754 device with a change.
     fn judged(change: impl Fn(&Sample<f32>, &mut Outcome<f32>)) -> Arithmetic {
         let samples = samples::<f32>();
         let outcome = |sample: &Sample<f32>| {
@@ -387,7 +387,7 @@ mod tests {
         assert!(judge(&samples::<f64>(), &outcomes).is_ieee());
     }
 
-    /// What the proof covers although it is not IEEE 754.
+    /// The proof covers more than IEEE 754.
     #[test]
     fn devices_that_the_proof_covers_pass() {
         let flush = judged(|sample, outcome| {

@@ -3,17 +3,16 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::adapter::Gpu;
 use super::clock::Clock;
 use super::compile::WORKGROUP;
-use super::hierarchy::{DeviceHierarchy, UPLOAD_BYTES};
+use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
-use super::live::Words;
+use super::live::{ProposeResident, Words};
+use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
-#[cfg(feature = "view")]
-use crate::camera::Pixels;
+use super::texture::UPLOAD_BYTES;
 use crate::camera::{Bundle, CameraF32, CameraF64};
 use crate::certify;
 use crate::control::Control;
@@ -21,9 +20,10 @@ use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble};
-use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Wants};
+use crate::tracer::Tracer;
 
-/// What a dispatch aims at: long enough to hide its overhead, short enough for every driver's
+/// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
 const TILE_TARGET: Duration = Duration::from_millis(75);
 
@@ -53,8 +53,9 @@ pub struct GpuTracer {
     results: Option<Results>,
     tile_rays: usize,
     clock: Option<Clock>,
-    /// Takes the certified kernel's f32 stage where the device's arithmetic doesn't suit it.
-    stand_in: Option<CpuTracer>,
+    /// Takes the certified kernel's f32 stage where the device can't: its arithmetic doesn't suit the
+    /// proof, or there is no way to the rays' many spheres.
+    cpu_fallback: Option<CpuTracer>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
@@ -84,13 +85,13 @@ impl GpuTracer {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
         check_memory(&gpu, &prepared)?;
-        let stand_in = stand_in(&gpu, &prepared, wants)?;
+        let cpu_fallback = cpu_fallback(&gpu, &prepared, wants)?;
         let start = Instant::now();
         let program = gpu.program(&prepared.needs(wants))?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
-        let objects = object_bytes(&prepared).map(|(label, bytes)| storage(&gpu, label, bytes));
+        let objects = object_bytes(&prepared).map(|(label, bytes)| gpu.storage(label, bytes));
         let objects = objects.collect();
         let hierarchy = device_hierarchy(&gpu, &prepared)?;
         let params = params_buffer(&gpu, prepared.kernel);
@@ -108,7 +109,7 @@ impl GpuTracer {
             results: None,
             tile_rays,
             clock: None,
-            stand_in,
+            cpu_fallback,
             compile_time,
             upload_time: start.elapsed(),
         };
@@ -125,7 +126,7 @@ fn object_bytes(prepared: &Prepared) -> impl Iterator<Item = (&'static str, &[u8
     [("spheres", spheres), ("planes", planes)].into_iter().filter(|(_, bytes)| !bytes.is_empty())
 }
 
-fn stand_in(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
+fn cpu_fallback(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
     let unsuited = prepared.kernel == Kernel::Certified
         && (prepared.is_left_to_f64() || !gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
@@ -171,7 +172,7 @@ fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     Ok(())
 }
 
-/// Whether this machine has the memory to hand over the scene; a device in software keeps it there
+/// Refuses a scene that this machine has no memory to hand over; a device in software keeps it there
 /// too.
 fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let (spheres, planes) = prepared.objects.bytes();
@@ -181,17 +182,6 @@ fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let kept = if gpu.facts.is_software() { objects + hierarchy } else { 0 };
     let what = format!("handing the scene to `{}`", gpu.facts.name);
     memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
-}
-
-pub(super) fn storage(gpu: &Gpu, label: &str, bytes: &[u8]) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes.len() as u64,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
 }
 
 fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
@@ -208,49 +198,23 @@ fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
 }
 
 #[cfg(feature = "view")]
-impl GpuTracer {
-    /// Traces all pixels and leaves their ids on the device, in `ids`: with the kernel `certified`
-    /// as its f32 stage found them, some undecided.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub(crate) fn trace_on_device(
-        &mut self,
-        pixels: Pixels,
-        ids: &Words,
-        control: &Control,
-    ) -> Result<()> {
-        let rays = Rays::Pixels(pixels);
-        if let Some(cpu) = &mut self.stand_in {
-            let mut hits = Hits::default();
-            cpu.propose(&rays, control, &mut hits)?;
-            ids.write(&self.gpu, 0, &hits.id);
-            return self.gpu.check();
+impl ProposeResident for GpuTracer {
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()> {
+        match &mut self.cpu_fallback {
+            Some(cpu) => cpu.propose_resident(rays, control, ids)?,
+            None => drop(self.propose_into(rays, control, Target::Resident(ids))?),
         }
-        self.prepared.check(&rays)?;
-        let mut first = 0;
-        while first < rays.len() {
-            control.check()?;
-            let tile = self.tile(&rays, first);
-            let start = Instant::now();
-            self.trace_tile_on_device(&rays, &tile, ids)?;
-            self.adapt(tile.n_rays, start.elapsed());
-            first += tile.n_rays;
-        }
-        Ok(())
-    }
-
-    fn trace_tile_on_device(&mut self, rays: &Rays, tile: &Tile, ids: &Words) -> Result<()> {
-        self.make_room(tile.n_rays)?;
-        let Some(results) = &self.results else { return Ok(()) };
-        self.write_params(rays, tile);
-        let mut encoder = self.dispatch(results, workgroups(tile));
-        let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
-        encoder.copy_buffer_to_buffer(&results.device[0], 0, ids.buffer(), offset, Some(bytes));
-        let submission = self.gpu.submit(encoder.finish());
-        self.gpu.wait(submission, TILE_TIMEOUT).map_err(|reason| self.lost(&reason))?;
         self.gpu.check()
     }
+}
+
+/// Where a device's results go.
+enum Target<'a> {
+    /// To the host.
+    Hits(&'a mut Hits),
+    /// The ids alone, elsewhere on the device.
+    #[cfg(feature = "view")]
+    Resident(&'a Words),
 }
 
 /// Workgroups that cover a tile.
@@ -261,24 +225,10 @@ fn workgroups(tile: &Tile) -> [u32; 2] {
 
 impl Tracer for GpuTracer {
     fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        if let Some(cpu) = &mut self.stand_in {
+        if let Some(cpu) = &mut self.cpu_fallback {
             return cpu.propose(rays, control, hits);
         }
-        self.prepared.check(rays)?;
-        hits.reset(rays.len(), self.wants);
-        let mut timing = Timing::default();
-        let mut first = 0;
-        while first < rays.len() {
-            control.check()?;
-            let tile = self.tile(rays, first);
-            let start = Instant::now();
-            let spent = self.trace_tile(rays, &tile, hits)?;
-            timing.add(spent);
-            self.adapt(tile.n_rays, start.elapsed());
-            first += tile.n_rays;
-            control.advance(tile.n_rays as u64);
-        }
-        Ok(timing)
+        self.propose_into(rays, control, Target::Hits(hits))
     }
 
     fn certify(
@@ -296,7 +246,7 @@ impl Tracer for GpuTracer {
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
-        let stand_in = stand_in(&self.gpu, &prepared, self.wants)?;
+        let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
         let needs = prepared.needs(self.wants);
         let is_new = needs != self.prepared.needs(self.wants);
         let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
@@ -305,7 +255,7 @@ impl Tracer for GpuTracer {
             self.program = program;
             self.params = params_buffer(&self.gpu, prepared.kernel);
             let objects =
-                object_bytes(&prepared).map(|(label, bytes)| storage(&self.gpu, label, bytes));
+                object_bytes(&prepared).map(|(label, bytes)| self.gpu.storage(label, bytes));
             self.objects = objects.collect();
         } else {
             for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
@@ -315,7 +265,7 @@ impl Tracer for GpuTracer {
         if is_new || hierarchy.is_some() {
             self.results = None;
         }
-        self.stand_in = stand_in;
+        self.cpu_fallback = cpu_fallback;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()
@@ -352,6 +302,33 @@ struct Tile {
 const LIST_WIDTH: usize = 1 << 13;
 
 impl GpuTracer {
+    fn propose_into(
+        &mut self,
+        rays: &Rays,
+        control: &Control,
+        mut target: Target,
+    ) -> Result<Timing> {
+        self.prepared.check(rays)?;
+        match &mut target {
+            Target::Hits(hits) => hits.reset(rays.len(), self.wants),
+            #[cfg(feature = "view")]
+            Target::Resident(_) => {}
+        }
+        let mut timing = Timing::default();
+        let mut first = 0;
+        while first < rays.len() {
+            control.check()?;
+            let tile = self.tile(rays, first);
+            let start = Instant::now();
+            let spent = self.trace_tile(rays, &tile, &mut target)?;
+            timing.add(spent);
+            self.adapt(tile.n_rays, start.elapsed());
+            first += tile.n_rays;
+            control.advance(tile.n_rays as u64);
+        }
+        Ok(timing)
+    }
+
     fn tile(&self, rays: &Rays, first: usize) -> Tile {
         match rays {
             Rays::Pixels(pixels) => {
@@ -415,7 +392,7 @@ impl GpuTracer {
         self.gpu.check()
     }
 
-    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, hits: &mut Hits) -> Result<Timing> {
+    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, target: &mut Target) -> Result<Timing> {
         self.make_room(tile.n_rays)?;
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
@@ -425,7 +402,42 @@ impl GpuTracer {
             let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
             exponents = self.upload_rays(tile_rays, buffer);
         }
-        let mut encoder = self.dispatch(results, workgroups(tile));
+        let encoder = self.dispatch(results, workgroups(tile));
+        match target {
+            Target::Hits(hits) => self.read_tile(results, encoder, tile, &exponents, start, hits),
+            #[cfg(feature = "view")]
+            Target::Resident(ids) => self.keep_tile(results, encoder, tile, start, ids),
+        }
+    }
+
+    /// Copies the ids of a tile to where they stay.
+    #[cfg(feature = "view")]
+    fn keep_tile(
+        &self,
+        results: &Results,
+        mut encoder: wgpu::CommandEncoder,
+        tile: &Tile,
+        start: Instant,
+        ids: &Words,
+    ) -> Result<Timing> {
+        let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
+        encoder.copy_buffer_to_buffer(&results.device[0], 0, ids.buffer(), offset, Some(bytes));
+        let submission = self.gpu.submit(encoder.finish());
+        self.gpu.wait(submission, TILE_TIMEOUT).map_err(|reason| self.lost(&reason))?;
+        self.gpu.check()?;
+        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+    }
+
+    /// Reads the results of a tile back.
+    fn read_tile(
+        &self,
+        results: &Results,
+        mut encoder: wgpu::CommandEncoder,
+        tile: &Tile,
+        exponents: &[i32],
+        start: Instant,
+        hits: &mut Hits,
+    ) -> Result<Timing> {
         let mut ranges = Vec::new();
         let mut offset = 0;
         for (buffer, bytes_per_ray) in results.device.iter().zip(RESULT_BYTES) {
@@ -629,7 +641,7 @@ mod tests {
     fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {
         let mut tracer =
             GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), Wants::default()).unwrap();
-        assert_eq!(tracer.stand_in.is_none(), is_suited);
+        assert_eq!(tracer.cpu_fallback.is_none(), is_suited);
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits).unwrap();
         hits
@@ -637,7 +649,7 @@ mod tests {
 
     /// No device here orders sums anew, so one is told that it does.
     #[test]
-    fn the_cpu_stands_in_for_arithmetic_that_does_not_suit_the_proof() {
+    fn the_cpu_takes_over_from_arithmetic_that_does_not_suit_the_proof() {
         for n in [FEW_SPHERES, 2 * FEW_SPHERES] {
             let (rays, prepared) = picture_of_spheres(n);
             let trace = |is_suited: bool| {
@@ -656,7 +668,7 @@ mod tests {
     /// Where shaders can't be passed through, nothing forbids the driver to rearrange them. No
     /// adapter here is so, and one is told that it is.
     #[test]
-    fn the_cpu_stands_in_without_passthrough() {
+    fn the_cpu_takes_over_without_passthrough() {
         let (rays, prepared) = picture_of_spheres(FEW_SPHERES);
         let [with, without] = [true, false].map(|passthrough| {
             let mut gpu = open();

@@ -1,13 +1,14 @@
 //! Opening a device that can show pictures in a window.
 
-use super::adapter::{Gpu, Pick, adapters_of, instance};
+use super::adapter::{Pick, adapters_of, choose, instance};
+use super::open::Gpu;
 use crate::error::{Error, Result};
 
 /// A device and the surface of a window.
 pub(crate) struct OpenWindow {
     pub gpu: Gpu,
     pub surface: wgpu::Surface<'static>,
-    /// What the surface can do with this device.
+    /// The surface's abilities with this device.
     pub capabilities: wgpu::SurfaceCapabilities,
 }
 
@@ -33,8 +34,8 @@ where
             "no Vulkan device can show pictures in a window here; use `kugelblitz render`".into(),
         ));
     }
-    let (adapter, facts) = Gpu::choose(adapters, pick)?;
+    let (adapter, facts) = choose(adapters, pick)?;
     let capabilities = surface.get_capabilities(&adapter);
-    let gpu = Gpu::from_adapter(&adapter, facts)?;
+    let gpu = Gpu::open_adapter(&adapter, facts)?;
     Ok(OpenWindow { gpu, surface, capabilities })
 }

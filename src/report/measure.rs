@@ -14,7 +14,8 @@ use crate::memory;
 use crate::prepare::Prepared;
 use crate::render::hits_bytes;
 use crate::scene::Scene;
-use crate::trace::{Hits, Kernel, Rays, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Rays, Wants};
+use crate::tracer::Tracer;
 use crate::verify::{Truth, sample};
 
 /// A picture's need.

@@ -12,11 +12,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::error::Result;
+use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
-pub use places::SceneError;
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,

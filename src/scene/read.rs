@@ -9,10 +9,10 @@ use super::clouds::{CloudTable, Given, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
-use super::{Camera, Color, ImageSize, Plane, Projection, Scene, SceneError, Sphere};
+use super::{Camera, Color, ImageSize, Plane, Projection, Scene, Sphere};
 use crate::camera::View;
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Result, SceneError};
 use crate::memory;
 
 /// Reads and checks a scene file and the clouds that it names.

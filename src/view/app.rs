@@ -33,15 +33,15 @@ use crate::gpu::{Layer, Pick, Present, Words};
 use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
 use crate::trace::Kernel;
 
-/// What the window begins with.
+/// The window's beginning.
 pub struct Options {
     /// The scene file, which is watched.
     pub path: PathBuf,
-    /// What it holds; with a camera.
+    /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
     /// The device that shows the picture.
     pub pick: Pick,
-    /// Whether the CPU traces.
+    /// True where the CPU traces.
     pub on_cpu: bool,
     /// The kernel.
     pub kernel: Kernel,
@@ -77,7 +77,7 @@ const MOST_LOSSES: usize = 4;
 /// Losses within this time count as one soon after the other.
 const SOON: Duration = Duration::from_secs(20);
 
-/// What other threads say; the number is that of the device that they worked with.
+/// A message of another thread; the number is that of the device that they worked with.
 enum Event {
     Traced(u64, Traced),
     Painted(u64, Result<Painted>),
@@ -180,7 +180,7 @@ fn style(context: &egui::Context) {
     });
 }
 
-/// What there is while a device is open.
+/// All that is there while a device is open.
 struct Open {
     window: Arc<Window>,
     input: egui_winit::State,
@@ -198,7 +198,7 @@ struct Open {
     drawn: Option<Frame>,
 }
 
-/// What a palette depends on.
+/// A palette's inputs.
 #[derive(Clone, PartialEq)]
 struct PaletteOf {
     serial: u64,
@@ -583,7 +583,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 let colors = palette(of.show, &order.scene, &order.pixels);
                 match &open.palette {
                     Some((_, words)) if words.len() == colors.len() => {
-                        words.write(&open.backend.gpu, 0, &colors);
+                        words.write(0, &colors);
                         let words = open.palette.take().map(|(_, words)| words);
                         open.palette = words.map(|words| (of, words));
                     }
@@ -694,7 +694,7 @@ impl<N: FnMut(&Notice)> App<N> {
     }
 }
 
-/// What came in since the last frame of a window of `size` px. The library's own way asks the
+/// Takes the input since the last frame of a window of `size` px. The library's own way asks the
 /// window for its size each time.
 fn take_input(
     input: &mut egui_winit::State,

@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
 use crate::gpu::GpuTracer;
 use crate::scene::Scene;
-use crate::trace::{Kernel, Rays, Tracer};
+use crate::trace::{Kernel, Rays};
+use crate::tracer::Tracer;
 
 /// A pixel of a picture, with all that the picture is made from.
 #[derive(Clone)]
@@ -35,7 +36,7 @@ impl Question {
     }
 }
 
-/// What a pixel shows.
+/// The object at a pixel, and where the ray hits it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Column and row.

@@ -9,10 +9,10 @@ use egui::{
 use glam::{DVec2, DVec3};
 
 use super::ask::Question;
-use super::panels::{next_kernel, next_theme};
-use super::rig::{Axis, Rig};
+use super::rig::Axis;
 use super::show::Show;
 use super::state::{Command, State};
+use crate::trace::Kernel;
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -41,11 +41,6 @@ const GRIP: f32 = 6.0;
 const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
 const SHOW_KEYS: [Key; 8] =
     [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
-
-/// Back to the file's camera.
-pub fn go_home(state: &mut State) {
-    state.rig = Rig::new(&state.home);
-}
 
 /// All keys. A key counts with what was held when it was pressed: it may be free again by now.
 pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
@@ -91,7 +86,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
     }
     match key {
         Key::F => state.rig.frame(state.extent, state.aspect()),
-        Key::R => go_home(state),
+        Key::R => state.go_home(),
         Key::P => commands.push(Command::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
@@ -137,7 +132,23 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     ui.ctx().request_repaint();
 }
 
-/// What the mouse does over the picture, and has done.
+/// The kernel after `kernel`.
+fn next_kernel(kernel: Kernel) -> Kernel {
+    let at = Kernel::ALL.iter().position(|&known| known == kernel).unwrap_or(0);
+    Kernel::ALL[(at + 1) % Kernel::ALL.len()]
+}
+
+/// System, light, dark, and round.
+pub fn next_theme(ui: &Ui) {
+    let next = match ui.options(|options| options.theme_preference) {
+        egui::ThemePreference::System => egui::ThemePreference::Light,
+        egui::ThemePreference::Light => egui::ThemePreference::Dark,
+        egui::ThemePreference::Dark => egui::ThemePreference::System,
+    };
+    ui.ctx().set_theme(next);
+}
+
+/// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     mouse(ui, rect, state, commands);
     let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;

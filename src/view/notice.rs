@@ -1,4 +1,4 @@
-//! What the window tells the program that opened it.
+//! The window's messages to the program that opened it.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub enum Notice<'a> {
     Opened {
         /// Its name.
         adapter: &'a str,
-        /// Whether it is a program on the CPU.
+        /// True where it is a program on the CPU.
         software: bool,
     },
     /// A frame is in the window.
@@ -25,11 +25,11 @@ pub enum Notice<'a> {
         picture: u64,
         /// Left, top, width and height of the picture in the window, px.
         area: [u32; 4],
-        /// Whether each pixel is decided, and painted where the mode paints.
+        /// True when each pixel is decided, and painted where the mode paints.
         settled: bool,
         /// The kernels from left to right.
         kernels: &'a [&'static str],
-        /// What is shown.
+        /// The mode of showing.
         show: &'static str,
         /// Number of the newest picture asked for.
         asked: u64,
@@ -38,7 +38,7 @@ pub enum Notice<'a> {
     },
     /// The pointer's pixel was looked up.
     Hover {
-        /// What the status line says.
+        /// The text of the status line.
         text: &'a str,
     },
     /// A pixel was explained.
@@ -71,7 +71,7 @@ pub enum Notice<'a> {
     Destroyed,
     /// Something else went wrong, and the window lives on.
     Trouble {
-        /// What.
+        /// The trouble, in words.
         message: &'a str,
     },
 }

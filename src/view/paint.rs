@@ -55,7 +55,7 @@ pub fn id_color(id: u32) -> Rgb {
     [channel(0.0), channel(4.0), channel(2.0)]
 }
 
-/// Whether the eye is outside of the sphere, or on the side of the plane that its normal points
+/// True where the eye is outside of the sphere, or on the side of the plane that its normal points
 /// to. All of a picture's rays start at the eye, so what they see of an object is one side of it;
 /// so it is where all run along one direction, but for spheres that the picture's plane cuts: of
 /// these most of what is seen tells.
@@ -102,7 +102,7 @@ const OTHER: Entry = ([0xe0, 0x2f, 0x6b], "wrong object");
 const MISSED: Entry = ([0xb0, 0x4c, 0xd8], "object missed");
 const INVENTED: Entry = ([0xff, 0x9e, 0xc4], "hit where nothing is");
 
-/// What the colours mean; nothing where the names of the objects say it.
+/// The colours' meanings; empty where the names of the objects say them.
 pub fn legend(show: Show) -> Vec<Entry> {
     match show {
         Show::Color | Show::Id => Vec::new(),
@@ -298,7 +298,8 @@ mod tests {
     use crate::control::Control;
     use crate::cpu::CpuTracer;
     use crate::scene::parse_scene;
-    use crate::trace::{Kernel, Rays, Tracer, Wants};
+    use crate::trace::{Kernel, Rays, Wants};
+    use crate::tracer::Tracer;
 
     const FIGURE5: &str = include_str!("../../scenes/figure5.toml");
 

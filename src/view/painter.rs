@@ -31,7 +31,7 @@ const RAYS_AT_ONCE: usize = 1 << 12;
 pub struct Job {
     /// The picture that it belongs to.
     pub picture: Arc<Picture>,
-    /// What is to be seen.
+    /// The mode of showing.
     pub show: Show,
 }
 
@@ -39,7 +39,7 @@ pub struct Job {
 pub struct Painted {
     /// Number of the picture.
     pub serial: u64,
-    /// What is to be seen.
+    /// The mode of showing.
     pub show: Show,
     /// Place of the kernel in the picture.
     pub place: usize,
@@ -82,7 +82,7 @@ impl Painter {
             let hits = numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
             let words = self.pool.take(&self.backend.gpu, order.pixels.len());
             let show = |colors: &[u32], share| {
-                words.write(&self.backend.gpu, 0, colors);
+                words.write(0, colors);
                 say(Ok(Painted {
                     serial: order.serial,
                     show: job.show,

@@ -5,7 +5,7 @@ use egui::{
     ScrollArea, Ui, vec2,
 };
 
-use super::controls;
+use super::controls::{self, next_theme};
 use super::paint;
 use super::rig::Axis;
 use super::show::Show;
@@ -135,28 +135,12 @@ fn kernel_box(ui: &mut Ui, id: &str, kernel: &mut Kernel) {
     });
 }
 
-/// The kernel after `kernel`.
-pub fn next_kernel(kernel: Kernel) -> Kernel {
-    let at = Kernel::ALL.iter().position(|&known| known == kernel).unwrap_or(0);
-    Kernel::ALL[(at + 1) % Kernel::ALL.len()]
-}
-
 fn theme_name(ui: &Ui) -> &'static str {
     match ui.options(|options| options.theme_preference) {
         egui::ThemePreference::Dark => "dark",
         egui::ThemePreference::Light => "light",
         egui::ThemePreference::System => "system",
     }
-}
-
-/// System, light, dark, and round.
-pub fn next_theme(ui: &Ui) {
-    let next = match ui.options(|options| options.theme_preference) {
-        egui::ThemePreference::System => egui::ThemePreference::Light,
-        egui::ThemePreference::Light => egui::ThemePreference::Dark,
-        egui::ThemePreference::Dark => egui::ThemePreference::System,
-    };
-    ui.ctx().set_theme(next);
 }
 
 fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
@@ -172,7 +156,7 @@ fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
         }
     }
     if item(ui, "the file's camera", "R") {
-        controls::go_home(state);
+        state.go_home();
     }
     ui.separator();
     if item(ui, "print as TOML", "P") {

@@ -21,7 +21,7 @@ pub struct Watch {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What tells one state of a file from the next; `None` while it isn't there.
+/// The mark that tells one state of a file from the next; `None` while it isn't there.
 type Stamp = Option<(SystemTime, u64, u64)>;
 
 fn stamp(path: &Path) -> Stamp {

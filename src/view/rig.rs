@@ -19,7 +19,7 @@ const SMALLEST_HEIGHT: f64 = 1e-100;
 /// Room around what is framed.
 const FRAME_MARGIN: f64 = 1.08;
 
-/// What a scene's size is taken from: a ball around all spheres, or around the planes' points.
+/// A scene's size and place: a ball around all spheres, or around the planes' points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// Its centre, world units.
@@ -95,7 +95,7 @@ impl Axis {
 pub struct Rig {
     /// The camera as it would stand in a scene file.
     pub camera: Camera,
-    /// What orbiting turns around, world units.
+    /// The point that orbiting turns around, world units.
     pub pivot: DVec3,
     /// The vertical that orbiting keeps; a unit vector.
     vertical: DVec3,

@@ -15,7 +15,7 @@ pub struct Screen {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    /// Whether the window may have another size than the surface.
+    /// True while the window may have another size than the surface.
     is_outdated: bool,
     presenter: Presenter,
     panels: Renderer,
@@ -41,7 +41,7 @@ pub struct Panels {
     pub pixels_per_point: f32,
 }
 
-/// What became of a frame.
+/// The fate of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drawn {
     /// It is in the window.
@@ -142,7 +142,7 @@ impl Screen {
     /// Draws a frame and hands it to the window.
     ///
     /// # Errors
-    /// What the device reported: it must be opened anew.
+    /// The device's, when it must be opened anew.
     pub fn draw(&mut self, shown: Option<Shown>, panels: &mut Panels) -> Result<Drawn> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let textures = std::mem::take(&mut panels.textures);

@@ -1,4 +1,4 @@
-//! What the picture shows of each pixel.
+//! The quantities that a picture can show of each pixel.
 
 /// The ways of looking at a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -65,7 +65,7 @@ impl Show {
         }
     }
 
-    /// Whether single pixels must be painted by the CPU, which happens when the camera rests.
+    /// True where single pixels must be painted by the CPU, which happens when the camera rests.
     pub fn is_painted(self) -> bool {
         !matches!(self, Show::Color | Show::Id | Show::Side)
     }

@@ -1,4 +1,4 @@
-//! What the window knows: what is wanted, what is there, and what the user is told.
+//! The window's state: the picture that is wanted, the one that is there, and words for the user.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub struct Area {
     pub height: u32,
 }
 
-/// What the user asked for that is more than a change of [`State`].
+/// A wish of the user that is more than a change of [`State`].
 #[derive(Clone)]
 pub enum Command {
     /// Print the camera.
@@ -82,7 +82,7 @@ pub struct State {
     /// A click that may turn out to be half a double click.
     pub click: Option<(Question, Instant)>,
     pub explained: Option<Explained>,
-    /// What is wrong with the scene file now.
+    /// The fault of the scene file as it is now.
     pub scene_error: Option<String>,
     message: Option<(String, Instant)>,
     /// Time between the last frames, while they followed each other closely.
@@ -137,6 +137,11 @@ impl State {
         if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
     }
 
+    /// Back to the file's camera.
+    pub fn go_home(&mut self) {
+        self.rig = Rig::new(&self.home);
+    }
+
     /// Shows two kernels, or one again. Two of a kind would show nothing.
     pub fn toggle_compare(&mut self) {
         self.compares = !self.compares;
@@ -180,7 +185,7 @@ impl State {
         f64::from(self.area.width.max(1)) / f64::from(self.area.height.max(1))
     }
 
-    /// Whether a picture is on its way.
+    /// True while a picture is on its way.
     pub fn is_waiting(&self) -> bool {
         self.picture.as_ref().is_none_or(|picture| picture.order.serial < self.asked)
     }
@@ -199,7 +204,7 @@ impl State {
             / n as f32
     }
 
-    /// Whether what is shown is the newest, each pixel of it decided and painted.
+    /// True when the newest picture is shown, each pixel of it decided and painted.
     pub fn is_settled(&self) -> bool {
         let is_decided = |picture: &Arc<Picture>| picture.progress().left == 0;
         !self.is_waiting()
@@ -212,7 +217,7 @@ impl State {
         self.message = Some((message.into(), Instant::now() + MESSAGE_TIME));
     }
 
-    /// What the user is told now, and for how long.
+    /// The message for the user now, and how long it stays.
     pub fn message(&self) -> Option<(&str, Duration)> {
         let (message, until) = self.message.as_ref()?;
         let left = until.saturating_duration_since(Instant::now());
@@ -228,7 +233,7 @@ impl State {
         }
     }
 
-    /// What a pixel shows, where that is known for this camera.
+    /// The answer for a pixel, where it is known for this camera.
     pub fn known(&self, pixel: [u32; 2]) -> Option<&Answer> {
         let view = self.rig.view();
         self.hover.as_ref().filter(|answer| answer.pixel == pixel && answer.view == view)

@@ -1,4 +1,4 @@
-//! Tracing what the window shows, on a thread of its own. The ids stay on the device.
+//! Traces the window's pictures, on a thread of its own. The ids stay on the device.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,11 +10,11 @@ use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, GpuTracer, Pool, Undecided, Words};
+use crate::gpu::{Gpu, GpuTracer, Pool, ProposeResident, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::session::Session;
-use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Tracer, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);
@@ -22,19 +22,28 @@ const BEFORE_SHOWING: Duration = Duration::from_millis(8);
 /// Rays that are decided between two looks at the clock.
 const DECIDE_AT_ONCE: usize = 1024;
 
-/// What traces: a device that also shows the pictures, or the CPU.
+/// The tracing side of a window: the device that also shows the pictures, or the CPU.
 #[derive(Clone)]
 pub struct Backend {
     /// The device that the pictures lie on.
     pub gpu: Arc<Gpu>,
-    /// Whether the CPU traces.
+    /// True where the CPU traces.
     pub on_cpu: bool,
 }
 
 impl Backend {
-    /// What traces.
+    /// The device that traces.
     pub fn device(&self) -> Device {
         if self.on_cpu { Device::Cpu } else { Device::Gpu(Arc::clone(&self.gpu)) }
+    }
+
+    /// A tracer that leaves its proposals on the device that shows them.
+    fn tracer(&self, prepared: &Arc<Prepared>) -> Result<Box<dyn ProposeResident>> {
+        let (prepared, wants) = (Arc::clone(prepared), Wants::default());
+        Ok(match self.device() {
+            Device::Gpu(gpu) => Box::new(GpuTracer::new(gpu, prepared, wants)?),
+            Device::Cpu => Box::new(CpuTracer::new(prepared, wants)),
+        })
     }
 }
 
@@ -53,7 +62,7 @@ pub struct Order {
 
 /// A picture on the device.
 pub struct Picture {
-    /// What was wanted.
+    /// The order that it answers.
     pub order: Order,
     /// The ids, one a pixel, of each kernel.
     pub ids: Vec<Arc<Words>>,
@@ -84,7 +93,7 @@ impl Picture {
     }
 }
 
-/// What the thread says.
+/// A message of the thread.
 pub enum Traced {
     /// A new picture.
     Picture(Arc<Picture>),
@@ -119,7 +128,7 @@ struct Tracing {
     undecided: Undecided,
     pool: Pool,
     /// One for each place in the window.
-    tracers: Vec<GpuTracer>,
+    tracers: Vec<Box<dyn ProposeResident>>,
 }
 
 /// A layer with the rays that are not decided yet.
@@ -178,7 +187,7 @@ impl Tracing {
         Ok(())
     }
 
-    /// The ids as the device leaves them, and the rays among them that it left undecided.
+    /// The ids as a backend proposes them, and the rays among them that are still to be decided.
     fn trace(
         &mut self,
         order: &Order,
@@ -189,34 +198,14 @@ impl Tracing {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
-        let gpu = &self.backend.gpu;
-        let ids = self.pool.take(gpu, pixels.len());
-        if self.backend.on_cpu {
-            let mut hits = Hits::default();
-            let start = Instant::now();
-            let mut tracer = CpuTracer::new(Arc::clone(&prepared), Wants::default());
-            tracer.trace(&rays, &self.closing, &mut hits)?;
-            ids.write(gpu, 0, &hits.id);
-            *time += start.elapsed();
-            return Ok(Open { prepared, ids, rays: Vec::new() });
-        }
-        let in_range = prepared.in_range;
         match self.tracers.get_mut(place) {
             Some(tracer) => tracer.retarget(Arc::clone(&prepared))?,
-            None => {
-                let tracer =
-                    GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), Wants::default())?;
-                self.tracers.push(tracer);
-            }
+            None => self.tracers.push(self.backend.tracer(&prepared)?),
         }
+        let ids = self.pool.take(&self.backend.gpu, pixels.len());
         let start = Instant::now();
-        self.tracers[place].trace_on_device(*pixels, &ids, &self.closing)?;
-        let rays = match kernel {
-            Kernel::Certified if in_range => self.undecided.find(&ids)?,
-            // Outside of the filter's range its word counts for nothing.
-            Kernel::Certified => (0..pixels.len() as u32).collect(),
-            Kernel::Lecture | Kernel::Stable | Kernel::Double => Vec::new(),
-        };
+        self.tracers[place].propose_resident(&rays, &self.closing, &ids)?;
+        let rays = certify::undecided(&prepared, &rays, || self.undecided.find(&ids))?;
         *time += start.elapsed();
         Ok(Open { prepared, ids, rays })
     }

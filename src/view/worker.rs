@@ -24,7 +24,7 @@ struct State<J> {
     control: Arc<Control>,
 }
 
-/// What a job at work knows of those that came after it.
+/// The link from a job at work to those that came after it.
 pub struct Turn<'a, J> {
     desk: &'a Desk<J>,
     /// Cancelled when a newer job waits.
@@ -53,7 +53,7 @@ impl<J> Desk<J> {
 }
 
 impl<J> Turn<'_, J> {
-    /// Whether a newer job waits.
+    /// True when a newer job waits.
     pub fn is_over(&self) -> bool {
         self.control.check().is_err()
     }

@@ -12,7 +12,8 @@ use kugelblitz::exact::{ExactHit, ExactPixels, ExactRay, Shape, nearest};
 use kugelblitz::gpu::{Gpu, GpuTracer};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Tracer, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 
 /// Surfaces and stages.
 pub const ALL: Wants = Wants { surface: true, level: true };

@@ -1,4 +1,4 @@
-//! What the self-test puts before a device, and what IEEE 754 makes of it. Twin of
+//! The self-test's samples, and the outcome of each by IEEE 754. Twin of
 //! `shaders/self_test.wgsl`.
 
 use bytemuck::Pod;
@@ -46,7 +46,7 @@ pub const INVERSE: usize = 4;
 pub const ROOM_OVER: usize = 5;
 pub const N_ROUNDED: usize = 6;
 
-/// What is selected or exact.
+/// Results that are selected or exact.
 pub const LARGER: usize = 6;
 pub const SUM_ERROR: usize = 7;
 pub const FMA_REMAINDER: usize = 8;
@@ -60,7 +60,7 @@ pub const KEPT: usize = 3;
 pub const SCALED: usize = 4;
 pub const N_WORDS: usize = 5;
 
-/// What goes in: two numbers, and a texel.
+/// One input: two numbers, and a texel.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<F> {
     pub sort: Sort,
@@ -70,7 +70,7 @@ pub struct Sample<F> {
     pub texel: [u32; 4],
 }
 
-/// What comes out.
+/// One output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome<F> {
     pub results: [F; N_RESULTS],
@@ -119,11 +119,11 @@ pub trait Float: Pod + PartialOrd {
     const WGSL: &'static str;
     /// Two operands, none of them 0 but for [`Sort::Large`].
     fn operands(random: &mut SplitMix, sort: Sort) -> [Self; 2];
-    /// What IEEE 754 makes of a sample.
+    /// The outcome of a sample by IEEE 754.
     fn expected(sample: &Sample<Self>) -> Outcome<Self>;
     /// Distance in steps of the type.
     fn steps(a: Self, b: Self) -> u64;
-    /// Whether `found` is a neighbour of the exact sum or product on the side where that result
+    /// True if `found` is a neighbour of the exact sum or product on the side where that result
     /// lies, or the `nearest` number itself. `remainder` is the exact result less that.
     fn is_faithful(found: Self, nearest: Self, remainder: Self) -> bool;
     /// 0 for a subnormal.
@@ -132,9 +132,9 @@ pub trait Float: Pod + PartialOrd {
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
     fn is_zero(self) -> bool;
-    /// Whether the magnitude is at least `2^`[`LARGEST_RESULT_EXPONENT`].
+    /// True if the magnitude is at least `2^`[`LARGEST_RESULT_EXPONENT`].
     fn is_large(self) -> bool;
-    /// Whether remainders of a product of this magnitude are themselves in range.
+    /// True if remainders of a product of this magnitude are themselves in range.
     fn has_remainder(self) -> bool;
     fn is_negative(self) -> bool;
 }

@@ -1,0 +1,137 @@
+//! The bare device: open, hand over, wait, map, and tell its errors.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use super::adapter::{AdapterFacts, INSTALL_HINT};
+use crate::error::{Error, Result};
+
+/// An error that a device reported on its own.
+enum Failure {
+    OutOfMemory,
+    Other(String),
+}
+
+/// A device that was opened, without anything that is kept for it.
+pub struct OpenDevice {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    errors: Arc<Mutex<Vec<Failure>>>,
+    /// Held while commands are handed over: a surface must not be configured meanwhile.
+    handing_over: Mutex<()>,
+    /// The adapter's own account of itself.
+    pub facts: AdapterFacts,
+}
+
+impl OpenDevice {
+    /// Opens an adapter.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] when it can't be opened.
+    pub(super) fn open(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<OpenDevice> {
+        let wanted = wgpu::Features::PASSTHROUGH_SHADERS
+            | wgpu::Features::SHADER_F64
+            | wgpu::Features::TIMESTAMP_QUERY;
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("kugelblitz"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..wgpu::DeviceDescriptor::default()
+        }))
+        .map_err(|error| {
+            Error::NoAdapter(format!("`{}` can't be opened: {error}; {INSTALL_HINT}", facts.name))
+        })?;
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&errors);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            if let Ok(mut errors) = sink.lock() {
+                errors.push(match error {
+                    wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
+                    error => Failure::Other(error.to_string()),
+                });
+            }
+        }));
+        let sink = Arc::clone(&errors);
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed
+                && let Ok(mut errors) = sink.lock()
+            {
+                errors.push(Failure::Other(format!("device lost: {message}")));
+            }
+        });
+        Ok(OpenDevice { device, queue, errors, handing_over: Mutex::new(()), facts })
+    }
+
+    /// While this is held, no other thread hands over commands.
+    pub(crate) fn hold(&self) -> MutexGuard<'_, ()> {
+        self.handing_over.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands commands over to the device.
+    pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> wgpu::SubmissionIndex {
+        let _held = self.hold();
+        self.queue.submit([commands])
+    }
+
+    /// Fails with the first error that the device has reported since it was opened.
+    ///
+    /// # Errors
+    /// [`Error::Device`]
+    pub(crate) fn check(&self) -> Result<()> {
+        let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        match errors.first() {
+            Some(Failure::Other(error)) => {
+                Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
+            }
+            Some(Failure::OutOfMemory) => Err(Error::TooLarge(format!(
+                "`{}` has too little memory for this; use fewer objects or `--device cpu`",
+                self.facts.name
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// A buffer with `bytes` that shaders read.
+    pub(super) fn storage(&self, label: &str, bytes: &[u8]) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes.len() as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, bytes);
+        buffer
+    }
+
+    /// Waits until the device is done with `submission`.
+    pub(crate) fn wait(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        timeout: Duration,
+    ) -> Result<(), String> {
+        let wait =
+            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
+        self.device.poll(wait).map(drop).map_err(|error| error.to_string())
+    }
+
+    /// Waits for everything submitted and maps the first `bytes` of a buffer.
+    pub(crate) fn map(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+        timeout: Duration,
+    ) -> Result<wgpu::BufferView, String> {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
+            // The receiver is gone only when the wait below has failed already.
+            let _ = sender.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(timeout) };
+        self.device.poll(wait).map_err(|error| error.to_string())?;
+        // Another thread that polls the same device may be the one that runs the callback.
+        let mapped = receiver.recv_timeout(timeout).map_err(|error| error.to_string())?;
+        mapped.map_err(|error| error.to_string())?;
+        buffer.get_mapped_range(..bytes).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,55 @@
+//! The one interface of all backends.
+
+use std::sync::Arc;
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::prepare::Prepared;
+use crate::trace::{Hits, Rays, Timing};
+
+/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
+pub trait Tracer: Send {
+    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
+    /// `certified` proposes ids alone, in f32: an object, 0, or
+    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+
+    /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
+    /// `timing`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    fn certify(
+        &self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing>;
+
+    /// Traces all `rays` into `hits`, which it resets.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the
+    /// device failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
+    /// [`crate::Error::Usage`] when the scene was prepared for other rays.
+    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        let timing = self.propose(rays, control, hits)?;
+        self.certify(rays, control, hits, timing)
+    }
+
+    /// Takes another prepared scene, with the same [`Wants`]. After an error all is as before.
+    ///
+    /// # Errors
+    /// Those of making a tracer.
+    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()>;
+
+    /// Bytes held on the device for the scene.
+    fn bytes_device(&self) -> u64;
+
+    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
+    fn use_device_clock(&mut self) {}
+}
