@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 use kugelblitz::Session;
-use kugelblitz::camera::{CameraF32, Pixels};
+use kugelblitz::camera::Pixels;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::scene::{Scene, read_scene};
@@ -28,13 +28,11 @@ fn closest(origin: Vec3, direction: Vec3, scene: &Scene) -> (u32, f32) {
 }
 
 fn my_picture(pixels: &Pixels, scene: &Scene) -> Hits {
-    let (camera, origin) = (CameraF32::new(pixels), pixels.view.position.as_vec3());
     let (id, t) = (0..pixels.len())
         .map(|index| {
             let (x, y) = pixels.xy(index);
-            let (i, j) = pixels.offset2(x, y);
-            let direction = camera.camera_direction(i as f32, j as f32);
-            closest(origin, Vec3::from_array(direction.0), scene)
+            let ray = pixels.ray(x, y);
+            closest(ray.origin.as_vec3(), ray.direction.as_vec3(), scene)
         })
         .unzip();
     Hits { id, t, ..Hits::default() }

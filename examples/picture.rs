@@ -4,7 +4,7 @@
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::scene::{Camera, Color, Plane, Scene, Spheres};
+use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Spheres};
 use kugelblitz::trace::Kernel;
 
 fn main() -> kugelblitz::Result<()> {
@@ -17,7 +17,7 @@ fn main() -> kugelblitz::Result<()> {
             position: [0.0, 2.0, 8.0].into(),
             look_at: [0.0, 1.0, 0.0].into(),
             up: [0.0, 1.0, 0.0].into(),
-            fov_degrees: 40.0,
+            projection: Projection::Perspective { fov_degrees: 40.0 },
         }),
         spheres: spheres.with_colors(colors)?,
         planes: vec![Plane {

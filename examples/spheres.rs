@@ -4,7 +4,7 @@
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;
-use kugelblitz::scene::{Camera, Scene, Spheres};
+use kugelblitz::scene::{Camera, Projection, Scene, Spheres};
 use kugelblitz::trace::Kernel;
 
 /// `n` spheres on a spiral around a ball: x, y, z and radius, and a colour for each.
@@ -29,7 +29,7 @@ fn main() -> kugelblitz::Result<()> {
         position: [0.0, 1.0, 4.0].into(),
         look_at: [0.0; 3].into(),
         up: [0.0, 1.0, 0.0].into(),
-        fov_degrees: 35.0,
+        projection: Projection::Perspective { fov_degrees: 35.0 },
     };
     let scene = Scene { camera: Some(camera), spheres, ..Scene::default() };
     println!("{} spheres in {} MB", scene.spheres.len(), scene.bytes() / 1_000_000);

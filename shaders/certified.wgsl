@@ -41,6 +41,34 @@ fn far_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, q: f32) -> Nearnes
 }
 //#end
 
+//#if parallel
+// Seen along one direction: t = s − h, or s + h where that is behind. Whatever is not known to be
+// the visible root is open.
+fn parallel_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, slack: f32) -> Nearness {
+    let s = dot3(ray.direction, l) * ray.inv_a;
+    let p = l - ray.direction * s;
+    let m = dot3(p, p);
+    let inner = inner2 - m;
+    let outer = outer2 - m;
+    let h_inner = sqrt(max(inner, 0.0) * ray.inv_a);
+    let h_outer = sqrt(max(outer, 0.0) * ray.inv_a);
+    let near_low = (s - h_outer) - slack;
+    let near_high = (s - h_inner) + slack;
+    let far_low = (s + h_inner) - slack;
+    let far_high = (s + h_outer) + slack;
+    let is_near = near_low > SMALL;
+    let is_far = near_high <= 0.0 && far_low > SMALL;
+    let t_low = select(far_low, near_low, is_near);
+    let t_high = select(far_high, near_high, is_near);
+    let is_missed = outer < 0.0 || far_high <= 0.0;
+    let is_hit = inner >= 0.0 && far_low > SMALL;
+    let low = ray.inv_a / max(t_high, SMALL) * NARROWER;
+    let high = ray.inv_a / max(t_low, SMALL) * WIDER;
+    let high_or_open = select(LARGEST, high, is_near || is_far);
+    return Nearness(select(0.0, low, is_hit), select(high_or_open, 0.0, is_missed));
+}
+//#end
+
 //#if spheres
 struct SphereCertified {
     center: vec3f,
@@ -86,7 +114,7 @@ fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> 
 }
 
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
-    //#if pixels
+    //#if point
     let l = sphere.center;
     let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
     let is_outside = q.low > 0.0;
@@ -104,17 +132,24 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     let inside = inside_nearness(ray, l, sphere, Nearness(abs(q.low), abs(q.high)));
     let low = select(inside.low, outside.low, is_outside);
     let high = select(inside.high, outside.high, is_outside);
-    //#if list
+    //#if free
     return Nearness(select(0.0, low, is_known), select(LARGEST, high, is_known));
     //#else
     return Nearness(low, high);
     //#end
 }
 //#else
+//#if parallel
+fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
+    return parallel_nearness(
+        ray, sphere.center - ray.origin, sphere.inner2, sphere.outer2, sphere.slack);
+}
+//#else
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     return far_nearness(
         ray, sphere.center, sphere.inner2, sphere.outer2, sphere.q_high_or_r2);
 }
+//#end
 //#end
 //#end
 
@@ -133,7 +168,7 @@ struct PlaneCertified {
 fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
     let error = plane.direction_error * sqrt(ray.a);
     let slope = dot3(ray.direction, plane.normal);
-    //#if pixels
+    //#if point
     // The normal points away from the eye.
     let q = Nearness(plane.q_low, plane.q_high);
     return Nearness((slope - error) * ray.inv_a * q.low, (slope + error) * ray.inv_a * q.high);
@@ -170,7 +205,9 @@ fn nearest_listed(ray: Ray) -> Nearest {
     //#end
     //#if near
     //#else
+    //#if point
     nearest.low *= FAR_NARROWER;
+    //#end
     //#end
     //#each plane
     nearest = nearer(nearest, plane_nearness(ray, planes[INDEX]), params.n_spheres + INDEX + 1u);

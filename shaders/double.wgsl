@@ -8,7 +8,7 @@ struct SphereDouble {
 }
 
 fn sphere_offset(ray: Ray, sphere: SphereDouble) -> vec3<f64> {
-    //#if pixels
+    //#if point
     return sphere.center;
     //#else
     return sphere.center - ray.origin;
@@ -17,7 +17,7 @@ fn sphere_offset(ray: Ray, sphere: SphereDouble) -> vec3<f64> {
 
 // l·l − r², from the host where all rays share their origin.
 fn sphere_k(l: vec3<f64>, sphere: SphereDouble) -> f64 {
-    //#if pixels
+    //#if point
     return sphere.k;
     //#else
     return dot3(l, l) - sphere.radius * sphere.radius;
@@ -34,7 +34,7 @@ struct PlaneDouble {
 
 // (a − o)·n, from the host where all rays share their origin.
 fn plane_n_offset(ray: Ray, plane: PlaneDouble) -> f64 {
-    //#if pixels
+    //#if point
     return plane.n_offset;
     //#else
     return dot3(plane.offset - ray.origin, plane.normal);

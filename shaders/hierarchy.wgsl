@@ -64,9 +64,15 @@ fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {
         let second = textureLoad(far_spheres, texel(index + 1u), 0);
         let center_inner2 = bitcast<vec4f>(first);
         let outer2_q = bitcast<vec2f>(second.xy);
+        //#if point
         let root =
             far_nearness(ray, center_inner2.xyz, center_inner2.w, outer2_q.x, outer2_q.y);
         let low = select(0.0, root.low * FAR_NARROWER, is_found);
+        //#else
+        let l = center_inner2.xyz - ray.origin;
+        let root = parallel_nearness(ray, l, center_inner2.w, outer2_q.x, outer2_q.y);
+        let low = select(0.0, root.low, is_found);
+        //#end
         let high = select(0.0, root.high, is_found);
         nearest = nearer(nearest, Nearness(low, high), second.z);
         t_max = t_bound(ray.a * nearest.low);

@@ -47,7 +47,7 @@ struct Params {
 //#if planes
 @group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
 //#end
-//#if list
+//#if free
 //#if double
 struct RayRecord {
     origin: vec3<f64>,
@@ -68,11 +68,17 @@ struct RayRecord {
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
-    //#if pixels
+    //#if point
     let i = Real(params.offset_i + 2 * i32(pixel.x));
     let j = Real(params.offset_j - 2 * i32(pixel.y));
     let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
-    //#else
+    //#end
+    //#if parallel
+    let i = Real(params.offset_i + 2 * i32(pixel.x));
+    let j = Real(params.offset_j - 2 * i32(pixel.y));
+    let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
+    //#end
+    //#if free
     let record = rays[min(index, params.n_rays - 1u)];
     //#if double
     let ray = ray_from(record.origin, Vec3(0.0), record.direction);

@@ -9,7 +9,7 @@ struct SphereStable {
 }
 
 fn sphere_offset(ray: Ray, sphere: SphereStable) -> vec3f {
-    //#if pixels
+    //#if point
     return sphere.center;
     //#else
     return (sphere.center - ray.origin) + (sphere.center_low - ray.origin_low);
@@ -18,7 +18,7 @@ fn sphere_offset(ray: Ray, sphere: SphereStable) -> vec3f {
 
 // l·l − r², from the host's f64 where all rays share their origin.
 fn sphere_k(l: vec3f, sphere: SphereStable) -> f32 {
-    //#if pixels
+    //#if point
     return sphere.k;
     //#else
     return dot3(l, l) - sphere.radius * sphere.radius;
@@ -36,7 +36,7 @@ struct PlaneStable {
 
 // (a − o)·n, from the host's f64 where all rays share their origin.
 fn plane_n_offset(ray: Ray, plane: PlaneStable) -> f32 {
-    //#if pixels
+    //#if point
     return plane.n_offset;
     //#else
     return dot3((plane.offset - ray.origin) + (plane.offset_low - ray.origin_low), plane.normal);

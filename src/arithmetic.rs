@@ -23,23 +23,16 @@ pub trait Arithmetic: Real {
     fn normal(normal: Vec3<Self>) -> [f32; 3];
 }
 
-/// A camera and the point where its rays start.
-pub struct CameraAt {
-    camera: CameraF32,
-    origin: Vec3<f32>,
-}
-
 impl Arithmetic for f32 {
-    type Camera = CameraAt;
+    type Camera = CameraF32;
 
-    fn camera(prepared: &Prepared, pixels: &Pixels) -> CameraAt {
-        CameraAt { camera: CameraF32::new(pixels), origin: prepared.camera_origin().into() }
+    fn camera(prepared: &Prepared, pixels: &Pixels) -> CameraF32 {
+        CameraF32 { origin: prepared.camera_origin().into(), ..CameraF32::new(pixels) }
     }
 
     #[inline(always)]
-    fn pixel_ray(camera: &CameraAt, i: i64, j: i64) -> RayOf<f32> {
-        let direction = camera.camera.camera_direction(i as f32, j as f32);
-        RayOf::new(camera.origin, Vec3::ZERO, direction)
+    fn pixel_ray(camera: &CameraF32, i: i64, j: i64) -> RayOf<f32> {
+        camera.camera_ray(i as f32, j as f32)
     }
 
     #[inline(always)]
@@ -69,7 +62,7 @@ impl Arithmetic for f64 {
 
     #[inline(always)]
     fn pixel_ray(camera: &CameraF64, i: i64, j: i64) -> RayOf<f64> {
-        RayOf::new(Vec3::ZERO, Vec3::ZERO, camera.camera_direction(i as f64, j as f64))
+        camera.camera_ray(i as f64, j as f64)
     }
 
     #[inline(always)]

@@ -1,15 +1,65 @@
-//! Pixel → ray. `camera_direction` has its twin in `shaders/camera.wgsl`.
+//! Pixel → ray. `camera_direction` and `camera_origin` have their twins in `shaders/camera.wgsl`.
+//!
+//! Pixel `(i, j)`, twice its offset from the picture's centre, has the vector
+//! `across = i·(h/H)·right + j·(h/H)·true_up` in the picture's plane. A perspective camera adds it
+//! to the direction, an orthographic one to the origin.
 
 use glam::DVec3;
 
-use crate::scene::Camera;
+use crate::kernel::RayOf;
+use crate::scene::{Camera, Projection};
 use crate::vec3::Vec3;
+
+/// A ray `origin + t·direction`; the direction is not normalised and not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin, world units.
+    pub origin: DVec3,
+    /// Direction of any length but zero.
+    pub direction: DVec3,
+}
+
+/// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
+/// their spheres are found, and which shader they have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bundle {
+    /// All through one point, where they start: a perspective camera's.
+    Point,
+    /// All along one direction: an orthographic camera's.
+    Parallel,
+    /// Any rays: those of a list.
+    Free,
+}
+
+impl Bundle {
+    /// All bundles.
+    pub const ALL: [Bundle; 3] = [Bundle::Point, Bundle::Parallel, Bundle::Free];
+}
+
+/// What of a pixel's ray its place in the picture decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lens {
+    /// The direction.
+    Perspective,
+    /// The origin.
+    Orthographic,
+}
+
+impl Lens {
+    /// How the rays lie to each other.
+    pub fn bundle(self) -> Bundle {
+        match self {
+            Lens::Perspective => Bundle::Point,
+            Lens::Orthographic => Bundle::Parallel,
+        }
+    }
+}
 
 /// The camera's frame, computed once in f64. These f64 numbers *are* the camera (contract §1):
 /// every exact statement about a pixel refers to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Eye point, world units.
+    /// Eye point, or the middle of the picture's plane; world units.
     pub position: DVec3,
     /// Unit vector along the view axis (to f64 rounding).
     pub forward: DVec3,
@@ -17,8 +67,11 @@ pub struct View {
     pub right: DVec3,
     /// Unit vector to the top of the picture.
     pub true_up: DVec3,
-    /// Tangent of half the vertical field of view.
+    /// Tangent of half the vertical field of view; of an orthographic camera, half the picture's
+    /// height in world units.
     pub h: f64,
+    /// Whether `h` is the one or the other.
+    pub lens: Lens,
 }
 
 impl View {
@@ -27,14 +80,14 @@ impl View {
         // Powers of two scale exactly, so a scene of any size keeps its frame bit for bit.
         let forward = unit(camera.look_at - camera.position);
         let right = unit(forward.cross(camera.up / power_of_two_near(camera.up)));
-        View {
-            position: camera.position,
-            forward,
-            right,
-            true_up: right.cross(forward),
+        let (lens, h) = match camera.projection {
             // The system's tangent may differ in its last bit from one machine to the next.
-            h: libm::tan(camera.fov_degrees.to_radians() / 2.0),
-        }
+            Projection::Perspective { fov_degrees } => {
+                (Lens::Perspective, libm::tan(fov_degrees.to_radians() / 2.0))
+            }
+            Projection::Orthographic { height } => (Lens::Orthographic, height / 2.0),
+        };
+        View { position: camera.position, forward, right, true_up: right.cross(forward), h, lens }
     }
 }
 
@@ -127,15 +180,34 @@ impl Pixels {
         )
     }
 
-    /// Centre ray direction of pixel `(x, y)` in f64 (contract §1 with `2(x+½)/W − 1` and `W/H`
-    /// put together): `forward + i·(h/H)·right + j·(h/H)·true_up`.
+    /// Centre ray of pixel `(x, y)` in f64 (contract §1 with `2(x+½)/W − 1` and `W/H` put together).
+    pub fn ray(&self, x: u32, y: u32) -> Ray {
+        Ray {
+            origin: self.view.position + self.origin_offset(x, y),
+            direction: self.direction(x, y),
+        }
+    }
+
+    /// Centre ray direction of pixel `(x, y)` in f64: `forward + i·(h/H)·right + j·(h/H)·true_up`,
+    /// or `forward`.
     pub fn direction(&self, x: u32, y: u32) -> DVec3 {
+        DVec3::from_array(self.ray_from_position(x, y).direction.0)
+    }
+
+    /// Where the centre ray of pixel `(x, y)` starts in f64, from the camera's position:
+    /// `i·(h/H)·right + j·(h/H)·true_up`, or 0.
+    pub fn origin_offset(&self, x: u32, y: u32) -> DVec3 {
+        DVec3::from_array(self.ray_from_position(x, y).origin.0)
+    }
+
+    /// Centre ray of pixel `(x, y)` in f64, relative to the camera's position.
+    pub fn ray_from_position(&self, x: u32, y: u32) -> RayOf<f64> {
         let (i, j) = self.offset2(x, y);
-        DVec3::from_array(CameraF64::new(self).camera_direction(i as f64, j as f64).0)
+        CameraF64::new(self).camera_ray(i as f64, j as f64)
     }
 }
 
-/// The camera in f64, as it is.
+/// The camera in f64, as it is, at the origin of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraF64 {
     /// View axis.
@@ -144,8 +216,10 @@ pub struct CameraF64 {
     pub right: Vec3<f64>,
     /// Unit vector to the top of the picture.
     pub true_up: Vec3<f64>,
-    /// Half a pixel at distance 1: `h/H`.
+    /// Half a pixel, at distance 1: `h/H`.
     pub step: f64,
+    /// What `step` is a part of.
+    pub lens: Lens,
 }
 
 impl CameraF64 {
@@ -157,42 +231,75 @@ impl CameraF64 {
             right: view.right.into(),
             true_up: view.true_up.into(),
             step: view.h / f64::from(pixels.image_height),
+            lens: view.lens,
         }
+    }
+
+    #[inline(always)]
+    fn camera_direction(&self, i: f64, j: f64) -> Vec3<f64> {
+        (self.forward + self.right * (self.step * i)) + self.true_up * (self.step * j)
+    }
+
+    #[inline(always)]
+    fn camera_origin(&self, i: f64, j: f64) -> Vec3<f64> {
+        Vec3::ZERO + (self.right * (self.step * i) + self.true_up * (self.step * j))
     }
 
     /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     #[inline(always)]
-    pub fn camera_direction(&self, i: f64, j: f64) -> Vec3<f64> {
-        (self.forward + self.right * (self.step * i)) + self.true_up * (self.step * j)
+    pub fn camera_ray(&self, i: f64, j: f64) -> RayOf<f64> {
+        match self.lens {
+            Lens::Perspective => RayOf::new(Vec3::ZERO, Vec3::ZERO, self.camera_direction(i, j)),
+            Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
+        }
     }
 }
 
 /// The camera that f32 kernels see: rounded, with the pixel's size multiplied in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraF32 {
+    /// Position in the kernel's coordinates.
+    pub origin: Vec3<f32>,
     /// View axis.
     pub forward: Vec3<f32>,
-    /// Half a pixel to the right at distance 1: `(h/H)·right`.
+    /// Half a pixel to the right, at distance 1: `(h/H)·right`.
     pub right_step: Vec3<f32>,
-    /// Half a pixel to the top at distance 1: `(h/H)·true_up`.
+    /// Half a pixel to the top, at distance 1: `(h/H)·true_up`.
     pub true_up_step: Vec3<f32>,
+    /// What a pixel's size is measured in.
+    pub lens: Lens,
 }
 
 impl CameraF32 {
-    /// Rounds the camera of `pixels`.
+    /// Rounds the camera of `pixels`, with its position as the origin of coordinates.
     pub fn new(pixels: &Pixels) -> CameraF32 {
         let view = &pixels.view;
         let step = view.h / f64::from(pixels.image_height);
         CameraF32 {
+            origin: Vec3::ZERO,
             forward: view.forward.into(),
             right_step: (view.right * step).into(),
             true_up_step: (view.true_up * step).into(),
+            lens: view.lens,
         }
+    }
+
+    #[inline(always)]
+    fn camera_direction(&self, i: f32, j: f32) -> Vec3<f32> {
+        (self.forward + self.right_step * i) + self.true_up_step * j
+    }
+
+    #[inline(always)]
+    fn camera_origin(&self, i: f32, j: f32) -> Vec3<f32> {
+        self.origin + (self.right_step * i + self.true_up_step * j)
     }
 
     /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     #[inline(always)]
-    pub fn camera_direction(&self, i: f32, j: f32) -> Vec3<f32> {
-        (self.forward + self.right_step * i) + self.true_up_step * j
+    pub fn camera_ray(&self, i: f32, j: f32) -> RayOf<f32> {
+        match self.lens {
+            Lens::Perspective => RayOf::new(self.origin, Vec3::ZERO, self.camera_direction(i, j)),
+            Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
+        }
     }
 }

@@ -212,16 +212,21 @@ struct Settled {
 /// `t` and the normal of a hit.
 type Surface = (f32, [f32; 3]);
 
+/// The rays, in f64 and exactly.
+enum StageRays<'a> {
+    Pixels(&'a Pixels, Box<ExactPixels>),
+    List(&'a [Ray]),
+}
+
 /// The stages after f32 for one scene and its rays.
 struct Stage<'a> {
     scene: &'a Scene,
-    rays: &'a Rays,
+    rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
     hierarchy: Option<&'a Hierarchy>,
     /// What the hierarchy's coordinates are relative to.
     reference: DVec3,
-    exact_pixels: Option<ExactPixels>,
-    /// For pixels, whose rays share their origin: `k` of each sphere; none with a hierarchy.
+    /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
     ks: Vec<K>,
     /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
     rest_ks: HashMap<u32, K>,
@@ -232,11 +237,29 @@ struct Stage<'a> {
     most_held: usize,
 }
 
-/// A ray in f64: `o + 2^−exponent·t·direction`.
+/// A ray in f64: `reference + o + 2^−exponent·t·direction`.
 struct RayF64 {
-    origin: DVec3,
+    /// The camera's position, or the origin of a list's ray.
+    reference: DVec3,
+    /// Its origin is the zero vector but for parallel rays.
     ray: RayOf<f64>,
     exponent: i32,
+}
+
+impl RayF64 {
+    /// `p − reference − o`, in this order: the sum of the latter two would lose what they differ in.
+    fn to_point(&self, point: DVec3) -> Vec3<f64> {
+        Vec3::from(point - self.reference) - self.ray.origin
+    }
+
+    /// `ℓ` of [`guard`]: a bound of the distance of a point.
+    fn distance(&self, point: DVec3) -> f64 {
+        guard::length_bound(point - self.reference) + self.origin_length()
+    }
+
+    fn origin_length(&self) -> f64 {
+        guard::length_bound(DVec3::from_array(self.ray.origin.0))
+    }
 }
 
 impl<'a> Stage<'a> {
@@ -244,65 +267,54 @@ impl<'a> Stage<'a> {
         let scene = &*prepared.scene;
         let hierarchy = prepared.hierarchy.as_ref();
         let k = |sphere| K::new(prepared.reference, sphere);
-        let (exact_pixels, ks, usable, input) = match rays {
+        let (rays, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
-                Some(ExactPixels::new(pixels)),
+                StageRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
                 match hierarchy {
                     None => scene.spheres.iter().map(k).collect(),
                     Some(_) => Vec::new(),
                 },
                 pixels.is_in_range(),
-                guard::PIXELS,
+                guard::input_of(pixels.view.lens),
             ),
-            Rays::List(_) => (None, Vec::new(), true, guard::LIST_F64),
+            Rays::List(rays) => (StageRays::List(rays), Vec::new(), true, guard::LIST_F64),
         };
         let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
         let rest_ks = match rays {
-            Rays::Pixels(_) => {
+            StageRays::Pixels(..) => {
                 rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
             }
-            Rays::List(_) => HashMap::new(),
+            StageRays::List(_) => HashMap::new(),
         };
         let reference = prepared.reference;
         let most_held = MOST_HELD;
-        Stage {
-            scene,
-            rays,
-            hierarchy,
-            reference,
-            exact_pixels,
-            ks,
-            rest_ks,
-            usable,
-            input,
-            most_held,
-        }
+        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input, most_held }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
-        let (origin, direction, exponent) = match self.rays {
-            Rays::Pixels(pixels) => (pixels.view.position, direction_of(pixels, index), 0),
-            Rays::List(rays) => {
-                let ray = &rays[index];
-                let exponent = exponent_of(ray.direction);
-                (ray.origin, scale_by_power_of_two(ray.direction, -exponent), exponent)
+        match self.rays {
+            StageRays::Pixels(pixels, _) => {
+                let (x, y) = pixels.xy(index);
+                let ray = pixels.ray_from_position(x, y);
+                RayF64 { reference: pixels.view.position, ray, exponent: 0 }
             }
-        };
-        let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction.into());
-        RayF64 { origin, ray, exponent }
+            StageRays::List(rays) => {
+                let Ray { origin, direction } = rays[index];
+                let exponent = exponent_of(direction);
+                let direction = scale_by_power_of_two(direction, -exponent);
+                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction.into());
+                RayF64 { reference: origin, ray, exponent }
+            }
+        }
     }
 
     fn exact_ray(&self, index: usize) -> ExactRay {
-        match (self.rays, &self.exact_pixels) {
-            (Rays::Pixels(pixels), Some(exact)) => {
+        match &self.rays {
+            StageRays::Pixels(pixels, exact) => {
                 let (x, y) = pixels.xy(index);
                 exact.ray(x, y)
             }
-            (Rays::Pixels(pixels), None) => {
-                let (x, y) = pixels.xy(index);
-                ExactRay::from_pixel(pixels, x, y)
-            }
-            (Rays::List(rays), _) => ExactRay::new(&rays[index]),
+            StageRays::List(rays) => ExactRay::new(&rays[index]),
         }
     }
 
@@ -397,20 +409,20 @@ impl<'a> Stage<'a> {
         ray: &RayF64,
         mut look: impl FnMut(u32) -> f64,
     ) {
-        match (&hierarchy.search, self.rays) {
-            (Search::Pixels { footprints, far }, Rays::Pixels(pixels)) => {
+        match (&hierarchy.search, &self.rays) {
+            (Search::Pixels { footprints, far }, StageRays::Pixels(pixels, _)) => {
                 let (x, y) = pixels.xy(index);
                 footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
                     guard::round_up(t_bound(ray, look(far[place].id)))
                 });
             }
             (Search::Rays { boxes, ids }, _) => {
-                let origin = ray.origin - self.reference;
+                let origin = ray.reference - self.reference;
                 let direction = DVec3::from_array(ray.ray.direction.0);
                 boxes
                     .visit(&BoxesRay { origin, direction }, |place| t_bound(ray, look(ids[place])));
             }
-            (Search::Pixels { .. }, Rays::List(_)) => {
+            (Search::Pixels { .. }, StageRays::List(_)) => {
                 for id in 1..=self.scene.spheres.len() as u32 {
                     look(id);
                 }
@@ -438,13 +450,13 @@ impl<'a> Stage<'a> {
 
     fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Option<Nearness<f64>> {
         let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
-        let l = plane.point - ray.origin;
-        let distance = guard::length_bound(l);
+        let l = ray.to_point(plane.point);
+        let distance = ray.distance(plane.point);
         let n_length = guard::length_bound(normal);
         guard::plane_in_range_f64(distance).then(|| {
             plane_nearness_at(
                 &ray.ray,
-                dot3(l.into(), normal.into()),
+                dot3(l, normal.into()),
                 guard::plane_offset_error(
                     n_length,
                     distance,
@@ -461,18 +473,17 @@ impl<'a> Stage<'a> {
 
     fn sphere_foot(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Foot> {
         let r = sphere.radius.abs();
-        let offset = sphere.center - ray.origin;
-        let distance = guard::length_bound(offset);
+        let distance = ray.distance(sphere.center);
         if !guard::sphere_in_range_f64(r, distance) {
             return None;
         }
-        let l = Vec3::from(offset);
+        let l = ray.to_point(sphere.center);
         let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
         let known = self.ks.get(id as usize - 1).or_else(|| self.rest_ks.get(&id));
-        let k = match (self.rays, known) {
-            (_, Some(k)) => *k,
-            (Rays::Pixels(_), None) => K::new(ray.origin, sphere),
-            (Rays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
+        let k = match (&self.rays, known) {
+            (_, Some(k)) => k.moved(ray, sphere, l),
+            (StageRays::Pixels(..), None) => K::new(ray.reference, sphere).moved(ray, sphere, l),
+            (StageRays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
         };
         Some(Foot { l, k, r, distance, guard })
     }
@@ -620,10 +631,8 @@ impl K {
     /// In f64 where that is good enough to round `t`, else exactly and rounded once. On the ground
     /// of a huge sphere f64 keeps too few of its digits, and each `t` would need exact arithmetic.
     fn new(origin: DVec3, sphere: &Sphere) -> K {
-        let (l2, r2) = ((sphere.center - origin).length_squared(), sphere.radius * sphere.radius);
-        let k = K { value: l2 - r2, error: 4.0 * guard::UNIT_F64 * (l2 + r2) };
-        if k.error <= K_TOLERANCE * k.value.abs() {
-            return k;
+        if let Some((value, error)) = guard::k_f64(sphere.center - origin, sphere.radius) {
+            return K { value, error };
         }
         let eye = ExactRay::new(&Ray { origin, direction: DVec3::X });
         match sphere_numbers(&eye, sphere.center, sphere.radius).map(|n| n.k.to_f64()) {
@@ -634,11 +643,22 @@ impl K {
             _ => K { value: 0.0, error: f64::MAX },
         }
     }
-}
 
-/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
-/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
-const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+    /// `k` for the ray's origin, from that for the reference point: the same one where these are one.
+    fn moved(self, ray: &RayF64, sphere: &Sphere, l: Vec3<f64>) -> K {
+        if ray.ray.origin == Vec3::ZERO {
+            return self;
+        }
+        let from_reference = sphere.center - ray.reference;
+        let moved = dot3(ray.ray.origin, Vec3::from(from_reference) + l);
+        let distance = guard::length_bound(from_reference);
+        let K { value, error } = self;
+        K {
+            value: value - moved,
+            error: guard::moved_k_error(value, error, distance, ray.origin_length()),
+        }
+    }
+}
 
 /// A sphere seen from a ray's origin.
 struct Foot {
@@ -647,11 +667,6 @@ struct Foot {
     r: f64,
     distance: f64,
     guard: Guard,
-}
-
-fn direction_of(pixels: &Pixels, index: usize) -> DVec3 {
-    let (x, y) = pixels.xy(index);
-    pixels.direction(x, y)
 }
 
 fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {

@@ -14,7 +14,9 @@ use crate::error::{Error, Result};
 use crate::npy::write_float_header;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
-use crate::scene::{Camera, Color, MAX_OBJECTS, Scene, Sphere, Spheres, cloud_scene_text};
+use crate::scene::{
+    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, cloud_scene_text,
+};
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -247,7 +249,7 @@ impl Recipe {
             position: center + distance * from,
             look_at: center,
             up: DVec3::Y,
-            fov_degrees: FOV_DEGREES,
+            projection: Projection::Perspective { fov_degrees: FOV_DEGREES },
         }
     }
 }

@@ -58,6 +58,33 @@
 //! `M` is off by at most `(3 + ½ + δ)ε|n||d|`, the ½ for rounding `n`; `N` for lists of rays
 //! by `(3 + ½ + λ)ε|n|ℓ`.
 //!
+//! # Parallel rays
+//! Relative to the camera's position, a ray of an orthographic camera starts at `o = i·R + j·T` with
+//! `R = (h/H)·right`, `T = (h/H)·true_up`, and the offset is `L = c − o`. Let `ℓ = |c| + |o|`, or
+//! anything above it: the device takes the largest `|o|` of the picture, [`Pixels::spread`].
+//!
+//! Input. `R` and `T` are rounded (½ each; in f64 `h/H` and its product instead), then two products
+//! and a sum: component by component `|e| ≤ ε(1.5|iR| + 1.5|jT| + |o|)`. As `R ⟂ T` to `2⁻¹⁰`, that is
+//! at most `(1.5·√2·1.0005 + 1)ε|o| = 3.13ε|o|`. `c` is rounded (½), and so is the difference (1):
+//! `λ·ℓ = 0.5|c| + 3.13|o| + 1.001(|c| + |o|) ≤ 4.14ℓ`. A low part of `c` would save ½ of `|c|` and
+//! cost another rounding. The direction is the view axis, rounded once.
+//!
+//! Root. `k` is another one for each origin, and `l·l − r²` would cost it `ε·ℓ²`. But `t = s ∓ h`
+//! cancels no more than `c − o` has done before: what slack says of `|s| + h` holds for `s − h` as
+//! well, as it bounds the sum of the absolute errors of `s`, of `h` and of two sums. So
+//! `(s − h_out) − slack ≤ near ≤ (s − h_in) + slack`, and the far root likewise, with `h_in` and
+//! `h_out` from the two radii, 0 below 0. Where the near root is certainly positive, it is the one
+//! that is seen; where it is certainly 0 or less, the far one is, if it is positive; else either may
+//! be. `1/(a·t)` from there on as from inside: `ι` 5.5 + 2δ, product 1, quotient 2.5. The bounds of
+//! `t` that are divided by are above `2⁻¹⁰⁰`, and the slack of a sphere in range is above `2⁻⁶⁰`, so
+//! that no quotient overflows.
+//!
+//! In f64 a `t` must be good to f32's last digit on the ground of a huge sphere, too, where `εℓ` is
+//! too much. There `k` is found once for the camera's position, exactly if need be, and moved:
+//! `k − o·(c + L)`, as `|c − o|² − |c|² = −o·(2c − o)`. With `|c + L| ≤ 2ℓ` the errors are, in units
+//! of `ε|o|ℓ`: `o` 3.13·2, `c + L` ½ + 4.14 + ½·2, the dot product 3·2, and the difference
+//! `ε(|k| + 2|o|ℓ)`: 19.9 in all, and `ε|k|` ([`moved_k_error`]). The rest is the filter of lists.
+//!
 //! # Range
 //! Underflow adds at most `2⁻¹²⁶` (f32) a step. With `r ≥ 2⁻⁴⁰`, `ℓ ≤ 2⁶⁰`, `1 ≤ |d| ≤ 2³⁰` this is
 //! below the slack of the constants, and nothing overflows. Under a square root it is more: `2⁻⁶³`.
@@ -81,6 +108,8 @@
 //! - An object that is out of range is left open by numbers that are large enough: for pixels its
 //!   nearness is at most `2¹²⁰` and at least `2¹²⁰/|d|`, above all others; for lists its `k` and `N`
 //!   are known up to [`UNKNOWN`] only.
+//! - Parallel rays divide by bounds of `t` that are at least `2⁻¹⁰⁰`. A sphere that is out of range
+//!   is one of radius 2⁶² about the reference point, with a slack of `2⁶⁰`.
 //! - A list's direction of zero is replaced by another in its record, and its ray is undecided.
 //!
 //! Rays for which [`crate::prepare::Prepared::in_range`] is false may overflow: whatever comes out
@@ -136,7 +165,7 @@ pub mod steps;
 
 use glam::DVec3;
 
-use crate::camera::{Pixels, View};
+use crate::camera::{Lens, Pixels, View};
 use crate::kernel::certified::Widening;
 
 /// Error of the filter's inputs, in units `ε`.
@@ -164,6 +193,17 @@ pub const LIST: InputError = InputError { offset: 2.01, direction: 0.501 };
 /// Rays whose f64 numbers are used as they are: one rounded subtraction. Their direction is scaled
 /// by a power of two, exact but for components below `2⁻¹⁰²²` of the largest; the 0.001 is room.
 pub const LIST_F64: InputError = InputError { offset: 0.501, direction: 0.001 };
+
+/// Pixels of an orthographic camera, f32 and f64; see the head of this module.
+pub const PARALLEL: InputError = InputError { offset: 4.15, direction: 0.501 };
+
+/// The error of a camera's rays.
+pub fn input_of(lens: Lens) -> InputError {
+    match lens {
+        Lens::Perspective => PIXELS,
+        Lens::Orthographic => PARALLEL,
+    }
+}
 
 /// Relative widening of a root's interval, in units `ε`: 2 + 5.5 + 2·4.3 + 2 + 2.5, and one for
 /// the widening itself, is below it.
@@ -326,9 +366,23 @@ impl Pixels {
 
     /// A bound of `|d|` over the whole picture, for an orthonormal frame.
     pub fn longest_direction(&self) -> f64 {
-        let View { h, .. } = self.view;
+        match self.view.lens {
+            Lens::Perspective => 1.01 * 1f64.hypot(self.half_diagonal()),
+            Lens::Orthographic => 1.01,
+        }
+    }
+
+    /// A bound of the distance of an origin from the camera's position, for an orthonormal frame.
+    pub fn spread(&self) -> f64 {
+        match self.view.lens {
+            Lens::Perspective => 0.0,
+            Lens::Orthographic => 1.01 * self.half_diagonal(),
+        }
+    }
+
+    fn half_diagonal(&self) -> f64 {
         let aspect = f64::from(self.image_width) / f64::from(self.image_height);
-        1.01 * (1.0 + h * h * (1.0 + aspect * aspect)).sqrt()
+        self.view.h * 1f64.hypot(aspect)
     }
 }
 
@@ -349,6 +403,24 @@ pub fn t_bound_f32(nearness: f32) -> f32 {
 
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.
 pub const LARGEST_EXPONENT: i32 = 30;
+
+/// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
+/// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
+const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+
+/// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error; `None` where that is not
+/// good enough to round `t`.
+pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
+    let (l2, r2) = (l.length_squared(), r * r);
+    let (k, error) = (l2 - r2, 4.0 * UNIT_F64 * (l2 + r2));
+    (error <= K_TOLERANCE * k.abs()).then_some((k, error))
+}
+
+/// What a bound `error` of the error of `k` grows to when it is moved from a point at distance `l`
+/// to one `from` away, as the head of this module says.
+pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
+    1.001 * (error + UNIT_F64 * (k.abs() + 20.0 * from * (l + from)))
+}
 
 /// The largest f32 not above `x`.
 pub fn round_down(x: f64) -> f32 {

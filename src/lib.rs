@@ -38,11 +38,13 @@
 //! - **Ray.** `p(t) = o + t·d`, where `d` is not zero and not normalised. So `t` is a length only
 //!   where `d` is a unit vector.
 //! - **Camera.** `forward = normalize(look_at − position)`, `right = normalize(forward × up)`,
-//!   `true_up = right × forward`, `h = tan(fov/2)` with the vertical field of view. They are
-//!   computed once in f64, and those f64 numbers then are the camera: [`camera::View`].
+//!   `true_up = right × forward`; perspective: `h = tan(fov/2)` with the vertical field of view;
+//!   orthographic: `h = height/2`. They are computed once in f64, and those f64 numbers then are the
+//!   camera: [`camera::View`].
 //! - **Pixel.** Column `x` from the left, row `y` from the top, both from 0. Its ray goes through
-//!   its centre: `d = forward + (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`. As
-//!   `d·forward = 1`, `t` is the depth along the view axis.
+//!   its centre. With `across = (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`, a
+//!   perspective camera has `o = position`, `d = forward + across`, an orthographic one
+//!   `o = position + across`, `d = forward`. As `d·forward = 1`, `t` is the depth along the view axis.
 //! - **Sphere.** `‖p − c‖ = r` with `r > 0`. The roots of `a·t² + b·t + k = 0` with `a = d·d`,
 //!   `b = 2·d·(o − c)`, `k = (o − c)·(o − c) − r²`. The discriminant is `D = b² − 4ak`; `D = 0`, a
 //!   tangent ray, is a hit.

@@ -8,7 +8,7 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use glam::DVec3;
 
-use crate::camera::View;
+use crate::camera::{Bundle, Lens, View};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
@@ -24,32 +24,31 @@ use crate::trace::{Kernel, Ray, Rays, Wants};
 
 pub use hierarchy::{Hierarchy, Search};
 
-/// Where the rays come from; each source has its own shader.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Source {
-    /// Pixels of a camera: all rays start at the reference point.
-    Pixels,
-    /// A list of rays with any origins.
-    List,
-}
-
 /// What a scene asks of a backend. What is not needed is in no shader and in no binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Needs {
     /// The kernel.
     pub kernel: Kernel,
-    /// Where the rays come from.
-    pub source: Source,
+    /// How the rays lie to each other.
+    pub bundle: Bundle,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Number of planes.
     pub n_planes: usize,
     /// Whether `t` and normals are wanted.
     pub surface: bool,
-    /// Whether a ray of the certified kernel may start in, on or close to a sphere.
+    /// Whether a ray of the certified kernel may start in, on or close to a sphere; parallel rays
+    /// have one filter for that and for all else.
     pub near: bool,
     /// Whether the spheres of a picture are found through a hierarchy.
     pub hierarchy: bool,
+}
+
+impl Needs {
+    /// Whether spheres are tested that are far from all rays' one origin.
+    pub fn has_far_filter(&self) -> bool {
+        self.bundle == Bundle::Point && (self.hierarchy || self.n_spheres > 0 && !self.near)
+    }
 }
 
 /// The objects in the form of one kernel, in id order.
@@ -110,21 +109,19 @@ pub const FEW_SPHERES: usize = 16;
 /// after the other, unrolled, and its compiler takes longer with the square of their number.
 pub const LISTED_SPHERES: usize = 128;
 
-/// A scene ready to be traced by one kernel from one source of rays.
+/// A scene ready to be traced by one kernel along one bundle of rays.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     /// The scene that this was made from.
     pub scene: Arc<Scene>,
     /// The kernel.
     pub kernel: Kernel,
-    /// Where the rays come from.
-    pub source: Source,
-    /// What coordinates are relative to, world units: the eye; for lists the middle of the origins,
+    /// What coordinates are relative to, world units: the camera's position; for lists the middle of the origins,
     /// or for [`Kernel::Double`] the world's origin.
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
-    /// Whether a ray of the certified kernel may start in, on or close to a sphere.
+    /// [`Needs::near`]
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
@@ -167,9 +164,9 @@ impl Prepared {
         control: &Control,
     ) -> Result<Prepared> {
         control.check()?;
-        let (source, reference) = match rays {
-            Rays::Pixels(pixels) => (Source::Pixels, pixels.view.position),
-            Rays::List(rays) => (Source::List, reference_of_list(rays, kernel)),
+        let reference = match rays {
+            Rays::Pixels(pixels) => pixels.view.position,
+            Rays::List(rays) => reference_of_list(rays, kernel),
         };
         let made_for = match rays {
             Rays::Pixels(p) => MadeFor::Picture(p.view, p.image_width, p.image_height),
@@ -218,17 +215,7 @@ impl Prepared {
                 Objects::Certified(Lists { spheres, planes })
             }
         };
-        Ok(Prepared {
-            scene,
-            kernel,
-            source,
-            reference,
-            objects,
-            near,
-            in_range,
-            hierarchy,
-            made_for,
-        })
+        Ok(Prepared { scene, kernel, reference, objects, near, in_range, hierarchy, made_for })
     }
 
     /// Whether this was made for `rays`: pixels of the same picture and within it, or rays with origins no
@@ -261,7 +248,15 @@ impl Prepared {
         Ok(())
     }
 
-    /// Where a camera's rays start in the kernel's coordinates.
+    /// How the rays lie to each other.
+    pub fn bundle(&self) -> Bundle {
+        match self.made_for {
+            MadeFor::Picture(view, ..) => view.lens.bundle(),
+            MadeFor::Origins(_) => Bundle::Free,
+        }
+    }
+
+    /// The camera's position in the kernel's coordinates.
     pub fn camera_origin(&self) -> DVec3 {
         match self.kernel {
             Kernel::Lecture => self.reference,
@@ -291,7 +286,7 @@ impl Prepared {
     pub fn needs(&self, wants: Wants) -> Needs {
         Needs {
             kernel: self.kernel,
-            source: self.source,
+            bundle: self.bundle(),
             n_spheres: self.n_listed_spheres(),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
@@ -437,7 +432,7 @@ impl PlaneDouble {
 
 /// What the certified kernel's numbers refer to.
 struct Frame {
-    source: Source,
+    bundle: Bundle,
     reference: DVec3,
     /// Largest distance of an origin from the reference point.
     spread: f64,
@@ -462,16 +457,21 @@ const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
 
 impl Frame {
     fn new(rays: &Rays, reference: DVec3, scene: &Scene) -> Frame {
+        let bundle = rays.bundle();
         match rays {
             Rays::Pixels(pixels) => {
+                let spread = pixels.spread();
                 let frame = Frame {
-                    source: Source::Pixels,
+                    bundle,
                     reference,
-                    spread: 0.0,
-                    input: guard::PIXELS,
-                    in_range: pixels.is_in_range(),
+                    spread,
+                    input: guard::input_of(pixels.view.lens),
+                    in_range: pixels.is_in_range() && spread <= guard::LARGEST_F32,
                     near: false,
                 };
+                if pixels.view.lens == Lens::Orthographic {
+                    return frame;
+                }
                 let longest = pixels.longest_direction();
                 let near = scene.spheres.len() > FEW_SPHERES
                     || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
@@ -480,7 +480,7 @@ impl Frame {
             Rays::List(rays) => {
                 let spread = spread(rays, reference);
                 Frame {
-                    source: Source::List,
+                    bundle,
                     reference,
                     spread,
                     input: guard::LIST,
@@ -504,20 +504,28 @@ impl Frame {
                 && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
     }
 
-    /// A sphere that [`Frame::is_far`], for a leaf of a hierarchy.
+    /// Whether a sphere suits a leaf of a picture's hierarchy. Parallel rays ask that f64 knows `k`
+    /// of the camera's position well: exact arithmetic should find it once, not once a ray.
+    fn suits_leaf(&self, sphere: &Sphere, longest: f64) -> bool {
+        if self.bundle != Bundle::Parallel {
+            return self.is_far(sphere, longest);
+        }
+        let (r, l) = (sphere.radius.abs(), sphere.center - self.reference);
+        guard::sphere_in_range_f32(r, guard::length_bound(l) + self.spread)
+            && guard::k_f64(l, r).is_some()
+    }
+
+    /// A sphere that [`Frame::suits_leaf`].
     fn far_sphere(&self, sphere: &Sphere, id: u32) -> SphereFar {
         let l = sphere.center - self.reference;
-        let distance = guard::length_bound(l);
+        let distance = guard::length_bound(l) + self.spread;
         let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
-        let [inner2, outer2, ..] = guard.round_to_f32();
-        SphereFar {
-            center: l.as_vec3().to_array(),
-            inner2,
-            outer2,
-            q: guard::far_inverse_f32(self.sphere_k(sphere, l)),
-            id,
-            padding: 0,
-        }
+        let [inner2, outer2, slack, _] = guard.round_to_f32();
+        let q_or_slack = match self.bundle {
+            Bundle::Parallel => slack,
+            _ => guard::far_inverse_f32(self.sphere_k(sphere, l)),
+        };
+        SphereFar { center: l.as_vec3().to_array(), inner2, outer2, q_or_slack, id, padding: 0 }
     }
 
     /// Whether a box in f32 can hold the sphere.
@@ -540,26 +548,28 @@ impl Frame {
                 outer2: -1.0,
                 slack: 1.0,
                 q_low: 1.0,
-                q_high_or_r2: match self.source {
-                    Source::Pixels => 1.0,
-                    Source::List => -1.0,
+                q_high_or_r2: match self.bundle {
+                    Bundle::Point | Bundle::Parallel => 1.0,
+                    Bundle::Free => -1.0,
                 },
                 ..SphereCertified::zeroed()
             };
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let (k_or_r2, k_in_range) = match self.source {
-            Source::Pixels => {
+        let (k_or_r2, k_in_range) = match self.bundle {
+            Bundle::Point => {
                 let k = self.sphere_k(sphere, l);
                 (k, k_in_range(k, r + distance))
             }
-            Source::List => (r * r, true),
+            Bundle::Parallel | Bundle::Free => (r * r, true),
         };
         if !(guard::sphere_in_range_f32(r, distance) && k_in_range) {
             // As seen from outside, this may be nearer than everything; see guard's "Range".
             return SphereCertified {
                 inner2: -1.0,
+                // Above every `m` of parallel rays, which start beside it.
+                outer2: if self.bundle == Bundle::Parallel { guard::UNKNOWN } else { 0.0 },
                 slack: guard::LARGEST_F32 as f32,
                 q_low: 1.0,
                 q_high_or_r2: guard::LARGEST_F32 as f32,
@@ -567,15 +577,25 @@ impl Frame {
                 ..SphereCertified::zeroed()
             };
         }
-        let (center, center_low) = split(l);
+        let (center, center_low) = self.split(l);
         let [inner2, outer2, slack, k_error] =
             Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
-        let (q_low, q_high_or_r2) = match self.source {
-            Source::Pixels if self.near => guard::inverse_f32(k_or_r2),
-            Source::Pixels => (0.0, guard::far_inverse_f32(k_or_r2)),
-            Source::List => (0.0, k_or_r2 as f32),
+        let (q_low, q_high_or_r2) = match self.bundle {
+            Bundle::Point if self.near => guard::inverse_f32(k_or_r2),
+            Bundle::Point => (0.0, guard::far_inverse_f32(k_or_r2)),
+            Bundle::Parallel => (0.0, 0.0),
+            Bundle::Free => (0.0, k_or_r2 as f32),
         };
         SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high_or_r2, k_error }
+    }
+
+    /// High and low part. Parallel rays, whose origins are rounded more than once, take the high
+    /// part alone.
+    fn split(&self, l: DVec3) -> ([f32; 3], [f32; 3]) {
+        match self.bundle {
+            Bundle::Parallel => (l.as_vec3().to_array(), [0.0; 3]),
+            Bundle::Point | Bundle::Free => split(l),
+        }
     }
 
     /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.
@@ -600,9 +620,9 @@ impl Frame {
         let n_length = guard::length_bound(normal);
         let l = plane.point - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let n_offset = match self.source {
-            Source::Pixels => self.plane_offset(plane, l, normal, exponent),
-            Source::List => 0.0,
+        let n_offset = match self.bundle {
+            Bundle::Point => self.plane_offset(plane, l, normal, exponent),
+            Bundle::Parallel | Bundle::Free => 0.0,
         };
         if !(guard::plane_in_range_f32(distance) && offset_in_range(n_offset)) {
             // As seen along the normal, this may be nearer than everything.
@@ -614,7 +634,7 @@ impl Frame {
                 ..PlaneCertified::zeroed()
             };
         }
-        let (offset, offset_low) = split(l);
+        let (offset, offset_low) = self.split(l);
         let [n_offset_error, direction_error] = [
             guard::plane_offset_error(
                 n_length,

@@ -186,7 +186,7 @@ mod tests {
     use crate::camera::View;
     use crate::memory::Limit;
     use crate::prepare::Prepared;
-    use crate::scene::{Camera, Color, Plane, Scene};
+    use crate::scene::{Camera, Color, Plane, Projection, Scene};
     use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
@@ -194,7 +194,7 @@ mod tests {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
-            fov_degrees: 45.0,
+            projection: Projection::Perspective { fov_degrees: 45.0 },
         };
         Pixels::whole(View::new(&camera), width, height)
     }

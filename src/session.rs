@@ -282,7 +282,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Color, Sphere};
+    use crate::scene::{Color, Projection, Sphere};
     use crate::trace::Ray;
 
     fn ball() -> Scene {
@@ -290,7 +290,7 @@ mod tests {
             position: DVec3::new(0.0, 0.0, 5.0),
             look_at: DVec3::ZERO,
             up: DVec3::Y,
-            fov_degrees: 45.0,
+            projection: Projection::Perspective { fov_degrees: 45.0 },
         };
         let sphere = Sphere { center: DVec3::ZERO, radius: 1.0 };
         let spheres = [(sphere, Color([1.0, 0.0, 0.0]))].into_iter().collect();

@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use glam::DVec3;
-
-use crate::camera::Pixels;
+pub use crate::camera::Ray;
+use crate::camera::{Bundle, Pixels};
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -35,15 +34,6 @@ impl Kernel {
     }
 }
 
-/// A ray `origin + t·direction`; the direction is not normalised and not zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Origin, world units.
-    pub origin: DVec3,
-    /// Direction of any length but zero.
-    pub direction: DVec3,
-}
-
 /// The rays of one call.
 #[derive(Clone, Debug)]
 pub enum Rays {
@@ -59,6 +49,14 @@ impl Rays {
         match self {
             Rays::Pixels(pixels) => pixels.len(),
             Rays::List(rays) => rays.len(),
+        }
+    }
+
+    /// How the rays lie to each other.
+    pub fn bundle(&self) -> Bundle {
+        match self {
+            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
+            Rays::List(_) => Bundle::Free,
         }
     }
 

@@ -27,6 +27,8 @@ pub trait Real:
     const INFINITY: Self;
     /// The largest finite number.
     const LARGEST: Self;
+    /// A number that is small for the filter: its inverse is far below [`Real::LARGEST`].
+    const SMALL: Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -38,7 +40,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ident) => {
+    ($float:ident, $small:expr) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -46,6 +48,7 @@ macro_rules! real {
             const FOUR: Self = 4.0;
             const INFINITY: Self = $float::INFINITY;
             const LARGEST: Self = $float::MAX;
+            const SMALL: Self = $small;
             #[inline(always)]
             fn sqrt(self) -> Self {
                 $float::sqrt(self)
@@ -65,8 +68,8 @@ macro_rules! real {
         }
     };
 }
-real!(f32);
-real!(f64);
+real!(f32, 1.0 / (1u128 << 100) as f32);
+real!(f64, 1.0 / (1u128 << 100) as f64);
 
 /// Three components.
 #[derive(Clone, Copy, Debug, PartialEq)]

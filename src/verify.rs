@@ -51,8 +51,9 @@ impl Truth {
         let rays = ExactPixels::new(pixels);
         let ray = |i| {
             let (x, y) = pixels.xy(i);
-            let (origin, direction) = (pixels.view.position, pixels.direction(x, y));
-            (rays.ray(x, y), Ray { origin, direction })
+            let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
+            let ray = Ray { origin, direction };
+            (rays.ray(x, y), Near { reference: pixels.view.position, ray })
         };
         Truth::of_rays(scene, index, ray, control)
     }
@@ -63,13 +64,18 @@ impl Truth {
     /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
     pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
         let all = (0..rays.len()).collect();
-        Truth::of_rays(scene, all, |i| (ExactRay::new(&rays[i]), rays[i]), control)
+        let ray = |i: usize| {
+            let Ray { origin, direction } = rays[i];
+            let ray = Ray { origin: DVec3::ZERO, direction };
+            (ExactRay::new(&rays[i]), Near { reference: origin, ray })
+        };
+        Truth::of_rays(scene, all, ray, control)
     }
 
     fn of_rays(
         scene: &Scene,
         index: Vec<usize>,
-        ray: impl Fn(usize) -> (ExactRay, Ray) + Sync,
+        ray: impl Fn(usize) -> (ExactRay, Near) + Sync,
         control: &Control,
     ) -> Result<Truth> {
         let seen = index.par_iter().map(|&i| {
@@ -88,9 +94,15 @@ impl Truth {
     }
 }
 
+/// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
+struct Near {
+    reference: DVec3,
+    ray: Ray,
+}
+
 /// Id, `t` and normal of the object that a ray sees, by exact arithmetic on every object that f64
 /// does not clearly rule out. No hierarchy: this is what one is judged by.
-fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
+fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> (u32, f64, [f64; 3]) {
     let objects = scene
         .objects()
         .filter(|(_, object)| !is_clearly_missed(near, object))
@@ -103,15 +115,17 @@ fn see(scene: &Scene, ray: &ExactRay, near: &Ray) -> (u32, f64, [f64; 3]) {
     (hit.id, hit.t_f64(), normal)
 }
 
-/// True where the line of a ray whose direction is exact to f64 passes a sphere at a distance, and
-/// so surely misses it. The cross product, the lengths and the direction are off by some `2⁻⁵⁰` of
-/// `‖l‖·‖d‖`, a thousandth of what is granted. Numbers whose squares leave f64's range rule nothing
-/// out.
-fn is_clearly_missed(ray: &Ray, object: &Object) -> bool {
+/// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
+/// surely misses it. The offset, the cross product, the lengths and the direction are off by some
+/// `2⁻⁵⁰` of the lengths' product, a thousandth of what is granted. Numbers whose squares leave
+/// f64's range rule nothing out.
+fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
     const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
     let Object::Sphere(sphere) = object else { return false };
-    let l = sphere.center - ray.origin;
-    let reach = sphere.radius.abs() * (1.0 + GRANTED) + l.length() * GRANTED;
+    let from_reference = sphere.center - *reference;
+    let l = from_reference - ray.origin;
+    let distance = from_reference.length() + ray.origin.length();
+    let reach = sphere.radius.abs() * (1.0 + GRANTED) + distance * GRANTED;
     let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
     let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
     const LEAST: f64 = 1e-140;
@@ -376,14 +390,14 @@ mod tests {
     use super::*;
     use crate::camera::View;
     use crate::compare::compare;
-    use crate::scene::{Camera, Color, Plane, Sphere};
+    use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 
     fn scene() -> (Scene, Pixels) {
         let camera = Camera {
             position: DVec3::new(0.0, 1.0, 6.0),
             look_at: DVec3::new(0.0, 0.5, 0.0),
             up: DVec3::Y,
-            fov_degrees: 40.0,
+            projection: Projection::Perspective { fov_degrees: 40.0 },
         };
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
         let sphere = |x, radius| Sphere { center: DVec3::new(x, 0.5, 0.0), radius };

@@ -17,13 +17,16 @@ use kugelblitz::exact::{
     ExactHit, ExactRay, Real, Root, Shape, Side, nearest, plane_numbers, real, signum,
     sphere_numbers, visible_root,
 };
-use kugelblitz::scene::Camera;
+use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use num_traits::Signed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use cases::{Case, CaseRay, any_vector, cases, pixel_case, plane, seed, silhouette_case, sphere};
+use cases::{
+    Case, CaseRay, any_vector, cases, orthographic_case, pixel_case, plane, seed, silhouette_case,
+    sphere,
+};
 use hard_cases::{HardShape, hard_cases};
 use oracle::{OracleRoot, q};
 
@@ -478,8 +481,8 @@ fn decimals() {
 fn pixel_numbers_are_those_of_the_contracts_direction() {
     let seed = seed();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    for _ in 0..100 {
-        let case = pixel_case(&mut rng);
+    for turn in 0..200 {
+        let case = if turn % 2 == 0 { pixel_case } else { orthographic_case }(&mut rng);
         let (ray, oracle_ray) = (case.exact_ray(), case.oracle_ray());
         for (_, shape) in &case.objects {
             if let Shape::Sphere { center, radius } = *shape {
@@ -626,7 +629,7 @@ fn speed() {
         position: dvec3(0.1, 0.2, 6.0),
         look_at: dvec3(0.0, 0.5, 0.0),
         up: dvec3(0.0, 1.0, 0.0),
-        fov_degrees: 40.0,
+        projection: Projection::Perspective { fov_degrees: 40.0 },
     });
     let exact = kugelblitz::exact::ExactPixels::new(&Pixels::whole(view, 1280, 720));
     time("ray of a pixel", 1280, &mut || {

@@ -13,7 +13,7 @@ use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
     DEFAULT_OBJECTS, Entry, Explanation, ObjectExplanation, Quantity, Reason, explain, latex,
 };
-use kugelblitz::scene::{Scene, read_scene};
+use kugelblitz::scene::{Projection, Scene, read_scene};
 use kugelblitz::trace::{Ray, Rays};
 use program::scene_file as file;
 use rand::{RngExt, SeedableRng};
@@ -333,7 +333,10 @@ fn the_numbers_shown_are_the_kernels_own() {
         let planes = vec![plane(in_cube(&mut rng) * 100.0, in_cube(&mut rng) * length)];
         let scene = Arc::new(scene(spheres, planes));
         let rays = if round % 2 == 0 {
-            let camera = common::camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+            let mut camera = common::camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+            if round % 4 == 0 {
+                camera.projection = Projection::Orthographic { height: 3.0 };
+            }
             let whole = Pixels::whole(View::new(&camera), 301, 203);
             let (x, y) = (rng.random_range(0..301), rng.random_range(0..203));
             Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole })
@@ -343,6 +346,16 @@ fn the_numbers_shown_are_the_kernels_own() {
         };
         let explanation = explain(&scene, &rays, None).unwrap();
         assert_written(&explanation);
+        let ray = match &rays {
+            Rays::Pixels(pixels) => pixels.ray(pixels.x, pixels.y),
+            Rays::List(rays) => rays[0],
+        };
+        let components = [ray.origin.to_array(), ray.direction.to_array()].concat();
+        for (row, component) in explanation.ray.iter().zip(components) {
+            let exact: f64 = row.exact.as_ref().unwrap().decimal.parse().unwrap();
+            let largest = ray.origin.length() + ray.direction.length();
+            assert!((component - exact).abs() < 1e-14 * largest, "round {round}: {row:?}");
+        }
         let columns: [(&str, Column); 2] =
             [("lecture", |row| row.lecture), ("stable", |row| row.stable)];
         for (kernel, column) in columns {

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use common::{camera, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::View;
+use kugelblitz::camera::{Lens, View};
 use kugelblitz::export::{Language, write};
 use kugelblitz::scene::{Color, Scene, read_scene};
 use program::{run, scene_file};
@@ -149,6 +149,25 @@ fn every_object_and_every_number_of_the_figures_comes_back() {
             let found = read(language, &text(language, &scene, &view, SIZE));
             let expected = expected(language, &scene, &view, SIZE);
             compare(&found, &expected).unwrap_or_else(|what| panic!("{name}: {what}"));
+        }
+    }
+}
+
+/// The same numbers, and the word that tells what they mean; it stands before them.
+#[test]
+fn an_orthographic_camera_is_exported_as_one() {
+    let (scene, mut view) = figure("figure1.toml");
+    for (lens, words) in [
+        (Lens::Perspective, ["perspective", "PROJECTION PERSPECTIVE"]),
+        (Lens::Orthographic, ["orthographic", "PROJECTION ORTHOGRAPHIC"]),
+    ] {
+        view.lens = lens;
+        for (language, word) in Language::ALL.into_iter().zip(words) {
+            let text = text(language, &scene, &view, SIZE);
+            let first = text.lines().position(|line| line.trim() == word).expect(word);
+            let vectors = ["  location", "ZOOM"][usize::from(language == Language::Tachyon)];
+            assert!(text.lines().nth(first + 1).unwrap().starts_with(vectors));
+            compare(&read(language, &text), &expected(language, &scene, &view, SIZE)).unwrap();
         }
     }
 }

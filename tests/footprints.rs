@@ -16,12 +16,12 @@ use common::{in_cube, scene, sphere};
 use glam::{DVec3, dvec3};
 use kugelblitz::bvh::footprint::{Footprint, Projection};
 use kugelblitz::bvh::footprints::{Footprints, IS_LEAF, Node};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactPixels, Root, Shape, real, signum_of_discriminant, visible_root};
 use kugelblitz::prepare::Prepared;
-use kugelblitz::scene::{Camera, Sphere};
+use kugelblitz::scene::{self, Camera, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact};
@@ -99,15 +99,23 @@ fn axes(rng: &mut ChaCha8Rng) -> [DVec3; 3] {
 }
 
 fn any_frame(rng: &mut ChaCha8Rng) -> [DVec3; 3] {
-    let camera =
-        Camera { position: DVec3::ZERO, look_at: unit(rng), up: unit(rng), fov_degrees: 45.0 };
+    let camera = Camera {
+        position: DVec3::ZERO,
+        look_at: unit(rng),
+        up: unit(rng),
+        projection: scene::Projection::Perspective { fov_degrees: 45.0 },
+    };
     let View { forward, right, true_up, .. } = View::new(&camera);
     [forward, right, true_up]
 }
 
 fn picture(eye: DVec3, frame: [DVec3; 3], h: f64, [width, height]: [u32; 2]) -> Pixels {
     let [forward, right, true_up] = frame;
-    Pixels::whole(View { position: eye, forward, right, true_up, h }, width, height)
+    Pixels::whole(
+        View { position: eye, forward, right, true_up, h, lens: Lens::Perspective },
+        width,
+        height,
+    )
 }
 
 /// Any picture of this size in the range of the proof.
@@ -163,7 +171,7 @@ const SMALLEST_RADIUS: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// A sphere for the ray of a pixel.
 fn aimed(rng: &mut ChaCha8Rng, pixels: &Pixels, [x, y]: [u32; 2], aim: Aim) -> Setup {
-    let View { position, forward, right, true_up, h } = pixels.view;
+    let View { position, forward, right, true_up, h, .. } = pixels.view;
     let step = h / f64::from(pixels.image_height);
     let (i, j) = pixels.offset2(x, y);
     let d = pixels.direction(x, y);

@@ -14,7 +14,7 @@ use kugelblitz::camera::View;
 use kugelblitz::control::Control;
 use kugelblitz::generate::{Distribution, MAX_COUNT, Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::scene::{Scene, Sphere, read_scene};
+use kugelblitz::scene::{Projection, Scene, Sphere, read_scene};
 use tempfile::TempDir;
 
 fn recipe(distribution: Distribution, count: u64, seed: u64) -> Recipe {
@@ -109,7 +109,8 @@ fn uniform_is_the_unit_cube() {
     // Binomial with a mean of 3375 and a standard deviation of 54: five of them either way.
     assert!(octants.iter().all(|n| (3105..3645).contains(n)), "{octants:?}");
     let camera = scene.camera.unwrap();
-    assert_eq!((camera.look_at, camera.fov_degrees), (DVec3::ZERO, 40.0));
+    let projection = Projection::Perspective { fov_degrees: 40.0 };
+    assert_eq!((camera.look_at, camera.projection), (DVec3::ZERO, projection));
 }
 
 /// Distances and radii in whole numbers: no rounding can make a gap or an overlap.

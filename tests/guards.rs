@@ -16,7 +16,7 @@ mod oracle;
 use adversarial::{Adversarial, Rounding, set_rounding};
 use common::{in_cube, log_uniform};
 use glam::DVec3;
-use kugelblitz::camera::{CameraF32, Pixels, View};
+use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
 use kugelblitz::exact::{ExactHit, ExactRay, Shape, nearest};
 use kugelblitz::guard::{self, Guard, InputError, UNIT_F32, WIDENING};
 use kugelblitz::kernel::RayOf;
@@ -331,6 +331,7 @@ fn directions_of_pixels_are_within_their_bound() {
             right: along.cross(up),
             true_up: up,
             h: log_uniform(rng, 1e-3, 100.0).abs(),
+            lens: Lens::Perspective,
         };
         let pixels = Pixels::whole(view, size, size);
         let (x, y) = (rng.random_range(0..size), rng.random_range(0..size));

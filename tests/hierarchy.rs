@@ -12,7 +12,7 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
-use kugelblitz::scene::{Camera, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
@@ -111,7 +111,7 @@ fn a_lattice_of_touching_spheres() {
         position: DVec3::new(3.5, 3.0, 30.0),
         look_at: DVec3::new(3.5, 3.0, 0.0),
         up: DVec3::Y,
-        fov_degrees: 20.0,
+        projection: Projection::Perspective { fov_degrees: 20.0 },
     };
     assert_eq!(check_picture("lattice", &camera, lattice, vec![]).exact, 1);
 }
@@ -128,7 +128,7 @@ fn far_from_the_origin_and_from_within() {
         position: offset + DVec3::new(0.5, 0.5, 4.0),
         look_at: offset,
         up: DVec3::Y,
-        fov_degrees: 45.0,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
     };
     check_picture("at 1e7", &camera, moved, vec![]);
 
@@ -324,8 +324,12 @@ fn a_very_narrow_view() {
     spheres.push(sphere(DVec3::new(0.0, 0.0, -9.0), 2.0));
     let scene = Arc::new(common::scene(spheres, vec![]));
     for fov_degrees in [1e-9, 1e-100, 1e-170, 1e-250] {
-        let camera =
-            Camera { position: DVec3::ZERO, look_at: DVec3::NEG_Z, up: DVec3::Y, fov_degrees };
+        let camera = Camera {
+            position: DVec3::ZERO,
+            look_at: DVec3::NEG_Z,
+            up: DVec3::Y,
+            projection: Projection::Perspective { fov_degrees },
+        };
         let pixels = Pixels::whole(View::new(&camera), 24, 16);
         let (hits, _) = trace(&scene, &Rays::Pixels(pixels), Wants::default());
         assert_eq!(hits.id, vec![21; pixels.len()], "{fov_degrees}");

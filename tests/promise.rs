@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{gpu, plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::scene::{Plane, Sphere};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 
@@ -31,7 +31,14 @@ fn list(rays: &[(DVec3, DVec3)]) -> Rays {
 
 /// One pixel, whose ray is `forward`.
 fn axis_ray(forward: DVec3) -> Rays {
-    let view = View { position: DVec3::ZERO, forward, right: DVec3::Y, true_up: DVec3::Z, h: 1.0 };
+    let view = View {
+        position: DVec3::ZERO,
+        forward,
+        right: DVec3::Y,
+        true_up: DVec3::Z,
+        h: 1.0,
+        lens: Lens::Perspective,
+    };
     Rays::Pixels(Pixels::whole(view, 1, 1))
 }
 

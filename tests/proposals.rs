@@ -16,7 +16,7 @@ use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Search};
-use kugelblitz::scene::{Camera, Scene, read_scene};
+use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
@@ -162,6 +162,12 @@ fn views(what: &str, scene: Scene) -> Vec<Case> {
         cameras.push(("from inside", Camera { position: first.center, ..own.clone() }));
     }
     cameras.retain(|(_, camera)| camera.position != camera.look_at);
+    let parallel = cameras.clone().into_iter().map(|(name, camera)| {
+        let height = camera.position.distance(camera.look_at);
+        let projection = Projection::Orthographic { height };
+        (name, Camera { projection, ..camera })
+    });
+    cameras.extend(parallel.collect::<Vec<_>>());
     let named = cameras.iter().map(|(name, camera)| (format!("{what}, {name}"), camera));
     named.flat_map(|(name, camera)| pictures(&name, &scene, camera)).collect()
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use kugelblitz::picture::Format;
-use kugelblitz::scene::{Color, Sphere, parse_scene};
+use kugelblitz::scene::{Color, Projection, Sphere, parse_scene};
 use tempfile::TempDir;
 
 use common::npy;
@@ -155,7 +155,7 @@ fn the_picture_is_the_one_that_its_command_draws() {
 
 #[test]
 fn the_scene_is_as_explained() {
-    let [text, _] = blocks("toml")[..] else { panic!("a scene and a cloud") };
+    let [text, orthographic, _] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
     let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
     assert_eq!(scene.name(1), Some("red giant"));
@@ -165,8 +165,11 @@ fn the_scene_is_as_explained() {
         parse_scene(&lines.join("\n"), Path::new("README.md")).unwrap()
     };
     assert_eq!(without("up ").camera, scene.camera, "the default up");
-    assert_eq!(without("fov").camera.unwrap().fov_degrees, 45.0);
+    let projection = without("fov").camera.unwrap().projection;
+    assert_eq!(projection, Projection::Perspective { fov_degrees: 45.0 });
     assert_eq!(without("background").background, Color::BLACK);
+    let camera = parse_scene(orthographic, Path::new("README.md")).unwrap().camera.unwrap();
+    assert_eq!(camera.projection, Projection::Orthographic { height: 3.0 });
 
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("readme.toml"), text).unwrap();
@@ -182,7 +185,7 @@ fn the_scene_is_as_explained() {
 
 #[test]
 fn the_cloud_is_as_explained() {
-    let [text, cloud] = blocks("toml")[..] else { panic!("a scene and a cloud") };
+    let [text, _, cloud] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("readme.toml");
     fs::write(folder.path().join("cloud.npy"), npy(&vec![vec![1.0; 3]; 5], "<f4", false)).unwrap();

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::visible_root;
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts};
@@ -35,6 +35,7 @@ fn world() -> (Arc<Scene>, Rays) {
         right: DVec3::X,
         true_up: DVec3::Y,
         h: 1.0,
+        lens: Lens::Perspective,
     };
     (Arc::new(scene(spheres, planes)), Rays::Pixels(Pixels::whole(view, 65, 49)))
 }

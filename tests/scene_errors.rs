@@ -6,17 +6,18 @@ use std::path::Path;
 
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, Scene, parse_scene, read_scene};
+use kugelblitz::scene::{Color, Projection, Scene, parse_scene, read_scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 7] = [
     include_str!("../scenes/figure1.toml"),
     include_str!("../scenes/figure2.toml"),
     include_str!("../scenes/figure3.toml"),
     include_str!("../scenes/figure4.toml"),
     include_str!("../scenes/figure5.toml"),
     include_str!("../scenes/inside.toml"),
+    include_str!("../scenes/orthographic.toml"),
 ];
 
 fn parse(text: &str) -> Result<Scene, Box<SceneError>> {
@@ -112,6 +113,11 @@ fn cases() -> Vec<Case> {
         case(CAMERA, "look_at = [0, 1, 0]", "look_at = ‹[0, -3, 6]›", &["default `up`", "parallel"], &["up = [0.0, 0.0, 1.0]"]),
         ("[camera]\nposition = [0, 0, 0]\nlook_at = [0.1, 0.2, 0.3]\nup = ‹[0.3, 0.6, 0.9]›\n".into(), &["parallel"], &["up = "]),
         case(CAMERA, "[camera]", "[camera]\nfov = ‹0›", &["`fov` is 0.0"], &["degrees", "180"]),
+        case(CAMERA, "[camera]", "[camera]\nheight = ‹0›", &["`height` is 0.0"], &["world units", "greater than 0"]),
+        case(CAMERA, "[camera]", "[camera]\nheight = ‹-2.5›", &["`height` is -2.5"], &["greater than 0"]),
+        case(CAMERA, "[camera]", "[camera]\nheight = ‹5e-324›", &["`height` is 5e-324"], &["greater than 0"]),
+        case(CAMERA, "[camera]", "[camera]\nheight = ‹inf›", &["`height`", "not a finite number"], &[]),
+        case(CAMERA, "[camera]", "[camera]\nfov = 40\nheight = ‹4›", &["both `fov` and `height`"], &["orthographic", "remove one"]),
         case(CAMERA, "[camera]", "[camera]\nfov = ‹180.0›", &["`fov` is 180.0"], &["less than 180"]),
         case(CAMERA, "[camera]", "[camera]\nfov = ‹-40›", &["`fov` is -40.0"], &["greater than 0"]),
         case(CAMERA, "[camera]", "[camera]\nfov = ‹5e-324›", &["`fov` is 5e-324"], &["greater than 0"]),
@@ -222,7 +228,7 @@ fn a_scene_is_read_as_it_is_written() {
     assert_eq!(camera.position.to_array(), [0.0, 1.0, 6.0]);
     assert_eq!(camera.look_at.to_array(), [0.0, 1.0, 0.0]);
     assert_eq!(camera.up.to_array(), [0.0, 2.0, 0.5]);
-    assert_eq!(camera.fov_degrees, 40.0);
+    assert_eq!(camera.projection, Projection::Perspective { fov_degrees: 40.0 });
     assert_eq!(scene.image.map(|i| (i.width, i.height)), Some((1280, 720)));
     assert_eq!(scene.spheres.name(0), Some("b"));
     // 2⁵³ + 1 is no f64; the nearest (ties to even) is 2⁵³.
@@ -262,8 +268,9 @@ fn what_is_optional_has_its_default() {
     assert_eq!((scene.n_objects(), scene.camera.is_none(), scene.image), (0, true, None));
     let camera = parse(CAMERA).unwrap().camera.unwrap();
     assert_eq!(camera.up.to_array(), [0.0, 1.0, 0.0]);
-    assert_eq!(camera.fov_degrees, 45.0);
-    assert_eq!(camera.fov_degrees.to_radians() / 2.0, 22.5f64.to_radians());
+    assert_eq!(camera.projection, Projection::Perspective { fov_degrees: 45.0 });
+    let camera = parse(&format!("{CAMERA}height = 5e-323")).unwrap().camera.unwrap();
+    assert_eq!(camera.projection, Projection::Orthographic { height: 5e-323 });
     // Names may repeat, and a plain list of inline tables is the same as [[sphere]].
     let ball = "{ name = \"x\", center = [0, 0, 0], radius = 1, color = [1, 1, 1] }";
     let scene = parse(&format!("sphere = [{ball}, {ball}]")).unwrap();

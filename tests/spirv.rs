@@ -5,9 +5,9 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Bundle, Pixels, View};
 use kugelblitz::gpu::{Shader, compile};
-use kugelblitz::prepare::{FEW_SPHERES, Needs, Prepared, Source};
+use kugelblitz::prepare::{FEW_SPHERES, Needs, Prepared};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 
@@ -87,10 +87,10 @@ fn bindings(words: &[u32]) -> Vec<u32> {
     numbers
 }
 
-fn needs(kernel: Kernel, source: Source) -> Needs {
+fn needs(kernel: Kernel, bundle: Bundle) -> Needs {
     Needs {
         kernel,
-        source,
+        bundle,
         n_spheres: 3,
         n_planes: 2,
         surface: false,
@@ -103,21 +103,33 @@ fn needs(kernel: Kernel, source: Source) -> Needs {
 fn all_needs() -> Vec<Needs> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
-        for source in [Source::Pixels, Source::List] {
+        for bundle in Bundle::ALL {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
                 for surface in [false, true] {
                     for inside in [false, true] {
                         let certified = kernel == Kernel::Certified;
                         let asked_for = match certified {
-                            true => !surface && (inside || source == Source::Pixels),
+                            true => {
+                                let may_be = match bundle {
+                                    Bundle::Point => true,
+                                    Bundle::Parallel => !inside,
+                                    Bundle::Free => inside,
+                                };
+                                !surface && may_be
+                            }
                             false => !inside,
                         };
                         if asked_for {
-                            let needs = needs(kernel, source);
+                            let needs = needs(kernel, bundle);
                             let needs =
                                 Needs { n_spheres, n_planes, surface, near: inside, ..needs };
                             all.push(needs);
-                            if certified && inside && source == Source::Pixels {
+                            let by_pixel = match bundle {
+                                Bundle::Point => inside,
+                                Bundle::Parallel => true,
+                                Bundle::Free => false,
+                            };
+                            if certified && by_pixel {
                                 all.push(Needs { hierarchy: true, ..needs });
                             }
                         }
@@ -150,7 +162,7 @@ fn every_float_result_is_decorated() {
 fn sabotage_a_missing_decoration_is_noticed() {
     for kernel in Kernel::ALL {
         let inside = kernel == Kernel::Certified;
-        let (_, words) = shader(&Needs { near: inside, ..needs(kernel, Source::Pixels) });
+        let (_, words) = shader(&Needs { near: inside, ..needs(kernel, Bundle::Point) });
         let mut n_removed = 0;
         for at in 5..words.len() - 2 {
             if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
@@ -203,7 +215,7 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
         assert_eq!(has(&whole, "sphere"), has_spheres || needs.hierarchy, "{needs:?}");
         // Results, parameters; spheres; planes; the list of rays; the hierarchy.
         let surface = if needs.surface { 2 } else { 0 };
-        let list = usize::from(needs.source == Source::List);
+        let list = usize::from(needs.bundle == Bundle::Free);
         let objects = usize::from(needs.n_spheres > 0) + usize::from(needs.n_planes > 0);
         let hierarchy = match needs.hierarchy {
             true => 3 + usize::from(has_spheres),
@@ -268,16 +280,14 @@ fn a_hierarchy_only_where_there_are_many_spheres() {
 
 #[test]
 fn code_for_rays_from_inside_only_where_one_starts_there() {
-    for source in [Source::Pixels, Source::List] {
-        let needs = needs(Kernel::Certified, source);
-        let (without, without_words) = shader(&needs);
-        let (with, with_words) = shader(&Needs { near: true, ..needs });
-        assert!(!has(&without, "inside") && has(&with, "inside"), "{source:?}");
-        assert_complete(&without, &without_words);
-        assert_complete(&with, &with_words);
-        let floats = |words: &[u32]| check_no_contraction(words).unwrap();
-        assert!(floats(&without_words) < floats(&with_words), "{source:?}");
-    }
+    let needs = needs(Kernel::Certified, Bundle::Point);
+    let (without, without_words) = shader(&needs);
+    let (with, with_words) = shader(&Needs { near: true, ..needs });
+    assert!(!has(&without, "inside") && has(&with, "inside"));
+    assert_complete(&without, &without_words);
+    assert_complete(&with, &with_words);
+    let floats = |words: &[u32]| check_no_contraction(words).unwrap();
+    assert!(floats(&without_words) < floats(&with_words));
 }
 
 #[test]
@@ -295,8 +305,8 @@ fn only_one_kernel_and_one_source_of_rays() {
         let records = records(&whole);
         assert!(records.iter().all(|name| name.ends_with(of_kernel)), "{needs:?}");
         assert_eq!(records.is_empty(), !objects, "{records:?}: {needs:?}");
-        assert_eq!(has(&whole, "camera"), needs.source == Source::Pixels, "{needs:?}");
-        assert_eq!(has(&whole, "rayrecord"), needs.source == Source::List, "{needs:?}");
+        assert_eq!(has(&whole, "camera"), needs.bundle != Bundle::Free, "{needs:?}");
+        assert_eq!(has(&whole, "rayrecord"), needs.bundle == Bundle::Free, "{needs:?}");
         let normals = needs.surface;
         assert_eq!(has(&whole, "normal"), normals, "{needs:?}");
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use common::{in_cube, plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::{ExactRay, nearest};
 use kugelblitz::prepare::{exponent_of, scale_by_power_of_two};
 use kugelblitz::trace::{Kernel, Ray, Rays};
@@ -118,6 +118,7 @@ fn planes_with_subnormal_normals_are_told_apart() {
             right: forward.cross(DVec3::Z),
             true_up: DVec3::Z,
             h: 0.1,
+            lens: Lens::Perspective,
         };
         let rays = Rays::Pixels(Pixels::whole(view, 4, 3));
         let hits = judge::trace(&scene, Kernel::Certified, &rays, None);

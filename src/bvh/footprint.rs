@@ -15,6 +15,9 @@
 //!
 //! No point of the sphere has a smaller `t` than `g_f·L − r·|g_f|`.
 //!
+//! An orthographic camera sees `p` at `t = g_f·p` as well, but `x = g_R·p` needs no quotient: a sphere
+//! lies between `g_R·L ± r·|g_R|`, and `2⁻³⁴(ℓ + r)` to spare is granted to both.
+//!
 //! # Rounding
 //! In f64, with `ε = 2⁻⁵²` and a frame orthonormal to `2⁻¹⁰` ([`Pixels::is_in_range`]):
 //! 1. The reciprocal basis is off by less than `4.5ε`, a product with `L`, which is rounded itself,
@@ -37,7 +40,7 @@
 
 use glam::DVec3;
 
-use crate::camera::{Pixels, View};
+use crate::camera::{Lens, Pixels, View};
 use crate::guard::round_down;
 
 /// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
@@ -84,10 +87,11 @@ pub struct Projection {
     across: DVec3,
     upward: DVec3,
     depth_length: f64,
-    /// `σ` of columns and rows.
+    /// `σ` of columns and rows; for an orthographic camera `|g_R|` and `|g_T|`.
     stretch: [f64; 2],
-    /// Half a pixel at `t = 1`.
+    /// Half a pixel, at `t = 1`.
     step: f64,
+    lens: Lens,
     width: u32,
     height: u32,
     cell_shift: u32,
@@ -96,14 +100,17 @@ pub struct Projection {
 impl Projection {
     /// The whole picture that `pixels` are part of. Its frame [`Pixels::is_in_range`].
     pub fn new(pixels: &Pixels) -> Projection {
-        let View { forward, right, true_up, h, .. } = pixels.view;
+        let View { forward, right, true_up, h, lens, .. } = pixels.view;
         let (width, height) = (pixels.image_width, pixels.image_height);
         let volume = forward.dot(right.cross(true_up));
         let depth = right.cross(true_up) / volume;
         let across = true_up.cross(forward) / volume;
         let upward = forward.cross(right) / volume;
-        let stretch = [across, upward].map(|g: DVec3| {
-            (depth.length_squared().max(g.length_squared()) + depth.dot(g).abs()).sqrt()
+        let stretch = [across, upward].map(|g: DVec3| match lens {
+            Lens::Perspective => {
+                (depth.length_squared().max(g.length_squared()) + depth.dot(g).abs()).sqrt()
+            }
+            Lens::Orthographic => g.length(),
         });
         let cells = |shift: u32| width.max(height).saturating_sub(1) >> shift;
         Projection {
@@ -113,6 +120,7 @@ impl Projection {
             depth_length: depth.length(),
             stretch,
             step: h / f64::from(height),
+            lens,
             width,
             height,
             cell_shift: (0..32).find(|&shift| cells(shift) < MOST_CELLS).unwrap_or(31),
@@ -124,9 +132,16 @@ impl Projection {
         self.cell_shift
     }
 
-    /// Size of a cell at `t = 1`. Above 0, also where that underflows.
-    pub(super) fn cell_angle(&self) -> f64 {
-        (2.0 * self.step * f64::from(1u32 << self.cell_shift)).max(f64::MIN_POSITIVE)
+    /// Depth in cells, as many as would look that large there. A perspective camera counts by the
+    /// logarithm.
+    pub(super) fn depth_in_cells(&self, t: f32) -> f64 {
+        // Above 0, also where that underflows.
+        let cell = (2.0 * self.step * f64::from(1u32 << self.cell_shift)).max(f64::MIN_POSITIVE);
+        let depth = match self.lens {
+            Lens::Perspective => f64::from(t.max(f32::MIN_POSITIVE)).ln(),
+            Lens::Orthographic => f64::from(t),
+        };
+        depth / cell
     }
 
     /// The footprint of the sphere at `l` from the eye with radius `r`; `None` where no pixel sees
@@ -138,8 +153,12 @@ impl Projection {
         if depth + reach <= 0.0 {
             return None;
         }
-        let [left, right] = slopes(depth, across, r * self.stretch[0] + spare);
-        let [bottom, top] = slopes(depth, upward, r * self.stretch[1] + spare);
+        let bounds = |middle: f64, stretch: f64| match self.lens {
+            Lens::Perspective => slopes(depth, middle, r * stretch + spare),
+            Lens::Orthographic => [middle - (r * stretch + spare), middle + (r * stretch + spare)],
+        };
+        let [left, right] = bounds(across, self.stretch[0]);
+        let [bottom, top] = bounds(upward, self.stretch[1]);
         let column = |x: f64| (f64::from(self.width) - 1.0 + x / self.step) / 2.0;
         let row = |y: f64| (f64::from(self.height) - 1.0 - y / self.step) / 2.0;
         Some(Footprint {
@@ -194,6 +213,11 @@ mod tests {
         &a[0] * &minor(1, 2) + &a[1] * &minor(2, 0) + &a[2] * &minor(0, 1)
     }
 
+    fn view(forward: DVec3, right: DVec3, true_up: DVec3, h: f64) -> View {
+        let (position, lens) = (DVec3::ZERO, Lens::Perspective);
+        View { position, forward, right, true_up, h, lens }
+    }
+
     fn vector(random: &mut SplitMix) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0))
     }
@@ -209,7 +233,7 @@ mod tests {
             let off = 2f64.powf(-11.0 - 42.0 * random.unit());
             let [forward, right, true_up] =
                 [forward, right, right.cross(forward)].map(|v| v + off * vector(&mut random));
-            let view = View { position: DVec3::ZERO, forward, right, true_up, h: 0.5 };
+            let view = view(forward, right, true_up, 0.5);
             let pixels = Pixels::whole(view, 64, 48);
             if !pixels.is_in_range() {
                 continue;
@@ -271,7 +295,7 @@ mod tests {
     fn cells_at_the_centre_of_a_pixel() {
         let frame = [DVec3::NEG_Z, DVec3::X, DVec3::Y];
         let [forward, right, true_up] = frame;
-        let view = View { position: DVec3::ZERO, forward, right, true_up, h: 0.3 };
+        let view = view(forward, right, true_up, 0.3);
         let projection = Projection::new(&Pixels::whole(view, 7, 5));
         let footprint = projection.footprint(dvec3(0.0, 0.0, -4.0), 1e-9).expect("it is seen");
         assert_eq!((footprint.columns, footprint.rows), ([3, 3], [2, 2]));

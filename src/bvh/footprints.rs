@@ -1,6 +1,7 @@
 //! A hierarchy over the footprints of spheres, for the pixels of one picture.
 //!
-//! All rays start at the eye, so that nearer and farther are the same for all of them: the nodes
+//! All rays start at the eye, or in one plane, so that nearer and farther are the same for all of
+//! them: the nodes
 //! stand in one fixed order, near ones first, each with a link to what follows its subtree (Smits,
 //! "Efficiency issues for ray tracing", JGT 1998). A walk needs no stack and keeps one number.
 
@@ -120,11 +121,10 @@ impl Footprints {
         if footprints.is_empty() {
             return Ok(Footprints { cell_shift, ..Footprints::default() });
         }
-        let cell_angle = projection.cell_angle();
         let boxes: Vec<Aabb> = footprints
             .par_iter()
             .enumerate()
-            .map(|(index, footprint)| footprint_box(footprint, cell_angle, index))
+            .map(|(index, footprint)| footprint_box(projection, footprint, index))
             .collect();
         let binary = build(&boxes, control)?;
         drop(boxes);
@@ -166,10 +166,9 @@ impl Footprints {
     }
 }
 
-/// Depth counts by its logarithm, as many cells as would look that large from the eye.
-fn footprint_box(footprint: &Footprint, cell_angle: f64, index: usize) -> Aabb {
+fn footprint_box(projection: &Projection, footprint: &Footprint, index: usize) -> Aabb {
     let Footprint { columns, rows, t } = footprint;
-    let depth = f64::from(t.max(f32::MIN_POSITIVE)).ln() / cell_angle;
+    let depth = projection.depth_in_cells(*t);
     // Any finite box will do: it says only what is grouped.
     let depth = depth.clamp(-1e9, 1e9);
     // A cell, or what f32 can tell apart.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::camera::View;
-use crate::scene::{Camera, Color};
+use crate::scene::{Camera, Color, Projection};
 use std::sync::Arc;
 
 /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
@@ -17,7 +17,8 @@ fn nearly_equal(n: usize) -> Vec<Sphere> {
 
 fn pixels(width: u32, height: u32) -> Pixels {
     let (position, look_at) = (DVec3::ZERO, DVec3::NEG_Z);
-    let camera = Camera { position, look_at, up: DVec3::Y, fov_degrees: 10.0 };
+    let projection = Projection::Perspective { fov_degrees: 10.0 };
+    let camera = Camera { position, look_at, up: DVec3::Y, projection };
     Pixels::whole(View::new(&camera), width, height)
 }
 

@@ -3,20 +3,22 @@
 mod tile;
 mod walk;
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::arithmetic::Arithmetic;
-use crate::camera::{CameraF32, Pixels};
+use crate::camera::{Bundle, CameraF32, Lens, Pixels};
 use crate::certify;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::host;
 use crate::kernel::certified::{
-    self, Nearest, PACKET, UNDECIDED, Widening, plane_record_nearness, record_nearness,
+    self, FarFilter, Filter, FreeFilter, Nearest, PACKET, ParallelFilter, PointFilter, UNDECIDED,
+    Widening,
 };
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
@@ -24,7 +26,7 @@ use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 use crate::vec3::Vec3;
-use tile::{TILE, TileTracer};
+use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -72,9 +74,9 @@ impl Kernel for Lecture<'_> {
 }
 
 /// `stable` in f32, `double` in f64.
-struct Relative<'a, S, P, const PIXELS: bool>(&'a Lists<S, P>);
+struct Relative<'a, S, P, const IS_POINT: bool>(&'a Lists<S, P>);
 
-impl<S, P, const PIXELS: bool> Kernel for Relative<'_, S, P, PIXELS>
+impl<S, P, const IS_POINT: bool> Kernel for Relative<'_, S, P, IS_POINT>
 where
     S: RelativeSphere<Float: Arithmetic> + Sync,
     P: RelativePlane<Float = S::Float> + Sync,
@@ -82,40 +84,42 @@ where
     type Float = S::Float;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
-        relative::closest::<PIXELS, S, P>(ray, &self.0.spheres, &self.0.planes)
+        relative::closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
     }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
-        relative::normal_at::<PIXELS, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
+        relative::normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
     }
 }
 
 /// The f32 stage alone: it gives ids, or "undecided".
-struct Certified<'a, const PIXELS: bool, const NEAR: bool> {
+struct Certified<'a, F> {
     objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>,
     widening: Widening<f32>,
+    filter: PhantomData<F>,
 }
 
-impl<'a, const PIXELS: bool, const NEAR: bool> Certified<'a, PIXELS, NEAR> {
+impl<'a, F: Filter> Certified<'a, F> {
     fn new(objects: &'a Lists<certified::SphereCertified, certified::PlaneCertified>) -> Self {
-        Certified { objects, widening: guard::widening_f32() }
+        Certified { objects, widening: guard::widening_f32(), filter: PhantomData }
     }
 }
 
-impl<const PIXELS: bool, const NEAR: bool> Kernel for Certified<'_, PIXELS, NEAR> {
+impl<F: Filter> Kernel for Certified<'_, F> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
     const IS_PROVEN: bool = true;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
-        let id = certified::propose::<PIXELS, NEAR>(ray, spheres, planes, &self.widening);
+        let id = certified::propose::<F>(ray, spheres, planes, &self.widening);
         Hit { id, ..Hit::MISS }
     }
     #[inline(always)]
     fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
         let Lists { spheres, planes } = self.objects;
-        (PIXELS && !NEAR).then(|| certified::propose_packet(rays, spheres, planes, &self.widening))
+        F::IS_STRAIGHT
+            .then(|| certified::propose_packet::<F>(rays, spheres, planes, &self.widening))
     }
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
@@ -157,19 +161,21 @@ impl Tracer for CpuTracer {
             return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let prepared = &*self.prepared;
-        let is_picture = matches!(rays, Rays::Pixels(_));
         let mut run = |kernel: &dyn TraceRays| kernel.trace_rays(prepared, rays, control, hits);
-        match (&prepared.objects, is_picture) {
+        match (&prepared.objects, prepared.bundle()) {
             (Objects::Lecture(lists), _) => run(&Lecture(lists)),
-            (Objects::Stable(lists), true) => run(&Relative::<_, _, true>(lists)),
-            (Objects::Stable(lists), false) => run(&Relative::<_, _, false>(lists)),
-            (Objects::Double(lists), true) => run(&Relative::<_, _, true>(lists)),
-            (Objects::Double(lists), false) => run(&Relative::<_, _, false>(lists)),
-            (Objects::Certified(lists), true) => match prepared.near {
-                true => run(&Certified::<true, true>::new(lists)),
-                false => run(&Certified::<true, false>::new(lists)),
+            (Objects::Stable(lists), Bundle::Point) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Stable(lists), _) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Double(lists), Bundle::Point) => run(&Relative::<_, _, true>(lists)),
+            (Objects::Double(lists), _) => run(&Relative::<_, _, false>(lists)),
+            (Objects::Certified(lists), Bundle::Point) => match prepared.near {
+                true => run(&Certified::<PointFilter>::new(lists)),
+                false => run(&Certified::<FarFilter>::new(lists)),
             },
-            (Objects::Certified(lists), false) => run(&Certified::<false, true>::new(lists)),
+            (Objects::Certified(lists), Bundle::Parallel) => {
+                run(&Certified::<ParallelFilter>::new(lists))
+            }
+            (Objects::Certified(lists), Bundle::Free) => run(&Certified::<FreeFilter>::new(lists)),
         }?;
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
@@ -214,10 +220,19 @@ fn trace_hierarchy(
         control.check()?;
         host::check()?;
         let first_row = (band * TILE) as u32;
-        let tracer = TileTracer::new(footprints, far, pixels);
         let n_rays = ids.len() as u64;
-        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, tracer, ids };
-        pulp::Arch::new().dispatch(row)?;
+        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids };
+        let arch = pulp::Arch::new();
+        match pixels.view.lens {
+            Lens::Perspective => {
+                let tracer = TileTracer::<PointRays>::new(footprints, far, pixels);
+                arch.dispatch(WithTracer { row, tracer })
+            }
+            Lens::Orthographic => {
+                let tracer = TileTracer::<ParallelRays>::new(footprints, far, pixels);
+                arch.dispatch(WithTracer { row, tracer })
+            }
+        }?;
         control.advance(n_rays);
         Ok(())
     })
@@ -230,23 +245,29 @@ struct RowOfTiles<'a> {
     pixels: &'a Pixels,
     first_row: u32,
     control: &'a Control,
-    tracer: TileTracer<'a>,
     ids: &'a mut [u32],
 }
 
-impl pulp::WithSimd for RowOfTiles<'_> {
+/// The row with the rays of one bundle.
+struct WithTracer<'a, T> {
+    row: RowOfTiles<'a>,
+    tracer: TileTracer<'a, T>,
+}
+
+impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
     type Output = Result<()>;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
-        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, mut tracer, ids } = self;
+        let WithTracer { row, mut tracer } = self;
+        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids } = row;
         let widening = guard::widening_f32();
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
             control.check()?;
             let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
-            tracer.trace(x, y, |ray| others(prepared, hierarchy, ray, &widening));
+            tracer.trace(x, y, |ray| others::<T::Filter>(prepared, hierarchy, ray, &widening));
             for row in 0..n_rows {
                 for column in 0..TILE.min(width - first_column) {
                     let id = tracer.nearest(column, row).decide();
@@ -268,27 +289,35 @@ impl pulp::WithSimd for RowOfTiles<'_> {
 pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
     prepared.check(&Rays::Pixels(*pixels))?;
     let hierarchy = prepared.hierarchy.as_ref();
-    let Some((hierarchy, Search::Pixels { footprints, far })) =
-        hierarchy.map(|hierarchy| (hierarchy, &hierarchy.search))
-    else {
+    let Some(hierarchy) = hierarchy.filter(|hierarchy| hierarchy.is_by_pixel()) else {
         return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
     };
+    Ok(match pixels.view.lens {
+        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, pixels),
+        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, pixels),
+    })
+}
+
+fn rays_alone<T: TileRays>(
+    prepared: &Prepared,
+    hierarchy: &Hierarchy,
+    pixels: &Pixels,
+) -> Vec<u32> {
     let camera = CameraF32::new(pixels);
     let widening = guard::widening_f32();
     let propose = |index: usize| {
         let (x, y) = pixels.xy(index);
         let (i, j) = pixels.offset2(x, y);
-        let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, camera.camera_direction(i as f32, j as f32));
-        let listed = others(prepared, hierarchy, &ray, &widening);
-        let cell = footprints.cells([x, y], [x, y]);
-        walk::nearest_far(&ray, cell, listed, footprints, far, &widening).decide()
+        let ray = camera.camera_ray(i as f32, j as f32);
+        let listed = others::<T::Filter>(prepared, hierarchy, &ray, &widening);
+        walk::nearest_far::<T>(&ray, [x, y], listed, hierarchy, &widening).decide()
     };
-    Ok((0..pixels.len()).into_par_iter().map(propose).collect())
+    (0..pixels.len()).into_par_iter().map(propose).collect()
 }
 
 /// The objects outside the hierarchy.
 #[inline(always)]
-fn others(
+fn others<F: Filter>(
     prepared: &Prepared,
     hierarchy: &Hierarchy,
     ray: &RayOf<f32>,
@@ -297,11 +326,11 @@ fn others(
     let mut nearest = Nearest::NONE;
     let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else { return nearest };
     for (sphere, id) in spheres.iter().zip(&hierarchy.rest) {
-        nearest = nearest.nearer(record_nearness::<true, true>(ray, sphere, widening), *id);
+        nearest = nearest.nearer(F::sphere(ray, sphere, widening), *id);
     }
     let first_id = prepared.scene.spheres.len() as u32 + 1;
     for (plane, id) in planes.iter().zip(first_id..) {
-        nearest = nearest.nearer(plane_record_nearness::<true>(ray, plane, widening), id);
+        nearest = nearest.nearer(F::plane(ray, plane, widening), id);
     }
     nearest
 }

@@ -1,4 +1,4 @@
-//! Many far spheres: tiles of neighbouring pixels go through the hierarchy together.
+//! Many spheres: tiles of neighbouring pixels go through the hierarchy together.
 //!
 //! A tile visits the spheres whose footprints share a cell with it, near ones first, and tests
 //! each against those of its packets of eight rays that it may cover. What is left out is certainly
@@ -7,12 +7,15 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use std::marker::PhantomData;
+
 use crate::bvh::footprints::{Cells, Footprints};
 use crate::camera::{CameraF32, Pixels};
 use crate::guard;
 use crate::kernel::RayOf;
 use crate::kernel::certified::{
-    Nearest, PACKET, SphereFar, Widening, closest_approach, far_nearness_at,
+    Filter, GuardOf, Nearest, Nearness, PACKET, ParallelFilter, PointFilter, SphereFar, Widening,
+    closest_approach, far_nearness_at, parallel_nearness_at,
 };
 use crate::vec3::Vec3;
 
@@ -28,11 +31,111 @@ const PACKETS: usize = TILE * TILE / PACKET;
 /// Eight numbers side by side.
 type Lanes<T> = [T; PACKET];
 
+/// The rays of a bundle, and how they meet the spheres of the hierarchy.
+pub(super) trait TileRays {
+    /// The filter of all other objects.
+    type Filter: Filter;
+    /// The vector in which the rays differ.
+    fn own(ray: &RayOf<f32>) -> Vec3<f32>;
+    /// Parameter of the point closest to the sphere's centre, and its squared distance; `forward`
+    /// is the view axis.
+    fn closest_approach(
+        own: Vec3<f32>,
+        forward: Vec3<f32>,
+        inv_a: f32,
+        sphere: &SphereFar,
+    ) -> (f32, f32);
+    /// The root from there.
+    fn nearness(
+        s: f32,
+        m: f32,
+        inv_a: f32,
+        sphere: &SphereFar,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32>;
+
+    /// A ray and a sphere of the hierarchy.
+    #[inline(always)]
+    fn leaf(ray: &RayOf<f32>, sphere: &SphereFar, widening: &Widening<f32>) -> Nearness<f32> {
+        let (s, m) = Self::closest_approach(Self::own(ray), ray.direction, ray.inv_a, sphere);
+        Self::nearness(s, m, ray.inv_a, sphere, widening)
+    }
+}
+
+/// They start at the reference point, far from the spheres.
+pub(super) struct PointRays;
+
+/// They run along the view axis.
+pub(super) struct ParallelRays;
+
+impl TileRays for PointRays {
+    type Filter = PointFilter;
+
+    #[inline(always)]
+    fn own(ray: &RayOf<f32>) -> Vec3<f32> {
+        ray.direction
+    }
+
+    #[inline(always)]
+    fn closest_approach(
+        own: Vec3<f32>,
+        _: Vec3<f32>,
+        inv_a: f32,
+        sphere: &SphereFar,
+    ) -> (f32, f32) {
+        closest_approach(own, inv_a, Vec3(sphere.center))
+    }
+
+    #[inline(always)]
+    fn nearness(
+        s: f32,
+        m: f32,
+        inv_a: f32,
+        sphere: &SphereFar,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        let &SphereFar { inner2, outer2, q_or_slack, .. } = sphere;
+        let root = far_nearness_at(s, m, inv_a, inner2, outer2, q_or_slack);
+        Nearness { low: root.low * widening.far_narrower, ..root }
+    }
+}
+
+impl TileRays for ParallelRays {
+    type Filter = ParallelFilter;
+
+    #[inline(always)]
+    fn own(ray: &RayOf<f32>) -> Vec3<f32> {
+        ray.origin
+    }
+
+    #[inline(always)]
+    fn closest_approach(
+        own: Vec3<f32>,
+        forward: Vec3<f32>,
+        inv_a: f32,
+        sphere: &SphereFar,
+    ) -> (f32, f32) {
+        closest_approach(forward, inv_a, Vec3(sphere.center) - own)
+    }
+
+    #[inline(always)]
+    fn nearness(
+        s: f32,
+        m: f32,
+        inv_a: f32,
+        sphere: &SphereFar,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        let &SphereFar { inner2, outer2, q_or_slack: slack, .. } = sphere;
+        parallel_nearness_at(s, m, inv_a, &GuardOf { inner2, outer2, slack }, widening)
+    }
+}
+
 /// The rays of a packet, and the nearest object of each.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
 struct Packet {
-    direction: [Lanes<f32>; 3],
+    own: [Lanes<f32>; 3],
     a: Lanes<f32>,
     inv_a: Lanes<f32>,
     low: Lanes<f32>,
@@ -53,22 +156,23 @@ fn place(packet: usize, lane: usize) -> (usize, usize) {
 }
 
 /// The nearest objects of the pixels of one tile after the other.
-pub struct TileTracer<'a> {
+pub(super) struct TileTracer<'a, T> {
     footprints: &'a Footprints,
     far: &'a [SphereFar],
     pixels: &'a Pixels,
     camera: CameraF32,
     widening: Widening<f32>,
     packets: [Packet; PACKETS],
+    rays: PhantomData<T>,
 }
 
-impl<'a> TileTracer<'a> {
+impl<'a, T: TileRays> TileTracer<'a, T> {
     /// A tracer of the spheres that `pixels` may see.
     pub fn new(footprints: &'a Footprints, far: &'a [SphereFar], pixels: &'a Pixels) -> Self {
         let camera = CameraF32::new(pixels);
         let widening = guard::widening_f32();
         let packets = [Packet::default(); PACKETS];
-        TileTracer { footprints, far, pixels, camera, widening, packets }
+        TileTracer { footprints, far, pixels, camera, widening, packets, rays: PhantomData }
     }
 
     /// Traces the tile whose left upper pixel this is. `others` gives the nearest of the objects
@@ -86,7 +190,7 @@ impl<'a> TileTracer<'a> {
             let mut hit = false;
             for packet in &mut self.packets {
                 if node.covers(packet.cells) && node.t() <= packet.t_max {
-                    hit |= test_packet(packet, sphere, &self.widening);
+                    hit |= test_packet::<T>(packet, sphere, self.camera.forward, &self.widening);
                 }
             }
             if hit {
@@ -122,10 +226,9 @@ impl<'a> TileTracer<'a> {
         for lane in 0..PACKET {
             let [x, y] = pixel(lane);
             let (i, j) = self.pixels.offset2(x, y);
-            let direction = self.camera.camera_direction(i as f32, j as f32);
-            let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
+            let ray = self.camera.camera_ray(i as f32, j as f32);
             for axis in 0..3 {
-                packet.direction[axis][lane] = ray.direction.0[axis];
+                packet.own[axis][lane] = T::own(&ray).0[axis];
             }
             (packet.a[lane], packet.inv_a[lane]) = (ray.a, ray.inv_a);
             let nearest = others(&ray);
@@ -170,16 +273,20 @@ fn t_bound(packet: &Packet) -> f32 {
     guard::t_bound_f32(least)
 }
 
-/// The same steps as [`crate::kernel::certified::far_nearness`] and [`Nearest::nearer`], each for
-/// eight rays before the next, so that the compiler finds them side by side.
+/// The same steps as the filter's on a record and [`Nearest::nearer`], each for eight rays before the
+/// next, so that the compiler finds them side by side.
 #[inline(always)]
-fn test_packet(packet: &mut Packet, sphere: &SphereFar, widening: &Widening<f32>) -> bool {
-    let l = Vec3(sphere.center);
-    let Packet { direction, inv_a, .. } = *packet;
+fn test_packet<T: TileRays>(
+    packet: &mut Packet,
+    sphere: &SphereFar,
+    forward: Vec3<f32>,
+    widening: &Widening<f32>,
+) -> bool {
+    let Packet { own, inv_a, .. } = *packet;
     let (mut s, mut m) = ([0.0; PACKET], [0.0; PACKET]);
     for k in 0..PACKET {
-        let d = Vec3([direction[0][k], direction[1][k], direction[2][k]]);
-        (s[k], m[k]) = closest_approach(d, inv_a[k], l);
+        let own = Vec3([own[0][k], own[1][k], own[2][k]]);
+        (s[k], m[k]) = T::closest_approach(own, forward, inv_a[k], sphere);
     }
     let mut hit = false;
     for &m in &m {
@@ -190,8 +297,8 @@ fn test_packet(packet: &mut Packet, sphere: &SphereFar, widening: &Widening<f32>
     }
     let (mut low, mut high) = ([0.0; PACKET], [0.0; PACKET]);
     for k in 0..PACKET {
-        let root = far_nearness_at(s[k], m[k], inv_a[k], sphere.inner2, sphere.outer2, sphere.q);
-        (low[k], high[k]) = (root.low * widening.far_narrower, root.high);
+        let root = T::nearness(s[k], m[k], inv_a[k], sphere, widening);
+        (low[k], high[k]) = (root.low, root.high);
     }
     let mut best = *packet;
     for k in 0..PACKET {

@@ -77,7 +77,7 @@ pub enum Side {
     Back,
 }
 
-/// The coefficients of a sphere in half-b form, for the ray's own (scaled) direction:
+/// The coefficients of a sphere in half-b form, for the ray's own (scaled) origin and direction:
 /// `a·τ² − 2b'·τ + k = 0` with `b' = d·L`, `L = c − o`, `k = L·L − r²`.
 struct HalfB {
     b: Real,
@@ -85,16 +85,9 @@ struct HalfB {
 }
 
 impl HalfB {
-    /// `L`, or `None` where a number is not finite.
-    fn to_center(ray: &ExactRay, center: DVec3) -> Option<[Real; 3]> {
-        let [cx, cy, cz] = real3(center)?;
-        let [ox, oy, oz] = ray.origin();
-        Some([cx - ox, cy - oy, cz - oz])
-    }
-
     fn new(ray: &ExactRay, center: DVec3, radius: f64) -> Option<HalfB> {
-        let r = real(radius)?;
-        let l = Self::to_center(ray, center)?;
+        let r = ray.to_scale(real(radius)?);
+        let l = ray.to_point(center)?;
         Some(HalfB { b: product3(ray.direction(), &l), k: product3(&l, &l) - &r * &r })
     }
 
@@ -105,12 +98,10 @@ impl HalfB {
 }
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
-/// direction.
+/// origin and direction.
 fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Real, Real)> {
-    let [px, py, pz] = real3(point)?;
-    let [ox, oy, oz] = ray.origin();
     let n = real3(normal)?;
-    Some((product3(&[px - ox, py - oy, pz - oz], &n), product3(ray.direction(), &n)))
+    Some((product3(&ray.to_point(point)?, &n), product3(ray.direction(), &n)))
 }
 
 /// The smallest root `t > 0` of one object, however large, and the side that the ray meets there.
@@ -219,15 +210,15 @@ impl ExactHit {
     /// finite, a radius or normal of 0.
     ///
     /// The components are numbers of the same kind as the root itself:
-    /// - Sphere, `τ = (B + s√D)/A` the root for the scaled direction:
+    /// - Sphere, `τ = (B + s√D)/A` the root in the ray's own scale, and so all other numbers:
     ///   `nᵢ = (τ·dᵢ − Lᵢ)/|r| = (dᵢB − LᵢA + s·sgn(dᵢ)·√(dᵢ²D)) / (A·|r|)`.
     /// - Plane: `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`.
     pub fn normal(&self, ray: &ExactRay, shape: &Shape) -> Option<[Root; 3]> {
         let outward: [Root; 3] = match *shape {
             Shape::Sphere { center, radius } => {
                 let r = real(radius.abs()).filter(|r| signum(r) > 0)?;
-                let l = HalfB::to_center(ray, center)?;
-                let denominator = self.root.denominator() * r;
+                let l = ray.to_point(center)?;
+                let denominator = self.root.denominator() * ray.to_scale(r);
                 std::array::from_fn(|i| {
                     let d = &ray.direction()[i];
                     Root::new(
@@ -296,24 +287,25 @@ pub struct SphereNumbers {
 /// The numbers of the quadratic equation of a ray and a sphere; `None` where a number is not
 /// finite.
 ///
-/// A pixel's ray carries `H·d` in place of `d`, so `a`, `b` and `D` are the scaled ones divided by
-/// `H²`, `H` and `H²`.
+/// A pixel's ray carries `F·d` in place of `d`, in a world `S` times as large, so `a`, `b`, `k` and
+/// `D` are the scaled ones divided by `F²`, `FS`, `S²` and `F²S²`.
 pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<SphereNumbers> {
     let half_b = HalfB::new(ray, center, radius)?;
     let a = ray.norm_squared();
     let d = half_b.quarter_discriminant(a);
-    let h = integer(i64::from(ray.t_factor()));
-    let h2 = &h * &h;
+    let s = integer(i64::from(ray.world_scale()));
+    let f = integer(i64::from(ray.direction_scale()));
+    let (fs, s2) = (&f * &s, &s * &s);
     let roots = (signum(a) > 0 && signum(&d) >= 0).then(|| {
         [-1, 1].map(|sign| Root::new(half_b.b.clone(), sign, d.clone(), a.clone(), ray.t_factor()))
     });
     Some(SphereNumbers {
-        a: Root::quotient(a.clone(), h2.clone(), 1),
-        delta: (signum(a) > 0).then(|| Root::quotient(d.clone(), a.clone(), 1)),
-        half_root: (signum(&d) >= 0).then(|| Root::new(Real::zero(), 1, d.clone(), h.clone(), 1)),
-        b: Root::quotient(-double(&half_b.b), h, 1),
-        k: Root::from(half_b.k),
-        discriminant: Root::quotient(double(&double(&d)), h2, 1),
+        a: Root::quotient(a.clone(), &f * &f, 1),
+        delta: (signum(a) > 0).then(|| Root::quotient(d.clone(), a * &s2, 1)),
+        half_root: (signum(&d) >= 0).then(|| Root::new(Real::zero(), 1, d.clone(), fs.clone(), 1)),
+        discriminant: Root::quotient(double(&double(&d)), &fs * &fs, 1),
+        b: Root::quotient(-double(&half_b.b), fs, 1),
+        k: Root::quotient(half_b.k, s2, 1),
         roots,
     })
 }
@@ -350,8 +342,8 @@ pub fn plane_numbers(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<Plan
         _ => Some(Root::quotient(-n.clone(), -m.clone(), ray.t_factor())),
     };
     Some(PlaneNumbers {
-        numerator: Root::from(n),
-        denominator: Root::quotient(m, integer(i64::from(ray.t_factor())), 1),
+        numerator: Root::ratio(n, ray.world_scale()),
+        denominator: Root::ratio(m, ray.direction_scale()),
         root,
     })
 }

@@ -1,20 +1,24 @@
 //! Rays with exact numbers.
 
+use glam::DVec3;
+
 use super::number::{Real, integer, product3, real, real3};
-use crate::camera::Pixels;
+use crate::camera::{Lens, Pixels};
 use crate::trace::Ray;
 
-/// A ray in exact numbers: `o + t·d`, kept as the multiple `H·d` of its direction for which all
-/// numbers are dyadic.
+/// A ray in exact numbers: `o + t·d`, kept as the multiples `S·o` of its origin and `F·d` of its
+/// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
+/// large.
 ///
-/// A root `τ` for the direction `H·d` is the root `t = H·τ` for `d`; [`super::Root`] carries the
-/// factor. A ray with a number that is not finite gets a zero direction and hits nothing.
+/// A root `τ` for these is the root `t = (F/S)·τ`; [`super::Root`] carries the factor. A ray with a
+/// number that is not finite gets a zero direction and hits nothing.
 #[derive(Clone, Debug)]
 pub struct ExactRay {
     origin: [Real; 3],
     direction: [Real; 3],
     norm_squared: Real,
-    t_factor: u32,
+    world_scale: u32,
+    direction_scale: u32,
 }
 
 fn zero3() -> [Real; 3] {
@@ -22,11 +26,11 @@ fn zero3() -> [Real; 3] {
 }
 
 impl ExactRay {
-    /// A ray as it stands: `H = 1`.
+    /// A ray as it stands: `S = F = 1`.
     pub fn new(ray: &Ray) -> ExactRay {
         match (real3(ray.origin), real3(ray.direction)) {
-            (Some(origin), Some(direction)) => ExactRay::from_parts(origin, direction, 1),
-            _ => ExactRay::from_parts(zero3(), zero3(), 1),
+            (Some(origin), Some(direction)) => ExactRay::from_parts(origin, direction, 1, 1),
+            _ => ExactRay::from_parts(zero3(), zero3(), 1, 1),
         }
     }
 
@@ -36,42 +40,77 @@ impl ExactRay {
         ExactPixels::new(pixels).ray(x, y)
     }
 
-    fn from_parts(origin: [Real; 3], direction: [Real; 3], t_factor: u32) -> ExactRay {
-        ExactRay { norm_squared: product3(&direction, &direction), origin, direction, t_factor }
+    /// `direction_scale` is a multiple of `world_scale`.
+    fn from_parts(
+        origin: [Real; 3],
+        direction: [Real; 3],
+        world_scale: u32,
+        direction_scale: u32,
+    ) -> ExactRay {
+        let norm_squared = product3(&direction, &direction);
+        ExactRay { origin, direction, norm_squared, world_scale, direction_scale }
     }
 
-    /// `o`.
+    /// `S·o`.
     pub fn origin(&self) -> &[Real; 3] {
         &self.origin
     }
 
-    /// `H·d`.
+    /// `F·d`.
     pub fn direction(&self) -> &[Real; 3] {
         &self.direction
     }
 
-    /// `‖H·d‖²`.
+    /// `‖F·d‖²`.
     pub fn norm_squared(&self) -> &Real {
         &self.norm_squared
     }
 
-    /// `H`: the picture's height for a pixel's ray, else 1.
+    /// `S`: the picture's height for an orthographic camera's ray, else 1.
+    pub fn world_scale(&self) -> u32 {
+        self.world_scale
+    }
+
+    /// `F`: the picture's height for a pixel's ray, else 1.
+    pub fn direction_scale(&self) -> u32 {
+        self.direction_scale
+    }
+
+    /// `F/S`, an integer.
     pub fn t_factor(&self) -> u32 {
-        self.t_factor
+        self.direction_scale / self.world_scale
+    }
+
+    /// `S·x`
+    pub(super) fn to_scale(&self, x: Real) -> Real {
+        match self.world_scale {
+            1 => x,
+            scale => x * integer(i64::from(scale)),
+        }
+    }
+
+    /// `S·(p − o)`, or `None` where a number is not finite.
+    pub(crate) fn to_point(&self, point: DVec3) -> Option<[Real; 3]> {
+        let [px, py, pz] = real3(point)?.map(|p| self.to_scale(p));
+        let [ox, oy, oz] = &self.origin;
+        Some([px - ox, py - oy, pz - oz])
     }
 }
 
 /// The exact centre rays of a picture's pixels.
 ///
-/// Contract §1: `d = forward + (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`. With
+/// Contract §1, perspective: `d = forward + (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`. With
 /// `(2(x+½)/W − 1)·(W/H) = (2x+1−W)/H = i/H` and `1 − 2(y+½)/H = (H−2y−1)/H = j/H`
 /// (`(i, j)` as [`Pixels::offset2`] gives them), `H·d = H·forward + i·h·right + j·h·true_up` is
-/// dyadic, though `d` itself is not.
+/// dyadic, though `d` itself is not. Orthographic: so is `H·o` with
+/// `o = position + (i/H)·h·right + (j/H)·h·true_up`; the direction is scaled with it, so that `t`
+/// stays what it is.
 #[derive(Clone, Debug)]
 pub struct ExactPixels {
     pixels: Pixels,
+    /// Origin and direction of the ray through the picture's centre, scaled as all of them.
     origin: [Real; 3],
-    forward: [Real; 3],
+    direction: [Real; 3],
     right: [Real; 3],
     up: [Real; 3],
     finite: bool,
@@ -84,8 +123,12 @@ impl ExactPixels {
         let height = integer(i64::from(pixels.image_height));
         let parts = || {
             let h = real(view.h)?;
+            let position = real3(view.position)?;
             Some((
-                real3(view.position)?,
+                match view.lens {
+                    Lens::Perspective => position,
+                    Lens::Orthographic => position.map(|p| p * &height),
+                },
                 real3(view.forward)?.map(|f| f * &height),
                 real3(view.right)?.map(|r| r * &h),
                 real3(view.true_up)?.map(|u| u * &h),
@@ -93,21 +136,29 @@ impl ExactPixels {
         };
         let found = parts();
         let finite = found.is_some() && pixels.image_height > 0;
-        let (origin, forward, right, up) =
+        let (origin, direction, right, up) =
             found.unwrap_or_else(|| (zero3(), zero3(), zero3(), zero3()));
-        ExactPixels { pixels: *pixels, origin, forward, right, up, finite }
+        ExactPixels { pixels: *pixels, origin, direction, right, up, finite }
     }
 
     /// The centre ray of pixel `(x, y)` of the picture.
     pub fn ray(&self, x: u32, y: u32) -> ExactRay {
         if !self.finite {
-            return ExactRay::from_parts(zero3(), zero3(), 1);
+            return ExactRay::from_parts(zero3(), zero3(), 1, 1);
         }
         let (i, j) = self.pixels.offset2(x, y);
         let (i, j) = (integer(i), integer(j));
-        let direction = std::array::from_fn(|axis| {
-            &self.forward[axis] + &self.right[axis] * &i + &self.up[axis] * &j
-        });
-        ExactRay::from_parts(self.origin.clone(), direction, self.pixels.image_height)
+        let moved = |from: &[Real; 3]| {
+            std::array::from_fn(|axis| &from[axis] + &self.right[axis] * &i + &self.up[axis] * &j)
+        };
+        let height = self.pixels.image_height;
+        match self.pixels.view.lens {
+            Lens::Perspective => {
+                ExactRay::from_parts(self.origin.clone(), moved(&self.direction), 1, height)
+            }
+            Lens::Orthographic => {
+                ExactRay::from_parts(moved(&self.origin), self.direction.clone(), height, height)
+            }
+        }
     }
 }

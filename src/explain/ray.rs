@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::numbers::{Columns, Quantity, Short, scaled};
 use super::{ObjectExplanation, Rank, Reason, Terms, label};
 use crate::arithmetic::Arithmetic;
+use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
 use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
@@ -26,7 +27,8 @@ pub struct Numbers {
     stable: RayOf<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
-    from_pixel: bool,
+    /// Whether `stable` has all rays start at its reference point.
+    is_point: bool,
     lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
     stable_objects: Lists<SphereStable, PlaneStable>,
 }
@@ -43,7 +45,8 @@ impl Numbers {
         let (stable, exponent) = kernel_ray(&on_stable, rays).ok_or_else(one)?;
         let (exact, origin, direction) = match rays {
             Rays::Pixels(p) => {
-                (ExactRay::from_pixel(p, p.x, p.y), p.view.position, p.direction(p.x, p.y))
+                let Ray { origin, direction } = p.ray(p.x, p.y);
+                (ExactRay::from_pixel(p, p.x, p.y), origin, direction)
             }
             Rays::List(rays) => {
                 let ray: &Ray = rays.first().ok_or_else(one)?;
@@ -55,7 +58,7 @@ impl Numbers {
         else {
             return Err(one());
         };
-        let from_pixel = matches!(rays, Rays::Pixels(_));
+        let is_point = rays.bundle() == Bundle::Point;
         Ok(Numbers {
             exact,
             origin,
@@ -63,21 +66,21 @@ impl Numbers {
             lecture,
             stable,
             exponent,
-            from_pixel,
+            is_point,
             lecture_objects,
             stable_objects,
         })
     }
 
     pub fn ray(&self) -> Vec<Quantity> {
-        let h = self.exact.t_factor();
+        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
         let origin = |i: usize| {
-            let exact = Root::from(self.exact.origin()[i].clone());
+            let exact = Root::ratio(self.exact.origin()[i].clone(), s);
             let columns = Columns::all(self.lecture.origin.0[i], 0.0, self.origin[i]);
             Columns { stable: None, ..columns }.against(["o.x", "o.y", "o.z"][i], Some(&exact))
         };
         let direction = |i: usize| {
-            let exact = Root::ratio(self.exact.direction()[i].clone(), h);
+            let exact = Root::ratio(self.exact.direction()[i].clone(), f);
             let stable = scaled(self.stable.direction.0[i], self.exponent);
             Columns::all(self.lecture.direction.0[i], stable, self.direction[i])
                 .against(["d.x", "d.y", "d.z"][i], Some(&exact))
@@ -131,11 +134,11 @@ impl Numbers {
         let double_roots = (double.discriminant >= 0.0).then(|| lecture::quadratic_roots(double));
 
         let of_stable = self.stable_objects.spheres.get(index)?;
-        let l = match self.from_pixel {
+        let l = match self.is_point {
             true => of_stable.sphere_offset::<true>(&self.stable),
             false => of_stable.sphere_offset::<false>(&self.stable),
         };
-        let k = match self.from_pixel {
+        let k = match self.is_point {
             true => of_stable.sphere_k::<true>(l),
             false => of_stable.sphere_k::<false>(l),
         };
@@ -180,7 +183,7 @@ impl Numbers {
             dot3(self.direction.into(), normal),
         ];
         let of_stable = self.stable_objects.planes.get(index)?;
-        let offset = match self.from_pixel {
+        let offset = match self.is_point {
             true => of_stable.plane_n_offset::<true>(&self.stable),
             false => of_stable.plane_n_offset::<false>(&self.stable),
         };
@@ -202,48 +205,52 @@ impl Numbers {
         ])
     }
 
-    /// `d·v` component by component.
-    fn along(&self, v: &[Real; 3]) -> [Short; 3] {
-        std::array::from_fn(|i| {
-            Short::from(&Root::ratio(&self.exact.direction()[i] * &v[i], self.exact.t_factor()))
-        })
+    /// `d·v` component by component, where `v` is `scale` times as large.
+    fn along(&self, v: &[Real; 3], scale: u32) -> [Short; 3] {
+        let scale = self.exact.direction_scale() * scale;
+        std::array::from_fn(|i| ratio(&self.exact.direction()[i] * &v[i], scale))
     }
 
     fn sphere_terms(&self, sphere: &Sphere) -> Option<Terms> {
         let center = real3(sphere.center)?;
         let radius = real(sphere.radius)?;
-        let offset: [Real; 3] = std::array::from_fn(|i| &self.exact.origin()[i] - &center[i]);
+        let offset = self.exact.to_point(sphere.center)?.map(|x| -x);
         let squares: [Real; 3] = std::array::from_fn(|i| &offset[i] * &offset[i]);
-        let h = self.exact.t_factor();
+        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
         Some(Terms::Sphere {
             squares: std::array::from_fn(|i| {
                 let d = &self.exact.direction()[i];
-                Short::from(&Root::ratio(d * d, h * h))
+                ratio(d * d, f * f)
             }),
-            products: self.along(&offset),
-            offset_squared: short(&squares[0] + &squares[1] + &squares[2]),
+            products: self.along(&offset, s),
+            offset_squared: ratio(&squares[0] + &squares[1] + &squares[2], s * s),
             radius_squared: short(&radius * &radius),
             center: center.map(short),
             radius: short(radius),
-            offset: offset.map(short),
+            offset: offset.map(|x| ratio(x, s)),
         })
     }
 
     fn plane_terms(&self, plane: &Plane) -> Option<Terms> {
         let (point, normal) = (real3(plane.point)?, real3(plane.normal)?);
-        let offset: [Real; 3] = std::array::from_fn(|i| &point[i] - &self.exact.origin()[i]);
+        let offset = self.exact.to_point(plane.point)?;
+        let s = self.exact.world_scale();
         Some(Terms::Plane {
-            numerator: std::array::from_fn(|i| short(&offset[i] * &normal[i])),
-            denominator: self.along(&normal),
+            numerator: std::array::from_fn(|i| ratio(&offset[i] * &normal[i], s)),
+            denominator: self.along(&normal, 1),
             point: point.map(short),
             normal: normal.map(short),
-            offset: offset.map(short),
+            offset: offset.map(|x| ratio(x, s)),
         })
     }
 }
 
 fn short(x: Real) -> Short {
     Short::from(&Root::from(x))
+}
+
+fn ratio(x: Real, scale: u32) -> Short {
+    Short::from(&Root::ratio(x, scale))
 }
 
 fn real3(v: DVec3) -> Option<[Real; 3]> {

@@ -1,11 +1,12 @@
 //! POV-Ray 3.7. Its camera takes the three vectors of the picture as they are, so nothing is
 //! mirrored: the ray of column x and row y is
-//! `direction + ((x+½)/W − ½)·right + (½ − (y+½)/H)·up`.
+//! `direction + ((x+½)/W − ½)·right + (½ − (y+½)/H)·up`. An orthographic camera, named before its
+//! vectors, adds the same to `location`.
 
 use glam::DVec3;
 
 use super::{Numbers, Syntax};
-use crate::camera::View;
+use crate::camera::{Lens, View};
 use crate::scene::{Color, Object};
 
 pub(super) struct Pov;
@@ -14,6 +15,10 @@ impl Syntax for Pov {
     fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
         let up = view.true_up * (2.0 * view.h);
         let right = view.right * (2.0 * view.h * f64::from(width) / f64::from(height));
+        let projection = match view.lens {
+            Lens::Perspective => "perspective",
+            Lens::Orthographic => "orthographic",
+        };
         // Colours are linear light, and the picture file's gamma is sRGB unless the user wants
         // another.
         format!(
@@ -21,7 +26,7 @@ impl Syntax for Pov {
              #version 3.7;\n\
              global_settings {{ assumed_gamma 1.0 }}\n\
              #default {{ finish {{ ambient 0.0 diffuse 0.0 emission 1.0 }} }}\n\
-             camera {{\n  perspective\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
+             camera {{\n  {projection}\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
              background {{ {} }}\n",
             Vector(view.position),
             Vector(view.forward),

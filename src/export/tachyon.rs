@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::{Numbers, Syntax};
-use crate::camera::View;
+use crate::camera::{Lens, View};
 use crate::scene::{Color, Object};
 
 pub(super) struct Tachyon;
@@ -20,10 +20,14 @@ impl Syntax for Tachyon {
             -view.h - half_pixel,
             view.h - half_pixel,
         ];
+        let projection = match view.lens {
+            Lens::Perspective => "PERSPECTIVE",
+            Lens::Orthographic => "ORTHOGRAPHIC",
+        };
         // The zoom is that of the frustum, which wins.
         format!(
             "BEGIN_SCENE\nRESOLUTION {width} {height}\n\
-             CAMERA\nPROJECTION PERSPECTIVE\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\n\
+             CAMERA\nPROJECTION {projection}\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\n\
              RAYDEPTH 1\nCENTER {}\nVIEWDIR {}\nUPDIR {}\nFRUSTUM {}\nEND_CAMERA\n\
              BACKGROUND {}\n",
             0.5 / view.h,

@@ -6,11 +6,13 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::footprints::{BORROW, IS_LEAF};
+use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{UNDECIDED, Widening};
-use crate::prepare::{LISTED_SPHERES, Needs, Source};
+use crate::prepare::{LISTED_SPHERES, Needs};
 use crate::trace::Kernel;
+use crate::vec3::Real;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -69,7 +71,7 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 /// [`compile`], with the text edited where that is wanted.
 pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shader> {
     let mut parts = vec![RAY, VEC];
-    if needs.source == Source::Pixels {
+    if needs.bundle != Bundle::Free {
         parts.push(CAMERA);
     }
     parts.extend(match needs.kernel {
@@ -130,12 +132,13 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.n_spheres > 0, "spheres"),
         (needs.n_planes > 0, "planes"),
         (needs.surface, "surface"),
-        (needs.source == Source::Pixels, "pixels"),
-        (needs.source == Source::List, "list"),
+        (needs.bundle == Bundle::Point, "point"),
+        (needs.bundle == Bundle::Parallel, "parallel"),
+        (needs.bundle == Bundle::Free, "free"),
         (needs.kernel == Kernel::Double, "double"),
         (needs.kernel == Kernel::Certified, "certified"),
         (needs.near, "near"),
-        (needs.hierarchy || needs.n_spheres > 0 && !needs.near, "far"),
+        (needs.has_far_filter(), "far"),
         (needs.hierarchy, "hierarchy"),
     ]
     .into_iter()
@@ -165,6 +168,10 @@ fn constants(needs: &Needs) -> String {
         (is_certified, format!("const WIDER = {wider:?}f")),
         (is_certified, format!("const FAR_NARROWER = {far_narrower:?}f")),
         (is_certified, format!("const LARGEST = {:?}f", f32::MAX)),
+        (
+            is_certified && needs.bundle == Bundle::Parallel,
+            format!("const SMALL = {:?}f", f32::SMALL),
+        ),
         (needs.hierarchy, format!("const IS_LEAF = {IS_LEAF}u")),
         (needs.hierarchy, format!("const BORROW = {BORROW}u")),
         (needs.hierarchy, format!("const NO_PLACE = {}u", u32::MAX)),

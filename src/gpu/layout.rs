@@ -11,7 +11,7 @@ pub struct Params {
     pub forward: [f32; 3],
     /// Number of spheres.
     pub n_spheres: u32,
-    /// Half a pixel to the right at distance 1.
+    /// Half a pixel to the right, at distance 1.
     pub right_step: [f32; 3],
     /// Number of planes.
     pub n_planes: u32,
@@ -19,7 +19,7 @@ pub struct Params {
     pub true_up_step: [f32; 3],
     /// +∞, which WGSL has no literal for.
     pub infinity: f32,
-    /// Ray origin for `lecture`, world units; zero otherwise.
+    /// The camera's position for `lecture`, world units; zero otherwise.
     pub origin: [f32; 3],
     /// Rays of the tile.
     pub n_rays: u32,
@@ -51,7 +51,7 @@ pub struct ParamsDouble {
     pub true_up: [f64; 3],
     /// +∞, which WGSL has no literal for.
     pub infinity: f64,
-    /// Ray origin relative to the reference point.
+    /// The camera's position relative to the reference point.
     pub origin: [f64; 3],
     /// Rays of the tile.
     pub n_rays: u32,
@@ -84,22 +84,23 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
+    use crate::camera::Bundle;
     use crate::gpu::compile::compile;
     use crate::kernel::{certified, double, lecture, stable};
-    use crate::prepare::{Needs, RayRecord, RayRecordDouble, Source};
+    use crate::prepare::{Needs, RayRecord, RayRecordDouble};
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
-    fn device_layout(kernel: Kernel, source: Source, name: &str) -> (u32, Vec<(String, u32)>) {
+    fn device_layout(kernel: Kernel, bundle: Bundle, name: &str) -> (u32, Vec<(String, u32)>) {
         let needs = Needs {
             kernel,
-            source,
+            bundle,
             n_spheres: 1,
             n_planes: 1,
             surface: kernel != Kernel::Certified,
             near: true,
-            hierarchy: kernel == Kernel::Certified && source == Source::Pixels,
+            hierarchy: kernel == Kernel::Certified && bundle == Bundle::Point,
         };
         let shader = compile(&needs).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -117,9 +118,9 @@ mod tests {
     }
 
     macro_rules! check {
-        ($kernel:ident, $source:ident, $ty:ty, $name:literal, $($field:ident),+) => {
+        ($kernel:ident, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
             let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
-            let (span, members) = device_layout(Kernel::$kernel, Source::$source, $name);
+            let (span, members) = device_layout(Kernel::$kernel, Bundle::$bundle, $name);
             assert_eq!(members, expected, "{}", $name);
             assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
         };
@@ -129,7 +130,7 @@ mod tests {
     fn device_structs_have_nagas_offsets() {
         check!(
             Stable,
-            Pixels,
+            Point,
             Params,
             "Params",
             forward,
@@ -145,12 +146,12 @@ mod tests {
             width,
             padding
         );
-        check!(Lecture, Pixels, lecture::SphereLecture, "SphereLecture", center, radius);
-        check!(Lecture, Pixels, lecture::PlaneLecture, "PlaneLecture", point, normal);
-        check!(Stable, Pixels, stable::SphereStable, "SphereStable", center, radius, center_low, k);
+        check!(Lecture, Point, lecture::SphereLecture, "SphereLecture", center, radius);
+        check!(Lecture, Point, lecture::PlaneLecture, "PlaneLecture", point, normal);
+        check!(Stable, Point, stable::SphereStable, "SphereStable", center, radius, center_low, k);
         check!(
             Stable,
-            Pixels,
+            Point,
             stable::PlaneStable,
             "PlaneStable",
             offset,
@@ -160,7 +161,7 @@ mod tests {
         );
         check!(
             Double,
-            Pixels,
+            Point,
             ParamsDouble,
             "Params",
             forward,
@@ -176,12 +177,12 @@ mod tests {
             offset_j,
             width
         );
-        check!(Double, Pixels, double::SphereDouble, "SphereDouble", center, radius, k);
-        check!(Double, Pixels, double::PlaneDouble, "PlaneDouble", offset, n_offset, normal);
-        check!(Double, List, RayRecordDouble, "RayRecord", origin, direction);
+        check!(Double, Point, double::SphereDouble, "SphereDouble", center, radius, k);
+        check!(Double, Point, double::PlaneDouble, "PlaneDouble", offset, n_offset, normal);
+        check!(Double, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(
             Certified,
-            Pixels,
+            Point,
             certified::SphereCertified,
             "SphereCertified",
             center,
@@ -195,7 +196,7 @@ mod tests {
         );
         check!(
             Certified,
-            Pixels,
+            Point,
             certified::PlaneCertified,
             "PlaneCertified",
             offset,
@@ -206,8 +207,8 @@ mod tests {
             direction_error,
             n_offset_error
         );
-        check!(Stable, List, RayRecord, "RayRecord", origin, origin_low, direction);
-        check!(Certified, Pixels, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
+        check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
+        check!(Certified, Point, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
     }
 
     #[test]
@@ -215,7 +216,7 @@ mod tests {
     fn a_swapped_member_is_noticed() {
         check!(
             Stable,
-            Pixels,
+            Point,
             Params,
             "Params",
             forward,

@@ -13,13 +13,13 @@ use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
-use crate::camera::{CameraF32, CameraF64};
+use crate::camera::{Bundle, CameraF32, CameraF64};
 use crate::certify;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::memory;
-use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble, Source};
+use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble};
 use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -582,7 +582,7 @@ impl GpuTracer {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (self.prepared.source == Source::List).then(|| {
+        let rays = (self.prepared.bundle() == Bundle::Free).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let bytes_per_ray = match self.prepared.kernel {
                 Kernel::Double => size_of::<RayRecordDouble>(),
@@ -608,7 +608,7 @@ mod tests {
     use crate::camera::{Pixels, View};
     use crate::gpu::{Arithmetic, Pick};
     use crate::prepare::FEW_SPHERES;
-    use crate::scene::{Camera, Scene, Sphere};
+    use crate::scene::{Camera, Projection, Scene, Sphere};
     use glam::DVec3;
 
     fn row_of_spheres(n: usize) -> Arc<Scene> {
@@ -625,7 +625,7 @@ mod tests {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
             up: DVec3::Y,
-            fov_degrees: 60.0,
+            projection: Projection::Perspective { fov_degrees: 60.0 },
         };
         let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 80, 60));
         let prepared = Prepared::new(row_of_spheres(n), Kernel::Certified, &rays).unwrap();

@@ -34,7 +34,8 @@ pub struct SphereCertified {
     pub k_error: f32,
 }
 
-/// A far sphere in a leaf of a hierarchy, for rays that start at the reference point.
+/// A sphere in a leaf of a hierarchy: for rays that start at the reference point, far from it; for
+/// parallel rays, anywhere.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct SphereFar {
@@ -44,8 +45,9 @@ pub struct SphereFar {
     pub inner2: f32,
     /// [`crate::guard::Guard::outer2`]
     pub outer2: f32,
-    /// Upper bound of `1/k` with the slack in it.
-    pub q: f32,
+    /// Upper bound of `1/k` with the slack in it; for parallel rays
+    /// [`crate::guard::Guard::slack`].
+    pub q_or_slack: f32,
     /// The object's id.
     pub id: u32,
     /// Fills two texels of 16 bytes.
@@ -163,6 +165,13 @@ pub struct GuardOf<R> {
     pub slack: R,
 }
 
+impl SphereCertified {
+    #[inline(always)]
+    fn guard(&self) -> GuardOf<f32> {
+        GuardOf { inner2: self.inner2, outer2: self.outer2, slack: self.slack }
+    }
+}
+
 /// The sphere at `l = c − o` seen from outside: `1/(a·t) = (s + h)·q` with `q = 1/k`.
 #[inline(always)]
 pub fn outside_nearness<R: Real>(
@@ -248,6 +257,52 @@ pub fn inside_nearness<R: Real>(
     }
 }
 
+/// The sphere at `l = c − o` seen along one direction: `1/(a·t)` with `t = s − h`, or `s + h` where
+/// that is behind.
+#[inline(always)]
+pub fn parallel_nearness<R: Real>(
+    ray: &RayOf<R>,
+    l: Vec3<R>,
+    guard: &GuardOf<R>,
+    widening: &Widening<R>,
+) -> Nearness<R> {
+    let (s, m) = closest_approach(ray.direction, ray.inv_a, l);
+    parallel_nearness_at(s, m, ray.inv_a, guard, widening)
+}
+
+/// [`parallel_nearness`] from the closest approach. Whatever is not known to be the visible root is
+/// open: where `near_low ≤ 0 < near_high` it may be either of the two.
+#[inline(always)]
+pub fn parallel_nearness_at<R: Real>(
+    s: R,
+    m: R,
+    inv_a: R,
+    guard: &GuardOf<R>,
+    widening: &Widening<R>,
+) -> Nearness<R> {
+    let inner = guard.inner2 - m;
+    let outer = guard.outer2 - m;
+    let h_inner = (inner.max(R::ZERO) * inv_a).sqrt();
+    let h_outer = (outer.max(R::ZERO) * inv_a).sqrt();
+    let near_low = (s - h_outer) - guard.slack;
+    let near_high = (s - h_inner) + guard.slack;
+    let far_low = (s + h_inner) - guard.slack;
+    let far_high = (s + h_outer) + guard.slack;
+    let is_near = near_low > R::SMALL;
+    let is_far = near_high <= R::ZERO && far_low > R::SMALL;
+    let t_low = if is_near { near_low } else { far_low };
+    let t_high = if is_near { near_high } else { far_high };
+    let is_missed = outer < R::ZERO || far_high <= R::ZERO;
+    let is_hit = inner >= R::ZERO && far_low > R::SMALL;
+    let low = inv_a / t_high.max(R::SMALL) * widening.narrower;
+    let high = inv_a / t_low.max(R::SMALL) * widening.wider;
+    let high = if is_near || is_far { high } else { R::LARGEST };
+    Nearness {
+        low: if is_hit { low } else { R::ZERO },
+        high: if is_missed { R::ZERO } else { high },
+    }
+}
+
 /// A sphere with `k = l·l − r²` known up to `k_error`.
 #[inline(always)]
 pub fn sphere_nearness<R: Real>(
@@ -323,53 +378,114 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
     (Vec3(high) - ray.origin) + (Vec3(low) - ray.origin_low)
 }
 
-/// A sphere of the device's list. With `PIXELS` all rays start at the reference point.
-#[inline(always)]
-pub(crate) fn record_nearness<const PIXELS: bool, const NEAR: bool>(
-    ray: &RayOf<f32>,
-    sphere: &SphereCertified,
-    widening: &Widening<f32>,
-) -> Nearness<f32> {
-    let &SphereCertified { inner2, outer2, slack, .. } = sphere;
-    let guard = GuardOf { inner2, outer2, slack };
-    if !NEAR {
-        far_nearness(ray, Vec3(sphere.center), inner2, outer2, sphere.q_high_or_r2)
-    } else if PIXELS {
-        let l = Vec3(sphere.center);
+/// The filter of one bundle of rays, on the records of the device's list.
+pub(crate) trait Filter: Sync {
+    /// Whether it is [`far_nearness`], whose lower bounds still lack a factor.
+    const IS_FAR: bool = false;
+    /// Whether its steps are the same for all rays, so that they go side by side.
+    const IS_STRAIGHT: bool = false;
+    /// A sphere.
+    fn sphere(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32>;
+    /// A plane.
+    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32>;
+}
+
+/// Rays from the reference point, far from all spheres.
+pub(crate) struct FarFilter;
+
+/// Rays from the reference point.
+pub(crate) struct PointFilter;
+
+/// Rays along one direction.
+pub(crate) struct ParallelFilter;
+
+/// Any rays.
+pub(crate) struct FreeFilter;
+
+impl Filter for FarFilter {
+    const IS_FAR: bool = true;
+    const IS_STRAIGHT: bool = true;
+
+    #[inline(always)]
+    fn sphere(ray: &RayOf<f32>, sphere: &SphereCertified, _: &Widening<f32>) -> Nearness<f32> {
+        let &SphereCertified { center, inner2, outer2, q_high_or_r2, .. } = sphere;
+        far_nearness(ray, Vec3(center), inner2, outer2, q_high_or_r2)
+    }
+
+    #[inline(always)]
+    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, _: &Widening<f32>) -> Nearness<f32> {
+        let q = Nearness { low: plane.q_low, high: plane.q_high };
+        plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
+    }
+}
+
+impl Filter for PointFilter {
+    #[inline(always)]
+    fn sphere(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        let (guard, l) = (sphere.guard(), Vec3(sphere.center));
         let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high_or_r2.abs() };
         match sphere.q_low > 0.0 {
             true => outside_nearness(ray, l, &guard, q),
             false => inside_nearness(ray, l, &guard, q, widening),
         }
-    } else {
+    }
+
+    #[inline(always)]
+    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
+        FarFilter::plane(ray, plane, widening)
+    }
+}
+
+impl Filter for ParallelFilter {
+    const IS_STRAIGHT: bool = true;
+
+    #[inline(always)]
+    fn sphere(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        parallel_nearness(ray, Vec3(sphere.center) - ray.origin, &sphere.guard(), widening)
+    }
+
+    #[inline(always)]
+    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
+        FreeFilter::plane(ray, plane, widening)
+    }
+}
+
+impl Filter for FreeFilter {
+    #[inline(always)]
+    fn sphere(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
         let l = offset(ray, sphere.center, sphere.center_low);
         let k = dot3(l, l) - sphere.q_high_or_r2;
-        sphere_nearness(ray, l, &guard, k, sphere.k_error, widening)
+        sphere_nearness(ray, l, &sphere.guard(), k, sphere.k_error, widening)
     }
-}
 
-/// A plane of the device's list.
-#[inline(always)]
-pub(crate) fn plane_record_nearness<const PIXELS: bool>(
-    ray: &RayOf<f32>,
-    plane: &PlaneCertified,
-    widening: &Widening<f32>,
-) -> Nearness<f32> {
-    let normal = Vec3(plane.normal);
-    let error = plane.direction_error;
-    if PIXELS {
-        let q = Nearness { low: plane.q_low, high: plane.q_high };
-        plane_nearness(ray, dot3(ray.direction, normal), error, q)
-    } else {
+    #[inline(always)]
+    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
+        let &PlaneCertified { n_offset_error, direction_error, .. } = plane;
+        let normal = Vec3(plane.normal);
         let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
-        plane_nearness_at(ray, n_offset, plane.n_offset_error, normal, error, widening)
+        plane_nearness_at(ray, n_offset, n_offset_error, normal, direction_error, widening)
     }
 }
 
-/// The object of a ray, or [`UNDECIDED`]. With `PIXELS` all rays start at the reference point;
-/// without `NEAR` it is far from all spheres.
+/// The object of a ray, or [`UNDECIDED`].
 #[inline(always)]
-pub fn propose<const PIXELS: bool, const NEAR: bool>(
+pub(crate) fn propose<F: Filter>(
     ray: &RayOf<f32>,
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -377,14 +493,13 @@ pub fn propose<const PIXELS: bool, const NEAR: bool>(
 ) -> u32 {
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
-        nearest =
-            nearest.nearer(record_nearness::<PIXELS, NEAR>(ray, sphere, widening), i as u32 + 1);
+        nearest = nearest.nearer(F::sphere(ray, sphere, widening), i as u32 + 1);
     }
-    if !NEAR {
+    if F::IS_FAR {
         nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
-        let root = plane_record_nearness::<PIXELS>(ray, plane, widening);
+        let root = F::plane(ray, plane, widening);
         nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
     }
     nearest.decide()
@@ -393,10 +508,10 @@ pub fn propose<const PIXELS: bool, const NEAR: bool>(
 /// Rays that [`propose_packet`] takes at a time: two registers of four, or one of eight.
 pub const PACKET: usize = 8;
 
-/// [`propose`] for a packet of pixels' rays far from all spheres. The same operations, ordered so
-/// that the compiler finds them side by side; a test holds the two against each other.
+/// [`propose`] for a packet of pixels' rays. The same operations, ordered so that the compiler finds
+/// them side by side; a test holds the two against each other.
 #[inline(always)]
-pub fn propose_packet(
+pub(crate) fn propose_packet<F: Filter>(
     rays: &[RayOf<f32>; PACKET],
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -406,18 +521,20 @@ pub fn propose_packet(
     let mut high = [0.0; PACKET];
     let mut second_high = [0.0; PACKET];
     let mut id = [0; PACKET];
-    let direction: [[f32; PACKET]; 3] =
-        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
+    let lanes = |vector: fn(&RayOf<f32>) -> Vec3<f32>| -> [[f32; PACKET]; 3] {
+        std::array::from_fn(|axis| rays.map(|ray| vector(&ray).0[axis]))
+    };
+    let (origin, direction) = (lanes(|ray| ray.origin), lanes(|ray| ray.direction));
     let inv_a = rays.map(|ray| ray.inv_a);
     for (i, sphere) in spheres.iter().enumerate() {
-        let &SphereCertified { center, inner2, outer2, q_high_or_r2: q_high, .. } = sphere;
         for lane in 0..PACKET {
             let ray = RayOf {
+                origin: Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
                 direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
                 inv_a: inv_a[lane],
                 ..rays[lane]
             };
-            let root = far_nearness(&ray, Vec3(center), inner2, outer2, q_high);
+            let root = F::sphere(&ray, sphere, widening);
             let nearest = Nearest {
                 low: low[lane],
                 high: high[lane],
@@ -433,13 +550,13 @@ pub fn propose_packet(
     }
     std::array::from_fn(|lane| {
         let mut nearest = Nearest {
-            low: low[lane] * widening.far_narrower,
+            low: if F::IS_FAR { low[lane] * widening.far_narrower } else { low[lane] },
             high: high[lane],
             second_high: second_high[lane],
             id: id[lane],
         };
         for (i, plane) in planes.iter().enumerate() {
-            let root = plane_record_nearness::<true>(&rays[lane], plane, widening);
+            let root = F::plane(&rays[lane], plane, widening);
             nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
         }
         nearest.decide()

@@ -41,8 +41,8 @@ impl RelativeSphere for SphereDouble {
     type Float = f64;
 
     #[inline(always)]
-    fn sphere_offset<const PIXELS: bool>(&self, ray: &RayOf<f64>) -> Vec3<f64> {
-        if PIXELS { Vec3(self.center) } else { Vec3(self.center) - ray.origin }
+    fn sphere_offset<const IS_POINT: bool>(&self, ray: &RayOf<f64>) -> Vec3<f64> {
+        if IS_POINT { Vec3(self.center) } else { Vec3(self.center) - ray.origin }
     }
 
     #[inline(always)]
@@ -51,8 +51,8 @@ impl RelativeSphere for SphereDouble {
     }
 
     #[inline(always)]
-    fn sphere_k<const PIXELS: bool>(&self, l: Vec3<f64>) -> f64 {
-        if PIXELS { self.k } else { dot3(l, l) - self.radius * self.radius }
+    fn sphere_k<const IS_POINT: bool>(&self, l: Vec3<f64>) -> f64 {
+        if IS_POINT { self.k } else { dot3(l, l) - self.radius * self.radius }
     }
 }
 
@@ -60,8 +60,12 @@ impl RelativePlane for PlaneDouble {
     type Float = f64;
 
     #[inline(always)]
-    fn plane_n_offset<const PIXELS: bool>(&self, ray: &RayOf<f64>) -> f64 {
-        if PIXELS { self.n_offset } else { dot3(Vec3(self.offset) - ray.origin, Vec3(self.normal)) }
+    fn plane_n_offset<const IS_POINT: bool>(&self, ray: &RayOf<f64>) -> f64 {
+        if IS_POINT {
+            self.n_offset
+        } else {
+            dot3(Vec3(self.offset) - ray.origin, Vec3(self.normal))
+        }
     }
 
     #[inline(always)]

@@ -7,24 +7,24 @@
 use super::{Hit, RayOf};
 use crate::vec3::{Real, Vec3, dot3, facing};
 
-/// A sphere as the kernel's arithmetic has it. With `PIXELS` all rays start at the reference point.
+/// A sphere as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
 pub trait RelativeSphere {
     /// The kernel's arithmetic.
     type Float: Real;
     /// `l = c − o`
-    fn sphere_offset<const PIXELS: bool>(&self, ray: &RayOf<Self::Float>) -> Vec3<Self::Float>;
+    fn sphere_offset<const IS_POINT: bool>(&self, ray: &RayOf<Self::Float>) -> Vec3<Self::Float>;
     /// `r`
     fn radius(&self) -> Self::Float;
     /// `k = l·l − r²`
-    fn sphere_k<const PIXELS: bool>(&self, l: Vec3<Self::Float>) -> Self::Float;
+    fn sphere_k<const IS_POINT: bool>(&self, l: Vec3<Self::Float>) -> Self::Float;
 }
 
-/// A plane as the kernel's arithmetic has it. With `PIXELS` all rays start at the reference point.
+/// A plane as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
 pub trait RelativePlane {
     /// The kernel's arithmetic.
     type Float: Real;
     /// `(a − o)·n`
-    fn plane_n_offset<const PIXELS: bool>(&self, ray: &RayOf<Self::Float>) -> Self::Float;
+    fn plane_n_offset<const IS_POINT: bool>(&self, ray: &RayOf<Self::Float>) -> Self::Float;
     /// `n`
     fn normal(&self) -> Vec3<Self::Float>;
 }
@@ -90,9 +90,9 @@ pub fn plane_stable<R: Real>(d: Vec3<R>, n_offset: R, n: Vec3<R>) -> R {
     if t > R::ZERO { t } else { R::ZERO }
 }
 
-/// The closest hit of a ray. With `PIXELS` all rays start at the reference point.
+/// The closest hit of a ray. With `IS_POINT` all rays start at the reference point.
 #[inline(always)]
-pub fn closest<const PIXELS: bool, S, P>(
+pub fn closest<const IS_POINT: bool, S, P>(
     ray: &RayOf<S::Float>,
     spheres: &[S],
     planes: &[P],
@@ -103,12 +103,12 @@ where
 {
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
-        let l = sphere.sphere_offset::<PIXELS>(ray);
-        let t = sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<PIXELS>(l));
+        let l = sphere.sphere_offset::<IS_POINT>(ray);
+        let t = sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l));
         hit = hit.closer(t, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
-        let t = plane_stable(ray.direction, plane.plane_n_offset::<PIXELS>(ray), plane.normal());
+        let t = plane_stable(ray.direction, plane.plane_n_offset::<IS_POINT>(ray), plane.normal());
         hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
     }
     hit
@@ -116,7 +116,7 @@ where
 
 /// The unit normal at a hit, from half the chord: `o + t·d − c` cancels far away.
 #[inline(always)]
-pub fn normal_at<const PIXELS: bool, S, P>(
+pub fn normal_at<const IS_POINT: bool, S, P>(
     ray: &RayOf<S::Float>,
     hit: Hit<S::Float>,
     spheres: &[S],
@@ -129,10 +129,10 @@ where
     let index = hit.id as usize - 1;
     match spheres.get(index) {
         Some(sphere) => {
-            let l = sphere.sphere_offset::<PIXELS>(ray);
+            let l = sphere.sphere_offset::<IS_POINT>(ray);
             let closest_approach = approach(ray, l, sphere.radius());
             let half_chord = ray.direction * (closest_approach.h * ray.inv_a);
-            let outside = sphere.sphere_k::<PIXELS>(l) > S::Float::ZERO;
+            let outside = sphere.sphere_k::<IS_POINT>(l) > S::Float::ZERO;
             let from_foot = if outside { -half_chord } else { half_chord };
             facing(from_foot - closest_approach.p, ray.direction)
         }

@@ -51,8 +51,8 @@ impl RelativeSphere for SphereStable {
     type Float = f32;
 
     #[inline(always)]
-    fn sphere_offset<const PIXELS: bool>(&self, ray: &RayOf<f32>) -> Vec3<f32> {
-        if PIXELS { Vec3(self.center) } else { offset(ray, self.center, self.center_low) }
+    fn sphere_offset<const IS_POINT: bool>(&self, ray: &RayOf<f32>) -> Vec3<f32> {
+        if IS_POINT { Vec3(self.center) } else { offset(ray, self.center, self.center_low) }
     }
 
     #[inline(always)]
@@ -61,8 +61,8 @@ impl RelativeSphere for SphereStable {
     }
 
     #[inline(always)]
-    fn sphere_k<const PIXELS: bool>(&self, l: Vec3<f32>) -> f32 {
-        if PIXELS { self.k } else { dot3(l, l) - self.radius * self.radius }
+    fn sphere_k<const IS_POINT: bool>(&self, l: Vec3<f32>) -> f32 {
+        if IS_POINT { self.k } else { dot3(l, l) - self.radius * self.radius }
     }
 }
 
@@ -70,8 +70,8 @@ impl RelativePlane for PlaneStable {
     type Float = f32;
 
     #[inline(always)]
-    fn plane_n_offset<const PIXELS: bool>(&self, ray: &RayOf<f32>) -> f32 {
-        if PIXELS {
+    fn plane_n_offset<const IS_POINT: bool>(&self, ray: &RayOf<f32>) -> f32 {
+        if IS_POINT {
             self.n_offset
         } else {
             dot3(offset(ray, self.offset, self.offset_low), Vec3(self.normal))

@@ -27,7 +27,8 @@ pub struct Hierarchy {
     /// The spheres that have a place in it.
     pub search: Search,
     /// Ids of those that each ray looks at: out of range, or for a picture too close to the eye. In a
-    /// very wide view, above some 160 degrees, all are too close.
+    /// very wide view, above some 160 degrees, all are too close; of an orthographic camera, those
+    /// whose surface comes close to its position.
     pub rest: Vec<u32>,
     /// Time that it took to build.
     pub build_time: Duration,
@@ -36,7 +37,8 @@ pub struct Hierarchy {
 /// How a hierarchy is searched.
 #[derive(Clone, Debug)]
 pub enum Search {
-    /// By pixel, for the spheres that the picture may show, all of them far from the eye.
+    /// By pixel, for the spheres that the picture may show; all of them far from a perspective
+    /// camera's eye.
     Pixels {
         /// The hierarchy.
         footprints: Footprints,
@@ -169,7 +171,7 @@ fn by_pixels(
 ) -> Result<(Search, Vec<u32>)> {
     let longest = pixels.longest_direction();
     let (inside, outside): (Vec<u32>, Vec<u32>) =
-        indices(spheres).partition(|&i| frame.is_far(&spheres[i as usize], longest));
+        indices(spheres).partition(|&i| frame.suits_leaf(&spheres[i as usize], longest));
     control.check()?;
     let projection = Projection::new(pixels);
     let footprint = |&i: &u32| {

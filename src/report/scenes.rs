@@ -66,6 +66,7 @@ scenes! {
     Lecture "figure4.toml",
     Lecture "figure5.toml",
     Lecture "inside.toml",
+    Lecture "orthographic.toml",
     Hard "hard/far_1e4.toml",
     Hard "hard/far_1e6.toml",
     Hard "hard/far_1e8.toml",

@@ -11,7 +11,7 @@ use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::error::Result;
 use crate::random::SplitMix;
-use crate::scene::{Camera, Color, Plane, Scene, Sphere};
+use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use crate::trace::{Hits, Ray, Rays};
 use crate::verify::Truth;
 
@@ -154,7 +154,7 @@ fn at_offset(distance: f64, control: &Control) -> Result<Setting> {
         position: offset + DVec3::new(0.3, 1.6, 7.0),
         look_at: offset + DVec3::new(0.0, 0.8, 0.0),
         up: DVec3::Y,
-        fov_degrees: 40.0,
+        projection: Projection::Perspective { fov_degrees: 40.0 },
     };
     let spheres = [(-1.7, 1.0, 0.2), (0.4, 0.8, -0.9), (1.6, 0.6, 0.8)]
         .map(|(x, radius, z)| sphere(offset + DVec3::new(x, radius, z), radius));
@@ -176,7 +176,7 @@ fn many_spheres(n: usize, seed: u64) -> (Arc<Scene>, Rays) {
         position: DVec3::new(0.5, 0.5, 3.0),
         look_at: DVec3::splat(0.5),
         up: DVec3::Y,
-        fov_degrees: 35.0,
+        projection: Projection::Perspective { fov_degrees: 35.0 },
     };
     let [width, height] = OBJECTS_SIZE;
     let pixels = Pixels::whole(View::new(&camera), width, height);

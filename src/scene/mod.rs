@@ -22,23 +22,40 @@ pub use read::{
     reread_scene,
 };
 pub use spheres::{Sphere, Spheres};
+#[cfg(feature = "view")]
+pub(crate) use write::camera_text;
 pub(crate) use write::cloud_scene_text;
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
 pub const MAX_OBJECTS: usize = u32::MAX as usize - 2;
 
-/// A perspective camera as the scene file describes it.
+/// How a camera maps the scene to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// All rays start at the eye.
+    Perspective {
+        /// Vertical field of view, degrees, strictly between 0 and 180.
+        fov_degrees: f64,
+    },
+    /// All rays run along the view axis; they start in the plane across it through `position`.
+    Orthographic {
+        /// Height of the picture, world units, positive.
+        height: f64,
+    },
+}
+
+/// A camera as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Eye point, world units.
+    /// Eye point, or the middle of the picture's plane; world units.
     pub position: DVec3,
     /// A point on the view axis, different from `position`.
     pub look_at: DVec3,
     /// The direction that appears upward; not parallel to the view axis.
     pub up: DVec3,
-    /// Vertical field of view, degrees, strictly between 0 and 180.
-    pub fov_degrees: f64,
+    /// Field of view, or height of the picture.
+    pub projection: Projection,
 }
 
 /// Picture size in pixels.

@@ -9,7 +9,7 @@ use super::clouds::{CloudTable, Given, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
-use super::{Camera, Color, ImageSize, Plane, Scene, Sphere, Spheres};
+use super::{Camera, Color, ImageSize, Plane, Projection, Scene, Sphere, Spheres};
 use crate::camera::View;
 use crate::control::Control;
 use crate::error::{Result, SceneError};
@@ -132,6 +132,7 @@ const CAMERA: Kind = Kind {
         ("look_at", "[0.0, 0.5, 0.0]"),
         ("up", "[0.0, 1.0, 0.0]"),
         ("fov", "40.0"),
+        ("height", "4.0"),
     ],
 };
 const IMAGE: Kind = Kind { header: "[image]", keys: &[("width", "1280"), ("height", "720")] };
@@ -223,21 +224,40 @@ fn read_camera(table: &Table) -> Checked<Camera> {
             format!("choose a direction across the view, e.g. up = {other}"),
         ));
     }
-    let fov_field = table.get("fov");
-    let fov_degrees = match &fov_field {
-        Some(field) => field.number()?,
-        None => 45.0,
-    };
-    let camera = Camera { position, look_at, up, fov_degrees };
-    // An angle near the smallest f64 has no tangent but 0, and a picture no extent.
-    let has_extent = fov_degrees > 0.0 && fov_degrees < 180.0 && View::new(&camera).h > 0.0;
-    match fov_field {
-        Some(field) if !has_extent => Err(Fault::new(
+    let of = |projection| Camera { position, look_at, up, projection };
+    // A number near the smallest f64 has no half or tangent but 0, and a picture no extent.
+    let has_extent = |projection| View::new(&of(projection)).h > 0.0;
+    match (table.get("fov"), table.get("height")) {
+        (None, None) => Ok(of(Projection::Perspective { fov_degrees: 45.0 })),
+        (Some(field), None) => {
+            let fov_degrees = field.number()?;
+            let projection = Projection::Perspective { fov_degrees };
+            if fov_degrees > 0.0 && fov_degrees < 180.0 && has_extent(projection) {
+                return Ok(of(projection));
+            }
+            Err(Fault::new(
+                field.span(),
+                format!("`fov` is {fov_degrees:?}"),
+                "the vertical field of view is in degrees, greater than 0 and less than 180",
+            ))
+        }
+        (None, Some(field)) => {
+            let height = field.number()?;
+            let projection = Projection::Orthographic { height };
+            if height > 0.0 && has_extent(projection) {
+                return Ok(of(projection));
+            }
+            Err(Fault::new(
+                field.span(),
+                format!("`height` is {height:?}"),
+                "the height of an orthographic camera's picture is in world units, greater than 0",
+            ))
+        }
+        (Some(_), Some(field)) => Err(Fault::new(
             field.span(),
-            format!("`fov` is {fov_degrees:?}"),
-            "the vertical field of view is in degrees, greater than 0 and less than 180",
+            "the camera has both `fov` and `height`",
+            "`fov` is for a perspective camera, `height` for an orthographic one; remove one of them",
         )),
-        _ => Ok(camera),
     }
 }
 

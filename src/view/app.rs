@@ -20,7 +20,6 @@ use super::paint::palette;
 use super::painter::{self, Painted};
 use super::panels::{self, BAR, LINES};
 use super::reload::Watch;
-use super::rig::camera_toml;
 use super::save::{free_name, save};
 use super::screen::{Drawn, Panels, Screen, Shown};
 use super::show::Show;
@@ -31,7 +30,7 @@ use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::gpu::{Layer, Pick, Present, Words};
-use crate::scene::{Camera, ImageSize, Scene, reread_scene};
+use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
 use crate::trace::Kernel;
 
 /// The window's beginning.
@@ -641,7 +640,7 @@ impl<N: FnMut(&Notice)> App<N> {
     fn carry_out(&mut self, event_loop: &ActiveEventLoop, command: Command) {
         match command {
             Command::PrintCamera => {
-                let toml = camera_toml(&self.state.rig.camera);
+                let toml = camera_text(&self.state.rig.camera);
                 if toml != self.last_text {
                     self.state.tell("The camera is on standard output");
                     self.last_text.clone_from(&toml);

@@ -78,7 +78,8 @@ fn answer(
     match numbers.trace(&question.scene, kernel, question.pixel(), &turn.control) {
         Ok(hits) => {
             let (id, t) = (hits.id[0], hits.t[0]);
-            let position = pixels.view.position + pixels.direction(x, y) * f64::from(t);
+            let ray = pixels.ray(x, y);
+            let position = ray.origin + ray.direction * f64::from(t);
             let label = label(&question.scene, id);
             say(Ok(Answer { pixel: [x, y], view: pixels.view, id, label, t, position }));
         }

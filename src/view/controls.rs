@@ -223,8 +223,8 @@ fn wheel(ui: &Ui, at: DVec2, pixel: [u32; 2], state: &mut State) {
     let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
     let known = state.known(pixel).filter(|answer| answer.id != 0);
     let depth = known.map_or_else(|| state.rig.pivot_depth(), |answer| f64::from(answer.t));
-    let direction = state.rig.direction(at, size);
-    state.rig.zoom(direction, depth, ZOOM_STEP.powf(steps));
+    let across = state.rig.across(at, size);
+    state.rig.zoom(across, depth, ZOOM_STEP.powf(steps));
 }
 
 fn click(response: &Response, pixel: [u32; 2], state: &mut State) {
@@ -289,7 +289,7 @@ mod tests {
 
     use super::*;
     use crate::prepare::Prepared;
-    use crate::scene::{Camera, parse_scene};
+    use crate::scene::{Camera, Projection, parse_scene};
     use crate::trace::{Kernel, Rays};
     use crate::view::panels;
 
@@ -331,7 +331,8 @@ mod tests {
         frame(&context, &mut state, large, vec![button(at, true)]);
         frame(&context, &mut state, large, vec![button(at, false)]);
         let (scene, pixels) = (Arc::clone(&state.scene), state.pixels());
-        let camera = Camera { fov_degrees: 20.0, ..state.home.clone() };
+        let projection = Projection::Perspective { fov_degrees: 20.0 };
+        let camera = Camera { projection, ..state.home.clone() };
         let other = parse_scene(&FIGURE5.replace("radius", "radius "), Path::new("figure5.toml"));
         state.reload(Arc::new(other.unwrap()), camera);
         frame(&context, &mut state, small, vec![Event::PointerGone]);

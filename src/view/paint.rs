@@ -1,11 +1,12 @@
 //! Numbers as colours. A colour is a word: sRGB bytes, red lowest, then alpha.
 
-use crate::camera::{CameraF32, Pixels};
+use crate::arithmetic::Arithmetic;
+use crate::camera::{Bundle, CameraF32, Lens, Pixels, View};
 use crate::exact::{ExactPixels, signum_of_discriminant};
 use crate::guard::{self, Guard};
 use crate::kernel::RayOf;
 use crate::kernel::lecture::quadratic;
-use crate::kernel::relative::approach;
+use crate::kernel::relative::{RelativeSphere, approach};
 use crate::prepare::{Objects, Prepared};
 use crate::scene::{Color, Object, Scene};
 use crate::trace::{Hits, Level};
@@ -55,15 +56,23 @@ pub fn id_color(id: u32) -> Rgb {
 }
 
 /// True where the eye is outside of the sphere, or on the side of the plane that its normal points
-/// to. All of a picture's rays start at the eye, so what they see of an object is one side of it.
+/// to. All of a picture's rays start at the eye, so what they see of an object is one side of it;
+/// so it is where all run along one direction, but for spheres that the picture's plane cuts: of
+/// these most of what is seen tells.
 fn is_front(scene: &Scene, pixels: &Pixels, id: u32) -> bool {
-    let eye = pixels.view.position;
-    match scene.object(id) {
-        Some(Object::Sphere(sphere)) => {
+    let View { position: eye, forward, lens, .. } = pixels.view;
+    match (lens, scene.object(id)) {
+        (Lens::Perspective, Some(Object::Sphere(sphere))) => {
             crate::exact::is_outside(eye, sphere.center, sphere.radius).unwrap_or(true)
         }
-        Some(Object::Plane(plane)) => (eye - plane.point).dot(plane.normal) >= 0.0,
-        None => true,
+        (Lens::Perspective, Some(Object::Plane(plane))) => {
+            (eye - plane.point).dot(plane.normal) >= 0.0
+        }
+        (Lens::Orthographic, Some(Object::Sphere(sphere))) => {
+            (sphere.center - eye).dot(forward) > sphere.radius / 2.0
+        }
+        (Lens::Orthographic, Some(Object::Plane(plane))) => forward.dot(plane.normal) <= 0.0,
+        (_, None) => true,
     }
 }
 
@@ -183,16 +192,16 @@ pub struct Discriminants<'a> {
 impl<'a> Discriminants<'a> {
     /// For a scene prepared for the kernel whose arithmetic is looked at.
     pub fn new(prepared: &'a Prepared, pixels: &'a Pixels) -> Discriminants<'a> {
-        let eye = pixels.view.position;
+        let View { position, lens, .. } = pixels.view;
         let guard = |sphere: &crate::scene::Sphere| {
-            let distance = guard::length_bound(sphere.center - eye);
-            Guard::new(sphere.radius, distance, guard::UNIT_F64, guard::PIXELS)
+            let distance = guard::length_bound(sphere.center - position) + pixels.spread();
+            Guard::new(sphere.radius, distance, guard::UNIT_F64, guard::input_of(lens))
         };
         Discriminants {
             prepared,
             pixels,
             exact: ExactPixels::new(pixels),
-            camera: CameraF32::new(pixels),
+            camera: f32::camera(prepared, pixels),
             guards: prepared.scene.spheres.iter().map(guard).collect(),
         }
     }
@@ -200,12 +209,11 @@ impl<'a> Discriminants<'a> {
     /// The colour of the pixel with this index, where object `id` is seen.
     pub fn color(&self, index: usize, id: u32) -> u32 {
         let (x, y) = self.pixels.xy(index);
-        let direction = self.pixels.direction(x, y);
-        let ray = RayOf::<f64>::new(Vec3::ZERO, Vec3::ZERO, direction.into());
+        let ray = self.pixels.ray_from_position(x, y);
         // (‖P‖² , 1 − ‖P‖²/r²): the latter is D/(4ar²), and 1 where the line meets the centre.
         let nearness = |i: usize| {
             let sphere = &self.prepared.scene.spheres[i];
-            let l = Vec3::from(sphere.center - self.pixels.view.position);
+            let l = Vec3::from(sphere.center - self.pixels.view.position) - ray.origin;
             let p = l - direction_times(&ray, l);
             let m = dot3(p, p);
             (m, 1.0 - m / (sphere.radius * sphere.radius))
@@ -217,33 +225,28 @@ impl<'a> Discriminants<'a> {
         };
         let Some(i) = chosen else { return word(NOTHING) };
         let (m, value) = nearness(i);
+        let (column, row) = self.pixels.offset2(x, y);
+        let single = f32::pixel_ray(&self.camera, column, row);
         let sign = match &self.prepared.objects {
             Objects::Lecture(lists) => {
                 let sphere = &lists.spheres[i];
-                let o = self.prepared.reference.into();
-                let d = self.direction_f32(x, y);
-                sign(quadratic(o, d, Vec3(sphere.center), sphere.radius).discriminant)
+                let RayOf { origin, direction, .. } = single;
+                let equation = quadratic(origin, direction, Vec3(sphere.center), sphere.radius);
+                sign(equation.discriminant)
             }
-            Objects::Stable(lists) => {
-                let sphere = &lists.spheres[i];
-                let d = self.direction_f32(x, y);
-                let ray = RayOf::<f32>::new(Vec3::ZERO, Vec3::ZERO, d);
-                sign(approach(&ray, Vec3(sphere.center), sphere.radius).delta)
-            }
-            Objects::Double(lists) => {
-                let sphere = &lists.spheres[i];
-                let d = self.pixels.direction(x, y).into();
-                let ray = RayOf::<f64>::new(Vec3::ZERO, Vec3::ZERO, d);
-                sign(approach(&ray, Vec3(sphere.center), sphere.radius).delta)
-            }
+            Objects::Stable(lists) => self.sign_of_delta(&lists.spheres[i], &single),
+            Objects::Double(lists) => self.sign_of_delta(&lists.spheres[i], &ray),
             Objects::Certified(_) => self.exact_sign(i, m, x, y),
         };
         shade(sign, value)
     }
 
-    fn direction_f32(&self, x: u32, y: u32) -> Vec3<f32> {
-        let (i, j) = self.pixels.offset2(x, y);
-        self.camera.camera_direction(i as f32, j as f32)
+    fn sign_of_delta<S: RelativeSphere>(&self, sphere: &S, ray: &RayOf<S::Float>) -> i32 {
+        let l = match self.prepared.bundle() {
+            Bundle::Point => sphere.sphere_offset::<true>(ray),
+            Bundle::Parallel | Bundle::Free => sphere.sphere_offset::<false>(ray),
+        };
+        sign(approach(ray, l, sphere.radius()).delta)
     }
 
     /// The sign of D: in f64 where its bounds allow, else exactly.

@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use crate::camera::View;
-use crate::scene::{Camera, Scene};
+use crate::camera::{Lens, View};
+use crate::scene::{Camera, Projection, Scene};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn
 /// around.
@@ -12,6 +12,9 @@ const STEEPEST: f64 = 89.5 * std::f64::consts::PI / 180.0;
 /// Nearest distance of `look_at`, as a part of the largest coordinate of the eye: the direction of
 /// a shorter vector loses digits.
 const NEAREST_LOOK_AT: f64 = 1e-3;
+
+/// Smallest height of an orthographic camera's picture, and inverse of the largest, world units.
+const SMALLEST_HEIGHT: f64 = 1e-100;
 
 /// Room around what is framed.
 const FRAME_MARGIN: f64 = 1.08;
@@ -113,12 +116,12 @@ impl Rig {
         View::new(&self.camera)
     }
 
-    /// The ray through a point of the picture, `d·forward = 1`: `at` in pixels from the top left
-    /// corner of a picture of `size` pixels.
-    pub fn direction(&self, at: DVec2, size: DVec2) -> DVec3 {
-        let View { forward, right, true_up, h, .. } = self.view();
+    /// From the middle of the picture to a point of it, `at` in pixels from the top left corner of a
+    /// picture of `size` pixels: at distance 1, or for an orthographic camera in world units.
+    pub fn across(&self, at: DVec2, size: DVec2) -> DVec3 {
+        let View { right, true_up, h, .. } = self.view();
         let step = 2.0 * h / size.y;
-        forward + right * (step * (at.x - size.x / 2.0)) + true_up * (step * (size.y / 2.0 - at.y))
+        right * (step * (at.x - size.x / 2.0)) + true_up * (step * (size.y / 2.0 - at.y))
     }
 
     /// Depth of the pivot along the view axis; the distance of `look_at` where the pivot lies
@@ -145,15 +148,29 @@ impl Rig {
     /// Moves sideways so that a point at the pivot's depth follows a pointer that moves by `by`
     /// pixels, right and down, over a picture `height` pixels high.
     pub fn pan(&mut self, by: DVec2, height: f64) {
-        let View { right, true_up, h, .. } = self.view();
-        let step = 2.0 * h / height * self.pivot_depth();
+        let View { right, true_up, h, lens, .. } = self.view();
+        let depth = match lens {
+            Lens::Perspective => self.pivot_depth(),
+            Lens::Orthographic => 1.0,
+        };
+        let step = 2.0 * h / height * depth;
         self.translate((true_up * by.y - right * by.x) * step);
     }
 
-    /// Goes toward the point at depth `t` along `direction`, so that its distance is multiplied by
-    /// `factor`. That point stays where it is in the picture.
-    pub fn zoom(&mut self, direction: DVec3, t: f64, factor: f64) {
+    /// Goes toward the point at depth `t` that is seen `across` from the middle, so that its distance
+    /// is multiplied by `factor`; an orthographic camera takes a picture of `factor` times the height.
+    /// That point stays where it is in the picture.
+    pub fn zoom(&mut self, across: DVec3, t: f64, factor: f64) {
+        let direction = self.view().forward + across;
         let camera = &mut self.camera;
+        if let Projection::Orthographic { height } = &mut camera.projection {
+            let zoomed = (*height * factor).clamp(SMALLEST_HEIGHT, 1.0 / SMALLEST_HEIGHT);
+            let aside = across * (1.0 - zoomed / *height);
+            *height = zoomed;
+            camera.position += aside;
+            camera.look_at += aside;
+            return;
+        }
         let look = camera.look_at - camera.position;
         camera.position += direction * (t * (1.0 - factor));
         let nearest = NEAREST_LOOK_AT * camera.position.abs().max_element();
@@ -170,9 +187,15 @@ impl Rig {
     /// Looks at all of `extent` from where it looks now; `aspect` is width over height.
     pub fn frame(&mut self, extent: Extent, aspect: f64) {
         let View { forward, h, .. } = self.view();
-        // The narrower half angle is the one that counts.
-        let half_angle = (h * aspect.min(1.0)).atan();
-        let distance = FRAME_MARGIN * extent.radius / half_angle.sin();
+        let radius = FRAME_MARGIN * extent.radius;
+        let distance = match &mut self.camera.projection {
+            // The narrower half angle is the one that counts.
+            Projection::Perspective { .. } => radius / (h * aspect.min(1.0)).atan().sin(),
+            Projection::Orthographic { height } => {
+                *height = 2.0 * radius / aspect.min(1.0);
+                2.0 * radius
+            }
+        };
         self.pivot = extent.center;
         self.camera.look_at = extent.center;
         self.camera.position = extent.center - forward * distance;
@@ -198,31 +221,19 @@ impl Rig {
     }
 }
 
-/// The camera as a scene file has it, with all digits: read again, it is the same one.
-pub fn camera_toml(camera: &Camera) -> String {
-    let vector = |v: DVec3| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
-    format!(
-        "[camera]\nposition = {}\nlook_at  = {}\nup       = {}\nfov      = {:?}\n",
-        vector(camera.position),
-        vector(camera.look_at),
-        vector(camera.up),
-        camera.fov_degrees
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::{Color, Plane, Sphere, parse_scene};
+    use crate::scene::{Color, Plane, Sphere, camera_text, parse_scene};
 
     fn rig() -> Rig {
         Rig::new(&Camera {
             position: DVec3::new(1.0, 2.0, 9.0),
             look_at: DVec3::new(0.0, 1.0, 0.0),
             up: DVec3::Y,
-            fov_degrees: 40.0,
+            projection: Projection::Perspective { fov_degrees: 40.0 },
         })
     }
 
@@ -238,9 +249,10 @@ mod tests {
 
     /// Where a point appears in a picture of [`SIZE`].
     fn seen_at(rig: &Rig, point: DVec3) -> DVec2 {
-        let View { position, forward, right, true_up, h } = rig.view();
+        let View { position, forward, right, true_up, h, lens } = rig.view();
         let l = point - position;
-        let step = 2.0 * h / SIZE.y * l.dot(forward);
+        let depth = if lens == Lens::Perspective { l.dot(forward) } else { 1.0 };
+        let step = 2.0 * h / SIZE.y * depth;
         SIZE / 2.0 + DVec2::new(l.dot(right), -l.dot(true_up)) / step
     }
 
@@ -302,26 +314,68 @@ mod tests {
     fn zoom_keeps_the_point_under_the_pointer_and_comes_nearer() {
         let mut rig = rig();
         let pointer = DVec2::new(500.0, 90.0);
-        let direction = rig.direction(pointer, SIZE);
+        let across = rig.across(pointer, SIZE);
         let t = 6.0;
-        let point = rig.camera.position + direction * t;
+        let point = rig.camera.position + (rig.view().forward + across) * t;
         assert_close(seen_at(&rig, point), pointer);
         for factor in [0.5, 0.9, 3.0] {
             let before = rig.camera.position.distance(point);
             let depth = (point - rig.camera.position).dot(rig.view().forward);
-            rig.zoom(direction, depth, factor);
+            rig.zoom(across, depth, factor);
             assert_close(seen_at(&rig, point), pointer);
             let now = rig.camera.position.distance(point);
             assert!((now - before * factor).abs() < 1e-9);
         }
     }
 
+    fn orthographic_rig() -> Rig {
+        let mut rig = rig();
+        rig.camera.projection = Projection::Orthographic { height: 7.0 };
+        rig
+    }
+
+    #[test]
+    fn an_orthographic_zoom_takes_another_height() {
+        let mut rig = orthographic_rig();
+        let pointer = DVec2::new(500.0, 90.0);
+        let point = rig.camera.position + rig.across(pointer, SIZE) + rig.view().forward * 6.0;
+        for factor in [0.5, 0.9, 3.0] {
+            rig.zoom(rig.across(pointer, SIZE), 6.0, factor);
+            assert_close(seen_at(&rig, point), pointer);
+        }
+        let Projection::Orthographic { height } = rig.camera.projection else { panic!() };
+        assert!((height - 7.0 * 0.5 * 0.9 * 3.0).abs() < 1e-9);
+        for _ in 0..5000 {
+            rig.zoom(rig.across(SIZE / 2.0, SIZE), 6.0, 0.8);
+        }
+        assert!(rig.view().h > 0.0 && rig.camera.position.is_finite());
+    }
+
+    #[test]
+    fn an_orthographic_camera_pans_frames_and_prints() {
+        let mut rig = orthographic_rig();
+        let by = DVec2::new(31.0, -17.0);
+        let (point, before) = (rig.pivot, seen_at(&rig, rig.pivot));
+        rig.pan(by, SIZE.y);
+        assert_close(seen_at(&rig, point), before + by);
+        let extent = Extent { center: DVec3::new(1.0, 2.0, 3.0), radius: 4.0 };
+        for aspect in [1.5, 0.5] {
+            rig.frame(extent, aspect);
+            let View { position, forward, h, .. } = rig.view();
+            assert!((extent.center - position).dot(forward) > extent.radius, "before the plane");
+            let narrower = h * aspect.min(1.0);
+            assert!((1.0..1.2).contains(&(narrower / extent.radius)), "fills it");
+        }
+        let scene = parse_scene(&camera_text(&rig.camera), Path::new("p.toml")).unwrap();
+        assert_eq!(scene.camera, Some(rig.camera));
+    }
+
     #[test]
     fn endless_zoom_keeps_a_view() {
         let mut rig = rig();
-        let direction = rig.direction(SIZE / 2.0, SIZE);
+        let across = rig.across(SIZE / 2.0, SIZE);
         for _ in 0..5000 {
-            rig.zoom(direction, rig.pivot_depth(), 0.8);
+            rig.zoom(across, rig.pivot_depth(), 0.8);
         }
         let view = rig.view();
         assert!(view.forward.is_finite() && view.right.is_finite(), "{view:?}");
@@ -349,7 +403,7 @@ mod tests {
             let size = DVec2::new(SIZE.y * aspect, SIZE.y);
             let mut rig = rig();
             rig.frame(extent, aspect);
-            let View { position, forward, right, true_up, h } = rig.view();
+            let View { position, forward, right, true_up, h, .. } = rig.view();
             // The planes of the frame's sides: a ball is inside where it is far enough from them.
             let sides = [(right, h * aspect), (-right, h * aspect), (true_up, h), (-true_up, h)];
             let room = |center: DVec3, radius: f64| {
@@ -398,8 +452,8 @@ mod tests {
     fn a_printed_camera_is_the_same_camera() {
         let mut rig = rig();
         rig.orbit(0.123, 0.0456);
-        rig.zoom(rig.direction(DVec2::new(3.0, 4.0), SIZE), 1e-7, 0.3);
-        let scene = parse_scene(&camera_toml(&rig.camera), Path::new("p.toml")).unwrap();
+        rig.zoom(rig.across(DVec2::new(3.0, 4.0), SIZE), 1e-7, 0.3);
+        let scene = parse_scene(&camera_text(&rig.camera), Path::new("p.toml")).unwrap();
         assert_eq!(scene.camera, Some(rig.camera));
     }
 }

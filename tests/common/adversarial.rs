@@ -203,6 +203,7 @@ impl Real for Adversarial {
     const FOUR: Self = Adversarial(4.0);
     const INFINITY: Self = Adversarial(f32::INFINITY);
     const LARGEST: Self = Adversarial(f32::MAX);
+    const SMALL: Self = Adversarial(<f32 as Real>::SMALL);
 
     fn sqrt(self) -> Self {
         let nearest = self.0.sqrt();

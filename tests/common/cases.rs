@@ -5,9 +5,9 @@
 use std::fmt::Write as _;
 
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::{ExactRay, Shape};
-use kugelblitz::scene::Camera;
+use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -57,12 +57,13 @@ impl Case {
             CaseRay::Pixel(p, x, y) => write!(
                 text,
                 "ray: CaseRay::Pixel(Pixels::whole(View {{ position: {}, forward: {}, right: {}, \
-                 true_up: {}, h: {:e} }}, {}, {}), {x}, {y}), ",
+                 true_up: {}, h: {:e}, lens: Lens::{:?} }}, {}, {}), {x}, {y}), ",
                 v(p.view.position),
                 v(p.view.forward),
                 v(p.view.right),
                 v(p.view.true_up),
                 p.view.h,
+                p.view.lens,
                 p.image_width,
                 p.image_height
             ),
@@ -305,21 +306,31 @@ pub fn exponent_case(rng: &mut impl Rng) -> Case {
 }
 
 pub fn pixel_case(rng: &mut impl Rng) -> Case {
+    let projection = Projection::Perspective { fov_degrees: rng.random_range(1.0..170.0) };
+    case_of_camera("pixels", projection, rng)
+}
+
+pub fn orthographic_case(rng: &mut impl Rng) -> Case {
+    let projection = Projection::Orthographic { height: rng.random_range(0.01..20.0) };
+    case_of_camera("orthographic", projection, rng)
+}
+
+fn case_of_camera(family: &'static str, projection: Projection, rng: &mut impl Rng) -> Case {
     let view = View::new(&Camera {
         position: any_vector(rng, 10.0),
         look_at: any_vector(rng, 10.0),
         up: any_vector(rng, 1.0),
-        fov_degrees: rng.random_range(1.0..170.0),
+        projection,
     });
     let (width, height) = (rng.random_range(1..5000), rng.random_range(1..3000));
     let pixels = Pixels::whole(view, width, height);
     let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
-    let d = pixels.direction(x, y);
+    let Ray { origin, direction: d } = pixels.ray(x, y);
     let n = rng.random_range(1..5);
     let shapes = (0..n)
         .map(|_| {
             let t = rng.random_range(-2.0..30.0);
-            let at = view.position + d * t;
+            let at = origin + d * t;
             match rng.random_range(0..4) {
                 // Grazing to f64 rounding.
                 0 => {
@@ -327,12 +338,47 @@ pub fn pixel_case(rng: &mut impl Rng) -> Case {
                     sphere(at + d.cross(any_vector(rng, 1.0)).normalize() * r, r)
                 }
                 1 => sphere(at + any_vector(rng, 2.0), rng.random_range(0.1..5.0)),
-                2 => sphere(view.position + any_vector(rng, 0.5), rng.random_range(0.5..3.0)),
+                2 => sphere(origin + any_vector(rng, 0.5), rng.random_range(0.5..3.0)),
                 _ => plane(at, any_vector(rng, 1.0)),
             }
         })
         .collect();
-    Case { family: "pixels", ray: CaseRay::Pixel(pixels, x, y), objects: numbered(rng, shapes) }
+    Case { family, ray: CaseRay::Pixel(pixels, x, y), objects: numbered(rng, shapes) }
+}
+
+/// An orthographic camera along an axis whose pixels are integers apart, and integer spheres and
+/// planes: rays are tangent exactly, roots are integers and equal, and start on surfaces. But for
+/// the picture's height, which is often odd, all numbers of the rays would be integers.
+pub fn exact_orthographic_case(rng: &mut impl Rng) -> Case {
+    let (width, height) = (rng.random_range(1..60), rng.random_range(1..60));
+    let view = View {
+        position: integer_vector(rng, 100),
+        forward: dvec3(0.0, 0.0, -1.0),
+        right: dvec3(1.0, 0.0, 0.0),
+        true_up: dvec3(0.0, 1.0, 0.0),
+        h: f64::from(height),
+        lens: Lens::Orthographic,
+    };
+    let pixels = Pixels::whole(view, width, height);
+    let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
+    let (i, j) = pixels.offset2(x, y);
+    let origin = view.position + dvec3(i as f64, j as f64, 0.0);
+    let mut shapes = Vec::new();
+    for _ in 0..rng.random_range(1..4) {
+        // How far ahead the middle lies; 3² + 4² = 5², so that half the chord is 0, 3, 4 or 5.
+        let depth = f64::from(rng.random_range(-6..12));
+        let k = f64::from(rng.random_range(1..4));
+        let aside = [dvec3(3.0, 4.0, 0.0), dvec3(3.0, 0.0, 0.0), dvec3(0.0, 4.0, 0.0), DVec3::ZERO];
+        let aside = aside[rng.random_range(0..4)] * k;
+        shapes.push(sphere(origin + aside - DVec3::Z * depth, 5.0 * k));
+    }
+    shapes
+        .push(plane(origin - DVec3::Z * f64::from(rng.random_range(0..4)), integer_vector(rng, 3)));
+    Case {
+        family: "exact orthographic",
+        ray: CaseRay::Pixel(pixels, x, y),
+        objects: numbered(rng, shapes),
+    }
 }
 
 /// A camera along the axes with `h = 1`: pixels whose rays are tangent exactly, `t` with `H`.
@@ -343,6 +389,7 @@ pub fn exact_pixel_case(rng: &mut impl Rng) -> Case {
         right: dvec3(1.0, 0.0, 0.0),
         true_up: dvec3(0.0, 1.0, 0.0),
         h: 1.0,
+        lens: Lens::Perspective,
     };
     let (width, height) = (rng.random_range(1..60), rng.random_range(1..60));
     let pixels = Pixels::whole(view, width, height);
@@ -367,7 +414,7 @@ pub fn exact_pixel_case(rng: &mut impl Rng) -> Case {
     }
 }
 
-pub const FAMILIES: [fn(&mut ChaCha8Rng) -> Case; 7] = [
+pub const FAMILIES: [fn(&mut ChaCha8Rng) -> Case; 9] = [
     random_case,
     silhouette_case,
     integer_tie_case,
@@ -375,6 +422,8 @@ pub const FAMILIES: [fn(&mut ChaCha8Rng) -> Case; 7] = [
     exponent_case,
     pixel_case,
     exact_pixel_case,
+    orthographic_case,
+    exact_orthographic_case,
 ];
 
 /// A seed that differs from run to run, or the one that is asked for.

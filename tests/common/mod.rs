@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 #[cfg(feature = "gpu")]
 use kugelblitz::gpu::{Gpu, Pick};
-use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
@@ -57,7 +57,12 @@ pub fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
 
 /// A camera looking from one point to another.
 pub fn camera(position: DVec3, look_at: DVec3) -> Camera {
-    Camera { position, look_at, up: DVec3::Y, fov_degrees: 45.0 }
+    Camera {
+        position,
+        look_at,
+        up: DVec3::Y,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
+    }
 }
 
 /// An `.npy` file of these rows: `value` is `<f4`, `>f4`, `<f8` or `>f8`.

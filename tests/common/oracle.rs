@@ -9,7 +9,7 @@
 use std::cmp::Ordering;
 
 use glam::DVec3;
-use kugelblitz::camera::Pixels;
+use kugelblitz::camera::{Lens, Pixels};
 use kugelblitz::exact::Shape;
 use kugelblitz::trace::Ray;
 use num_bigint::BigInt;
@@ -55,10 +55,12 @@ impl OracleRay {
         let (x, y) = (int(x.into()) + &half, int(y.into()) + &half);
         let right = (int(2) * x / &w - int(1)) * q(view.h) * (&w / &h);
         let up = (int(1) - int(2) * y / &h) * q(view.h);
-        let (f, r, u) = (q3(view.forward), q3(view.right), q3(view.true_up));
-        OracleRay {
-            origin: q3(view.position),
-            direction: std::array::from_fn(|i| &f[i] + &right * &r[i] + &up * &u[i]),
+        let (o, f) = (q3(view.position), q3(view.forward));
+        let (r, u) = (q3(view.right), q3(view.true_up));
+        let moved = |v: &[Q; 3]| std::array::from_fn(|i| &v[i] + &right * &r[i] + &up * &u[i]);
+        match view.lens {
+            Lens::Perspective => OracleRay { direction: moved(&f), origin: o },
+            Lens::Orthographic => OracleRay { origin: moved(&o), direction: f },
         }
     }
 

@@ -3,16 +3,16 @@
 #![allow(dead_code)] // each test uses what it needs
 
 use glam::{DVec3, Vec3Swizzles as _, dvec3};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::Shape;
-use kugelblitz::scene::{Camera, Color, Plane, Scene, Sphere};
+use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Ray, Rays};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::cases::{
-    CaseRay, any_vector, exact_pixel_case, integer, integer_frame, integer_tie_case, nonzero,
-    nudged, on_surface_case, plane, random_case, scaled, sphere,
+    Case, CaseRay, any_vector, exact_orthographic_case, exact_pixel_case, integer, integer_frame,
+    integer_tie_case, nonzero, nudged, on_surface_case, plane, random_case, scaled, sphere,
 };
 
 /// Objects, and rays that meet them where it is hard.
@@ -31,7 +31,7 @@ fn setup(shapes: Vec<Shape>, aims: Vec<Ray>) -> Setup {
 /// A name and its setups.
 pub type Family = (&'static str, fn(&mut ChaCha8Rng) -> Setup);
 
-pub const FAMILIES: [Family; 12] = [
+pub const FAMILIES: [Family; 13] = [
     ("silhouettes", silhouettes),
     ("eye near surface", eye_near_surface),
     ("eye on surface", eye_on_surface),
@@ -44,6 +44,7 @@ pub const FAMILIES: [Family; 12] = [
     ("integer ties", integer_ties),
     ("random", random),
     ("exact pixels", exact_pixels),
+    ("exact orthographic", exact_orthographic),
 ];
 
 /// Where a batch's rays come from.
@@ -52,9 +53,11 @@ pub enum Source {
     OneOrigin,
     ManyOrigins,
     Pixels,
+    Orthographic,
 }
 
-pub const SOURCES: [Source; 3] = [Source::OneOrigin, Source::ManyOrigins, Source::Pixels];
+pub const SOURCES: [Source; 4] =
+    [Source::OneOrigin, Source::ManyOrigins, Source::Pixels, Source::Orthographic];
 
 /// A scene with rays.
 pub struct Batch {
@@ -70,12 +73,13 @@ pub fn batch(seed: u64, index: u64) -> Batch {
     rng.set_stream(index);
     let n = FAMILIES.len() as u64;
     let family = (index % n) as usize;
-    let source = SOURCES[(index / n % 3) as usize];
+    let source = SOURCES[(index / n % SOURCES.len() as u64) as usize];
     let mut setup = FAMILIES[family].1(&mut rng);
     move_and_scale(&mut rng, &mut setup);
     let rays = match source {
-        Source::Pixels => Rays::Pixels(picture(&mut rng, &setup)),
-        _ => Rays::List(list(&mut rng, &setup, source)),
+        Source::Pixels => Rays::Pixels(picture(&mut rng, &setup, Lens::Perspective)),
+        Source::Orthographic => Rays::Pixels(picture(&mut rng, &setup, Lens::Orthographic)),
+        Source::OneOrigin | Source::ManyOrigins => Rays::List(list(&mut rng, &setup, source)),
     };
     Batch { family, source, scene: scene_of(&setup.shapes), rays }
 }
@@ -160,6 +164,9 @@ fn move_and_scale(rng: &mut impl Rng, setup: &mut Setup) {
     }
     if let Some(pixels) = &mut setup.pixels {
         pixels.view.position = place(pixels.view.position);
+        if pixels.view.lens == Lens::Orthographic {
+            pixels.view.h *= scale;
+        }
     }
 }
 
@@ -206,7 +213,7 @@ fn beside(rng: &mut impl Rng, direction: DVec3) -> DVec3 {
 }
 
 /// A small picture around one of the aims; where its size is odd, the aim is its axis.
-fn picture(rng: &mut impl Rng, setup: &Setup) -> Pixels {
+fn picture(rng: &mut impl Rng, setup: &Setup, lens: Lens) -> Pixels {
     if let Some(pixels) = setup.pixels {
         return pixels;
     }
@@ -216,7 +223,7 @@ fn picture(rng: &mut impl Rng, setup: &Setup) -> Pixels {
         position: DVec3::ZERO,
         look_at: along,
         up: across(rng, along),
-        fov_degrees: 45.0,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
     });
     if rng.random_bool(0.3) && aim.direction.abs().max_element() == aim.direction.length() {
         // Along an axis: an exact frame.
@@ -230,6 +237,10 @@ fn picture(rng: &mut impl Rng, setup: &Setup) -> Pixels {
         1 => power_of_two(rng, -50, 4),
         _ => power_of_ten(rng, -15.0, 0.0),
     };
+    view.lens = lens;
+    if lens == Lens::Orthographic {
+        view.h *= aim.direction.length();
+    }
     let side = |rng: &mut dyn FnMut() -> u32| 2 * rng() + 1;
     let width = side(&mut || rng.random_range(0..13)) + u32::from(rng.random_bool(0.1));
     let height = side(&mut || rng.random_range(0..13)) + u32::from(rng.random_bool(0.1));
@@ -544,7 +555,14 @@ fn random(rng: &mut ChaCha8Rng) -> Setup {
 }
 
 fn exact_pixels(rng: &mut ChaCha8Rng) -> Setup {
-    let case = exact_pixel_case(rng);
+    around_pixel(exact_pixel_case(rng))
+}
+
+fn exact_orthographic(rng: &mut ChaCha8Rng) -> Setup {
+    around_pixel(exact_orthographic_case(rng))
+}
+
+fn around_pixel(case: Case) -> Setup {
     let CaseRay::Pixel(mut pixels, x, y) = case.ray else { unreachable!("a pixel's case") };
     let shapes: Vec<Shape> = case.objects.iter().map(|&(_, shape)| shape).collect();
     // The pixel and its neighbours.
@@ -552,6 +570,5 @@ fn exact_pixels(rng: &mut ChaCha8Rng) -> Setup {
     pixels.y = y.saturating_sub(8);
     pixels.width = (pixels.image_width - pixels.x).min(17);
     pixels.height = (pixels.image_height - pixels.y).min(17);
-    let ray = Ray { origin: pixels.view.position, direction: pixels.direction(x, y) };
-    Setup { shapes, aims: vec![ray], pixels: Some(pixels) }
+    Setup { shapes, aims: vec![pixels.ray(x, y)], pixels: Some(pixels) }
 }
