@@ -20,7 +20,9 @@ pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,
 };
-pub(crate) use write::{camera_text, cloud_scene_text};
+#[cfg(feature = "view")]
+pub(crate) use write::camera_text;
+pub(crate) use write::cloud_scene_text;
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
