@@ -35,7 +35,7 @@ pub struct Made {
 
 impl Device {
     /// The best Vulkan device where there is one, else the CPU. To choose, open a
-    /// [`Gpu`](crate::gpu::Gpu).
+    /// `gpu::Gpu`.
     pub fn best() -> Device {
         #[cfg(feature = "gpu")]
         if let Ok(gpu) = Gpu::open(&crate::gpu::Pick::Best) {

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::trace::{Hits, Rays, Timing};
 
-/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
+/// A backend with a scene, made for certain [`Wants`](crate::trace::Wants): takes rays, gives hits.
 pub trait Tracer: Send {
     /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
     /// `certified` proposes ids alone, in f32: an object, 0, or
@@ -41,7 +41,7 @@ pub trait Tracer: Send {
         self.certify(rays, control, hits, timing)
     }
 
-    /// Takes another prepared scene, with the same [`Wants`]. After an error all is as before.
+    /// Takes another prepared scene, with the same [`Wants`](crate::trace::Wants). After an error all is as before.
     ///
     /// # Errors
     /// Those of making a tracer.

@@ -38,10 +38,10 @@ const GPU_STEP: u64 = 61;
 const BATCHES_PER_ROUND: u64 = 4096;
 
 /// Tallies by family and source.
-type Tallies = Vec<[Tally; 3]>;
+type Tallies = Vec<[Tally; SOURCES.len()]>;
 
 fn no_tallies() -> Tallies {
-    vec![[Tally::default(); 3]; FAMILIES.len()]
+    vec![[Tally::default(); SOURCES.len()]; FAMILIES.len()]
 }
 
 fn add(mut a: Tallies, b: Tallies) -> Tallies {

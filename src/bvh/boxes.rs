@@ -9,8 +9,8 @@
 //! A ray's direction is that of the scene, times a power of two. So each slab is that of the exact ray
 //! but for these roundings of `½·2⁻⁵²`: of `L_k`, of `L_k − r` and of the margin's subtraction, of the
 //! widening by the slack (each of up to `|L_k| + r`), and of the origin, of its own size. Together
-//! `2⁻⁵¹(|L_k| + r)`, [`NEED`], and `2⁻⁵³` of the origin. What follows, the difference, the inverse
-//! and the product, is relative and in [`enter`]'s `WIDER`.
+//! `2⁻⁵¹(|L_k| + r)`, `NEED`, and `2⁻⁵³` of the origin. What follows, the difference, the inverse
+//! and the product, is relative and in `enter`'s `WIDER`.
 //!
 //! The margin is `2³¹` times that, because the builder needs boxes that f32 tells apart (see
 //! [`super`]), and a wider margin costs nothing: half of it is seen by no test of a ray. A test looks at

@@ -505,7 +505,7 @@ pub(crate) fn propose<F: Filter>(
     nearest.decide()
 }
 
-/// Rays that [`propose_packet`] takes at a time: two registers of four, or one of eight.
+/// Rays that `propose_packet` takes at a time: two registers of four, or one of eight.
 pub const PACKET: usize = 8;
 
 /// [`propose`] for a packet of pixels' rays. The same operations, ordered so that the compiler finds
