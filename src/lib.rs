@@ -93,6 +93,22 @@
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
+//! # The way of a pixel, from `cli/render.rs` to the file
+//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`camera::Pixels`] of its camera.
+//! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
+//!    and, over many spheres, the hierarchy of [`bvh`]. [`device::Device::tracer`] makes a
+//!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
+//! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
+//! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
+//!    `shaders/render.wgsl`, on the CPU the twins in [`kernel`], `cpu/tile.rs` for many spheres.
+//! 5. [`tracer::Tracer::certify`] calls `certify::finish`: f64 decides what was left open, exact
+//!    arithmetic ([`exact::nearest`]) the rest; `t` and normals are filled in.
+//! 6. [`shade::Shader::shade`] makes colours of the hits.
+//! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
+//! 8. [`output::commit`] puts the file in its place, last of all.
+//!
+//! `CONTRIBUTING.md` says which files a change touches.
+//!
 //! # What is not promised
 //! The kernels `lecture`, `stable` and `double` promise no object. A number that is not finite has no
 //! meaning: the scene reader refuses it, and scenes made otherwise must not have one. Before
