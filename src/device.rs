@@ -81,7 +81,6 @@ impl Device {
     #[cfg(feature = "gpu")]
     pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
         match self {
-            #[cfg(feature = "gpu")]
             Device::Gpu(gpu) => gpu.is_ieee(kernel),
             Device::Cpu => Ok(true),
         }

@@ -248,6 +248,19 @@ impl Prepared {
         Ok(())
     }
 
+    /// True where preparing anew for `rays` would give the same numbers. Lists that only fit, see
+    /// [`Prepared::check`], may have a better reference point of their own.
+    pub fn is_for(&self, rays: &Rays) -> bool {
+        let is_same = match (self.made_for, rays) {
+            (MadeFor::Origins(farthest), Rays::List(rays)) => {
+                reference_of_list(rays, self.kernel) == self.reference
+                    && spread(rays, self.reference) == farthest
+            }
+            _ => true,
+        };
+        is_same && self.check(rays).is_ok()
+    }
+
     /// How the rays lie to each other.
     pub fn bundle(&self) -> Bundle {
         match self.made_for {

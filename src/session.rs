@@ -8,13 +8,13 @@ use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
-use crate::memory::Available;
+use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
-use crate::render::{Plan, Rendered, plan, render, trace_only};
+use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
-use crate::shade::Shader;
+use crate::shade::{Encoding, Shader};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -137,31 +137,22 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<(&mut Ready, Making)> {
-        let (ready, making) = match self.ready.take() {
-            Some(ready) if ready.suits(&self.scene, self.kernel, rays, wants) => {
-                (ready, Making::default())
-            }
-            old => self.make(old, rays, wants, control)?,
+        let suits = |ready: &Ready| ready.suits(&self.scene, self.kernel, rays, wants);
+        let (ready, making) = match self.ready.take_if(|ready| suits(ready)) {
+            Some(ready) => (ready, Making::default()),
+            None => self.make(rays, wants, control)?,
         };
         Ok((self.ready.insert(ready), making))
     }
 
-    fn make(
-        &self,
-        old: Option<Ready>,
-        rays: &Rays,
-        wants: Wants,
-        control: &Control,
-    ) -> Result<(Ready, Making)> {
+    fn make(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<(Ready, Making)> {
         let start = Instant::now();
         let prepared = Prepared::new_with(Arc::clone(&self.scene), self.kernel, rays, control)?;
         let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
         control.check()?;
         let build = prepared.build_time();
         let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
-        if let Some(Ready { mut tracer, wants: old_wants, .. }) = old
-            && old_wants == wants
-        {
+        if let Some(Ready { mut tracer, .. }) = self.ready.take_if(|old| old.wants == wants) {
             let start = Instant::now();
             tracer.retarget(Arc::clone(&prepared))?;
             let upload = start.elapsed();
@@ -189,10 +180,15 @@ impl Session {
     /// Draws a picture into memory.
     ///
     /// # Errors
-    /// Those of [`Session::pixels`], [`Session::trace`] and [`Shader::shade`].
+    /// Those of [`Session::pixels`], [`Session::trace`] and [`Shader::shade`];
+    /// [`crate::Error::TooLarge`] where the picture does not fit the memory.
     pub fn render(&mut self, width: u32, height: u32) -> Result<Picture> {
         let pixels = self.pixels(width, height)?;
         let wants = Wants { surface: true, level: true };
+        let n_pixels = pixels.len() as u64;
+        let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_pixels);
+        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors);
+        memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
         let srgb8 = Shader::srgb8(&self.scene, &hits)?;
@@ -273,7 +269,7 @@ impl Ready {
         self.wants == wants
             && self.prepared.kernel == kernel
             && Arc::ptr_eq(&self.prepared.scene, scene)
-            && self.prepared.check(rays).is_ok()
+            && self.prepared.is_for(rays)
     }
 }
 
@@ -318,6 +314,37 @@ mod tests {
         assert_ne!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
         let other = Rays::Pixels(session.pixels(64, 47).unwrap());
         assert_ne!(session.make_ready(&other, wants, &control).unwrap(), Making::default());
+    }
+
+    #[test]
+    fn a_list_gets_the_numbers_of_its_own() {
+        let list = |x: f64| {
+            let ray = |x| Ray { origin: DVec3::new(x, 0.0, 3.0), direction: DVec3::NEG_Z };
+            Rays::List(vec![ray(0.0), ray(x)])
+        };
+        let trace = |session: &mut Session, rays: &Rays| {
+            let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+            session.trace(rays, wants, &Control::default(), &mut hits).unwrap();
+            hits
+        };
+        let mut stable = Session::new(ball(), Device::Cpu, Kernel::Stable);
+        let alone = trace(&mut stable, &list(0.3));
+        trace(&mut stable, &list(1e9));
+        assert_eq!(trace(&mut stable, &list(0.3)), alone);
+    }
+
+    #[test]
+    fn what_is_refused_leaves_the_session_as_it_was() {
+        let mut session = session();
+        let (wants, control) = (Wants::default(), Control::default());
+        let rays = Rays::Pixels(session.pixels(64, 48).unwrap());
+        session.make_ready(&rays, wants, &control).unwrap();
+        let cancelled = Control::default();
+        cancelled.cancel();
+        let other = Rays::Pixels(session.pixels(32, 24).unwrap());
+        assert!(session.make_ready(&other, wants, &cancelled).is_err());
+        assert_eq!(session.make_ready(&rays, wants, &control).unwrap(), Making::default());
+        assert_eq!(session.render(1 << 20, 1 << 20).unwrap_err().exit_code(), 7);
     }
 
     #[test]

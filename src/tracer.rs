@@ -41,7 +41,8 @@ pub trait Tracer: Send {
         self.certify(rays, control, hits, timing)
     }
 
-    /// Takes another prepared scene, with the same [`Wants`](crate::trace::Wants). After an error all is as before.
+    /// Takes another prepared scene, with the same [`Wants`](crate::trace::Wants). After an
+    /// error it can trace no more.
     ///
     /// # Errors
     /// Those of making a tracer.

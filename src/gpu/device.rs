@@ -74,21 +74,25 @@ impl OpenDevice {
         self.queue.submit([commands])
     }
 
-    /// Fails with the first error that the device has reported since it was opened.
+    /// Fails with the first error that the device has reported since it was opened. A lack of memory
+    /// is told once, with what followed from it: less may fit.
     ///
     /// # Errors
-    /// [`Error::Device`]
+    /// [`Error::Device`], [`Error::TooLarge`]
     pub(crate) fn check(&self) -> Result<()> {
-        let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Failure::OutOfMemory) = errors.first() {
+            errors.clear();
+            return Err(Error::TooLarge(format!(
+                "`{}` has too little memory for this; use fewer objects or `--device cpu`",
+                self.facts.name
+            )));
+        }
         match errors.first() {
             Some(Failure::Other(error)) => {
                 Err(Error::Device(format!("`{}`: {error}", self.facts.name)))
             }
-            Some(Failure::OutOfMemory) => Err(Error::TooLarge(format!(
-                "`{}` has too little memory for this; use fewer objects or `--device cpu`",
-                self.facts.name
-            ))),
-            None => Ok(()),
+            Some(Failure::OutOfMemory) | None => Ok(()),
         }
     }
 

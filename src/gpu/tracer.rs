@@ -96,8 +96,7 @@ impl GpuTracer {
         let hierarchy = device_hierarchy(&gpu, &prepared)?;
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
-        let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
-        let tile_rays = (FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
+        let tile_rays = first_tile_rays(&prepared);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
@@ -118,6 +117,12 @@ impl GpuTracer {
         tracer.compile_time += start.elapsed();
         Ok(tracer)
     }
+}
+
+/// Rays of the first dispatch.
+fn first_tile_rays(prepared: &Prepared) -> usize {
+    let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
+    (FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS)
 }
 
 /// The labels and bytes of the kinds of objects that there are.
@@ -246,6 +251,7 @@ impl Tracer for GpuTracer {
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
+        check_memory(&self.gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
         let needs = prepared.needs(self.wants);
         let is_new = needs != self.prepared.needs(self.wants);
@@ -257,6 +263,7 @@ impl Tracer for GpuTracer {
             let objects =
                 object_bytes(&prepared).map(|(label, bytes)| self.gpu.storage(label, bytes));
             self.objects = objects.collect();
+            self.tile_rays = first_tile_rays(&prepared);
         } else {
             for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
