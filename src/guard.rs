@@ -89,7 +89,7 @@
 //! Underflow adds at most `2⁻¹²⁶` (f32) a step. With `r ≥ 2⁻⁴⁰`, `ℓ ≤ 2⁶⁰`, `1 ≤ |d| ≤ 2³⁰` this is
 //! below the slack of the constants, and nothing overflows. Under a square root it is more: `2⁻⁶³`.
 //! But `outer2 − m` is 0 or at least `2⁻¹⁰⁴` for `r ≥ 2⁻⁴⁰`, so that its product with `ι` underflows
-//! only for `|d| > 2¹¹`, where the error is at most `slack/|d|` and all of the slack, above `2⁻⁵⁹`,
+//! only for `|d| > 2¹¹`, where the error is at most `slack/|d|` and all of the slack, above `2⁻⁶⁰`,
 //! is granted. This is why far spheres take the longest `|d|` into account although `ρ` itself does
 //! not depend on it. Objects outside that range are undecided, never wrong.
 //!

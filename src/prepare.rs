@@ -145,6 +145,7 @@ impl Prepared {
     /// [`Prepared::check`].
     ///
     /// # Errors
+    /// [`Error::Usage`] for a ray with a number that is not finite;
     /// [`Error::TooLarge`] where the kernel's numbers or the hierarchy over many spheres would not fit
     /// the memory; [`Error::Host`] where this processor's arithmetic is not what the certified kernel's
     /// proof asks for.
@@ -164,6 +165,7 @@ impl Prepared {
         control: &Control,
     ) -> Result<Prepared> {
         control.check()?;
+        refuse_not_finite(rays)?;
         let reference = match rays {
             Rays::Pixels(pixels) => pixels.view.position,
             Rays::List(rays) => reference_of_list(rays, kernel),
@@ -222,8 +224,10 @@ impl Prepared {
     /// farther from the reference point than those it was made for.
     ///
     /// # Errors
-    /// [`Error::Usage`] where it was not; [`Error::TooLarge`] for more rays than 32 bits count.
+    /// [`Error::Usage`] where it was not, and for a ray with a number that is not finite;
+    /// [`Error::TooLarge`] for more rays than 32 bits count.
     pub fn check(&self, rays: &Rays) -> Result<()> {
+        refuse_not_finite(rays)?;
         let suits = match (self.made_for, rays) {
             (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {
                 (view, width, height) == (pixels.view, pixels.image_width, pixels.image_height)
@@ -338,6 +342,18 @@ fn reference_of_list(rays: &[Ray], kernel: Kernel) -> DVec3 {
         // In f64, c − o straight from the scene's numbers is rounded only once.
         Kernel::Double => DVec3::ZERO,
         _ => middle_of_origins(rays),
+    }
+}
+
+/// A ray with a number that is not finite means nothing, and would spoil the numbers of all others.
+fn refuse_not_finite(rays: &Rays) -> Result<()> {
+    let Rays::List(rays) = rays else { return Ok(()) };
+    let is_finite = |ray: &Ray| ray.origin.is_finite() && ray.direction.is_finite();
+    match rays.iter().position(|ray| !is_finite(ray)) {
+        None => Ok(()),
+        Some(index) => Err(Error::Usage(format!(
+            "ray {index} (counted from 0) has a number that is not finite; leave it out"
+        ))),
     }
 }
 

@@ -334,6 +334,23 @@ mod tests {
     }
 
     #[test]
+    fn a_ray_that_is_not_finite_is_refused() {
+        let mut session = session();
+        let (wants, control, mut hits) = (Wants::default(), Control::default(), Hits::default());
+        let good = Ray { origin: DVec3::Z * 3.0, direction: DVec3::NEG_Z };
+        for number in [f64::NAN, f64::INFINITY] {
+            for bad in [
+                Ray { origin: DVec3::new(0.0, number, 0.0), ..good },
+                Ray { direction: DVec3::new(number, 1.0, 0.0), ..good },
+            ] {
+                let rays = Rays::List(vec![good, bad]);
+                let refused = session.trace(&rays, wants, &control, &mut hits).unwrap_err();
+                assert!(refused.to_string().contains("ray 1 "), "{refused}");
+            }
+        }
+    }
+
+    #[test]
     fn what_is_refused_leaves_the_session_as_it_was() {
         let mut session = session();
         let (wants, control) = (Wants::default(), Control::default());
