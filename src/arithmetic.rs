@@ -15,6 +15,11 @@ pub trait Arithmetic: Real {
     fn camera(prepared: &Prepared, pixels: &Pixels) -> Self::Camera;
     /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     fn pixel_ray(camera: &Self::Camera, i: i64, j: i64) -> RayOf<Self>;
+    /// [`Arithmetic::pixel_ray`] of `N` pixels side by side, the first at `(i, j)`.
+    #[inline(always)]
+    fn pixel_rays<const N: usize>(camera: &Self::Camera, i: i64, j: i64) -> [RayOf<Self>; N] {
+        std::array::from_fn(|lane| Self::pixel_ray(camera, i + 2 * lane as i64, j))
+    }
     /// A ray of a list, and what its `t` must be multiplied with.
     fn list_ray(prepared: &Prepared, ray: &Ray) -> (RayOf<Self>, f64);
     /// The hit as its caller sees it.
@@ -33,6 +38,11 @@ impl Arithmetic for f32 {
     #[inline(always)]
     fn pixel_ray(camera: &CameraF32, i: i64, j: i64) -> RayOf<f32> {
         camera.camera_ray(i as f32, j as f32)
+    }
+
+    #[inline(always)]
+    fn pixel_rays<const N: usize>(camera: &CameraF32, i: i64, j: i64) -> [RayOf<f32>; N] {
+        camera.camera_rays(i, j)
     }
 
     #[inline(always)]

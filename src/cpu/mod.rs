@@ -387,9 +387,8 @@ fn trace_row<K: Kernel>(
     // A ray may have millions of spheres to look at.
     while column + PACKET <= width {
         control.check()?;
-        let Some(ids) = kernel.packet(&std::array::from_fn(|lane| ray_at(column + lane))) else {
-            break;
-        };
+        let rays = K::Float::pixel_rays(camera, offset_i + 2 * column as i64, j);
+        let Some(ids) = kernel.packet(&rays) else { break };
         slice.id[column..column + PACKET].copy_from_slice(&ids);
         column += PACKET;
     }

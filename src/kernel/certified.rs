@@ -521,10 +521,9 @@ pub(crate) fn propose_packet<F: Filter>(
     let mut high = [0.0; PACKET];
     let mut second_high = [0.0; PACKET];
     let mut id = [0; PACKET];
-    let lanes = |vector: fn(&RayOf<f32>) -> Vec3<f32>| -> [[f32; PACKET]; 3] {
-        std::array::from_fn(|axis| rays.map(|ray| vector(&ray).0[axis]))
-    };
-    let (origin, direction) = (lanes(|ray| ray.origin), lanes(|ray| ray.direction));
+    let origin: [[f32; PACKET]; 3] = std::array::from_fn(|axis| rays.map(|ray| ray.origin.0[axis]));
+    let direction: [[f32; PACKET]; 3] =
+        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
     let inv_a = rays.map(|ray| ray.inv_a);
     for (i, sphere) in spheres.iter().enumerate() {
         for lane in 0..PACKET {
