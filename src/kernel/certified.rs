@@ -525,15 +525,20 @@ pub(crate) fn propose_packet<F: Filter>(
     let direction: [[f32; PACKET]; 3] =
         std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
     let inv_a = rays.map(|ray| ray.inv_a);
-    for (i, sphere) in spheres.iter().enumerate() {
+    for (i, &sphere) in spheres.iter().enumerate() {
         for lane in 0..PACKET {
+            // Far rays have one origin, which their filter never looks at.
+            let origin = match F::IS_FAR {
+                true => Vec3::ZERO,
+                false => Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
+            };
             let ray = RayOf {
-                origin: Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
+                origin,
                 direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
                 inv_a: inv_a[lane],
                 ..rays[lane]
             };
-            let root = F::sphere(&ray, sphere, widening);
+            let root = F::sphere(&ray, &sphere, widening);
             let nearest = Nearest {
                 low: low[lane],
                 high: high[lane],
