@@ -1,9 +1,11 @@
 //! What is held of undecided rays, and what is left out of equal objects.
 
+use super::decide::Decision;
 use super::*;
 use crate::camera::View;
-use crate::scene::{Camera, Color, Projection};
+use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
 fn nearly_equal(n: usize) -> Vec<Sphere> {

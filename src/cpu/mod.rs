@@ -187,7 +187,7 @@ impl Tracer for CpuTracer {
         hits: &mut Hits,
         timing: Timing,
     ) -> Result<Timing> {
-        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
+        certify::resolve(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {

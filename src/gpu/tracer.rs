@@ -243,7 +243,7 @@ impl Tracer for GpuTracer {
         hits: &mut Hits,
         timing: Timing,
     ) -> Result<Timing> {
-        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
+        certify::resolve(&self.prepared, rays, self.wants, control, hits, timing)
     }
 
     /// A moved camera costs no new shader while as many spheres are too close to it for the
