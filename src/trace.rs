@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 pub use crate::camera::Ray;
 use crate::camera::{Bundle, Pixels};
 
@@ -132,21 +134,36 @@ pub struct Hits {
 impl Hits {
     /// Makes room for `n` rays and forgets what was there.
     pub fn reset(&mut self, n: usize, wants: Wants) {
-        let n_surface = if wants.surface { n } else { 0 };
         self.id.clear();
-        self.id.resize(n, 0);
         self.t.clear();
-        self.t.resize(n_surface, f32::INFINITY);
         self.normal.clear();
-        self.normal.resize(n_surface, [0.0; 3]);
+        self.make_room(n, wants);
+    }
+
+    /// Makes room for `n` rays. What is there then has no meaning but for levels and counts, which
+    /// are those of rays that f32 decided or none did.
+    pub fn make_room(&mut self, n: usize, wants: Wants) {
+        let n_surface = if wants.surface { n } else { 0 };
+        resize(&mut self.id, n, 0);
+        resize(&mut self.t, n_surface, f32::INFINITY);
+        resize(&mut self.normal, n_surface, [0.0; 3]);
         self.level.clear();
-        self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
+        resize(&mut self.level, if wants.level { n } else { 0 }, Level::F32 as u8);
         self.counts = StageCounts::default();
     }
 
     /// Number of rays that hit an object.
     pub fn n_hits(&self) -> u64 {
         self.id.iter().filter(|&&id| id != 0).count() as u64
+    }
+}
+
+/// `n` values, those that are there or, where there is another number, `value`. In parallel, as the
+/// memory may be new.
+fn resize<T: Copy + Send + Sync>(values: &mut Vec<T>, n: usize, value: T) {
+    if values.len() != n {
+        values.clear();
+        values.par_extend(rayon::iter::repeat_n(value, n).with_min_len(1 << 16));
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::surface::exact_surface;
+use super::surface::{MISS, exact_surface};
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::bvh::boxes::BoxesRay;
 use crate::control::Control;
@@ -161,7 +161,7 @@ impl Stage<'_> {
         mut consider: impl FnMut(u32) -> f64,
     ) {
         match (&hierarchy.search, &self.rays) {
-            (Search::Pixels { footprints, far }, StageRays::Pixels(pixels, _)) => {
+            (Search::Pixels { footprints, far }, StageRays::Pixels { pixels, .. }) => {
                 let (x, y) = pixels.xy(index);
                 footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
                     guard::round_up(t_bound(ray, consider(far[place].id)))
@@ -184,13 +184,14 @@ impl Stage<'_> {
 
     /// The nearest of the candidates. One candidate that f64 decided needs no further decision.
     fn settle(&self, index: usize, candidates: &[u32], level: Level, wants: Wants) -> Settled {
-        let miss = Settled { id: 0, t: f32::INFINITY, normal: [0.0; 3], level };
+        let (t, normal) = MISS;
+        let miss = Settled { id: 0, t, normal, level };
         if let (Level::F64, &[id]) = (level, candidates) {
             if id == 0 || !wants.surface {
                 return Settled { id, ..miss };
             }
             let surface = self.surface(index, id);
-            let (t, normal) = surface.unwrap_or((f32::INFINITY, [0.0; 3]));
+            let (t, normal) = surface.unwrap_or(MISS);
             return Settled { id, t, normal, level };
         }
         let ray = self.exact_ray(index);

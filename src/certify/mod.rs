@@ -2,6 +2,7 @@
 //! Undecided rays flow one way and never loop back.
 
 mod decide;
+mod lanes;
 mod nearness;
 mod surface;
 
@@ -9,19 +10,23 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use crate::camera::Pixels;
+use crate::camera::{CameraF64, Lens, Pixels};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
-use crate::guard::{self, InputError};
+use crate::guard;
+use crate::host;
 use crate::kernel::RayOf;
 use crate::kernel::certified::UNDECIDED;
 use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
-use nearness::K;
+use lanes::{Completer, Part};
+use nearness::{K, PlaneF64};
+use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.
@@ -129,6 +134,9 @@ pub fn decide(
 /// Candidates that are held for them together: every object may be a candidate of every ray.
 const MOST_HELD: usize = 1 << 22;
 
+/// Rays that one thread completes at a time.
+const RAYS_PER_PART: usize = 1 << 13;
+
 fn store(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
     hits.id[index] = settled.id;
     if wants.surface {
@@ -155,7 +163,7 @@ struct Settled {
 
 /// The rays, in f64 and exactly.
 enum StageRays<'a> {
-    Pixels(&'a Pixels, Box<ExactPixels>),
+    Pixels { pixels: &'a Pixels, camera: CameraF64, exact: Box<ExactPixels> },
     List(&'a [Ray]),
 }
 
@@ -171,9 +179,9 @@ struct Stage<'a> {
     ks: Vec<K>,
     /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
     rest_ks: HashMap<u32, K>,
-    /// Whether the f64 bounds hold for these rays.
+    /// Whether the bounds hold for these rays.
     usable: bool,
-    input: InputError,
+    bounds: Bounds,
     /// [`MOST_HELD`]
     most_held: usize,
 }
@@ -198,6 +206,11 @@ impl RayF64 {
         guard::length_bound(point - self.reference) + self.origin_length()
     }
 
+    /// What a `t` along the scaled direction is multiplied with.
+    fn scale(&self) -> f64 {
+        2f64.powi(-self.exponent)
+    }
+
     fn origin_length(&self) -> f64 {
         guard::length_bound(DVec3::from_array(self.ray.origin.0))
     }
@@ -210,7 +223,11 @@ impl<'a> Stage<'a> {
         let k = |sphere| K::new(prepared.reference, sphere);
         let (rays, ks, usable, input) = match rays {
             Rays::Pixels(pixels) => (
-                StageRays::Pixels(pixels, Box::new(ExactPixels::new(pixels))),
+                StageRays::Pixels {
+                    pixels,
+                    camera: CameraF64::new(pixels),
+                    exact: Box::new(ExactPixels::new(pixels)),
+                },
                 match hierarchy {
                     None => scene.spheres.iter().map(k).collect(),
                     Some(_) => Vec::new(),
@@ -222,21 +239,23 @@ impl<'a> Stage<'a> {
         };
         let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
         let rest_ks = match rays {
-            StageRays::Pixels(..) => {
+            StageRays::Pixels { .. } => {
                 rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
             }
             StageRays::List(_) => HashMap::new(),
         };
         let reference = prepared.reference;
+        let bounds = Bounds { widening: guard::widening_f64(), input };
         let most_held = MOST_HELD;
-        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input, most_held }
+        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, bounds, most_held }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
-        match self.rays {
-            StageRays::Pixels(pixels, _) => {
+        match &self.rays {
+            StageRays::Pixels { pixels, camera, .. } => {
                 let (x, y) = pixels.xy(index);
-                let ray = pixels.ray_from_position(x, y);
+                let (i, j) = pixels.offset2(x, y);
+                let ray = camera.camera_ray(i as f64, j as f64);
                 RayF64 { reference: pixels.view.position, ray, exponent: 0 }
             }
             StageRays::List(rays) => {
@@ -249,9 +268,50 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Where a ray starts: [`RayF64::reference`], and the origin from there.
+    fn origin(&self, index: usize) -> (DVec3, Vec3<f64>) {
+        match &self.rays {
+            StageRays::Pixels { pixels, camera, .. } => {
+                let origin = match pixels.view.lens {
+                    Lens::Perspective => Vec3::ZERO,
+                    Lens::Orthographic => {
+                        let (x, y) = pixels.xy(index);
+                        let (i, j) = pixels.offset2(x, y);
+                        camera.camera_ray(i as f64, j as f64).origin
+                    }
+                };
+                (pixels.view.position, origin)
+            }
+            StageRays::List(rays) => (rays[index].origin, Vec3::ZERO),
+        }
+    }
+
+    fn planes(&self) -> Vec<PlaneF64> {
+        self.scene.planes.iter().map(|plane| PlaneF64::new(plane, self.bounds.input)).collect()
+    }
+
+    /// Fills in `t` and normal of all rays whose object is known.
+    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
+        let planes = self.planes();
+        hits.id
+            .par_chunks(RAYS_PER_PART)
+            .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
+            .zip(hits.normal.par_chunks_mut(RAYS_PER_PART))
+            .enumerate()
+            .try_for_each_init(
+                || Completer::new(self, &planes),
+                |completer, (part, ((id, t), normal))| {
+                    control.check()?;
+                    host::check()?;
+                    completer
+                        .complete(&mut Part { first: part * RAYS_PER_PART, id, t, normal }, control)
+                },
+            )
+    }
+
     fn exact_ray(&self, index: usize) -> ExactRay {
         match &self.rays {
-            StageRays::Pixels(pixels, exact) => {
+            StageRays::Pixels { pixels, exact, .. } => {
                 let (x, y) = pixels.xy(index);
                 exact.ray(x, y)
             }

@@ -1,11 +1,14 @@
 //! One ray and one object in f64, with the filter's bounds.
 
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::{RayF64, Stage, StageRays};
 use crate::exact::{ExactRay, sphere_numbers};
-use crate::guard::{self, Guard};
-use crate::kernel::certified::{GuardOf, Nearness, plane_nearness_at, sphere_nearness};
+use crate::guard::{self, Guard, InputError};
+use crate::kernel::certified::{
+    GuardOf, Nearness, Widening, normalized, plane_nearness_at, sphere_nearness,
+};
 use crate::prepare::{exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Sphere};
 use crate::trace::Ray;
@@ -26,31 +29,21 @@ impl Stage<'_> {
                 }
                 None => Nearness::OPEN,
             },
-            Object::Plane(plane) => self.plane_nearness(ray, plane).unwrap_or(Nearness::OPEN),
+            Object::Plane(plane) => self.plane_nearness(ray, plane),
         }
     }
 
-    fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Option<Nearness<f64>> {
-        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
-        let l = ray.to_point(plane.point);
-        let distance = ray.distance(plane.point);
-        let n_length = guard::length_bound(normal);
-        guard::plane_in_range_f64(distance).then(|| {
-            plane_nearness_at(
-                &ray.ray,
-                dot3(l, normal.into()),
-                guard::plane_offset_error(
-                    n_length,
-                    distance,
-                    guard::UNIT_F64,
-                    self.input,
-                    guard::TINY_F64,
-                ),
-                normal.into(),
-                guard::plane_direction_error(n_length, guard::UNIT_F64, self.input),
-                &guard::widening_f64(),
-            )
-        })
+    fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Nearness<f64> {
+        let plane = PlaneF64::new(plane, self.bounds.input);
+        let (offset, error) = plane.offset(ray, self.bounds.input);
+        plane_nearness_at(
+            &ray.ray,
+            offset,
+            error,
+            plane.normal,
+            plane.direction_error,
+            &guard::widening_f64(),
+        )
     }
 
     pub fn sphere_foot(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Foot> {
@@ -59,28 +52,38 @@ impl Stage<'_> {
         if !guard::sphere_in_range_f64(r, distance) {
             return None;
         }
-        let l = ray.to_point(sphere.center);
-        let guard = Guard::new(r, distance, guard::UNIT_F64, self.input);
-        let known = self.ks.get(id as usize - 1).or_else(|| self.rest_ks.get(&id));
-        let k = match (&self.rays, known) {
-            (_, Some(k)) => k.moved(ray, sphere, l),
-            (StageRays::Pixels(..), None) => K::new(ray.reference, sphere).moved(ray, sphere, l),
-            (StageRays::List(_), None) => K { value: dot3(l, l) - r * r, error: guard.k_error },
-        };
-        Some(Foot { l, k, r, distance, guard })
+        let place = Place::new(sphere, ray.reference, ray.ray.origin);
+        Some(Foot::new(&place, self.known_k(id, sphere), self.bounds.input))
     }
 
-    /// The one f32 that both ends of `t` round to, if there is one: then it is the exact root's
-    /// nearest f32 as well. `t = 1/(a·w)`, its rounding (`a` 3 + 2δ, product 1, quotient 2.5) once
-    /// more below the widening.
-    pub fn to_f32(&self, ray: &RayF64, root: Nearness<f64>) -> Option<f32> {
-        let widening = guard::widening_f64();
-        let scale = 2f64.powi(-ray.exponent);
-        let low = (widening.narrower / (ray.ray.a * root.high) * scale) as f32;
-        let high = (widening.wider / (ray.ray.a * root.low) * scale) as f32;
-        let safe = root.low > 0.0 && low > 0.0 && high.is_finite() && scale.is_normal();
-        (safe && low == high).then_some(low)
+    /// `k` of a sphere for the camera's position; lists of rays have none.
+    pub fn known_k(&self, id: u32, sphere: &Sphere) -> Option<K> {
+        match &self.rays {
+            StageRays::List(_) => None,
+            StageRays::Pixels { pixels, .. } => {
+                let known = self.ks.get(id as usize - 1).or_else(|| self.rest_ks.get(&id));
+                Some(known.copied().unwrap_or_else(|| K::new(pixels.view.position, sphere)))
+            }
+        }
     }
+
+    /// [`t_f32`] of a ray.
+    pub fn to_f32(&self, ray: &RayF64, root: Nearness<f64>) -> Option<f32> {
+        let scale = ray.scale();
+        let t = t_f32(ray.ray.a, root, scale, &guard::widening_f64());
+        (t > 0.0 && scale.is_normal()).then_some(t)
+    }
+}
+
+/// The one f32 that both ends of `t` round to, or 0 where there is none: it is the exact root's
+/// nearest f32 as well. `t = scale/(a·w)`, its rounding (`a` 3 + 2δ, product 1, quotient 2.5) once
+/// more below the widening.
+#[inline(always)]
+pub fn t_f32(a: f64, root: Nearness<f64>, scale: f64, widening: &Widening<f64>) -> f32 {
+    let low = (widening.narrower / (a * root.high) * scale) as f32;
+    let high = (widening.wider / (a * root.low) * scale) as f32;
+    let is_certain = (root.low > 0.0) & (low > 0.0) & (high < f32::INFINITY) & (low == high);
+    if is_certain { low } else { 0.0 }
 }
 
 /// `k = l·l − r²` and a bound of its error.
@@ -107,27 +110,108 @@ impl K {
         }
     }
 
-    /// `k` for the ray's origin, from that for the reference point: the same one where these are one.
-    fn moved(self, ray: &RayF64, sphere: &Sphere, l: Vec3<f64>) -> K {
-        if ray.ray.origin == Vec3::ZERO {
-            return self;
+    /// [`K::new`] in f64 alone: where that is not good enough, nothing is known of `k`.
+    #[inline(always)]
+    pub fn in_f64(place: &Place) -> K {
+        match guard::k_f64(DVec3::from_array(place.center), place.radius) {
+            Some((value, error)) => K { value, error },
+            None => K { value: 0.0, error: f64::INFINITY },
         }
-        let from_reference = sphere.center - ray.reference;
-        let moved = dot3(ray.ray.origin, Vec3::from(from_reference) + l);
-        let distance = guard::length_bound(from_reference);
+    }
+
+    /// `k` for an origin, from that for the reference point, `distance` away from the centre
+    /// and `from` from the origin: the same one where these are one.
+    #[inline(always)]
+    fn moved(self, place: &Place, l: Vec3<f64>, distance: f64, from: f64) -> K {
+        let Place { center, origin, .. } = *place;
+        let moved = dot3(Vec3(origin), Vec3(center) + l);
         let K { value, error } = self;
+        let error_moved = guard::moved_k_error(value, error, distance, from);
+        let is_there = (origin[0] == 0.0) & (origin[1] == 0.0) & (origin[2] == 0.0);
         K {
-            value: value - moved,
-            error: guard::moved_k_error(value, error, distance, ray.origin_length()),
+            value: if is_there { value } else { value - moved },
+            error: if is_there { error } else { error_moved },
         }
     }
 }
 
+#[inline(always)]
+fn length_bound(v: [f64; 3]) -> f64 {
+    guard::length_bound(DVec3::from_array(v))
+}
+
+/// A sphere and the origin of a ray, both relative to the same point.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct Place {
+    pub center: [f64; 3],
+    pub origin: [f64; 3],
+    pub radius: f64,
+}
+
+impl Place {
+    pub fn new(sphere: &Sphere, reference: DVec3, origin: Vec3<f64>) -> Place {
+        let center = (sphere.center - reference).to_array();
+        Place { center, origin: origin.0, radius: sphere.radius }
+    }
+}
+
 /// A sphere seen from a ray's origin.
+#[derive(Clone, Copy)]
 pub struct Foot {
     pub l: Vec3<f64>,
     pub k: K,
     pub r: f64,
     pub distance: f64,
     pub guard: Guard,
+}
+
+impl Foot {
+    /// `known` is `k` for the reference point.
+    #[inline(always)]
+    pub fn new(place: &Place, known: Option<K>, input: InputError) -> Foot {
+        let Place { center, origin, radius } = *place;
+        let (l, r) = (Vec3(center) - Vec3(origin), radius.abs());
+        let (from_reference, from) = (length_bound(center), length_bound(origin));
+        let distance = from_reference + from;
+        let guard = Guard::new(r, distance, guard::UNIT_F64, input);
+        let k = match known {
+            Some(k) => k.moved(place, l, from_reference, from),
+            None => K { value: dot3(l, l) - r * r, error: guard.k_error },
+        };
+        Foot { l, k, r, distance, guard }
+    }
+}
+
+/// A plane's numbers for all rays.
+pub struct PlaneF64 {
+    point: DVec3,
+    /// Scaled by a power of two to a largest component in `1..2`.
+    pub normal: Vec3<f64>,
+    n_length: f64,
+    pub unit: Vec3<f64>,
+    pub direction_error: f64,
+}
+
+impl PlaneF64 {
+    pub fn new(plane: &Plane, input: InputError) -> PlaneF64 {
+        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let n_length = guard::length_bound(normal);
+        PlaneF64 {
+            point: plane.point,
+            normal: normal.into(),
+            n_length,
+            unit: normalized(normal.into()),
+            direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
+        }
+    }
+
+    /// `(a − o)·n` and a bound of its error, which is ∞ where the bounds don't hold.
+    pub fn offset(&self, ray: &RayF64, input: InputError) -> (f64, f64) {
+        let distance = ray.distance(self.point);
+        let (n, tiny) = (self.n_length, guard::TINY_F64);
+        let error = guard::plane_offset_error(n, distance, guard::UNIT_F64, input, tiny);
+        let offset = dot3(ray.to_point(self.point), self.normal);
+        (offset, if guard::plane_in_range_f64(distance) { error } else { f64::INFINITY })
+    }
 }

@@ -23,7 +23,7 @@ use crate::kernel::certified::{
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
-use crate::trace::{Hits, Ray, Rays, Timing, Wants};
+use crate::trace::{self, Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 use crate::vec3::Vec3;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
@@ -152,7 +152,10 @@ impl Tracer for CpuTracer {
     fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
-        hits.reset(rays.len(), self.wants);
+        match self.prepared.kernel {
+            trace::Kernel::Certified => hits.make_room(rays.len(), self.wants),
+            _ => hits.reset(rays.len(), self.wants),
+        }
         if rays.is_empty() {
             return Ok(Timing::default());
         }

@@ -317,7 +317,7 @@ impl GpuTracer {
     ) -> Result<Timing> {
         self.prepared.check(rays)?;
         match &mut target {
-            Target::Hits(hits) => hits.reset(rays.len(), self.wants),
+            Target::Hits(hits) => hits.make_room(rays.len(), self.wants),
             #[cfg(feature = "view")]
             Target::Resident(_) => {}
         }
