@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rayon::prelude::*;
+use bytemuck::Zeroable;
 
 pub use crate::camera::Ray;
 use crate::camera::{Bundle, Pixels};
@@ -134,21 +134,21 @@ pub struct Hits {
 impl Hits {
     /// Makes room for `n` rays and forgets what was there.
     pub fn reset(&mut self, n: usize, wants: Wants) {
-        self.id.clear();
-        self.t.clear();
-        self.normal.clear();
         self.make_room(n, wants);
+        self.id.fill(0);
+        self.t.fill(f32::INFINITY);
+        self.normal.fill([0.0; 3]);
     }
 
-    /// Makes room for `n` rays. What is there then has no meaning but for levels and counts, which
-    /// are those of rays that f32 decided or none did.
+    /// Makes room for `n` rays. Their levels and counts are as after [`Hits::reset`], all else is yet
+    /// to be written.
     pub fn make_room(&mut self, n: usize, wants: Wants) {
         let n_surface = if wants.surface { n } else { 0 };
-        resize(&mut self.id, n, 0);
-        resize(&mut self.t, n_surface, f32::INFINITY);
-        resize(&mut self.normal, n_surface, [0.0; 3]);
+        resize(&mut self.id, n);
+        resize(&mut self.t, n_surface);
+        resize(&mut self.normal, n_surface);
         self.level.clear();
-        resize(&mut self.level, if wants.level { n } else { 0 }, Level::F32 as u8);
+        self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
         self.counts = StageCounts::default();
     }
 
@@ -158,12 +158,11 @@ impl Hits {
     }
 }
 
-/// `n` values, those that are there or, where there is another number, `value`. In parallel, as the
-/// memory may be new.
-fn resize<T: Copy + Send + Sync>(values: &mut Vec<T>, n: usize, value: T) {
-    if values.len() != n {
-        values.clear();
-        values.par_extend(rayon::iter::repeat_n(value, n).with_min_len(1 << 16));
+/// Makes `n` values of any kind. New memory comes zeroed and is first touched by who writes to it.
+fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
+    match n > values.capacity() {
+        true => *values = bytemuck::zeroed_vec(n),
+        false => values.resize(n, T::zeroed()),
     }
 }
 

@@ -11,7 +11,6 @@ use bytemuck::Pod;
 use super::nearness::{K, Place, PlaneF64};
 use super::surface::{Bounds, Inside, MISS, Outside, PlaneSight, Sight, SphereSight};
 use super::{Stage, StageRays};
-use crate::camera::Lens;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::RayOf;
@@ -20,6 +19,9 @@ use crate::vec3::Vec3;
 
 /// Hits or spheres side by side.
 const LANES: usize = 64;
+
+/// From here on it pays to fill one column after the other.
+const MANY: usize = 8;
 
 /// Numbers of a place and of the sights.
 const PLACE: usize = size_of::<Place>() / size_of::<f64>();
@@ -49,9 +51,7 @@ impl<const N: usize> Columns<N> {
     fn fill<T: Pod>(&mut self, lanes: Range<usize>, row: T) {
         let row: [f64; N] = bytemuck::cast(row);
         for n in 0..N {
-            for lane in lanes.clone() {
-                self.0[n][lane] = row[n];
-            }
+            self.0[n][lanes.clone()].fill(row[n]);
         }
     }
 }
@@ -65,13 +65,19 @@ pub struct Part<'a> {
     pub normal: &'a mut [[f32; 3]],
 }
 
-/// Neighbours that hit one object.
+fn is_object(id: u32) -> bool {
+    id != 0 && id != UNDECIDED
+}
+
+/// Neighbours in a row that hit one object, from one origin.
 #[derive(Clone, Copy, Default)]
 struct Run {
     id: u32,
     /// Where in the part they begin.
     at: usize,
     n: usize,
+    /// [`crate::camera::Pixels::offset2`] of the first one, where they are pixels.
+    offset: (i64, i64),
 }
 
 /// Completes one part of the hits after the other.
@@ -115,21 +121,49 @@ impl<'a> Completer<'a> {
 
     pub fn complete_in_f64(&mut self, part: &mut Part) {
         let stage = self.stage;
-        let n_spheres = stage.scene.spheres.len();
         let mut at = 0;
         while at < part.id.len() {
-            if part.id[at] == 0 || part.id[at] == UNDECIDED {
-                (part.t[at], part.normal[at]) = MISS;
-                at += 1;
+            let row = match &stage.rays {
+                StageRays::Pixels { pixels, .. } => {
+                    let (x, y) = pixels.xy(part.first + at);
+                    let n = (pixels.x + pixels.width - x) as usize;
+                    Run { id: 0, at, n: n.min(part.id.len() - at), offset: pixels.offset2(x, y) }
+                }
+                StageRays::List(_) => Run { id: 0, at, n: part.id.len(), offset: (0, 0) },
+            };
+            self.take_row(row, part);
+            at += row.n;
+        }
+        self.look_at_spheres(part);
+        self.outside.complete(stage, part, &mut self.open);
+        self.inside.complete(stage, part, &mut self.open);
+        self.on_planes.complete(stage, part, &mut self.open);
+    }
+
+    fn take_row(&mut self, row: Run, part: &mut Part) {
+        let stage = self.stage;
+        let n_spheres = stage.scene.spheres.len();
+        let end = row.at + row.n;
+        let mut at = row.at;
+        while at < end {
+            let id = part.id[at];
+            if !is_object(id) {
+                let n = part.id[at..end].iter().take_while(|&&id| !is_object(id)).count();
+                part.t[at..at + n].fill(MISS.0);
+                part.normal[at..at + n].fill(MISS.1);
+                at += n;
                 continue;
             }
-            let run = run_at(stage, part, at);
-            at += run.n;
+            let most = if stage.has_one_origin { end - at } else { 1 };
+            let n = part.id[at..at + most].iter().take_while(|&&other| other == id).count();
+            let offset = (row.offset.0 + 2 * (at - row.at) as i64, row.offset.1);
+            let run = Run { id, at, n, offset };
+            at += n;
             if !stage.usable {
-                self.open.extend(run.at..run.at + run.n);
+                self.open.extend(run.at..at);
                 continue;
             }
-            match (run.id as usize - 1).checked_sub(n_spheres) {
+            match (id as usize - 1).checked_sub(n_spheres) {
                 Some(plane) => {
                     let ray = stage.ray_f64(part.first + run.at);
                     let sight = PlaneSight::new(&self.planes[plane], &ray, &stage.bounds);
@@ -144,10 +178,6 @@ impl<'a> Completer<'a> {
                 }
             }
         }
-        self.look_at_spheres(part);
-        self.outside.complete(stage, part, &mut self.open);
-        self.inside.complete(stage, part, &mut self.open);
-        self.on_planes.complete(stage, part, &mut self.open);
     }
 
     /// Puts the hits of all runs into their queues.
@@ -169,21 +199,6 @@ impl<'a> Completer<'a> {
     }
 }
 
-/// The neighbours from `at` on, in one row and with one origin, that have the same id.
-#[inline(always)]
-fn run_at(stage: &Stage, part: &Part, at: usize) -> Run {
-    let id = part.id[at];
-    let most = match &stage.rays {
-        StageRays::Pixels { pixels, .. } if pixels.view.lens == Lens::Perspective => {
-            let width = pixels.width as usize;
-            width - (part.first + at) % width
-        }
-        _ => 1,
-    };
-    let n = part.id[at..].iter().take(most).take_while(|&&other| other == id).count();
-    Run { id, at, n }
-}
-
 /// Runs of hits of spheres.
 struct SphereRuns {
     n: usize,
@@ -203,8 +218,8 @@ impl SphereRuns {
     fn find_sights(&mut self, stage: &Stage, first: usize) {
         let spheres = &stage.scene.spheres[..];
         for lane in 0..self.n {
-            let Run { id, at, .. } = self.runs[lane];
-            let (reference, origin) = stage.origin(first + at);
+            let Run { id, at, offset, .. } = self.runs[lane];
+            let (reference, origin) = stage.origin(first + at, offset);
             self.places.set(lane, Place::new(&spheres[id as usize - 1], reference, origin));
         }
         let has_k = matches!(stage.rays, StageRays::Pixels { .. });
@@ -283,14 +298,16 @@ impl<S: Sight, const N: usize> Queue<S, N> {
             }
             let n = run.n.min(LANES - self.n);
             let lanes = self.n..self.n + n;
-            self.sights.fill(lanes.clone(), sight);
+            match n {
+                ..MANY => lanes.clone().for_each(|lane| self.sights.set(lane, sight)),
+                _ => self.sights.fill(lanes.clone(), sight),
+            }
             for (k, lane) in lanes.clone().enumerate() {
                 self.at[lane] = run.at + k;
             }
             match &stage.rays {
-                StageRays::Pixels { pixels, camera, .. } => {
-                    let (x, y) = pixels.xy(part.first + run.at);
-                    let (i, j) = pixels.offset2(x, y);
+                StageRays::Pixels { camera, .. } => {
+                    let (i, j) = run.offset;
                     for (k, lane) in lanes.enumerate() {
                         let ray = camera.camera_ray((i + 2 * k as i64) as f64, j as f64);
                         self.directions.set(lane, ray.direction.0);
@@ -307,6 +324,7 @@ impl<S: Sight, const N: usize> Queue<S, N> {
             }
             self.n += n;
             (run.at, run.n) = (run.at + n, run.n - n);
+            run.offset.0 += 2 * n as i64;
         }
     }
 

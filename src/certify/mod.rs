@@ -12,7 +12,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::{CameraF64, Lens, Pixels};
+use crate::camera::{Bundle, CameraF64, Pixels};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
@@ -181,6 +181,8 @@ struct Stage<'a> {
     rest_ks: HashMap<u32, K>,
     /// Whether the bounds hold for these rays.
     usable: bool,
+    /// Whether all rays start at the camera's position.
+    has_one_origin: bool,
     bounds: Bounds,
     /// [`MOST_HELD`]
     most_held: usize,
@@ -245,9 +247,21 @@ impl<'a> Stage<'a> {
             StageRays::List(_) => HashMap::new(),
         };
         let reference = prepared.reference;
+        let has_one_origin = prepared.bundle() == Bundle::Point;
         let bounds = Bounds { widening: guard::widening_f64(), input };
         let most_held = MOST_HELD;
-        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, bounds, most_held }
+        Stage {
+            scene,
+            rays,
+            hierarchy,
+            reference,
+            ks,
+            rest_ks,
+            usable,
+            has_one_origin,
+            bounds,
+            most_held,
+        }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -268,19 +282,14 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Where a ray starts: [`RayF64::reference`], and the origin from there.
-    fn origin(&self, index: usize) -> (DVec3, Vec3<f64>) {
+    /// Where a ray starts: [`RayF64::reference`], and the origin from there. A pixel is at `offset`.
+    fn origin(&self, index: usize, (i, j): (i64, i64)) -> (DVec3, Vec3<f64>) {
         match &self.rays {
+            StageRays::Pixels { pixels, .. } if self.has_one_origin => {
+                (pixels.view.position, Vec3::ZERO)
+            }
             StageRays::Pixels { pixels, camera, .. } => {
-                let origin = match pixels.view.lens {
-                    Lens::Perspective => Vec3::ZERO,
-                    Lens::Orthographic => {
-                        let (x, y) = pixels.xy(index);
-                        let (i, j) = pixels.offset2(x, y);
-                        camera.camera_ray(i as f64, j as f64).origin
-                    }
-                };
-                (pixels.view.position, origin)
+                (pixels.view.position, camera.camera_ray(i as f64, j as f64).origin)
             }
             StageRays::List(rays) => (rays[index].origin, Vec3::ZERO),
         }
