@@ -24,6 +24,9 @@ use crate::vec3::Vec3;
 /// Undecided rays that are considered at before they are settled.
 const RAYS_AT_ONCE: usize = 1 << 16;
 
+/// Candidates that are held for them together: every object may be a candidate of every ray.
+pub const MOST_HELD: usize = 1 << 22;
+
 fn each_ray<T: Send>(
     rays: &[u32],
     control: &Control,
@@ -187,12 +190,7 @@ impl Stage<'_> {
         let (t, normal) = MISS;
         let miss = Settled { id: 0, t, normal, level };
         if let (Level::F64, &[id]) = (level, candidates) {
-            if id == 0 || !wants.surface {
-                return Settled { id, ..miss };
-            }
-            let surface = self.surface(index, id);
-            let (t, normal) = surface.unwrap_or(MISS);
-            return Settled { id, t, normal, level };
+            return Settled { id, ..miss };
         }
         let ray = self.exact_ray(index);
         let shapes =

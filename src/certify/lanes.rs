@@ -47,7 +47,8 @@ impl<const N: usize> Columns<N> {
         }
     }
 
-    #[inline(always)]
+    /// Apart from [`Columns::set`], which runs of one hit should not wait for.
+    #[inline(never)]
     fn fill<T: Pod>(&mut self, lanes: Range<usize>, row: T) {
         let row: [f64; N] = bytemuck::cast(row);
         for n in 0..N {
@@ -63,10 +64,6 @@ pub struct Part<'a> {
     pub id: &'a [u32],
     pub t: &'a mut [f32],
     pub normal: &'a mut [[f32; 3]],
-}
-
-fn is_object(id: u32) -> bool {
-    id != 0 && id != UNDECIDED
 }
 
 /// Neighbours in a row that hit one object, from one origin.
@@ -105,7 +102,7 @@ impl<'a> Completer<'a> {
         })
     }
 
-    /// Fills in `t` and normal of all rays whose object is known, and those of a miss elsewhere.
+    /// Fills in `t` and normal of all rays but undecided ones.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
@@ -147,8 +144,12 @@ impl<'a> Completer<'a> {
         let mut at = row.at;
         while at < end {
             let id = part.id[at];
-            if !is_object(id) {
-                let n = part.id[at..end].iter().take_while(|&&id| !is_object(id)).count();
+            if id == UNDECIDED {
+                at += 1;
+                continue;
+            }
+            if id == 0 {
+                let n = part.id[at..end].iter().take_while(|&&id| id == 0).count();
                 part.t[at..at + n].fill(MISS.0);
                 part.normal[at..at + n].fill(MISS.1);
                 at += n;
@@ -164,11 +165,14 @@ impl<'a> Completer<'a> {
                 continue;
             }
             match (id as usize - 1).checked_sub(n_spheres) {
-                Some(plane) => {
-                    let ray = stage.ray_f64(part.first + run.at);
-                    let sight = PlaneSight::new(&self.planes[plane], &ray, &stage.bounds);
-                    self.on_planes.push(stage, run, sight, part, &mut self.open);
-                }
+                Some(plane) => match self.planes.get(plane) {
+                    Some(plane) => {
+                        let ray = stage.ray_f64(part.first + run.at);
+                        let sight = PlaneSight::new(plane, &ray, &stage.bounds);
+                        self.on_planes.push(stage, run, sight, part, &mut self.open);
+                    }
+                    None => self.open.extend(run.at..at),
+                },
                 None => {
                     self.spheres.runs[self.spheres.n] = run;
                     self.spheres.n += 1;

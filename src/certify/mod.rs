@@ -24,6 +24,7 @@ use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
+use decide::MOST_HELD;
 use lanes::{Completer, Part};
 use nearness::{K, PlaneF64};
 use surface::Bounds;
@@ -58,14 +59,23 @@ pub fn resolve(
     for &ray in &undecided {
         hits.id[ray as usize] = UNDECIDED;
     }
-    if wants.surface {
-        stage.fill_surfaces(control, hits)?;
-    }
     timing.refine = start.elapsed();
 
+    let mut exact = Vec::new();
     stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
+        if settled.level == Level::Exact {
+            exact.push((ray, settled.id));
+        }
         store(settled, ray as usize, wants, hits);
     })?;
+    if wants.surface {
+        let start = Instant::now();
+        // Those have their surfaces.
+        exact.iter().for_each(|&(ray, _)| hits.id[ray as usize] = UNDECIDED);
+        stage.fill_surfaces(control, hits)?;
+        exact.iter().for_each(|&(ray, id)| hits.id[ray as usize] = id);
+        timing.refine += start.elapsed();
+    }
     Ok(timing)
 }
 
@@ -131,9 +141,6 @@ pub fn decide(
     Ok(all)
 }
 
-/// Candidates that are held for them together: every object may be a candidate of every ray.
-const MOST_HELD: usize = 1 << 22;
-
 /// Rays that one thread completes at a time.
 const RAYS_PER_PART: usize = 1 << 13;
 
@@ -156,6 +163,7 @@ fn store(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
 /// One ray's result.
 struct Settled {
     id: u32,
+    /// Like the normal, that of a miss unless exact arithmetic decided.
     t: f32,
     normal: [f32; 3],
     level: Level,
@@ -184,7 +192,7 @@ struct Stage<'a> {
     /// Whether all rays start at the camera's position.
     has_one_origin: bool,
     bounds: Bounds,
-    /// [`MOST_HELD`]
+    /// [`decide::MOST_HELD`]
     most_held: usize,
 }
 
@@ -299,7 +307,7 @@ impl<'a> Stage<'a> {
         self.scene.planes.iter().map(|plane| PlaneF64::new(plane, self.bounds.input)).collect()
     }
 
-    /// Fills in `t` and normal of all rays whose object is known.
+    /// Fills in `t` and normal of all rays but undecided ones.
     fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
         let planes = self.planes();
         hits.id
