@@ -2,9 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::figures::plain;
+use super::figures::{plain, typeset};
 use super::plot::theme::kernel_class;
-use super::plot::typeset;
 use super::tables::{Cell, Column, Mark, Table};
 
 /// Columns of a terminal that a table takes at most.

@@ -1,7 +1,8 @@
 //! The report's tables, made once for all printers; [`super::print`] has these.
 
-use super::figures::{NONE, count, distribution, figure, percent, quantity, stages, t_p999, wrong};
-use super::plot::tick_label;
+use super::figures::{
+    NONE, count, distribution, figure, percent, quantity, stages, t_p999, typeset, wrong,
+};
 use super::summary::{Cast, classes, lines, xs};
 use super::{
     ClassResult, Contestant, Distribution, Errors, Report, Row, SceneResult, Spread, Sweep,
@@ -126,7 +127,7 @@ pub fn clouds(report: &Report, cast: &Cast) -> Table {
     let rows = report.clouds.iter().map(|cloud| {
         let [_, f64, exact] = stages(&cloud.errors);
         vec![
-            plain(tick_label(cloud.n_spheres as f64)),
+            plain(typeset(&format!("{:e}", cloud.n_spheres))),
             plain(cast.short(&cloud.contestant.device)),
             time(Some(&cloud.picture_ms)),
             time(Some(&cloud.build_ms)),

@@ -6,8 +6,8 @@ mod pictures;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
-use super::figures::{count, plain_document};
-use super::plot::{plane, sweep, theme, typeset};
+use super::figures::{count, plain_document, typeset};
+use super::plot::{plane, sweep, theme};
 use super::summary::Cast;
 use super::{AdapterEvidence, CLOUD_SIZE, Effort, Evidence, Report, SceneResult, print, tables};
 

@@ -5,9 +5,8 @@ use maud::{Markup, html};
 use super::heat::{
     FALSE_HIT, FALSE_MISS, RAMP, ULP_RANGE, WRONG_OBJECT, css, fault_data, picture_data,
 };
-use crate::report::figures::{figure, list, percent, short_name};
+use crate::report::figures::{figure, list, percent, quantity, short_name, typeset};
 use crate::report::plot::theme::kernel_class;
-use crate::report::plot::{tick_label, typeset};
 use crate::report::{ErrorPicture, Fault, SceneResult};
 
 /// A picture, and the devices on which it is the same.
@@ -53,9 +52,9 @@ fn legend() -> Markup {
             (swatch(FALSE_MISS, "false miss"))
             (swatch(WRONG_OBJECT, "wrong object"))
             span {
-                "right, error of t: up to " (tick_label(ULP_RANGE.0)) " ulp"
+                "right, error of t: up to " (quantity(ULP_RANGE.0)) " ulp"
                 i.ramp style=(format!("background:linear-gradient(to right,{})", ramp.join(","))) {}
-                (tick_label(ULP_RANGE.1)) " ulp and more"
+                (typeset(&quantity(ULP_RANGE.1))) " ulp and more"
             }
         }
     }
