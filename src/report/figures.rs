@@ -1,6 +1,6 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
-use super::{Distribution, Errors, Spread};
+use super::{Errors, Spread};
 use crate::plain::steers;
 
 /// Where there is no number.
@@ -14,18 +14,12 @@ pub fn figure(x: f64) -> String {
 /// A number with `n` digits that count, whole numbers of up to five digits with all of theirs,
 /// and what is smaller than 0.001 or larger as in `1.2e-6`.
 pub fn digits(x: f64, n: usize) -> String {
-    if !x.is_finite() {
-        return if x.is_nan() {
-            NONE
-        } else if x > 0.0 {
-            "∞"
-        } else {
-            "-∞"
-        }
-        .to_string();
-    }
-    if x == 0.0 {
-        return "0".to_string();
+    match x {
+        0.0 => return "0".to_string(),
+        f64::INFINITY => return "∞".to_string(),
+        f64::NEG_INFINITY => return "-∞".to_string(),
+        _ if x.is_nan() => return NONE.to_string(),
+        _ => {}
     }
     // Rounded first: 9.996 has the exponent of 10.0.
     let rounded = format!("{x:.*e}", n - 1);
@@ -59,20 +53,6 @@ pub fn wrong(errors: &Errors) -> String {
     }
 }
 
-/// Median, 99.9 % and largest.
-pub fn distribution(distribution: Option<&Distribution>) -> [String; 3] {
-    match distribution {
-        Some(d) => [d.median, d.p999, d.max].map(figure),
-        None => [NONE; 3].map(str::to_string),
-    }
-}
-
-/// The error of `t` that 99.9 % of the rays do not exceed, ulp.
-pub fn t_p999(errors: &Errors) -> String {
-    let [_, p999, _] = distribution(errors.t_ulp.as_ref());
-    p999
-}
-
 /// `12.3 (11.9–14.0)`: median, least and largest.
 pub fn spread(spread: &Spread) -> String {
     match spread.n {
@@ -80,15 +60,6 @@ pub fn spread(spread: &Spread) -> String {
         1 => figure(spread.median),
         _ => format!("{} ({}–{})", figure(spread.median), figure(spread.min), figure(spread.max)),
     }
-}
-
-/// The shares of rays that f32, f64 and exact arithmetic decided.
-pub fn stages(errors: &Errors) -> [String; 3] {
-    let stages = errors.stages;
-    [stages.f32, stages.f64, stages.exact].map(|part| match part {
-        0 if stages.total() > 0 => "0".to_string(),
-        _ => percent(part, stages.total()),
-    })
 }
 
 /// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in

@@ -254,12 +254,6 @@ impl Spread {
         let lower = (values.len() - 1) / 2;
         Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
     }
-
-    /// In another unit.
-    pub fn scaled(self, factor: f64) -> Spread {
-        let Spread { median, min, max, n } = self;
-        Spread { median: median * factor, min: min * factor, max: max * factor, n }
-    }
 }
 
 /// Time and memory of one kernel on one device in one scene. "Ids" is a picture's need: which
