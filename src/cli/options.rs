@@ -127,10 +127,8 @@ impl FromStr for Crop {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Crop, String> {
-        let numbers: Option<Vec<u32>> =
-            text.split(',').map(|number| number.trim().parse().ok()).collect();
-        match numbers.as_deref() {
-            Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+        match numbers(text) {
+            Some([x, y, width, height]) if width > 0 && height > 0 => {
                 Ok(Crop { x, y, width, height })
             }
             _ => Err("give left column, top row, width and height in whole pixels, e.g. \
@@ -151,13 +149,8 @@ impl FromStr for PixelAt {
     type Err = String;
 
     fn from_str(text: &str) -> Result<PixelAt, String> {
-        let numbers = text
-            .split_once(',')
-            .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
-        match numbers {
-            Some((x, y)) => Ok(PixelAt { x, y }),
-            None => Err("give column and row in whole pixels, e.g. 640,360".into()),
-        }
+        let [x, y] = numbers(text).ok_or("give column and row in whole pixels, e.g. 640,360")?;
+        Ok(PixelAt { x, y })
     }
 }
 
@@ -169,17 +162,17 @@ impl FromStr for RayOf {
     type Err = String;
 
     fn from_str(text: &str) -> Result<RayOf, String> {
-        let numbers: Option<Vec<f64>> =
-            text.split(',').map(|number| number.trim().parse().ok()).collect();
-        match numbers.as_deref() {
-            Some(&[ox, oy, oz, dx, dy, dz]) => {
-                Ok(RayOf(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) }))
-            }
-            _ => {
-                Err("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1".into())
-            }
-        }
+        let [ox, oy, oz, dx, dy, dz] = numbers(text)
+            .ok_or("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1")?;
+        Ok(RayOf(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) }))
     }
+}
+
+/// Numbers between commas.
+fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers: Option<Vec<T>> =
+        text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
 }
 
 impl Size {

@@ -1,4 +1,4 @@
-//! What a report says, in two sentences.
+//! A report in two sentences.
 
 use super::figures::{digits, list, percent};
 use super::summary::{Cast, classes, time_of};
@@ -46,7 +46,7 @@ fn worst_errors<'a>(report: &'a Report, kernel: &str) -> Vec<(&'a str, &'a Error
     report.scenes.iter().filter_map(of_scene).collect()
 }
 
-/// What the kernels take that were never wrong, against the fastest of all, in a sentence. `None`
+/// The time of the kernels that were never wrong, against the fastest of all, in a sentence. `None`
 /// where each was wrong.
 pub fn price(report: &Report) -> Option<String> {
     let (cast, classes) = (Cast::of(report), classes(report));

@@ -54,7 +54,7 @@ pub fn wrong(errors: &Errors) -> String {
 }
 
 /// `12.3 (11.9–14.0)`: median, least and largest.
-pub fn spread(spread: &Spread) -> String {
+pub fn with_range(spread: &Spread) -> String {
     match spread.n {
         0 => NONE.to_string(),
         1 => figure(spread.median),

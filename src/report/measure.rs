@@ -29,9 +29,9 @@ const CPU: &str = "CPU";
 /// Makes the tracer that is measured.
 pub type Make = Box<dyn Fn(&Arc<Prepared>, Wants) -> Result<Made>>;
 
-/// What is measured: a kernel on a device, or anything else that traces.
+/// A kernel on a device, or anything else that traces, to be measured.
 pub struct Subject {
-    /// What it is called.
+    /// Its names.
     pub contestant: Contestant,
     /// The kernel that scenes are prepared for.
     pub kernel: Kernel,

@@ -1,4 +1,4 @@
-//! What the figures say when put together: who took part, and which devices agree.
+//! The figures put together: who took part, and which devices agree.
 
 use super::figures::{list, short_name};
 use super::{Class, Contestant, Report, Series, Spread, Sweep};

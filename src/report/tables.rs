@@ -27,7 +27,7 @@ pub struct Column {
 
 /// Rows that belong together.
 pub struct Group {
-    /// What they have in common; empty where there is one group alone.
+    /// Their class; empty where there is one group alone.
     pub name: String,
     /// As many cells in each as there are columns.
     pub rows: Vec<Vec<Cell>>,

@@ -25,12 +25,12 @@ pub const RAMP: [[u8; 4]; 3] =
 /// Steps of the ramp in a picture, few enough for a small file.
 const STEPS: f64 = 48.0;
 
-/// What a kernel shows.
+/// The picture as a kernel shows it.
 pub fn picture_data(picture: &ErrorPicture) -> Option<String> {
     encode(picture, ColorType::Rgb, picture.srgb.as_flattened())
 }
 
-/// What is wrong with it; the right background is transparent.
+/// Its errors; the right background is transparent.
 pub fn fault_data(picture: &ErrorPicture) -> Option<String> {
     let colors: Vec<[u8; 4]> = picture.faults.iter().map(fault_color).collect();
     encode(picture, ColorType::Rgba, colors.as_flattened())

@@ -14,7 +14,7 @@ use super::{AdapterEvidence, CLOUD_SIZE, Effort, Evidence, Report, SceneResult, 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
 
-/// What the page may load: its own style and pictures, and nothing else.
+/// The page may load its own style and pictures, and nothing else.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 const PLANE: &str = "\

@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
-use crate::report::figures::{count, spread, typeset, wrong};
+use crate::report::figures::{count, typeset, with_range, wrong};
 use crate::report::summary::{Cast, classes, time_of};
 use crate::report::{Class, ClassResult, Report};
 
@@ -69,7 +69,7 @@ fn point(row: &ClassResult) -> Option<Point> {
 fn mark(row: &ClassResult) -> Option<Mark> {
     let at = point(row)?;
     let time = &row.trace_ns_per_ray;
-    let (class, wrong, ns) = (row.class.name(), wrong(&row.errors), spread(time));
+    let (class, wrong, ns) = (row.class.name(), wrong(&row.errors), with_range(time));
     Some(Mark {
         at,
         range: [(time.min, at.1), (time.max, at.1)],
