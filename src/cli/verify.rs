@@ -12,7 +12,9 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{band_rows, bands, hits_bytes};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
-use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
+use kugelblitz::verify::{
+    AgainstExact, SAMPLE_BYTES, Truth, broken_promises, compare_to_exact, promise, sample,
+};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -231,10 +233,6 @@ fn table(results: &[OfKernel]) -> String {
     }
     text
 }
-
-/// Bytes of a pixel that is compared with exact arithmetic: its index, what is exact about it, and
-/// the same once more on the way.
-const SAMPLE_BYTES: u64 = 128;
 
 /// Two results of a band, one a device, and the samples.
 fn refuse_what_cannot_fit(pixels: &Pixels, n_samples: usize) -> Result<()> {

@@ -15,7 +15,7 @@ use crate::prepare::Prepared;
 use crate::render::hits_bytes;
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
-use crate::verify::{Truth, sample};
+use crate::verify::{SAMPLE_BYTES, Truth, sample};
 
 /// A picture's need.
 pub(super) const IDS: Wants = Wants { surface: false, level: false };
@@ -76,9 +76,6 @@ pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u
     let samples = (width * height).min(effort.samples as u64);
     cases.len() as u64 * (width * height * pictures as u64 + samples)
 }
-
-/// Bytes of a compared pixel: its index, what is exact about it, and the same once more on the way.
-const SAMPLE_BYTES: u64 = 128;
 
 fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
     let [width, height] = effort.size;

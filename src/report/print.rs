@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::figures::{plain, typeset};
 use super::plot::theme::kernel_class;
-use super::tables::{Cell, Column, Mark, Table};
+use super::tables::{Cell, Column, Emphasis, Table};
 
 /// Columns of a terminal that a table takes at most.
 pub const WIDTH: usize = 110;
@@ -192,15 +192,15 @@ pub fn html(table: &Table) -> Markup {
 }
 
 fn html_cell(cell: &Cell, is_name: bool) -> Markup {
-    let class = match cell.mark {
+    let class = match cell.emphasis {
         _ if is_name => "name",
-        Mark::Wrong => "some",
-        Mark::Right => "none",
-        Mark::Plain | Mark::Kernel => "",
+        Emphasis::Wrong => "some",
+        Emphasis::Right => "none",
+        Emphasis::Plain | Emphasis::Kernel => "",
     };
     html! {
         td class=(class) {
-            @if cell.mark == Mark::Kernel { (with_key(&cell.text)) } @else { (typeset(&cell.text)) }
+            @if cell.emphasis == Emphasis::Kernel { (with_key(&cell.text)) } @else { (typeset(&cell.text)) }
             @if let Some([min, max]) = &cell.range {
                 span.range { " (" (typeset(min)) "–" (typeset(max)) ")" }
             }
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn columns_stand_below_each_other_and_break_where_they_must() {
-        let cell = |text: &str| Cell { text: text.into(), range: None, mark: Mark::Plain };
+        let cell = |text: &str| Cell { text: text.into(), range: None, emphasis: Emphasis::Plain };
         let row = |name: &str, figure: &str| [vec![cell(name)], vec![cell(figure); 12]].concat();
         let rows = vec![row("a", "1.5"), row(&"long ".repeat(10), "123456789")];
         let pairs = (0..12).map(|i| Column { over: format!("pair {}", i / 2), name: "x".into() });

@@ -1,7 +1,7 @@
 //! The report's tables, made once for all printers; [`super::print`] has these.
 
 use super::figures::{NONE, count, figure, percent, quantity, typeset, wrong};
-use super::summary::{Cast, classes, lines, xs};
+use super::summary::{Cast, classes, shared_series, xs};
 use super::{
     Class, ClassResult, Contestant, Distribution, Errors, Report, Row, SceneResult, Spread, Sweep,
 };
@@ -40,13 +40,13 @@ pub struct Cell {
     pub text: String,
     /// Least and largest value beside a median.
     pub range: Option<[String; 2]>,
-    /// How it may be marked.
-    pub mark: Mark,
+    /// How it stands out.
+    pub emphasis: Emphasis,
 }
 
-/// How a cell may be marked.
+/// How a cell stands out.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Mark {
+pub enum Emphasis {
     /// Not at all.
     Plain,
     /// As the name of a kernel.
@@ -104,7 +104,7 @@ pub fn summary(report: &Report, cast: &Cast) -> Table {
     let row = |result: &ClassResult| {
         let [_, t, _] = quantiles(&result.errors.t_ulp);
         let figures = [wrong_share(&result.errors), t, time(&result.trace_ns_per_ray)];
-        [&[plain(result.class.name())], &names(&result.contestant, cast)[..], &figures].concat()
+        [&[cell(result.class.name())], &names(&result.contestant, cast)[..], &figures].concat()
     };
     let figures =
         ["rays with a wrong object", "error of `t`, 99.9 %, ulp", "ns a ray (least–most)"];
@@ -117,8 +117,8 @@ pub fn clouds(report: &Report, cast: &Cast) -> Table {
     let rows = report.clouds.iter().map(|cloud| {
         let [_, f64, exact] = decided(&cloud.errors);
         vec![
-            plain(typeset(&format!("{:e}", cloud.n_spheres))),
-            plain(cast.short(&cloud.contestant.device)),
+            cell(typeset(&format!("{:e}", cloud.n_spheres))),
+            cell(cast.short(&cloud.contestant.device)),
             time(&cloud.picture_ms),
             time(&cloud.build_ms),
             f64,
@@ -141,7 +141,7 @@ pub fn overview(report: &Report, cast: &Cast) -> Table {
                 };
                 overview_cells(scene.rows.iter().find(is_of))
             };
-            let names = vec![plain(&scene.name), plain(cast.short(device))];
+            let names = vec![cell(&scene.name), cell(cast.short(device))];
             [names, cast.kernels.iter().flat_map(find).collect()].concat()
         };
         let is_of = |device: &&&str| scene.rows.iter().any(|row| row.contestant.device == **device);
@@ -157,12 +157,12 @@ pub fn overview(report: &Report, cast: &Cast) -> Table {
 }
 
 fn overview_cells(row: Option<&Row>) -> [Cell; 2] {
-    let Some(Row { errors, cost, .. }) = row else { return [plain(NONE), plain(NONE)] };
+    let Some(Row { errors, cost, .. }) = row else { return [cell(NONE), cell(NONE)] };
     let share = match (errors.rays, errors.wrong_ids()) {
         (1.., 0) => "0".to_string(),
         (rays, wrong) => percent(wrong, rays),
     };
-    [Cell { text: share, ..wrong_share(errors) }, plain(figure(cost.trace_ns_per_ray.median))]
+    [Cell { text: share, ..wrong_share(errors) }, cell(figure(cost.trace_ns_per_ray.median))]
 }
 
 /// All figures of one scene: errors, more errors, costs.
@@ -172,7 +172,7 @@ pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
         Table::new(NAMES, parts, one_group(scene.rows.iter().map(row).collect()))
     };
     let errors = table(&[("", &["rays compared"]), FAULTS, T_ULP], |row| {
-        let rays = plain(row.errors.rays.to_string());
+        let rays = cell(row.errors.rays.to_string());
         [&[rays], &faults(&row.errors)[..], &quantiles(&row.errors.t_ulp)].concat()
     });
     let parts =
@@ -195,7 +195,7 @@ pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
             time(&cost.readback_ms),
             time(&cost.compile_ms),
             time(&cost.first_picture_ms),
-            plain(cost.bytes_device.to_string()),
+            cell(cost.bytes_device.to_string()),
         ]
     });
     [errors, more_errors, costs]
@@ -203,12 +203,12 @@ pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
 
 /// All numbers of a sweep: a row an x, and columns for each line.
 pub fn sweep(sweep: &Sweep, cast: &Cast) -> Table {
-    let lines = lines(sweep);
+    let lines = shared_series(sweep);
     let points = || sweep.series.iter().flat_map(|series| &series.points);
     let has_errors = points().any(|point| point.errors.is_some());
     let has_times = points().any(|point| point.trace_ns_per_ray.is_some());
     let row = |x: f64| {
-        let mut cells = vec![plain(quantity(x))];
+        let mut cells = vec![cell(quantity(x))];
         for line in &lines {
             let point = line.series.points.iter().find(|point| point.x == x);
             if has_errors {
@@ -252,33 +252,33 @@ fn one_group(rows: Vec<Vec<Cell>>) -> Vec<Group> {
     vec![Group { name: String::new(), rows }]
 }
 
-fn plain(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), range: None, mark: Mark::Plain }
+fn cell(text: impl Into<String>) -> Cell {
+    Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
 }
 
 /// Kernel and device.
 fn names(contestant: &Contestant, cast: &Cast) -> [Cell; 2] {
-    let kernel = Cell { mark: Mark::Kernel, ..plain(&contestant.kernel) };
-    [kernel, plain(cast.short(&contestant.device))]
+    let kernel = Cell { emphasis: Emphasis::Kernel, ..cell(&contestant.kernel) };
+    [kernel, cell(cast.short(&contestant.device))]
 }
 
 fn wrong_share(errors: &Errors) -> Cell {
-    let mark = if errors.wrong_ids() > 0 { Mark::Wrong } else { Mark::Right };
-    Cell { mark, ..plain(wrong(errors)) }
+    let emphasis = if errors.wrong_ids() > 0 { Emphasis::Wrong } else { Emphasis::Right };
+    Cell { emphasis, ..cell(wrong(errors)) }
 }
 
 /// The share of wrong ids and the counts of each sort.
 fn faults(errors: &Errors) -> [Cell; 4] {
     let [false_hits, false_misses, wrong_object] =
-        [errors.false_hits, errors.false_misses, errors.wrong_object].map(|n| plain(n.to_string()));
+        [errors.false_hits, errors.false_misses, errors.wrong_object].map(|n| cell(n.to_string()));
     [wrong_share(errors), false_hits, false_misses, wrong_object]
 }
 
 /// Median, 99.9 % and largest.
 fn quantiles(of: &Option<Distribution>) -> [Cell; 3] {
     match of {
-        Some(of) => [of.median, of.p999, of.max].map(|x| plain(figure(x))),
-        None => [NONE; 3].map(plain),
+        Some(of) => [of.median, of.p999, of.max].map(|x| cell(figure(x))),
+        None => [NONE; 3].map(cell),
     }
 }
 
@@ -286,19 +286,19 @@ fn quantiles(of: &Option<Distribution>) -> [Cell; 3] {
 fn decided(errors: &Errors) -> [Cell; 3] {
     let stages = errors.stages;
     [stages.f32, stages.f64, stages.exact].map(|part| match part {
-        0 if stages.total() > 0 => plain("0"),
-        _ => plain(percent(part, stages.total())),
+        0 if stages.total() > 0 => cell("0"),
+        _ => cell(percent(part, stages.total())),
     })
 }
 
 /// Median with its range.
 fn time(spread: &Spread) -> Cell {
     match spread.n {
-        0 => plain(NONE),
-        1 => plain(figure(spread.median)),
+        0 => cell(NONE),
+        1 => cell(figure(spread.median)),
         _ => {
             let range = Some([spread.min, spread.max].map(figure));
-            Cell { range, ..plain(figure(spread.median)) }
+            Cell { range, ..cell(figure(spread.median)) }
         }
     }
 }

@@ -9,7 +9,7 @@ use super::answer::{answer, price};
 use super::figures::{count, plain_document, typeset};
 use super::plot::{plane, sweep, theme};
 use super::summary::Cast;
-use super::{AdapterEvidence, CLOUD_SIZE, Effort, Evidence, Report, SceneResult, print, tables};
+use super::{CLOUD_SIZE, Effort, Report, SceneResult, print, tables};
 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
@@ -54,7 +54,11 @@ pub fn html(report: &Report) -> String {
                     h1 { "Speed against error" }
                     p.answer { (answer(report)) }
                     @if let Some(price) = price(report) { p { (price) } }
-                    (evidence(&report.evidence))
+                    dl {
+                        @for (what, fact) in report.evidence.named_lines() {
+                            dt { (what) } dd { (fact) }
+                        }
+                    }
                 }
                 main {
                     section {
@@ -122,38 +126,6 @@ pub fn html(report: &Report) -> String {
         }
     };
     plain_document(&page.into_string())
-}
-
-fn evidence(evidence: &Evidence) -> Markup {
-    html! {
-        dl {
-            dt { "Command" } dd { code { (evidence.command) } }
-            dt { "Program" }
-            dd {
-                "Kugelblitz " (evidence.version)
-                @if let Some(commit) = &evidence.commit { ", commit " code { (commit) } }
-            }
-            dt { "Begun" } dd { (evidence.date) }
-            dt { "CPU" }
-            dd { (evidence.host_cpu) ", " (count(evidence.n_cores, "core")) ", " (evidence.system) }
-            @for adapter in &evidence.adapters { (adapter_evidence(adapter)) }
-            @if evidence.adapters.is_empty() { dt { "Adapter" } dd { "none" } }
-        }
-    }
-}
-
-fn adapter_evidence(adapter: &AdapterEvidence) -> Markup {
-    let AdapterEvidence { facts, arithmetic_f32, arithmetic_f64 } = adapter;
-    html! {
-        dt { "Adapter" }
-        dd {
-            (facts.name) " (" (facts.kind) "), driver " (facts.driver)
-            br; "f32, measured: " (arithmetic_f32)
-            br; "f64, measured: "
-            @match arithmetic_f64 { Some(f64) => (f64), None => "none" }
-            br; "kernel certified: " (arithmetic_f32.filter_in_words())
-        }
-    }
 }
 
 /// A plot that is scrolled where the page is narrower than its letters allow.

@@ -3,7 +3,7 @@
 use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::report::figures::{figure, quantity, typeset};
-use crate::report::summary::{self, Cast, lines, time_of};
+use crate::report::summary::{Cast, SharedSeries, shared_series, time_of};
 use crate::report::{Report, Sweep, SweepPoint};
 
 /// A value, and the least and largest where it was measured repeatedly.
@@ -29,7 +29,7 @@ const QUANTITIES: [Quantity; 3] = [
 /// A sweep as an SVG file.
 pub fn sweep(report: &Report, sweep: &Sweep) -> String {
     let cast = Cast::of(report);
-    let lines = lines(sweep);
+    let lines = shared_series(sweep);
     let points = || sweep.series.iter().flat_map(|series| &series.points);
     let mut quantities = QUANTITIES.to_vec();
     quantities.retain(|(_, of)| points().any(|point| of(point).is_some()));
@@ -52,7 +52,7 @@ pub fn sweep(report: &Report, sweep: &Sweep) -> String {
     .svg()
 }
 
-fn line(own: &summary::Line, cast: &Cast, of: fn(&SweepPoint) -> Option<Measured>) -> Line {
+fn line(own: &SharedSeries, cast: &Cast, of: fn(&SweepPoint) -> Option<Measured>) -> Line {
     let mark = |point: &SweepPoint| {
         let [y, min, max] = of(point).filter(|[y, ..]| *y >= 0.0)?;
         let place = |y: f64| -> Point { (point.x, y) };
