@@ -8,21 +8,20 @@ use super::{
 
 /// Rows of cells under a head.
 pub struct Table {
-    /// Columns at the left that hold names; the others hold figures.
-    pub n_names: usize,
-    /// The head.
-    pub columns: Vec<Column>,
+    /// The head: first the names of a row, then its figures.
+    pub parts: Vec<Part>,
     /// The rows.
     pub groups: Vec<Group>,
 }
 
-/// The head of a column.
-#[derive(Clone, PartialEq)]
-pub struct Column {
-    /// Stands over all neighbours that have the same; empty for none.
+/// Neighbouring columns.
+pub struct Part {
+    /// Stands over them; empty for none.
     pub over: String,
-    /// The column's own name.
-    pub name: String,
+    /// Place of the first one among all columns.
+    pub first: usize,
+    /// The columns' own names.
+    pub columns: Vec<String>,
 }
 
 /// Rows that belong together.
@@ -59,12 +58,14 @@ pub enum Emphasis {
 
 impl Table {
     fn new(names: &[&str], parts: &[Columns], groups: Vec<Group>) -> Table {
-        let of_part = |(over, names): &Columns| {
-            let column = |name: &&str| Column { over: over.to_string(), name: name.to_string() };
-            names.iter().map(column).collect::<Vec<_>>()
+        let mut first = 0;
+        let part = |(over, names): &Columns| {
+            let columns = names.iter().map(|name| name.to_string()).collect();
+            let part = Part { over: over.to_string(), first, columns };
+            first += names.len();
+            part
         };
-        let columns = [of_part(&("", names)), parts.iter().flat_map(of_part).collect()].concat();
-        Table { n_names: names.len(), columns, groups }
+        Table { parts: [("", names)].iter().chain(parts).map(part).collect(), groups }
     }
 }
 
