@@ -52,19 +52,21 @@ pub fn price(report: &Report) -> Option<String> {
     let (cast, classes) = (Cast::of(report), classes(report));
     let mut parts = Vec::new();
     for device in &cast.devices {
+        let mut kernels = Vec::new();
         for kernel in &cast.kernels {
             let ratios = classes.iter().map(|class| {
                 let ratio = digits(ratio(report, device, *class, kernel)?, 3);
                 Some(if classes.len() > 1 { format!("{ratio} ({})", class.name()) } else { ratio })
             });
             let ratios: Option<Vec<String>> = ratios.collect();
-            if let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) {
-                parts.push(format!(
-                    "on {}, {kernel} takes {} times as long as the fastest",
-                    cast.short(device),
-                    list(&ratios)
-                ));
-            }
+            let Some(ratios) = ratios.filter(|ratios| !ratios.is_empty()) else { continue };
+            kernels.push(match kernels.is_empty() {
+                true => format!("{kernel} takes {} times as long as the fastest", list(&ratios)),
+                false => format!("{kernel} {} times", list(&ratios)),
+            });
+        }
+        if !kernels.is_empty() {
+            parts.push(format!("on {}, {}", cast.short(device), kernels.join(", ")));
         }
     }
     (!parts.is_empty()).then(|| format!("Without a wrong object: {}.", parts.join("; ")))
