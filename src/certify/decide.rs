@@ -21,7 +21,7 @@ use crate::scene::Object;
 use crate::trace::{Level, Timing, Wants};
 use crate::vec3::Vec3;
 
-/// Undecided rays that are considered at before they are settled.
+/// Undecided rays that are looked at before they are settled.
 const RAYS_AT_ONCE: usize = 1 << 16;
 
 /// Candidates that are held for them together: every object may be a candidate of every ray.
@@ -62,7 +62,7 @@ pub enum Decision {
 
 impl Decision {
     /// Itself, where `room` has places for its candidates: it takes them. What is not held is
-    /// considered for again.
+    /// looked for again.
     pub fn hold(self, room: &AtomicUsize) -> Option<Decision> {
         let Decision::Open(candidates) = &self else { return Some(self) };
         let take = |left: usize| left.checked_sub(candidates.len());
