@@ -284,15 +284,17 @@ pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f6
     unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
 }
 
-/// Bound of the error of a normal in f64 from [`crate::kernel::certified::half_chord_radius`], for a
-/// sphere of radius `r` at distance up to `l`. `width` is the length between the halves of the chord that
-/// `inner2` and `outer2` give: the chord's error by that of `P`. `P` itself is off by the offset, by
-/// the turned line, twice as that turns the chord too, and by its rounding.
+/// Most that the halves of the chord that `inner2` and `outer2` give may differ, as lengths, for a
+/// normal in f64 that is off by at most `tolerance`; negative where nothing is small enough. The normal
+/// is that of [`crate::kernel::certified::half_chord_radius`], for a sphere of radius `r` at distance up
+/// to `l`. The difference is the chord's error by that of `P`. `P` itself is off by the offset, by the
+/// turned line, twice as that turns the chord too, and by its rounding. The host's rounding of this sum
+/// and of what it is compared with is some `2⁻⁵²` of `tolerance`, which is not that sharp.
 #[inline(always)]
-pub fn normal_error(r: f64, l: f64, width: f64, unit: f64, input: InputError) -> f64 {
+pub fn most_width(r: f64, l: f64, unit: f64, input: InputError, tolerance: f64) -> f64 {
     let InputError { offset, direction } = input;
     let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
-    (foot + width + (steps::CHORD + steps::NORMALIZED + direction) * unit * r) / r
+    tolerance * r - (foot + (steps::CHORD + steps::NORMALIZED + direction) * unit * r)
 }
 
 /// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more

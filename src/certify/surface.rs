@@ -62,7 +62,8 @@ impl Found {
 pub struct SphereSight {
     l: [f64; 3],
     r: f64,
-    distance: f64,
+    /// Most that the halves of the chord may differ for a normal that is certain.
+    most_width: f64,
     inner2: f64,
     outer2: f64,
     slack: f64,
@@ -87,12 +88,13 @@ impl SphereSight {
     #[inline(always)]
     pub fn new(place: &Place, known: Option<K>, bounds: &Bounds) -> SphereSight {
         let Foot { l, k, r, distance, guard } = Foot::new(place, known, bounds.input);
+        let (unit, input) = (guard::UNIT_F64, bounds.input);
         let q = bounds.widening.inverse(k.value.abs(), k.error);
         let is_certain = guard::sphere_in_range_f64(r, distance) & (k.value.abs() > k.error);
         SphereSight {
             l: l.0,
             r,
-            distance,
+            most_width: guard::most_width(r, distance, unit, input, NORMAL_TOLERANCE),
             inner2: guard.inner2,
             outer2: guard.outer2,
             slack: guard.slack,
@@ -105,21 +107,20 @@ impl SphereSight {
     /// Half the chords of a ray: of the inner radius, of the outer one, and the normal from that of
     /// the radius itself.
     #[inline(always)]
-    fn chords(&self, ray: &RayOf<f64>, is_outside: bool, input: InputError) -> Chords {
-        let &SphereSight { r, distance, inner2, outer2, .. } = self;
+    fn chords(&self, ray: &RayOf<f64>, is_outside: bool) -> Chords {
+        let &SphereSight { r, most_width, inner2, outer2, .. } = self;
         let l = Vec3(self.l);
         let (s, m) = closest_approach(ray.direction, ray.inv_a, l);
         let half = |r2: f64| (Real::max(r2 - m, 0.0) * ray.inv_a).sqrt();
         let (inner, outer) = (half(inner2), half(outer2));
-        let width = (outer - inner) * ray.a.sqrt();
-        let error = guard::normal_error(r, distance, width, guard::UNIT_F64, input);
+        let width = outer - inner;
         Chords {
             s,
             inner,
             outer,
             is_hit: inner2 >= m,
             normal: normalized(half_chord_radius(ray, l, r, is_outside)),
-            is_precise: error <= NORMAL_TOLERANCE,
+            is_precise: (most_width > 0.0) & (width * width * ray.a <= most_width * most_width),
         }
     }
 }
@@ -137,10 +138,10 @@ struct Chords {
 impl Sight for Outside {
     /// [`crate::kernel::certified::outside_nearness`] without its branches.
     #[inline(always)]
-    fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
+    fn surface(&self, ray: &RayOf<f64>, _: &Bounds) -> Found {
         let Outside(sight) = self;
         let SphereSight { slack, q_low, q_high, .. } = *sight;
-        let chords = sight.chords(ray, true, bounds.input);
+        let chords = sight.chords(ray, true);
         let low = ((chords.s - slack) + chords.inner) * q_low;
         let high = ((chords.s + slack) + chords.outer) * q_high;
         let is_certain = chords.is_hit & chords.is_precise & (sight.k > 0.0);
@@ -154,7 +155,7 @@ impl Sight for Inside {
     fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
         let Inside(sight) = self;
         let SphereSight { slack, q_low, q_high, .. } = *sight;
-        let chords = sight.chords(ray, false, bounds.input);
+        let chords = sight.chords(ray, false);
         let s = chords.s;
         let u_low = (s.abs() + chords.inner) - slack;
         let u_high = (s.abs() + chords.outer) + slack;
