@@ -8,7 +8,6 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bvh::boxes::BoxesRay;
 use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::Result;
@@ -19,9 +18,10 @@ use crate::kernel::RayOf;
 use crate::kernel::certified::{
     GuardOf, Nearness, UNDECIDED, half_chord_radius, normalized, plane_nearness_at, sphere_nearness,
 };
-use crate::prepare::{Hierarchy, Prepared, Search, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Hierarchy, Prepared, Seen, exponent_of, scale_by_power_of_two};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
+use crate::tree::TreeRay;
 use crate::vec3::{Vec3, dot3};
 
 /// Largest error of an f64 normal before it is rounded to f32: with the rounding itself, `√3·2⁻²⁵`,
@@ -224,8 +224,6 @@ struct Stage<'a> {
     rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
     hierarchy: Option<&'a Hierarchy>,
-    /// What the hierarchy's coordinates are relative to.
-    reference: DVec3,
     /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
     ks: Vec<K>,
     /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
@@ -286,9 +284,8 @@ impl<'a> Stage<'a> {
             }
             StageRays::List(_) => HashMap::new(),
         };
-        let reference = prepared.reference;
         let most_held = MOST_HELD;
-        Stage { scene, rays, hierarchy, reference, ks, rest_ks, usable, input, most_held }
+        Stage { scene, rays, hierarchy, ks, rest_ks, usable, input, most_held }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -409,25 +406,20 @@ impl<'a> Stage<'a> {
         ray: &RayF64,
         mut look: impl FnMut(u32) -> f64,
     ) {
-        match (&hierarchy.search, &self.rays) {
-            (Search::Pixels { footprints, far }, StageRays::Pixels(pixels, _)) => {
-                let (x, y) = pixels.xy(index);
-                footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
-                    guard::round_up(t_bound(ray, look(far[place].id)))
-                });
-            }
-            (Search::Rays { boxes, ids }, _) => {
-                let origin = ray.reference - self.reference;
-                let direction = DVec3::from_array(ray.ray.direction.0);
-                boxes
-                    .visit(&BoxesRay { origin, direction }, |place| t_bound(ray, look(ids[place])));
-            }
-            (Search::Pixels { .. }, StageRays::List(_)) => {
-                for id in 1..=self.scene.spheres.len() as u32 {
-                    look(id);
-                }
-            }
+        if let (Some(seen), StageRays::Pixels(pixels, _)) = (&hierarchy.seen, &self.rays) {
+            let Seen { footprints, far } = seen;
+            let (x, y) = pixels.xy(index);
+            footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
+                guard::round_up(t_bound(ray, look(far[place].id)))
+            });
+            return;
         }
+        let tree = &*hierarchy.tree;
+        let origin = ray.reference - tree.reference;
+        let direction = DVec3::from_array(ray.ray.direction.0);
+        tree.visit(&TreeRay { origin, direction }, |place| {
+            t_bound(ray, look(tree.order[place] + 1))
+        });
     }
 
     fn nearness(&self, ray: &RayF64, id: u32, object: Object) -> Nearness<f64> {

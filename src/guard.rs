@@ -159,7 +159,7 @@
 //!
 //! Not seen are, each with its reason beside it: [`FAR`], [`TINY_F32`], [`TINY_F64`], the third digits
 //! of all constants (second order: `ε` times the first), [`LIST_F64`]'s `δ`, and the margins of
-//! [`crate::bvh`], which are powers of two far above what their derivation asks for.
+//! [`crate::tree`], which are powers of two far above what their derivation asks for.
 
 pub mod steps;
 
@@ -215,6 +215,7 @@ pub const WIDENING: f64 = 24.0;
 pub const FAR: f64 = 1.0 / (1u64 << 15) as f64;
 
 /// Whether a sphere with `k > 0` is far for rays up to `longest` long.
+#[inline(always)]
 pub fn is_far(guard: &Guard, k: f64, longest: f64) -> bool {
     k > 0.0 && guard.slack * longest <= FAR * k.sqrt()
 }
@@ -242,6 +243,7 @@ impl Guard {
     /// The guard of a sphere of radius `r` at distance at most `l`, for arithmetic of unit
     /// `unit`. The constants are derived at the head of this module; the host's own rounding
     /// (f64) is covered by their third digit, or by [`Guard::round_to_f32`].
+    #[inline(always)]
     pub fn new(r: f64, l: f64, unit: f64, input: InputError) -> Guard {
         let InputError { offset, direction } = input;
         let eta = unit * l;
@@ -261,6 +263,7 @@ impl Guard {
     }
 
     /// The guard in f32: the inner radius rounded down, everything else up.
+    #[inline(always)]
     pub fn round_to_f32(&self) -> [f32; 4] {
         [
             round_down(self.inner2),
@@ -306,6 +309,7 @@ pub const UNKNOWN: f32 = (1u128 << 124) as f32;
 pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
 
 /// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
+#[inline(always)]
 pub fn length_bound(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest < 1.0 / LARGEST_F64 {
@@ -324,6 +328,7 @@ const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
 const LARGEST_F64: f64 = LARGEST_F32 * LARGEST_F32 * LARGEST_F32 * LARGEST_F32;
 
 /// Whether the filter's f32 stays in range for a sphere of radius `r` at distance up to `l`.
+#[inline(always)]
 pub fn sphere_in_range_f32(r: f64, l: f64) -> bool {
     (SMALLEST_RADIUS_F32..=LARGEST_F32).contains(&r) && l <= LARGEST_F32
 }
@@ -410,6 +415,7 @@ const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error; `None` where that is not
 /// good enough to round `t`.
+#[inline(always)]
 pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
     let (l2, r2) = (l.length_squared(), r * r);
     let (k, error) = (l2 - r2, 4.0 * UNIT_F64 * (l2 + r2));
@@ -423,12 +429,14 @@ pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
 }
 
 /// The largest f32 not above `x`.
+#[inline(always)]
 pub fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// The smallest f32 not below `x`.
+#[inline(always)]
 pub fn round_up(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) < x { nearest.next_up() } else { nearest }
@@ -456,6 +464,7 @@ pub fn widening_f64() -> Widening<f64> {
 }
 
 /// `1/k` in f32 for a far sphere: the widening and the relative slack are in it.
+#[inline(always)]
 pub fn far_inverse_f32(k: f64) -> f32 {
     round_up((1.0 + WIDENING * UNIT_F32) / (k * (1.0 - FAR)))
 }

@@ -69,7 +69,7 @@
 //! | [`trace`] | kernels, rays and hits |
 //! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
-//! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
+//! | [`tree`] | the tree over many spheres: boxes for any rays, and as the pixels of a picture see it |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
@@ -96,7 +96,7 @@
 //! # The way of a pixel, from `cli/render.rs` to the file
 //! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`camera::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
-//!    and, over many spheres, the hierarchy of [`bvh`]. [`device::Device::tracer`] makes a
+//!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
@@ -117,7 +117,6 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 mod arithmetic;
-pub mod bvh;
 pub mod camera;
 mod certify;
 pub mod compare;
@@ -150,6 +149,7 @@ mod session;
 pub mod shade;
 pub mod trace;
 pub mod tracer;
+pub mod tree;
 pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]

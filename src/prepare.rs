@@ -21,8 +21,9 @@ use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::memory;
 use crate::scene::{Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays, Wants};
+use crate::tree::Tree;
 
-pub use hierarchy::{Hierarchy, Search};
+pub use hierarchy::{Hierarchy, Seen};
 
 /// What a scene asks of a backend. What is not needed is in no shader and in no binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -164,6 +165,26 @@ impl Prepared {
         rays: &Rays,
         control: &Control,
     ) -> Result<Prepared> {
+        Prepared::with_tree(scene, kernel, rays, None, control)
+    }
+
+    /// The same scene prepared for other rays. What depends on the scene alone stays: the tree over
+    /// many spheres.
+    ///
+    /// # Errors
+    /// Those of [`Prepared::new_with`].
+    pub fn for_rays(&self, rays: &Rays, control: &Control) -> Result<Prepared> {
+        let tree = self.hierarchy.as_ref().map(|hierarchy| Arc::clone(&hierarchy.tree));
+        Prepared::with_tree(Arc::clone(&self.scene), self.kernel, rays, tree, control)
+    }
+
+    fn with_tree(
+        scene: Arc<Scene>,
+        kernel: Kernel,
+        rays: &Rays,
+        tree: Option<Arc<Tree>>,
+        control: &Control,
+    ) -> Result<Prepared> {
         control.check()?;
         refuse_not_finite(rays)?;
         let reference = match rays {
@@ -205,7 +226,7 @@ impl Prepared {
                 let spheres = if scene.spheres.len() <= most_listed(rays) {
                     scene.spheres.iter().map(|sphere| frame.sphere(sphere)).collect()
                 } else if in_range {
-                    let found = Hierarchy::new(&frame, rays, &scene, control)?;
+                    let found = Hierarchy::new(&frame, rays, &scene, tree, control)?;
                     let sphere = |&id: &u32| frame.sphere(&scene.spheres[id as usize - 1]);
                     let rest = found.rest.iter().map(sphere).collect();
                     hierarchy = Some(found);
@@ -283,7 +304,7 @@ impl Prepared {
 
     /// Whether the f32 stage has no way to these rays' many spheres, which f64 then finds.
     pub fn is_left_to_f64(&self) -> bool {
-        self.hierarchy.as_ref().is_some_and(|hierarchy| !hierarchy.is_by_pixel())
+        self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none())
     }
 
     /// Spheres that a device tests one after the other.
@@ -309,7 +330,7 @@ impl Prepared {
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && self.kernel != Kernel::Certified,
             near: self.near,
-            hierarchy: self.hierarchy.as_ref().is_some_and(Hierarchy::is_by_pixel),
+            hierarchy: self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_some()),
         }
     }
 }
@@ -533,34 +554,34 @@ impl Frame {
                 && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
     }
 
-    /// Whether a sphere suits a leaf of a picture's hierarchy. Parallel rays ask that f64 knows `k`
-    /// of the camera's position well: exact arithmetic should find it once, not once a ray.
-    fn suits_leaf(&self, sphere: &Sphere, longest: f64) -> bool {
-        if self.bundle != Bundle::Parallel {
-            return self.is_far(sphere, longest);
-        }
-        let (r, l) = (sphere.radius.abs(), sphere.center - self.reference);
-        guard::sphere_in_range_f32(r, guard::length_bound(l) + self.spread)
-            && guard::k_f64(l, r).is_some()
-    }
-
-    /// A sphere that [`Frame::suits_leaf`].
-    fn far_sphere(&self, sphere: &Sphere, id: u32) -> SphereFar {
+    /// A sphere as the leaf of a picture's tree; `None` where it doesn't suit one. Parallel rays ask
+    /// that f64 knows `k` of the camera's position well: exact arithmetic should find it once, not once
+    /// a ray.
+    #[inline(always)]
+    fn leaf(&self, sphere: &Sphere, id: u32, longest: f64) -> Option<SphereFar> {
+        let r = sphere.radius.abs();
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.spread;
-        let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
-        let [inner2, outer2, slack, _] = guard.round_to_f32();
-        let q_or_slack = match self.bundle {
-            Bundle::Parallel => slack,
-            _ => guard::far_inverse_f32(self.sphere_k(sphere, l)),
+        if r == 0.0 || !guard::sphere_in_range_f32(r, distance) {
+            return None;
+        }
+        let guard = Guard::new(r, distance, guard::UNIT_F32, self.input);
+        let q = match self.bundle {
+            Bundle::Parallel => {
+                guard::k_f64(l, r)?;
+                None
+            }
+            _ => {
+                let k = self.sphere_k(sphere, l);
+                if !(k_in_range(k, r + distance) && guard::is_far(&guard, k, longest)) {
+                    return None;
+                }
+                Some(guard::far_inverse_f32(k))
+            }
         };
-        SphereFar { center: l.as_vec3().to_array(), inner2, outer2, q_or_slack, id, padding: 0 }
-    }
-
-    /// Whether a box in f32 can hold the sphere.
-    fn has_box(&self, sphere: &Sphere) -> bool {
-        let distance = guard::length_bound(sphere.center - self.reference);
-        sphere.radius.abs() <= guard::LARGEST_F32 && distance <= guard::LARGEST_F32
+        let [inner2, outer2, slack, _] = guard.round_to_f32();
+        let (center, q_or_slack) = (l.as_vec3().to_array(), q.unwrap_or(slack));
+        Some(SphereFar { center, inner2, outer2, q_or_slack, id, padding: 0 })
     }
 
     /// Any ray, for exact statements about the reference point.
@@ -628,6 +649,7 @@ impl Frame {
     }
 
     /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.
+    #[inline(always)]
     fn sphere_k(&self, sphere: &Sphere, l: DVec3) -> f64 {
         let (l2, r2) = (l.length_squared(), sphere.radius * sphere.radius);
         let k = l2 - r2;
@@ -721,6 +743,7 @@ fn offset_in_range(offset: f64) -> bool {
 }
 
 /// Whether neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
+#[inline(always)]
 fn k_in_range(k: f64, reach: f64) -> bool {
     k == 0.0
         || (SMALLEST_K..=LARGEST_OFFSET).contains(&k.abs())

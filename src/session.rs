@@ -147,7 +147,11 @@ impl Session {
 
     fn make(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<(Ready, Making)> {
         let start = Instant::now();
-        let prepared = Prepared::new_with(Arc::clone(&self.scene), self.kernel, rays, control)?;
+        let scene = Arc::clone(&self.scene);
+        let prepared = match &self.ready {
+            Some(old) if old.is_of(&scene, self.kernel) => old.prepared.for_rays(rays, control)?,
+            _ => Prepared::new_with(scene, self.kernel, rays, control)?,
+        };
         let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
         control.check()?;
         let build = prepared.build_time();
@@ -266,10 +270,11 @@ impl Session {
 
 impl Ready {
     fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
-        self.wants == wants
-            && self.prepared.kernel == kernel
-            && Arc::ptr_eq(&self.prepared.scene, scene)
-            && self.prepared.is_for(rays)
+        self.wants == wants && self.is_of(scene, kernel) && self.prepared.is_for(rays)
+    }
+
+    fn is_of(&self, scene: &Arc<Scene>, kernel: Kernel) -> bool {
+        self.prepared.kernel == kernel && Arc::ptr_eq(&self.prepared.scene, scene)
     }
 }
 

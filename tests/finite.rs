@@ -17,7 +17,7 @@ use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::gpu::compile;
-use kugelblitz::prepare::{Objects, Prepared, Search};
+use kugelblitz::prepare::{Objects, Prepared, Seen};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -90,7 +90,7 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
     globals.insert("params", Value::Parts(members.iter().map(member).collect()));
     globals.insert("ids", Value::Parts(vec![Value::U32(7); rays.len()]));
     if let (Some(hierarchy), Rays::Pixels(pixels)) = (&prepared.hierarchy, rays) {
-        let Search::Pixels { footprints, far } = &hierarchy.search else { panic!("a picture") };
+        let Some(Seen { footprints, far }) = &hierarchy.seen else { panic!("a picture") };
         let rest = hierarchy.rest.iter().map(|&id| Value::U32(id)).collect();
         globals.insert("rest_ids", Value::Parts(rest));
         globals.insert("nodes", texels(bytemuck::cast_slice(&footprints.nodes)));

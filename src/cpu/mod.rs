@@ -22,7 +22,7 @@ use crate::kernel::certified::{
 };
 use crate::kernel::relative::{RelativePlane, RelativeSphere};
 use crate::kernel::{Hit, RayOf, lecture, relative};
-use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Search};
+use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 use crate::vec3::Vec3;
@@ -210,8 +210,7 @@ fn trace_hierarchy(
     control: &Control,
     hits: &mut Hits,
 ) -> Result<()> {
-    let (Rays::Pixels(pixels), Search::Pixels { footprints, far }) = (rays, &hierarchy.search)
-    else {
+    let (Rays::Pixels(pixels), Some(Seen { footprints, far })) = (rays, &hierarchy.seen) else {
         hits.id.fill(UNDECIDED);
         return Ok(());
     };
@@ -289,18 +288,19 @@ impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
 pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
     prepared.check(&Rays::Pixels(*pixels))?;
     let hierarchy = prepared.hierarchy.as_ref();
-    let Some(hierarchy) = hierarchy.filter(|hierarchy| hierarchy.is_by_pixel()) else {
+    let Some((hierarchy, seen)) = hierarchy.and_then(|h| Some((h, h.seen.as_ref()?))) else {
         return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
     };
     Ok(match pixels.view.lens {
-        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, pixels),
-        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, pixels),
+        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, seen, pixels),
+        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, seen, pixels),
     })
 }
 
 fn rays_alone<T: TileRays>(
     prepared: &Prepared,
     hierarchy: &Hierarchy,
+    seen: &Seen,
     pixels: &Pixels,
 ) -> Vec<u32> {
     let camera = CameraF32::new(pixels);
@@ -310,7 +310,7 @@ fn rays_alone<T: TileRays>(
         let (i, j) = pixels.offset2(x, y);
         let ray = camera.camera_ray(i as f32, j as f32);
         let listed = others::<T::Filter>(prepared, hierarchy, &ray, &widening);
-        walk::nearest_far::<T>(&ray, [x, y], listed, hierarchy, &widening).decide()
+        walk::nearest_far::<T>(&ray, [x, y], listed, seen, &widening).decide()
     };
     (0..pixels.len()).into_par_iter().map(propose).collect()
 }

@@ -5,13 +5,13 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::texture::TEXELS_PER_ROW;
-use crate::bvh::footprints::{BORROW, IS_LEAF};
 use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::{UNDECIDED, Widening};
 use crate::prepare::{LISTED_SPHERES, Needs};
 use crate::trace::Kernel;
+use crate::tree::footprints::{BORROW, IS_LEAF};
 use crate::vec3::Real;
 
 /// Invocations of one workgroup, columns × rows of the tile.

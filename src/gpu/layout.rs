@@ -75,7 +75,7 @@ pub struct Walk {
     pub first_x: u32,
     /// Picture row of it.
     pub first_y: u32,
-    /// [`crate::bvh::footprints::Footprints::cell_shift`]
+    /// [`crate::tree::footprints::Footprints::cell_shift`]
     pub cell_shift: u32,
 }
 
