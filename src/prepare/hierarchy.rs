@@ -68,7 +68,10 @@ impl Hierarchy {
                 let (seen, close) = see(frame, pixels, &tree, &scene.spheres);
                 (Some(seen), close)
             }
-            Rays::List(_) => (None, Vec::new()),
+            Rays::List(_) => {
+                tree.prepare_visits();
+                (None, Vec::new())
+            }
         };
         rest.extend(&tree.outside);
         rest.sort_unstable();

@@ -10,14 +10,14 @@
 //! but for these roundings of `½·2⁻⁵²`: of `L_k`, of `L_k − r` and of the margin's subtraction, of the
 //! widening by the slack (each of up to `|L_k| + r`), and of the origin, of its own size. Together
 //! `2⁻⁵¹(|L_k| + r)`, `NEED`, and `2⁻⁵³` of the origin. What follows, the difference, the inverse
-//! and the product, is relative and in `enter`'s `WIDER`.
+//! and the product, is relative and in [`super::wide`]'s `WIDER`.
 //!
 //! The margin is `2⁶` times that: hidden in f32's own outward rounding, it costs nothing, and half of it
 //! is seen by no test of a ray. A test looks at the need itself.
 
 use glam::DVec3;
 
-use super::{IS_LEAF, Node, Tree};
+use super::{IS_LEAF, Node};
 use crate::guard::{round_down, round_up};
 
 /// What rounds around a box, of `|L_k| + r`.
@@ -49,75 +49,13 @@ impl Node {
     }
 }
 
-/// A ray in the tree's frame.
-#[derive(Clone, Copy, Debug)]
-pub struct TreeRay {
-    /// Offset of the origin from the reference point.
-    pub origin: DVec3,
-    /// Direction.
-    pub direction: DVec3,
-}
-
-impl Tree {
-    /// Shows `visit` every sphere, by its place in [`Tree::order`], that the ray may hit at
-    /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
-    ///
-    /// Slabs are computed in f64. The box's margin covers what rounds in its own size, and `2⁻⁴⁵` of the
-    /// origin's distance what rounds in that.
-    pub fn visit(&self, ray: &TreeRay, mut visit: impl FnMut(usize) -> f64) {
-        // 2⁸ times the rounding of the offset to the origin.
-        const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
-        let slack = ray.origin.abs().max_element() * SLACK;
-        let inverse = ray.direction.recip();
-        let enter = |at: usize| enter(&self.nodes[at], ray, inverse, slack);
-        let mut t_max = f64::INFINITY;
-        let mut stack = Vec::new();
-        if !self.nodes.is_empty() {
-            stack.extend(enter(0).map(|t| (t, 0)));
-        }
-        while let Some((t, at)) = stack.pop() {
-            if t > t_max {
-                continue;
-            }
-            if let Some(place) = self.place(at) {
-                t_max = visit(place);
-                continue;
-            }
-            let base = stack.len();
-            stack.extend(self.children(at).into_iter().filter_map(|at| Some((enter(at)?, at))));
-            stack[base..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
-        }
-    }
-}
-
-/// A lower bound of the `t ≥ 0` at which the ray enters a box; `None` where it misses it.
-fn enter(node: &Node, ray: &TreeRay, inverse: DVec3, slack: f64) -> Option<f64> {
-    // Three roundings, of the difference, of the inverse and of the product.
-    const WIDER: f64 = 1.0 + 4.0 * f64::EPSILON;
-    let (mut enter, mut leave) = (0.0, f64::INFINITY);
-    for axis in 0..3 {
-        let low = f64::from(node.low[axis]) - slack - ray.origin[axis];
-        let high = f64::from(node.high[axis]) + slack - ray.origin[axis];
-        // Along a direction this flat the slab is left only where it is not entered at all.
-        if !inverse[axis].is_finite() {
-            if ray.direction[axis] == 0.0 && (low > 0.0 || high < 0.0) {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = (low * inverse[axis], high * inverse[axis]);
-        enter = f64::max(enter, a.min(b) / WIDER);
-        leave = f64::min(leave, a.max(b) * WIDER);
-    }
-    (enter <= leave).then_some(enter)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::control::Control;
     use crate::random::SplitMix;
     use crate::scene::Sphere;
+    use crate::tree::Tree;
 
     fn tree(spheres: &[Sphere]) -> Tree {
         Tree::new(spheres, &Control::default()).unwrap()

@@ -10,8 +10,10 @@ mod build;
 pub mod footprint;
 pub mod footprints;
 mod members;
+mod wide;
 
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -20,8 +22,9 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::scene::Sphere;
 
-pub use boxes::TreeRay;
 pub use members::MOST_SPHERES;
+pub use wide::TreeRay;
+use wide::Wide;
 
 /// Set in a leaf's link, on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
@@ -50,6 +53,7 @@ pub struct Tree {
     pub outside: Vec<u32>,
     /// Time that it took to build.
     pub build_time: Duration,
+    wide: OnceLock<Wide>,
 }
 
 impl Tree {
@@ -65,7 +69,14 @@ impl Tree {
         let (inside, outside) = members::members(spheres, reference);
         control.check()?;
         let (nodes, order) = build::build(spheres, reference, inside, control)?;
-        Ok(Tree { reference, nodes, order, outside, build_time: start.elapsed() })
+        Ok(Tree {
+            reference,
+            nodes,
+            order,
+            outside,
+            build_time: start.elapsed(),
+            wide: OnceLock::new(),
+        })
     }
 
     /// Number of nodes. Node 0 is the root.
@@ -75,7 +86,18 @@ impl Tree {
 
     /// Bytes of the nodes and of the order.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])) as u64
+        let wide = self.wide.get().map_or(0, Wide::bytes);
+        (size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])) as u64 + wide
+    }
+
+    /// The nodes for rays from anywhere, made when they are first needed.
+    fn wide(&self) -> &Wide {
+        self.wide.get_or_init(|| Wide::new(self))
+    }
+
+    /// Makes what [`Tree::visit`] needs, which takes longer than a ray.
+    pub fn prepare_visits(&self) {
+        self.wide();
     }
 
     /// The place of a leaf's sphere.
