@@ -40,7 +40,7 @@
 //! - **Camera.** `forward = normalize(look_at − position)`, `right = normalize(forward × up)`,
 //!   `true_up = right × forward`; perspective: `h = tan(fov/2)` with the vertical field of view;
 //!   orthographic: `h = height/2`. They are computed once in f64, and those f64 numbers then are the
-//!   camera: [`camera::View`].
+//!   camera: [`rays::View`].
 //! - **Pixel.** Column `x` from the left, row `y` from the top, both from 0. Its ray goes through
 //!   its centre. With `across = (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`, a
 //!   perspective camera has `o = position`, `d = forward + across`, an orthographic one
@@ -64,9 +64,8 @@
 //! | --- | --- |
 //! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
 //! | [`generate`] | clouds of spheres made up from a seed |
-//! | [`camera`] | pixel → ray |
-//! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
-//! | [`trace`] | kernels, rays and hits |
+//! | [`rays`] | bundles of rays: a camera's pixels, lists from `.npy`, and hits into `.npy` |
+//! | [`trace`] | what every backend takes and gives |
 //! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
@@ -94,7 +93,7 @@
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # The way of a pixel, from `cli/render.rs` to the file
-//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`camera::Pixels`] of its camera.
+//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
 //!    and, over many spheres, the hierarchy of [`bvh`]. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
@@ -118,7 +117,6 @@
 
 mod arithmetic;
 pub mod bvh;
-pub mod camera;
 mod certify;
 pub mod compare;
 pub mod control;
@@ -157,6 +155,8 @@ pub mod view;
 
 /// The vectors of the interface are its.
 pub use glam;
+
+pub use rays as camera;
 
 pub use error::{Error, Result};
 pub use session::{Making, Picture, Session};

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-pub use crate::camera::Ray;
-use crate::camera::{Bundle, Pixels};
+pub use crate::rays::{Ray, Rays};
 
 /// The intersection kernels (contract §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,38 +30,6 @@ impl Kernel {
             Kernel::Double => "double",
             Kernel::Certified => "certified",
         }
-    }
-}
-
-/// The rays of one call.
-#[derive(Clone, Debug)]
-pub enum Rays {
-    /// Centre rays of a rectangle of pixels, row by row.
-    Pixels(Pixels),
-    /// Any rays.
-    List(Vec<Ray>),
-}
-
-impl Rays {
-    /// Number of rays.
-    pub fn len(&self) -> usize {
-        match self {
-            Rays::Pixels(pixels) => pixels.len(),
-            Rays::List(rays) => rays.len(),
-        }
-    }
-
-    /// How the rays lie to each other.
-    pub fn bundle(&self) -> Bundle {
-        match self {
-            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
-            Rays::List(_) => Bundle::Free,
-        }
-    }
-
-    /// Whether there is no ray at all.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 

@@ -22,8 +22,8 @@ pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
 pub(crate) use root::layout;
 
+use crate::rays::Ray;
 use crate::scene::{Object, Plane, Sphere};
-use crate::trace::Ray;
 use number::{double, integer, product3, real3};
 
 /// The geometry of an object, without name and colour.

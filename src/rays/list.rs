@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::Ray;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{FloatTable, Record};
 use crate::output::OutputFile;
 use crate::scene::Watched;
-use crate::trace::{Hits, Ray};
+use crate::trace::Hits;
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;

@@ -6,35 +6,10 @@
 
 use glam::DVec3;
 
+use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
 use crate::vec3::Vec3;
-
-/// A ray `origin + t·direction`; the direction is not normalised and not zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Origin, world units.
-    pub origin: DVec3,
-    /// Direction of any length but zero.
-    pub direction: DVec3,
-}
-
-/// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
-/// their spheres are found, and which shader they have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bundle {
-    /// All through one point, where they start: a perspective camera's.
-    Point,
-    /// All along one direction: an orthographic camera's.
-    Parallel,
-    /// Any rays: those of a list.
-    Free,
-}
-
-impl Bundle {
-    /// All bundles.
-    pub const ALL: [Bundle; 3] = [Bundle::Point, Bundle::Parallel, Bundle::Free];
-}
 
 /// What of a pixel's ray its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
