@@ -1,4 +1,4 @@
-// Twin of src/kernel/certified.rs. The bounds are derived in src/guard.rs.
+// Twin of src/kernel/certified/filter.rs. The bounds are derived in src/guard.rs.
 
 // Bounds of a visible root's nearness 1 / (a t): unlike t it needs no division.
 // high ≤ 0: a certain miss. low ≤ 0: not certain that there is a root.

@@ -115,7 +115,6 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
-mod arithmetic;
 pub mod bvh;
 mod certify;
 pub mod compare;
@@ -156,6 +155,7 @@ pub mod view;
 /// The vectors of the interface are its.
 pub use glam;
 
+use kernel::arithmetic;
 pub use rays as camera;
 
 pub use error::{Error, Result};

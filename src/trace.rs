@@ -2,36 +2,8 @@
 
 use std::time::Duration;
 
+pub use crate::kernel::Kernel;
 pub use crate::rays::{Ray, Rays};
-
-/// The intersection kernels (contract §2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kernel {
-    /// The lecture's formulas, corrected, in f32 on world coordinates.
-    Lecture,
-    /// The best plain-f32 kernel: camera-relative, free of cancellation.
-    Stable,
-    /// The same formulas in f64: what one would do without a proof.
-    Double,
-    /// f32 with a proven error bound, then f64, then exact arithmetic.
-    Certified,
-}
-
-impl Kernel {
-    /// All of them, in the order in which they are told: from the least exact to the exact one.
-    pub const ALL: [Kernel; 4] =
-        [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
-
-    /// The name on the command line and in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kernel::Lecture => "lecture",
-            Kernel::Stable => "stable",
-            Kernel::Double => "double",
-            Kernel::Certified => "certified",
-        }
-    }
-}
 
 /// What the caller will look at beyond the ids. What is not wanted is not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -72,7 +72,8 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
             of_camera.insert("offset_j", Value::I32(j as i32));
         }
         Rays::List(list) => {
-            let records: Vec<_> = list.iter().map(|ray| prepared.ray_record(ray).0).collect();
+            let records: Vec<_> =
+                list.iter().map(|ray| prepared.coordinates().ray_record(ray).0).collect();
             let bytes = bytemuck::cast_slice(&records);
             globals.insert("rays", Machine::decode(module, ty("rays").unwrap(), bytes));
         }

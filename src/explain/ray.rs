@@ -262,12 +262,12 @@ fn kernel_ray(prepared: &Prepared, rays: &Rays) -> Option<(RayOf<f32>, i32)> {
     match rays {
         Rays::Pixels(pixels) => {
             let (i, j) = pixels.offset2(pixels.x, pixels.y);
-            Some((f32::pixel_ray(&f32::camera(prepared, pixels), i, j), 0))
+            Some((f32::pixel_ray(&f32::camera(&prepared.coordinates(), pixels), i, j), 0))
         }
         Rays::List(rays) => {
             let ray = rays.first()?;
-            let (_, exponent) = prepared.ray_record(ray);
-            Some((f32::list_ray(prepared, ray).0, exponent))
+            let (_, exponent) = prepared.coordinates().ray_record(ray);
+            Some((f32::list_ray(&prepared.coordinates(), ray).0, exponent))
         }
     }
 }

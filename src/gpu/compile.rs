@@ -6,39 +6,21 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::footprints::{BORROW, IS_LEAF};
-use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::guard;
-use crate::kernel::certified::{UNDECIDED, Widening};
-use crate::prepare::{LISTED_SPHERES, Needs};
-use crate::trace::Kernel;
-use crate::vec3::Real;
+use crate::kernel::certified::LISTED_SPHERES;
+#[cfg(feature = "view")]
+use crate::kernel::certified::UNDECIDED;
+use crate::kernel::{About, Float, Kernel, Part, part};
+use crate::prepare::Needs;
+use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
-struct Part {
-    file: &'static str,
-    text: &'static str,
-}
-
-macro_rules! part {
-    ($name:literal) => {
-        Part {
-            file: concat!("shaders/", $name),
-            text: include_str!(concat!("../../shaders/", $name)),
-        }
-    };
-}
-
-const RAY: Part = part!("ray.wgsl");
-const VEC: Part = part!("vec.wgsl");
-const CAMERA: Part = part!("camera.wgsl");
-const LECTURE: Part = part!("lecture.wgsl");
-const RELATIVE: Part = part!("relative.wgsl");
-const STABLE: Part = part!("stable.wgsl");
-const DOUBLE: Part = part!("double.wgsl");
-const CERTIFIED: Part = part!("certified.wgsl");
+const RAY: Part = part!("ray.wgsl", "src/kernel/mod.rs");
+const VEC: Part = part!("vec.wgsl", "src/vec3.rs");
+const CAMERA: Part = part!("camera.wgsl", "src/rays/camera.rs");
 const RENDER: Part = part!("render.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
@@ -74,12 +56,7 @@ pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shade
     if needs.bundle != Bundle::Free {
         parts.push(CAMERA);
     }
-    parts.extend(match needs.kernel {
-        Kernel::Lecture => vec![LECTURE],
-        Kernel::Stable => vec![RELATIVE, STABLE],
-        Kernel::Double => vec![RELATIVE, DOUBLE],
-        Kernel::Certified => vec![CERTIFIED],
-    });
+    parts.extend(needs.kernel.about().wgsl.parts);
     parts.push(RENDER);
     if needs.hierarchy {
         parts.push(HIERARCHY);
@@ -135,7 +112,7 @@ fn flags(needs: &Needs) -> Vec<&'static str> {
         (needs.bundle == Bundle::Point, "point"),
         (needs.bundle == Bundle::Parallel, "parallel"),
         (needs.bundle == Bundle::Free, "free"),
-        (needs.kernel == Kernel::Double, "double"),
+        (needs.kernel.about().float == Float::F64, "double"),
         (needs.kernel == Kernel::Certified, "certified"),
         (needs.near, "near"),
         (needs.has_far_filter(), "far"),
@@ -152,36 +129,28 @@ fn workgroup() -> String {
 }
 
 fn constants(needs: &Needs) -> String {
-    let (kernel, real) = match needs.kernel {
-        Kernel::Lecture => ("Lecture", "f32"),
-        Kernel::Stable => ("Stable", "f32"),
-        Kernel::Double => ("Double", "f64"),
-        Kernel::Certified => ("Certified", "f32"),
-    };
-    let is_certified = needs.kernel == Kernel::Certified;
-    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-    let declarations = [
-        (needs.n_spheres > 0, format!("alias SphereRecord = Sphere{kernel}")),
-        (needs.n_planes > 0, format!("alias PlaneRecord = Plane{kernel}")),
-        (is_certified, format!("const UNDECIDED = {UNDECIDED}u")),
-        (is_certified, format!("const NARROWER = {narrower:?}f")),
-        (is_certified, format!("const WIDER = {wider:?}f")),
-        (is_certified, format!("const FAR_NARROWER = {far_narrower:?}f")),
-        (is_certified, format!("const LARGEST = {:?}f", f32::MAX)),
-        (
-            is_certified && needs.bundle == Bundle::Parallel,
-            format!("const SMALL = {:?}f", f32::SMALL),
-        ),
-        (needs.hierarchy, format!("const IS_LEAF = {IS_LEAF}u")),
-        (needs.hierarchy, format!("const BORROW = {BORROW}u")),
-        (needs.hierarchy, format!("const NO_PLACE = {}u", u32::MAX)),
-        (needs.hierarchy, format!("const T_ROOM = {:?}f", guard::T_ROOM)),
-        (needs.hierarchy, format!("const LEAST_NEARNESS = {:?}f", guard::LEAST_NEARNESS)),
-        (needs.hierarchy, format!("const ROW_BITS = {}u", TEXELS_PER_ROW.ilog2())),
-    ];
-    let needed = declarations.iter().filter(|(is_needed, _)| *is_needed);
-    let declared: String = needed.map(|(_, declaration)| format!("{declaration};\n")).collect();
-    workgroup() + &aliases(real) + &declared
+    let About { float, wgsl, .. } = needs.kernel.about();
+    let mut text = workgroup() + &aliases(float.name());
+    for (count, record) in [(needs.n_spheres, "Sphere"), (needs.n_planes, "Plane")] {
+        if count > 0 {
+            text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
+        }
+    }
+    let mut constants = (wgsl.constants)(needs.bundle);
+    if needs.hierarchy {
+        constants.extend([
+            ("IS_LEAF", format!("{IS_LEAF}u")),
+            ("BORROW", format!("{BORROW}u")),
+            ("NO_PLACE", format!("{}u", u32::MAX)),
+            ("T_ROOM", format!("{:?}f", guard::T_ROOM)),
+            ("LEAST_NEARNESS", format!("{:?}f", guard::LEAST_NEARNESS)),
+            ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
+        ]);
+    }
+    for (name, value) in constants {
+        text += &format!("const {name} = {value};\n");
+    }
+    text
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.
@@ -366,7 +335,7 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
-        let part = Part { file: "shaders/broken.wgsl", text: part };
+        let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
         let choices = Choices { constants: aliases("f32"), ..Choices::default() };
         match compile_parts(&[VEC, part], &choices) {
             Err(Error::Shader(message)) => message,

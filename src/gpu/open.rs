@@ -8,9 +8,9 @@ use super::device::OpenDevice;
 use super::program::{Program, Programs};
 use super::self_test::{self, Arithmetic};
 use crate::error::Result;
+use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::prepare::Needs;
-use crate::trace::Kernel;
 
 /// An open device.
 pub struct Gpu {
@@ -110,11 +110,9 @@ impl Gpu {
     /// # Errors
     /// [`crate::Error::Device`] when the device fails the test's run.
     pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
-        match kernel {
-            Kernel::Lecture | Kernel::Stable | Kernel::Certified => {
-                Ok(self.arithmetic()?.is_ieee())
-            }
-            Kernel::Double => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
+        match kernel.about().float {
+            Float::F32 => Ok(self.arithmetic()?.is_ieee()),
+            Float::F64 => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
         }
     }
 }

@@ -4,8 +4,15 @@
 //! The discriminant is `r² − ‖P‖²`, the roots come without cancellation, and the normal comes from
 //! half the chord. How a kernel knows `l = c − o` is its own affair.
 
-use super::{Hit, RayOf};
+use super::about::{Part, part};
+use super::arithmetic::Arithmetic;
+use super::twin::{Twin, WithTwin};
+use super::{Hit, Lists, RayOf};
+use crate::rays::Bundle;
 use crate::vec3::{Real, Vec3, dot3, facing};
+
+/// The part of both shaders.
+pub(super) const RELATIVE: Part = part!("relative.wgsl", "src/kernel/relative.rs");
 
 /// A sphere as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
 pub trait RelativeSphere {
@@ -137,5 +144,39 @@ where
             facing(from_foot - closest_approach.p, ray.direction)
         }
         None => facing(planes[index - spheres.len()].normal(), ray.direction),
+    }
+}
+
+struct Relative<'a, S, P, const IS_POINT: bool>(&'a Lists<S, P>);
+
+impl<S, P, const IS_POINT: bool> Twin for Relative<'_, S, P, IS_POINT>
+where
+    S: RelativeSphere<Float: Arithmetic> + Sync,
+    P: RelativePlane<Float = S::Float> + Sync,
+{
+    type Float = S::Float;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
+        closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
+        normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
+    }
+}
+
+/// Does `work` with these objects.
+pub(super) fn with_twin<S, P, W: WithTwin>(
+    lists: &Lists<S, P>,
+    bundle: Bundle,
+    work: W,
+) -> W::Output
+where
+    S: RelativeSphere<Float: Arithmetic> + Sync,
+    P: RelativePlane<Float = S::Float> + Sync,
+{
+    match bundle {
+        Bundle::Point => work.with(&Relative::<S, P, true>(lists)),
+        Bundle::Parallel | Bundle::Free => work.with(&Relative::<S, P, false>(lists)),
     }
 }

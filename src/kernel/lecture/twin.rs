@@ -1,37 +1,9 @@
-//! The lecture's formulas, corrected, on world coordinates. Twin of `shaders/lecture.wgsl`.
-//!
-//! This is what everyone copies, kept for teaching and measuring: `b² − 4ac` cancels near the
-//! silhouette, `−b ± √D` near the surface, and world coordinates lose what lies far from the
-//! origin.
+//! Twin of `shaders/lecture.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::{Hit, RayOf};
+use super::{PlaneLecture, SphereLecture};
+use crate::kernel::twin::{Twin, WithTwin};
+use crate::kernel::{Hit, Lists, RayOf};
 use crate::vec3::{Real, Vec3, dot3, facing};
-
-/// A sphere as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct SphereLecture {
-    /// Centre, world units.
-    pub center: [f32; 3],
-    /// Radius, world units.
-    pub radius: f32,
-}
-
-/// A plane as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct PlaneLecture {
-    /// A point of the plane, world units.
-    pub point: [f32; 3],
-    /// Fills WGSL's 16-byte alignment of `vec3f`.
-    pub pad0: f32,
-    /// Normal of any length.
-    pub normal: [f32; 3],
-    /// Fills WGSL's 16-byte alignment of `vec3f`.
-    pub pad1: f32,
-}
 
 /// The numbers of the quadratic equation `a·t² + b·t + k = 0`.
 #[derive(Clone, Copy, Debug)]
@@ -116,4 +88,23 @@ pub fn normal_at(
         Some(sphere) => facing(p - Vec3(sphere.center), ray.direction),
         None => facing(Vec3(planes[index - spheres.len()].normal), ray.direction),
     }
+}
+
+struct Lecture<'a>(&'a Lists<SphereLecture, PlaneLecture>);
+
+impl Twin for Lecture<'_> {
+    type Float = f32;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        closest(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
+        normal_at(ray, hit, &self.0.spheres, &self.0.planes)
+    }
+}
+
+/// Does `work` with these objects.
+pub fn with_twin<W: WithTwin>(lists: &Lists<SphereLecture, PlaneLecture>, work: W) -> W::Output {
+    work.with(&Lecture(lists))
 }
