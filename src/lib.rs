@@ -77,7 +77,8 @@
 //! | [`cpu`] | the CPU backend |
 //! | [`Session`] | the facade that all others call |
 //! | [`device`] | one of the two backends, and a tracer of it |
-//! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`shape`] | the geometry of objects: their exact roots and normals |
+//! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
@@ -145,6 +146,7 @@ pub mod report;
 pub mod scene;
 mod session;
 pub mod shade;
+pub mod shape;
 pub mod trace;
 pub mod tracer;
 pub mod vec3;

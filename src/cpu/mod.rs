@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::guard;
 use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::certified::{Filter, Nearest, UNDECIDED, Widening};
+use crate::kernel::certified::{Filter, Nearest, UNDECIDED, Widening, nearest_listed};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{PACKET, RayOf};
@@ -222,16 +222,12 @@ fn others<F: Filter>(
     ray: &RayOf<f32>,
     widening: &Widening<f32>,
 ) -> Nearest<f32> {
-    let mut nearest = Nearest::NONE;
-    let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else { return nearest };
-    for (sphere, id) in spheres.iter().zip(&hierarchy.rest) {
-        nearest = nearest.nearer(F::sphere(ray, sphere, widening), *id);
-    }
-    let first_id = prepared.scene.spheres.len() as u32 + 1;
-    for (plane, id) in planes.iter().zip(first_id..) {
-        nearest = nearest.nearer(F::plane(ray, plane, widening), id);
-    }
-    nearest
+    let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else {
+        return Nearest::NONE;
+    };
+    let n_spheres = prepared.scene.spheres.len() as u32;
+    let sphere_id = |index: u32| hierarchy.rest[index as usize];
+    nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, widening)
 }
 
 /// The loop over all rays.

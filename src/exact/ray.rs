@@ -81,7 +81,7 @@ impl ExactRay {
     }
 
     /// `S·x`
-    pub(super) fn to_scale(&self, x: Real) -> Real {
+    pub(crate) fn to_scale(&self, x: Real) -> Real {
         match self.world_scale {
             1 => x,
             scale => x * integer(i64::from(scale)),

@@ -11,16 +11,13 @@ use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
-use crate::kernel::{About, Float, Kernel, Part, part};
+use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
 use crate::prepare::Needs;
 use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
-const RAY: Part = part!("ray.wgsl", "src/kernel/mod.rs");
-const VEC: Part = part!("vec.wgsl", "src/vec3.rs");
-const CAMERA: Part = part!("camera.wgsl", "src/rays/camera.rs");
 const RENDER: Part = part!("render.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
@@ -52,9 +49,10 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
 pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shader> {
-    let mut parts = vec![RAY, VEC];
+    let [ray, vec, camera] = SHARED_PARTS;
+    let mut parts = vec![ray, vec];
     if needs.bundle != Bundle::Free {
-        parts.push(CAMERA);
+        parts.push(camera);
     }
     parts.extend(needs.kernel.about().wgsl.parts);
     parts.push(RENDER);
@@ -337,7 +335,7 @@ mod tests {
     fn error_of(part: &'static str) -> String {
         let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
         let choices = Choices { constants: aliases("f32"), ..Choices::default() };
-        match compile_parts(&[VEC, part], &choices) {
+        match compile_parts(&[SHARED_PARTS[1], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }

@@ -18,7 +18,7 @@ use crate::vec3::{Real, Vec3, dot3};
 
 pub(crate) use about::part;
 pub use about::{About, Exactness, Float, Part, Promise, Space, Wgsl};
-pub use registry::{Kernel, Objects};
+pub use registry::{Kernel, Objects, SHARED_PARTS};
 
 /// A ray as a kernel sees it. Twin of `Ray` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug)]

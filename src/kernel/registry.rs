@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::about::About;
+use super::about::{About, Part, part};
 use super::certified::{self, PlaneCertified, SphereCertified};
 use super::double::{self, PlaneDouble, SphereDouble};
 use super::lecture::{self, PlaneLecture, SphereLecture};
@@ -24,6 +24,13 @@ pub enum Kernel {
     /// f32 with a proven error bound, then f64, then exact arithmetic.
     Certified,
 }
+
+/// The parts of all kernels' shaders: rays, vectors, and the camera where there is one.
+pub const SHARED_PARTS: [Part; 3] = [
+    part!("ray.wgsl", "src/kernel/mod.rs"),
+    part!("vec.wgsl", "src/vec3.rs"),
+    part!("camera.wgsl", "src/rays/camera.rs"),
+];
 
 /// The objects in the form of one kernel, in id order.
 #[derive(Clone, Debug)]

@@ -97,6 +97,30 @@ pub fn plane_stable<R: Real>(d: Vec3<R>, n_offset: R, n: Vec3<R>) -> R {
     if t > R::ZERO { t } else { R::ZERO }
 }
 
+/// The nearer of a hit and a sphere.
+#[inline(always)]
+pub fn closer_sphere<const IS_POINT: bool, S: RelativeSphere>(
+    ray: &RayOf<S::Float>,
+    hit: Hit<S::Float>,
+    sphere: &S,
+    id: u32,
+) -> Hit<S::Float> {
+    let l = sphere.sphere_offset::<IS_POINT>(ray);
+    hit.closer(sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l)), id)
+}
+
+/// The nearer of a hit and a plane.
+#[inline(always)]
+pub fn closer_plane<const IS_POINT: bool, P: RelativePlane>(
+    ray: &RayOf<P::Float>,
+    hit: Hit<P::Float>,
+    plane: &P,
+    id: u32,
+) -> Hit<P::Float> {
+    let n_offset = plane.plane_n_offset::<IS_POINT>(ray);
+    hit.closer(plane_stable(ray.direction, n_offset, plane.normal()), id)
+}
+
 /// The closest hit of a ray. With `IS_POINT` all rays start at the reference point.
 #[inline(always)]
 pub fn closest<const IS_POINT: bool, S, P>(
@@ -110,13 +134,10 @@ where
 {
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
-        let l = sphere.sphere_offset::<IS_POINT>(ray);
-        let t = sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l));
-        hit = hit.closer(t, i as u32 + 1);
+        hit = closer_sphere::<IS_POINT, S>(ray, hit, sphere, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
-        let t = plane_stable(ray.direction, plane.plane_n_offset::<IS_POINT>(ray), plane.normal());
-        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
+        hit = closer_plane::<IS_POINT, P>(ray, hit, plane, (spheres.len() + i) as u32 + 1);
     }
     hit
 }

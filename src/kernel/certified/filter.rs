@@ -317,13 +317,17 @@ pub(crate) trait Filter: Sync {
     /// Whether its steps are the same for all rays, so that they go side by side.
     const IS_STRAIGHT: bool = false;
     /// A sphere.
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
     ) -> Nearness<f32>;
     /// A plane.
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32>;
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32>;
 }
 
 /// Rays from the reference point, far from all spheres.
@@ -343,13 +347,21 @@ impl Filter for FarFilter {
     const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
-    fn sphere(ray: &RayOf<f32>, sphere: &SphereCertified, _: &Widening<f32>) -> Nearness<f32> {
+    fn sphere_nearness(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        _: &Widening<f32>,
+    ) -> Nearness<f32> {
         let &SphereCertified { center, inner2, outer2, q_high_or_r2, .. } = sphere;
         far_nearness(ray, Vec3(center), inner2, outer2, q_high_or_r2)
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, _: &Widening<f32>) -> Nearness<f32> {
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        _: &Widening<f32>,
+    ) -> Nearness<f32> {
         let q = Nearness { low: plane.q_low, high: plane.q_high };
         plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
     }
@@ -357,7 +369,7 @@ impl Filter for FarFilter {
 
 impl Filter for PointFilter {
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -371,8 +383,12 @@ impl Filter for PointFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
-        FarFilter::plane(ray, plane, widening)
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        FarFilter::plane_nearness(ray, plane, widening)
     }
 }
 
@@ -380,7 +396,7 @@ impl Filter for ParallelFilter {
     const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -389,14 +405,18 @@ impl Filter for ParallelFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
-        FreeFilter::plane(ray, plane, widening)
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        FreeFilter::plane_nearness(ray, plane, widening)
     }
 }
 
 impl Filter for FreeFilter {
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -407,7 +427,11 @@ impl Filter for FreeFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
         let &PlaneCertified { n_offset_error, direction_error, .. } = plane;
         let normal = Vec3(plane.normal);
         let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
@@ -415,32 +439,35 @@ impl Filter for FreeFilter {
     }
 }
 
-/// The object of a ray, or [`UNDECIDED`].
+/// The nearest of the objects that are tested one after the other. Planes have the ids after those of
+/// `n_spheres`.
 #[inline(always)]
-pub(crate) fn propose<F: Filter>(
+pub(crate) fn nearest_listed<F: Filter>(
     ray: &RayOf<f32>,
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
+    n_spheres: u32,
+    sphere_id: impl Fn(u32) -> u32,
     widening: &Widening<f32>,
-) -> u32 {
+) -> Nearest<f32> {
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
-        nearest = nearest.nearer(F::sphere(ray, sphere, widening), i as u32 + 1);
+        nearest = nearest.nearer(F::sphere_nearness(ray, sphere, widening), sphere_id(i as u32));
     }
     if F::IS_FAR {
         nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
-        let root = F::plane(ray, plane, widening);
-        nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
+        let root = F::plane_nearness(ray, plane, widening);
+        nearest = nearest.nearer(root, n_spheres + i as u32 + 1);
     }
-    nearest.decide()
+    nearest
 }
 
-/// [`propose`] for a packet of pixels' rays. The same operations, ordered so that the compiler finds
+/// The ids of a packet of pixels' rays from [`nearest_listed`]. The same operations, ordered so that the compiler finds
 /// them side by side; a test holds the two against each other.
 #[inline(always)]
-pub(crate) fn propose_packet<F: Filter>(
+pub(crate) fn decide_packet<F: Filter>(
     rays: &[RayOf<f32>; PACKET],
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -467,7 +494,7 @@ pub(crate) fn propose_packet<F: Filter>(
                 inv_a: inv_a[lane],
                 ..rays[lane]
             };
-            let root = F::sphere(&ray, &sphere, widening);
+            let root = F::sphere_nearness(&ray, &sphere, widening);
             let nearest = Nearest {
                 low: low[lane],
                 high: high[lane],
@@ -489,7 +516,7 @@ pub(crate) fn propose_packet<F: Filter>(
             id: id[lane],
         };
         for (i, plane) in planes.iter().enumerate() {
-            let root = F::plane(&rays[lane], plane, widening);
+            let root = F::plane_nearness(&rays[lane], plane, widening);
             nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
         }
         nearest.decide()

@@ -12,7 +12,7 @@ use crate::guard;
 use crate::rays::Bundle;
 use crate::vec3::Real;
 
-pub(crate) use filter::{Filter, ParallelFilter, PointFilter};
+pub(crate) use filter::{Filter, ParallelFilter, PointFilter, nearest_listed};
 pub use filter::{
     GuardOf, Nearest, Nearness, UNDECIDED, Widening, closest_approach, far_nearness,
     far_nearness_at, half_chord_radius, inside_nearness, normalized, outside_nearness,

@@ -3,7 +3,8 @@
 use std::marker::PhantomData;
 
 use super::filter::{
-    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, propose, propose_packet,
+    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, decide_packet,
+    nearest_listed,
 };
 use super::records::{PlaneCertified, SphereCertified};
 use crate::guard;
@@ -25,13 +26,16 @@ impl<F: Filter> Twin for Certified<'_, F> {
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         let Lists { spheres, planes } = self.objects;
-        let id = propose::<F>(ray, spheres, planes, &self.widening);
-        Hit { id, ..Hit::MISS }
+        let n_spheres = spheres.len() as u32;
+        let sphere_id = |index: u32| index + 1;
+        let nearest =
+            nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
+        Hit { id: nearest.decide(), ..Hit::MISS }
     }
     #[inline(always)]
     fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
         let Lists { spheres, planes } = self.objects;
-        F::IS_STRAIGHT.then(|| propose_packet::<F>(rays, spheres, planes, &self.widening))
+        F::IS_STRAIGHT.then(|| decide_packet::<F>(rays, spheres, planes, &self.widening))
     }
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {

@@ -12,7 +12,8 @@ use bytemuck::{Pod, Zeroable};
 pub(super) use prepare::objects;
 pub(super) use twin::with_twin;
 pub use twin::{
-    Quadratic, closest, normal_at, plane_lecture, quadratic, quadratic_roots, sphere_lecture,
+    Quadratic, closer_plane, closer_sphere, closest, normal_at, plane_lecture, quadratic,
+    quadratic_roots, sphere_lecture,
 };
 
 use super::about::{About, Float, Promise, Space, Wgsl, part};

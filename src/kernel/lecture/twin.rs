@@ -59,17 +59,27 @@ pub fn plane_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, a: Vec3<R>, n: Vec3<R>) ->
     if t > R::ZERO { t } else { R::ZERO }
 }
 
+/// The nearer of a hit and a sphere.
+#[inline(always)]
+pub fn closer_sphere(ray: &RayOf<f32>, hit: Hit<f32>, sphere: &SphereLecture, id: u32) -> Hit<f32> {
+    hit.closer(sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius), id)
+}
+
+/// The nearer of a hit and a plane.
+#[inline(always)]
+pub fn closer_plane(ray: &RayOf<f32>, hit: Hit<f32>, plane: &PlaneLecture, id: u32) -> Hit<f32> {
+    hit.closer(plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal)), id)
+}
+
 /// The closest hit of a ray.
 #[inline(always)]
 pub fn closest(ray: &RayOf<f32>, spheres: &[SphereLecture], planes: &[PlaneLecture]) -> Hit<f32> {
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
-        let t = sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius);
-        hit = hit.closer(t, i as u32 + 1);
+        hit = closer_sphere(ray, hit, sphere, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
-        let t = plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal));
-        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
+        hit = closer_plane(ray, hit, plane, (spheres.len() + i) as u32 + 1);
     }
     hit
 }
