@@ -25,31 +25,33 @@ pub use crate::kernel::coordinates::{
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Search};
 
-/// What a scene asks of a backend. What is not needed is in no shader and in no binding.
+/// The parts and numbers of a shader that a scene asks for: what it does not, is in no shader and in no
+/// binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Needs {
+pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
     /// How the rays lie to each other.
     pub bundle: Bundle,
+    /// How spheres are found.
+    pub spheres: Finding,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
     /// Number of planes.
     pub n_planes: usize,
-    /// Whether `t` and normals are wanted.
+    /// True where `t` and normals are wanted.
     pub surface: bool,
-    /// Whether a ray of the certified kernel may start in, on or close to a sphere; parallel rays
-    /// have one filter for that and for all else.
-    pub near: bool,
-    /// Whether the spheres of a picture are found through a hierarchy.
-    pub hierarchy: bool,
 }
 
-impl Needs {
-    /// Whether spheres are tested that are far from all rays' one origin.
-    pub fn has_far_filter(&self) -> bool {
-        self.bundle == Bundle::Point && (self.hierarchy || self.n_spheres > 0 && !self.near)
-    }
+/// How a shader finds spheres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Finding {
+    /// One after the other.
+    Listed,
+    /// One after the other by the kernel `certified`, and all are far from the one origin of all rays.
+    ListedFar,
+    /// Through a hierarchy over a picture, but for some.
+    Hierarchy,
 }
 
 /// A scene ready to be traced by one kernel along one bundle of rays.
@@ -64,7 +66,8 @@ pub struct Prepared {
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
-    /// [`Needs::near`]
+    /// True where a ray of the certified kernel may start in, on or close to a sphere; parallel rays
+    /// have one filter for that and for all else.
     pub near: bool,
     /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
@@ -225,17 +228,22 @@ impl Prepared {
         self.hierarchy.as_ref().map_or(Duration::ZERO, |hierarchy| hierarchy.build_time)
     }
 
-    /// What a backend must be able to do for this scene.
-    pub fn needs(&self, wants: Wants) -> Needs {
-        Needs {
+    /// The shader for this scene.
+    pub fn shader_key(&self, wants: Wants) -> ShaderKey {
+        let is_certified = self.kernel == Kernel::Certified;
+        let is_point = self.bundle() == Bundle::Point;
+        ShaderKey {
             kernel: self.kernel,
             bundle: self.bundle(),
+            spheres: match &self.hierarchy {
+                Some(hierarchy) if hierarchy.is_by_pixel() => Finding::Hierarchy,
+                None if is_certified && is_point && !self.near => Finding::ListedFar,
+                _ => Finding::Listed,
+            },
             n_spheres: self.n_listed_spheres(),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
-            surface: wants.surface && self.kernel != Kernel::Certified,
-            near: self.near,
-            hierarchy: self.hierarchy.as_ref().is_some_and(Hierarchy::is_by_pixel),
+            surface: wants.surface && !is_certified,
         }
     }
 }

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::certify;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard;
@@ -79,14 +78,8 @@ impl Tracer for CpuTracer {
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
-    fn certify(
-        &self,
-        rays: &Rays,
-        control: &Control,
-        hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing> {
-        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
+    fn target(&self) -> Option<(&Prepared, Wants)> {
+        Some((&self.prepared, self.wants))
     }
 
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {

@@ -12,7 +12,7 @@ use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
-use crate::prepare::Needs;
+use crate::prepare::{Finding, ShaderKey};
 use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
@@ -36,30 +36,30 @@ pub struct Shader {
     pub info: ModuleInfo,
 }
 
-/// Puts together and validates the shader for a scene's needs.
+/// Puts together and validates a scene's shader.
 ///
 /// # Errors
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
-pub fn compile(needs: &Needs) -> Result<Shader> {
-    compile_edited(needs, None)
+pub fn compile(key: &ShaderKey) -> Result<Shader> {
+    compile_edited(key, None)
 }
 
 /// A test's change of the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
-pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shader> {
+pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
     let [ray, vec, camera] = SHARED_PARTS;
     let mut parts = vec![ray, vec];
-    if needs.bundle != Bundle::Free {
+    if key.bundle != Bundle::Free {
         parts.push(camera);
     }
-    parts.extend(needs.kernel.about().wgsl.parts);
+    parts.extend(key.kernel.about().wgsl.parts);
     parts.push(RENDER);
-    if needs.hierarchy {
+    if key.spheres == Finding::Hierarchy {
         parts.push(HIERARCHY);
     }
-    compile_parts(&parts, &Choices { edit, ..Choices::new(needs) })
+    compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
 }
 
 /// The shader that looks at the arithmetic of a WGSL float type.
@@ -95,26 +95,33 @@ struct Choices<'a> {
 }
 
 impl Choices<'_> {
-    fn new(needs: &Needs) -> Choices<'static> {
-        let &Needs { n_spheres, n_planes, .. } = needs;
-        let (flags, constants) = (flags(needs), constants(needs));
+    fn new(key: &ShaderKey) -> Choices<'static> {
+        let &ShaderKey { n_spheres, n_planes, .. } = key;
+        let (flags, constants) = (flags(key), constants(key));
         Choices { flags, n_spheres, n_planes, constants, edit: None }
     }
 }
 
-fn flags(needs: &Needs) -> Vec<&'static str> {
+fn flags(key: &ShaderKey) -> Vec<&'static str> {
+    let is_by_hierarchy = key.spheres == Finding::Hierarchy;
+    let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
+    let has_far_filter = match key.spheres {
+        Finding::Listed => false,
+        Finding::ListedFar => key.n_spheres > 0,
+        Finding::Hierarchy => key.bundle == Bundle::Point,
+    };
     [
-        (needs.n_spheres > 0, "spheres"),
-        (needs.n_planes > 0, "planes"),
-        (needs.surface, "surface"),
-        (needs.bundle == Bundle::Point, "point"),
-        (needs.bundle == Bundle::Parallel, "parallel"),
-        (needs.bundle == Bundle::Free, "free"),
-        (needs.kernel.about().float == Float::F64, "double"),
-        (needs.kernel == Kernel::Certified, "certified"),
-        (needs.near, "near"),
-        (needs.has_far_filter(), "far"),
-        (needs.hierarchy, "hierarchy"),
+        (key.n_spheres > 0, "spheres"),
+        (key.n_planes > 0, "planes"),
+        (key.surface, "surface"),
+        (key.bundle == Bundle::Point, "point"),
+        (key.bundle == Bundle::Parallel, "parallel"),
+        (key.bundle == Bundle::Free, "free"),
+        (key.kernel.about().float == Float::F64, "double"),
+        (key.kernel == Kernel::Certified, "certified"),
+        (has_near_filter, "near"),
+        (has_far_filter, "far"),
+        (is_by_hierarchy, "hierarchy"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -126,16 +133,16 @@ fn workgroup() -> String {
     format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
 }
 
-fn constants(needs: &Needs) -> String {
-    let About { float, wgsl, .. } = needs.kernel.about();
+fn constants(key: &ShaderKey) -> String {
+    let About { float, wgsl, .. } = key.kernel.about();
     let mut text = workgroup() + &aliases(float.name());
-    for (count, record) in [(needs.n_spheres, "Sphere"), (needs.n_planes, "Plane")] {
+    for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
         if count > 0 {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
-    let mut constants = (wgsl.constants)(needs.bundle);
-    if needs.hierarchy {
+    let mut constants = (wgsl.constants)(key.bundle);
+    if key.spheres == Finding::Hierarchy {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("BORROW", format!("{BORROW}u")),

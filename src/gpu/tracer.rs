@@ -14,7 +14,6 @@ use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
 use crate::camera::{Bundle, CameraF32, CameraF64};
-use crate::certify;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
@@ -89,7 +88,7 @@ impl GpuTracer {
         check_memory(&gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&gpu, &prepared, wants)?;
         let start = Instant::now();
-        let program = gpu.program(&prepared.needs(wants))?;
+        let program = gpu.program(&prepared.shader_key(wants))?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -238,14 +237,8 @@ impl Tracer for GpuTracer {
         self.propose_into(rays, control, Target::Hits(hits))
     }
 
-    fn certify(
-        &self,
-        rays: &Rays,
-        control: &Control,
-        hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing> {
-        certify::finish(&self.prepared, rays, self.wants, control, hits, timing)
+    fn target(&self) -> Option<(&Prepared, Wants)> {
+        Some((&self.prepared, self.wants))
     }
 
     /// A moved camera costs no new shader while as many spheres are too close to it for the
@@ -255,9 +248,9 @@ impl Tracer for GpuTracer {
         check_limits(&self.gpu, &prepared)?;
         check_memory(&self.gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
-        let needs = prepared.needs(self.wants);
-        let is_new = needs != self.prepared.needs(self.wants);
-        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
+        let key = prepared.shader_key(self.wants);
+        let is_new = key != self.prepared.shader_key(self.wants);
+        let program = if is_new { Some(self.gpu.program(&key)?) } else { None };
         let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
         if let Some(program) = program {
             self.program = program;
@@ -585,7 +578,7 @@ impl GpuTracer {
         };
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let n_results =
-            if self.prepared.needs(self.wants).surface { RESULT_BYTES.len() } else { 1 };
+            if self.prepared.shader_key(self.wants).surface { RESULT_BYTES.len() } else { 1 };
         let device_buffers: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)
