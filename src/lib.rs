@@ -71,7 +71,7 @@
 //! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
-//! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
+//! | [`kernel`] | the intersection kernels, a folder each, and the registry of them |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
