@@ -100,7 +100,8 @@
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
-//!    `shaders/render.wgsl`, on the CPU the twins in [`kernel`], `cpu/tile.rs` for many spheres.
+//!    `shaders/render.wgsl`, on the CPU the twin in the folder of the [`kernel`], `cpu/tile.rs` for
+//!    many spheres.
 //! 5. [`tracer::Tracer::certify`] calls `certify::finish`: f64 decides what was left open, exact
 //!    arithmetic ([`exact::nearest`]) the rest; `t` and normals are filled in.
 //! 6. [`shade::Shader::shade`] makes colours of the hits.

@@ -61,15 +61,15 @@ pub struct Prepared {
     pub scene: Arc<Scene>,
     /// The kernel.
     pub kernel: Kernel,
-    /// What coordinates are relative to, world units: the camera's position; for lists the middle of the origins,
-    /// or for [`Kernel::Double`] the world's origin.
+    /// The point that coordinates are relative to, world units: the camera's position; for lists the
+    /// middle of the origins, or the world's origin for a kernel in f64.
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
     /// True where a ray of the certified kernel may start in, on or close to a sphere; parallel rays
     /// have one filter for that and for all else.
     pub near: bool,
-    /// Whether the bounds of the certified kernel's f32 stage hold for these rays.
+    /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those of
     /// [`Hierarchy::rest`].
@@ -152,7 +152,7 @@ impl Prepared {
         Ok(Prepared { scene, kernel, reference, objects, near, in_range, hierarchy, made_for })
     }
 
-    /// Whether this was made for `rays`: pixels of the same picture and within it, or rays with origins no
+    /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays with origins no
     /// farther from the reference point than those it was made for.
     ///
     /// # Errors
@@ -210,7 +210,7 @@ impl Prepared {
         Coordinates { kernel: self.kernel, reference: self.reference }
     }
 
-    /// Whether the f32 stage has no way to these rays' many spheres, which f64 then finds.
+    /// True where the f32 stage has no way to these rays' many spheres, which f64 then finds.
     pub fn is_left_to_f64(&self) -> bool {
         self.hierarchy.as_ref().is_some_and(|hierarchy| !hierarchy.is_by_pixel())
     }

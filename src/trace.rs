@@ -1,11 +1,11 @@
-//! What every backend takes and gives: [`Rays`] in, [`Hits`] out.
+//! [`Rays`] in, [`Hits`] out: the same for every backend.
 
 use std::time::Duration;
 
 pub use crate::kernel::Kernel;
 pub use crate::rays::{Ray, Rays};
 
-/// What the caller will look at beyond the ids. What is not wanted is not computed.
+/// The outputs that the caller will look at beyond the ids. The others are not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Wants {
     /// `t` and the normal of each hit.
@@ -51,7 +51,7 @@ impl StageCounts {
     }
 }
 
-/// What the rays hit, one entry a ray in the order of the rays.
+/// The hits of rays, one entry a ray in the order of the rays.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hits {
     /// Object id; 0 is the background.

@@ -10,7 +10,7 @@ use crate::trace::{Hits, Rays, Timing, Wants};
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer: Send {
-    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
+    /// Writes what the kernel itself sees of all `rays` into `hits`, which it resets. The kernel
     /// `certified` proposes ids alone, in f32: an object, 0, or
     /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
     ///

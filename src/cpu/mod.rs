@@ -171,7 +171,7 @@ impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
     }
 }
 
-/// What the kernel `certified` proposes where each ray goes through the hierarchy alone, as on a
+/// The proposals of the kernel `certified` where each ray goes through the hierarchy alone, as on a
 /// device, into `ids`: the twin that a device's proposals are compared with. A tile of
 /// [`CpuTracer`] also shows a ray the spheres of its neighbours, and so may leave more rays open,
 /// but never sees another object.

@@ -51,7 +51,7 @@ pub fn nearest<S: Into<Shape>>(
     best.filter(|hit| hit.root.cmp_real(&number::f32_overflow()) == Ordering::Less)
 }
 
-/// What a ray sees, exactly.
+/// The exact hit of a ray.
 #[derive(Clone, Debug)]
 pub struct ExactHit {
     /// Object id.

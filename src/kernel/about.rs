@@ -8,9 +8,9 @@ pub struct About {
     pub name: &'static str,
     /// The arithmetic.
     pub float: Float,
-    /// What its coordinates are relative to.
+    /// The origin of its coordinates.
     pub space: Space,
-    /// What it promises.
+    /// Its promise.
     pub promise: Promise,
     /// Bytes of the numbers of a sphere and of a plane.
     pub record_bytes: [usize; 2],
@@ -52,7 +52,7 @@ pub struct Promise {
     pub words: &'static str,
     /// The same for a device whose arithmetic is not known to be IEEE 754's.
     pub words_elsewhere: &'static str,
-    /// What every device keeps. Without it, devices of IEEE 754's arithmetic are equal bit by bit,
+    /// The bounds that every device keeps. Without them, devices of IEEE 754's arithmetic are equal bit by bit,
     /// and no more is promised.
     pub exact: Option<Exactness>,
 }

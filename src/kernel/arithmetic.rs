@@ -5,7 +5,7 @@ use super::{Hit, RayOf, double};
 use crate::rays::{CameraF32, CameraF64, Pixels, Ray};
 use crate::vec3::{Real, Vec3};
 
-/// What a backend needs of a kernel's arithmetic. Its twin on the device is the part of
+/// The arithmetic of a kernel, as a backend needs it. Its twin on the device is the part of
 /// `shaders/render.wgsl` that makes rays and stores hits.
 pub trait Arithmetic: Real {
     /// A camera in the kernel's coordinates.

@@ -25,7 +25,7 @@ pub use registry::{Kernel, Objects, SHARED_PARTS};
 pub struct RayOf<R> {
     /// Origin: world units for `lecture`, relative to the reference point otherwise.
     pub origin: Vec3<R>,
-    /// What the origin's rounding left over.
+    /// The rest that the origin's rounding left.
     pub origin_low: Vec3<R>,
     /// Direction of any length.
     pub direction: Vec3<R>,

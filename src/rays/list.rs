@@ -21,7 +21,7 @@ const N_COLUMNS: usize = 6;
 /// The path that means standard input.
 pub const STDIN: &str = "-";
 
-/// What messages call it.
+/// Its name in messages.
 const STDIN_IN_WORDS: &str = "standard input";
 
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either

@@ -60,7 +60,7 @@ impl Rays {
         }
     }
 
-    /// Whether there is no ray at all.
+    /// True where there is no ray at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -312,9 +312,9 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
 
 /// The filter of one bundle of rays, on the records of the device's list.
 pub(crate) trait Filter: Sync {
-    /// Whether it is [`far_nearness`], whose lower bounds still lack a factor.
+    /// True for [`far_nearness`], whose lower bounds still lack a factor.
     const IS_FAR: bool = false;
-    /// Whether its steps are the same for all rays, so that they go side by side.
+    /// True where its steps are the same for all rays, so that they go side by side.
     const IS_STRAIGHT: bool = false;
     /// A sphere.
     fn sphere_nearness(

@@ -301,7 +301,7 @@ fn offset_in_range(offset: f64) -> bool {
     offset == 0.0 || (SMALLEST_OFFSET..=LARGEST_OFFSET).contains(&offset.abs())
 }
 
-/// Whether neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
+/// True where neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
 fn k_in_range(k: f64, reach: f64) -> bool {
     k == 0.0
         || (SMALLEST_K..=LARGEST_OFFSET).contains(&k.abs())

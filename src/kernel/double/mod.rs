@@ -1,5 +1,5 @@
-//! What one would do without this crate's design: the formulas of [`super::relative`] in f64 from
-//! end to end.
+//! The formulas of [`super::relative`] in f64 from end to end: all that one would do without this
+//! crate's design.
 //!
 //! More digits make wrong objects rare, but nothing says which rays they are.
 
@@ -14,7 +14,7 @@ pub use twin::narrow;
 use super::about::{About, Float, Promise, Space, Wgsl, part};
 use super::relative::RELATIVE;
 
-/// What is to be known of the kernel.
+/// The facts of the kernel.
 pub(super) const ABOUT: About = About {
     name: "double",
     float: Float::F64,

@@ -18,7 +18,7 @@ pub use twin::{
 
 use super::about::{About, Float, Promise, Space, Wgsl, part};
 
-/// What is to be known of the kernel.
+/// The facts of the kernel.
 pub(super) const ABOUT: About = About {
     name: "lecture",
     float: Float::F32,

@@ -13,7 +13,7 @@ pub(super) use prepare::objects;
 use super::about::{About, Float, Promise, Space, Wgsl, part};
 use super::relative::RELATIVE;
 
-/// What is to be known of the kernel.
+/// The facts of the kernel.
 pub(super) const ABOUT: About = About {
     name: "stable",
     float: Float::F32,
