@@ -5,9 +5,9 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use kugelblitz::camera::{Bundle, Pixels, View};
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::prepare::{FEW_SPHERES, Finding, Prepared, ShaderKey};
+use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 

@@ -84,11 +84,11 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
-    use crate::camera::Bundle;
     use crate::gpu::compile::compile;
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{certified, double, lecture, stable};
     use crate::prepare::{Finding, ShaderKey};
+    use crate::rays::Bundle;
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element

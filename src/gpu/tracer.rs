@@ -13,7 +13,6 @@ use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
-use crate::camera::{Bundle, CameraF32, CameraF64};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
@@ -21,6 +20,7 @@ use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared};
+use crate::rays::{Bundle, CameraF32, CameraF64};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -611,9 +611,9 @@ impl GpuTracer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Pixels, View};
     use crate::gpu::{Arithmetic, Pick};
     use crate::prepare::FEW_SPHERES;
+    use crate::rays::{Pixels, View};
     use crate::scene::{Camera, Projection, Scene, Sphere};
     use glam::DVec3;
 
