@@ -18,6 +18,10 @@ use crate::trace::{Hits, Kernel, Ray};
 /// 2⁻²⁹ of a step.
 const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
 
+/// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
+/// way.
+pub const SAMPLE_BYTES: u64 = 128;
+
 /// The exact results for some of the rays.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
