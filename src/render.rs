@@ -220,8 +220,8 @@ mod tests {
             }
             Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
         }
-        fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
-            Ok(timing)
+        fn target(&self) -> Option<(&Prepared, Wants)> {
+            None
         }
         fn retarget(&mut self, _: Arc<Prepared>) -> Result<()> {
             Ok(())

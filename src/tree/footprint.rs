@@ -40,8 +40,8 @@
 
 use glam::DVec3;
 
-use crate::camera::{Lens, Pixels, View};
 use crate::guard::round_down;
+use crate::rays::{Lens, Pixels, View};
 
 /// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;

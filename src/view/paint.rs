@@ -201,7 +201,7 @@ impl<'a> Discriminants<'a> {
             prepared,
             pixels,
             exact: ExactPixels::new(pixels),
-            camera: f32::camera(prepared, pixels),
+            camera: f32::camera(&prepared.coordinates(), pixels),
             guards: prepared.scene.spheres.iter().map(guard).collect(),
         }
     }

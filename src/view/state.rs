@@ -148,7 +148,7 @@ impl State {
         if self.kernels[0] == self.kernels[1] {
             self.kernels[0] = match self.kernels[1] {
                 Kernel::Lecture => Kernel::Certified,
-                Kernel::Stable | Kernel::Double | Kernel::Certified => Kernel::Lecture,
+                _ => Kernel::Lecture,
             };
         }
     }
