@@ -3,7 +3,6 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::Pixels;
 use crate::compare::{Comparison, Precision};
 use crate::control::Control;
 use crate::error::Result;
@@ -11,6 +10,7 @@ use crate::exact::{self, ExactPixels, ExactRay, Shape};
 use crate::kernel::Exactness;
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
+use crate::rays::Pixels;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Ray};
 
@@ -376,8 +376,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::camera::View;
     use crate::compare::compare;
+    use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 
     fn scene() -> (Scene, Pixels) {

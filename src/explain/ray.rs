@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::numbers::{Columns, Quantity, Short, scaled};
 use super::{ObjectExplanation, Rank, Reason, Terms, label};
-use crate::arithmetic::Arithmetic;
-use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
+use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
 use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::kernel::{RayOf, lecture};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
+use crate::rays::Bundle;
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays};
 use crate::vec3::{Vec3, dot3};
