@@ -516,6 +516,36 @@ fn the_picture_is_saved_at_full_resolution() {
 }
 
 #[test]
+fn two_saves_at_once_take_two_names() {
+    let desk = Desk::new();
+    let path = scene("figure2");
+    let mut seen = Seen::open(&desk, &path, &["--size", "2000x1500"]);
+    let expected = render(&path, &seen.camera(), [2000, 1500], "certified");
+    seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+s"]);
+    let mut saved = [(); 2].map(|()| seen.wait(|event| event.name() == "saved").path().to_owned());
+    saved.sort();
+    for (path, name) in saved.iter().zip(["figure2-1.png", "figure2-2.png"]) {
+        assert!(path.ends_with(name), "{path}");
+        assert!(Image::open(&seen.folder().join(name)) == expected, "{path}");
+    }
+    seen.quit();
+}
+
+#[test]
+fn a_save_that_fails_behind_a_closed_window_is_told() {
+    let desk = Desk::new();
+    let mut seen = Seen::open(&desk, &scene("figure2"), &["--size", "4000x3000"]);
+    seen.allow_files_of(1000);
+    seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+q"]);
+    let code = seen.exit_code();
+    assert!(seen.log.iter().all(|event| event.name() != "trouble"), "the save was too quick");
+    let stderr = seen.stderr();
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("error: ./figure2-1.png: File too large"), "{stderr}");
+    assert!(!seen.folder().join("figure2-1.png").exists());
+}
+
+#[test]
 fn a_lost_device_is_opened_anew() {
     let desk = Desk::new();
     let path = scene("figure1");

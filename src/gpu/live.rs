@@ -76,13 +76,6 @@ pub(crate) struct Words {
 }
 
 impl Words {
-    /// Words with these values.
-    pub(crate) fn from_slice(gpu: &OpenDevice, words: &[u32]) -> Words {
-        let new = Words::new(gpu, words.len());
-        new.write(0, words);
-        new
-    }
-
     /// `n` words with any values.
     fn new(gpu: &OpenDevice, n: usize) -> Words {
         Words { queue: gpu.queue.clone(), buffer: storage_buffer(gpu, "words", n), n }

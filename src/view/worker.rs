@@ -5,6 +5,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::control::Control;
+use crate::error::{Error, Result};
 
 /// The thread and its next job.
 pub struct Worker<J> {
@@ -75,22 +76,30 @@ impl<J> Turn<'_, J> {
 }
 
 impl<J: Send + 'static> Worker<J> {
-    /// Starts a thread that calls `work` for each job.
+    /// Starts a thread that calls `work` for each job, with a function that passes an answer to
+    /// `say`. That hears of failures too, but not of interruptions.
     ///
     /// # Errors
-    /// The system's, when it has no thread to give.
-    pub fn start(
+    /// [`Error::Io`] when the system has no thread to give.
+    pub fn start<A>(
         name: &str,
-        mut work: impl FnMut(J, &Turn<J>) + Send + 'static,
-    ) -> std::io::Result<Worker<J>> {
+        say: impl Fn(Result<A>) + Send + 'static,
+        mut work: impl FnMut(J, &Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
+    ) -> Result<Worker<J>> {
         let state = State { next: None, closed: false, control: Arc::default() };
         let desk = Arc::new(Desk { state: Mutex::new(state), changed: Condvar::new() });
         let seen = Arc::clone(&desk);
-        let thread = std::thread::Builder::new().name(name.into()).spawn(move || {
+        let run = move || {
             while let Some((job, control)) = seen.take() {
-                work(job, &Turn { desk: &seen, control });
+                let turn = Turn { desk: &seen, control };
+                match work(job, &turn, &|answer| say(Ok(answer))) {
+                    Ok(()) | Err(Error::Interrupted) => {}
+                    Err(error) => say(Err(error)),
+                }
             }
-        })?;
+        };
+        let thread = std::thread::Builder::new().name(name.into()).spawn(run);
+        let thread = thread.map_err(Error::io(format!("the {name} thread")))?;
         Ok(Worker { desk, thread: Some(thread) })
     }
 
@@ -137,10 +146,12 @@ mod tests {
         let (started, at_work) = channel();
         let (go, may_go) = channel::<()>();
         let (done, results) = channel();
-        let worker = Worker::start("test", move |job: u32, turn| {
+        let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
+        let worker = Worker::start("test", say, move |job: u32, turn, say| {
             started.send(job).unwrap();
             may_go.recv().unwrap();
-            done.send((job, turn.is_over())).unwrap();
+            say((job, turn.is_over()));
+            Ok(())
         })
         .unwrap();
         worker.ask(1);
@@ -158,9 +169,11 @@ mod tests {
     fn a_rest_ends_early_for_a_newer_job_and_for_the_end() {
         let (started, at_work) = channel();
         let (done, results) = channel();
-        let worker = Worker::start("test", move |time: Duration, turn| {
+        let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
+        let worker = Worker::start("test", say, move |time: Duration, turn, say| {
             started.send(()).unwrap();
-            done.send(turn.rest(time)).unwrap();
+            say(turn.rest(time));
+            Ok(())
         })
         .unwrap();
         worker.ask(Duration::from_secs(600));

@@ -9,6 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use kugelblitz::scene::{Camera, parse_scene};
+use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use serde_json::Value;
 use tempfile::TempDir;
 use x11rb::connection::Connection;
@@ -612,6 +613,12 @@ impl Seen {
         let printed: Vec<_> =
             self.log.iter().filter(|event| event.name() == "printed").map(Event::text).collect();
         assert!(printed.is_empty(), "{printed:#?}");
+    }
+
+    /// From now on the program can write no file of more than `bytes`.
+    pub fn allow_files_of(&self, bytes: u64) {
+        let limit = Rlimit { current: Some(bytes), maximum: None };
+        prlimit(Some(Pid::from_child(&self.child)), Resource::Fsize, limit).unwrap();
     }
 
     fn ended(&mut self) -> ExitStatus {
