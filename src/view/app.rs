@@ -16,7 +16,7 @@ use super::ask::{self, Answer, Question};
 use super::display::{self, no_display};
 use super::notice::Notice;
 use super::paint::palette;
-use super::painter::{self, Painted};
+use super::painter::{self, Painted, Painting};
 use super::panels::{self, BAR, LINES};
 use super::reload::watch;
 use super::save::{Save, free_name};
@@ -191,7 +191,7 @@ struct Open {
     screen: Screen,
     backend: Backend,
     trace: Worker<Order>,
-    paint: Worker<painter::Job>,
+    paint: Worker<Painting>,
     hover: Worker<Question>,
     explain: Worker<Question>,
     panels: Panels,
@@ -549,7 +549,7 @@ impl<N: FnMut(&Notice)> App<N> {
             }
         } else if open.painting != Some(wanted) {
             open.painting = Some(wanted);
-            open.paint.ask(painter::Job { picture: Arc::clone(picture), show: self.state.show });
+            open.paint.ask(Painting { picture: Arc::clone(picture), show: self.state.show });
         }
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::paint;
 use super::show::Show;
-use super::tracing::{Backend, Picture, hits_of};
+use super::tracing::{Backend, DevicePicture, hits_of};
 use super::worker::{Turn, Worker};
 use crate::error::Result;
 use crate::gpu::{Pool, Words};
@@ -29,9 +29,9 @@ const BLOCKS: [usize; 4] = [8, 4, 2, 1];
 const RAYS_AT_ONCE: usize = 1 << 12;
 
 /// Something to paint.
-pub struct Job {
+pub struct Painting {
     /// The picture that it belongs to.
-    pub picture: Arc<Picture>,
+    pub picture: Arc<DevicePicture>,
     /// The mode of showing.
     pub show: Show,
 }
@@ -57,7 +57,7 @@ pub struct Painted {
 pub fn start(
     backend: Backend,
     say: impl Fn(Result<Painted>) + Send + 'static,
-) -> Result<Worker<Job>> {
+) -> Result<Worker<Painting>> {
     let mut painter = Painter { backend, pool: Pool::default() };
     Worker::start("painting", say, move |job, turn, say| painter.work(&job, turn, say))
 }
@@ -68,7 +68,7 @@ struct Painter {
 }
 
 impl Painter {
-    fn work(&mut self, job: &Job, turn: &Turn<Job>, say: &dyn Fn(Painted)) -> Result<()> {
+    fn work(&mut self, job: &Painting, turn: &Turn<Painting>, say: &dyn Fn(Painted)) -> Result<()> {
         if !turn.rest(REST) {
             return Ok(());
         }
@@ -97,7 +97,7 @@ impl Painter {
     }
 }
 
-fn discriminants(job: &Job, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
+fn discriminants(job: &Painting, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
     let order = &job.picture.order;
     let rays = Rays::Pixels(order.pixels);
     let prepared = Prepared::new(Arc::clone(&order.scene), kernel, &rays)?;
@@ -107,7 +107,12 @@ fn discriminants(job: &Job, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
 }
 
 /// Exact arithmetic takes microseconds a ray and object: first coarse, then fine.
-fn errors(job: &Job, hits: &Hits, turn: &Turn<Job>, show: &impl Fn(&[u32], f32)) -> Result<()> {
+fn errors(
+    job: &Painting,
+    hits: &Hits,
+    turn: &Turn<Painting>,
+    show: &impl Fn(&[u32], f32),
+) -> Result<()> {
     let order = &job.picture.order;
     let (width, height) = (order.pixels.width as usize, order.pixels.height as usize);
     let mut colors = vec![0; hits.id.len()];

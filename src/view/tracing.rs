@@ -56,7 +56,7 @@ pub struct Order {
 }
 
 /// A picture on the device.
-pub struct Picture {
+pub struct DevicePicture {
     /// The order that it answers.
     pub order: Order,
     /// The ids, one a pixel, of each kernel.
@@ -77,7 +77,7 @@ pub struct Progress {
     pub counts: StageCounts,
 }
 
-impl Picture {
+impl DevicePicture {
     /// How far the CPU is.
     pub fn progress(&self) -> Progress {
         *self.lock()
@@ -91,7 +91,7 @@ impl Picture {
 /// A message of the thread.
 pub enum Traced {
     /// A new picture.
-    Picture(Arc<Picture>),
+    Picture(Arc<DevicePicture>),
     /// More of this picture is decided.
     More,
 }
@@ -121,7 +121,7 @@ struct Tracing {
 }
 
 /// A layer with the rays that are not decided yet.
-struct Open {
+struct OpenLayer {
     prepared: Arc<Prepared>,
     ids: Arc<Words>,
     rays: Vec<u32>,
@@ -143,8 +143,8 @@ impl Tracing {
 
         let ids = open.iter().map(|layer| Arc::clone(&layer.ids)).collect();
         let mut picture =
-            Picture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
-        let decide = |some: &[u32], layer: &Open, picture: &Picture| -> Result<()> {
+            DevicePicture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
+        let decide = |some: &[u32], layer: &OpenLayer, picture: &DevicePicture| -> Result<()> {
             let decided = certify::decide(&layer.prepared, &rays, some, &turn.control)?;
             self.undecided.decide(&layer.ids, &decided)?;
             count(&mut picture.lock(), &decided);
@@ -183,7 +183,7 @@ impl Tracing {
         place: usize,
         kernel: Kernel,
         time: &mut Duration,
-    ) -> Result<Open> {
+    ) -> Result<OpenLayer> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
@@ -196,7 +196,7 @@ impl Tracing {
         self.tracers[place].propose_resident(&rays, &self.closing, &ids)?;
         let rays = certify::undecided(&prepared, &rays, || self.undecided.find(&ids))?;
         *time += start.elapsed();
-        Ok(Open { prepared, ids, rays })
+        Ok(OpenLayer { prepared, ids, rays })
     }
 }
 

@@ -14,11 +14,11 @@ pub struct Worker<J> {
 }
 
 struct Desk<J> {
-    state: Mutex<State<J>>,
+    state: Mutex<Jobs<J>>,
     changed: Condvar,
 }
 
-struct State<J> {
+struct Jobs<J> {
     next: Option<J>,
     closed: bool,
     /// Of the job at work.
@@ -33,7 +33,7 @@ pub struct Turn<'a, J> {
 }
 
 impl<J> Desk<J> {
-    fn lock(&self) -> MutexGuard<'_, State<J>> {
+    fn lock(&self) -> MutexGuard<'_, Jobs<J>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -86,7 +86,7 @@ impl<J: Send + 'static> Worker<J> {
         say: impl Fn(Result<A>) + Send + 'static,
         mut work: impl FnMut(J, &Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
     ) -> Result<Worker<J>> {
-        let state = State { next: None, closed: false, control: Arc::default() };
+        let state = Jobs { next: None, closed: false, control: Arc::default() };
         let desk = Arc::new(Desk { state: Mutex::new(state), changed: Condvar::new() });
         let seen = Arc::clone(&desk);
         let run = move || {

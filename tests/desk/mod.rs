@@ -116,7 +116,7 @@ impl Image {
     }
 }
 
-/// What `render` draws for a scene seen by another camera.
+/// The picture that `render` draws of a scene seen by another camera.
 pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &str) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let text = with_camera(&fs::read_to_string(scene).unwrap(), camera);
@@ -152,7 +152,7 @@ pub fn log_gpu(test: &str, seen: &Seen) {
     log.write_all(format!("{test} on {adapter} (in a window)\n").as_bytes()).unwrap();
 }
 
-/// What the program says with --log-events; and how many of its name there were.
+/// A line of --log-events; and how many of its name there were.
 #[derive(Clone, Debug)]
 pub struct Event(Value, usize);
 
@@ -369,7 +369,9 @@ impl Seen {
     #[track_caller]
     fn take(&mut self, at: [u32; 2], button: &str) {
         self.point(at);
-        self.drain();
+        // The next frame is then the one of the button: pressed and moved in one, it would drag what
+        // the pointer has come to.
+        self.rest();
         self.xdotool(&["mousedown", button]);
         self.wait(|event| event.name() == "shown");
     }
@@ -387,13 +389,6 @@ impl Seen {
         self.take(from, "1");
         self.pull(from, to);
         self.xdotool(&["mouseup", "1"]);
-    }
-
-    /// Takes note of all that was said so far.
-    fn drain(&mut self) {
-        while let Ok(value) = self.events.try_recv() {
-            self.note(value);
-        }
     }
 
     /// Waits until the picture is the newest and nothing more comes for a moment.
@@ -426,7 +421,7 @@ impl Seen {
         self.rest();
     }
 
-    /// What P prints.
+    /// The camera that P prints.
     #[track_caller]
     pub fn camera(&mut self) -> String {
         self.key("p");
@@ -444,7 +439,7 @@ impl Seen {
         self.wait(|event| event.is_settled() && event.area()[2] == width);
     }
 
-    /// What is in the window where the picture is.
+    /// The pixels of the window where the picture is.
     pub fn image(&self) -> Image {
         self.grab(self.area())
     }
@@ -544,7 +539,7 @@ impl Seen {
         panic!("nothing came into the clipboard");
     }
 
-    /// What a click on the window's close button sends.
+    /// Sends what a click on the window's close button does.
     pub fn close(mut self) {
         let atom =
             |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
