@@ -247,14 +247,8 @@ impl FromIterator<Sphere> for Spheres {
 impl FromIterator<(Sphere, Color)> for Spheres {
     fn from_iter<I: IntoIterator<Item = (Sphere, Color)>>(spheres: I) -> Spheres {
         let mut all = Spheres::default();
-        all.extend(spheres);
+        spheres.into_iter().for_each(|(sphere, color)| all.push(sphere, color));
         all
-    }
-}
-
-impl Extend<(Sphere, Color)> for Spheres {
-    fn extend<I: IntoIterator<Item = (Sphere, Color)>>(&mut self, spheres: I) {
-        spheres.into_iter().for_each(|(sphere, color)| self.push(sphere, color));
     }
 }
 
