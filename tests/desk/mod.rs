@@ -1,5 +1,7 @@
 //! A desktop without a screen, and a window on it.
 
+pub mod usage;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -428,6 +430,12 @@ impl Seen {
         self.wait(|event| event.name() == "camera").field("toml").to_owned()
     }
 
+    /// Waits until the status line tells of this.
+    #[track_caller]
+    pub fn hovers(&mut self, text: &str) -> Event {
+        self.wait(|event| event.hover().is_some_and(|shown| shown.contains(text)))
+    }
+
     #[track_caller]
     pub fn resize(&mut self, width: u32, height: u32) {
         self.xdotool(&[
@@ -644,120 +652,4 @@ impl Drop for Seen {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// Most growth of the memory of a window in use, MiB.
-const MOST_GROWTH: f64 = 20.0;
-
-/// The same for some rounds more, MiB: what allocators keep grows a little with each. A picture that
-/// each resize left behind would be 40.
-const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
-
-/// Most memory that use takes in addition to the first picture's, MiB. What allocators keep of pictures,
-/// frames and shaders fills up over some twenty rounds and then stays: 125 to 131 more than the first
-/// picture, with one arena or many. A window that kept what each resize left behind took 251: the bound
-/// is halfway.
-const MOST_IN_USE: f64 = 190.0;
-
-/// Everything that takes memory, several times over, from all kernels and painted modes to resizing
-/// and reloading: use takes a known amount, and more use no more.
-pub fn work_through(rounds: usize) {
-    let desk = Desk::new();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let good = fs::read_to_string(scene("figure1")).unwrap();
-    fs::write(&path, &good).unwrap();
-    let mut seen = Seen::open(&desk, &path, &[]);
-    let first = seen.memory();
-    let mut memory = Vec::new();
-    for round in 0..2 * rounds {
-        for _ in 0..4 {
-            for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "colour")] {
-                seen.key(key);
-                seen.wait(|event| event.is_settled() && event.show() == show);
-            }
-            let kernels = seen.last_shown().kernels().join(" ");
-            seen.key("k");
-            seen.wait(|event| event.is_settled() && event.kernels().join(" ") != kernels);
-        }
-        for n_kernels in [2, 1] {
-            seen.key("c");
-            seen.wait(|event| event.is_settled() && event.kernels().len() == n_kernels);
-        }
-        for (width, height) in [(700, 500), (1000, 640), (1280, 800)] {
-            seen.resize(width, height);
-        }
-        let [middle, aside] = [[200, 150], [330, 200]].map(|[x, y]| seen.at(x, y));
-        seen.drag(middle, aside, 1, None);
-        seen.xdotool(&["click", "1"]);
-        seen.wait(|event| event.name() == "explained");
-        seen.key("Escape");
-        let color = format!("#{:06x}", (round + 1) * 54321 % 0xff_ffff);
-        fs::write(&path, good.replace("#d62728", &color)).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        seen.reset();
-        memory.push(seen.memory());
-    }
-    println!("memory: {first:.1}, then {memory:.1?} MiB");
-    let growth = memory[2 * rounds - 1] - memory[rounds - 1];
-    assert!(
-        growth < MOST_GROWTH_OF_ROUNDS,
-        "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}"
-    );
-    let in_use = memory[2 * rounds - 1] - first;
-    assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
-    seen.quit();
-}
-
-/// Moves, resizes, reloads, asks and compares for a time, with validation on.
-pub fn soak(time: Duration) {
-    let desk = Desk::new();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let good = fs::read_to_string(scene("figure1")).unwrap();
-    fs::write(&path, &good).unwrap();
-    let mut seen =
-        Seen::open_with(&desk, &path, &[], |command| command.env("WGPU_VALIDATION", "1"));
-    let start = Instant::now();
-    let mut round = 0;
-    let mut memory = Vec::new();
-    while start.elapsed() < time {
-        round += 1;
-        let [middle, aside] = [seen.at(200, 150), seen.at(330, 120 + 40 * (round % 3))];
-        seen.drag(middle, aside, 1, None);
-        seen.drag(aside, middle, 2, None);
-        seen.moves(|seen| seen.xdotool(&["click", "4"]));
-        seen.key(["F2", "F3", "F4", "F5", "F6", "F7", "F8"][round as usize % 7]);
-        seen.moves(|seen| seen.key("3"));
-        seen.key("F1");
-        seen.key("c");
-        let (width, height) = [(1100, 760), (700, 500), (900, 640)][round as usize % 3];
-        seen.resize(width, height);
-        seen.key("c");
-        seen.xdotool(&["click", "1"]);
-        seen.wait(|event| event.name() == "explained");
-        seen.key("Escape");
-        let color = format!("#{:06x}", round * 4321 % 0xff_ffff);
-        fs::write(&path, good.replace("#d62728", &color)).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        fs::write(&path, "[camera\n").unwrap();
-        seen.wait(|event| event.name() == "scene_wrong");
-        fs::write(&path, &good).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        seen.reset();
-        // Each third round has the same size, and the first minute fills the caches: shaders of
-        // all kernels and modes, glyphs, the allocators' pools.
-        if round % 3 == 0 && start.elapsed() > time / 5 {
-            memory.push(seen.memory());
-            println!(
-                "{:.0} s, round {round}: {:.1} MiB",
-                start.elapsed().as_secs_f64(),
-                seen.memory()
-            );
-        }
-    }
-    assert!(memory.len() >= 3, "too few rounds: {memory:?}");
-    let growth = memory[memory.len() - 1] - memory[0];
-    assert!(growth < MOST_GROWTH, "memory grew by {growth:.1} MiB: {memory:?}");
-    seen.quit();
 }
