@@ -94,7 +94,7 @@ enum Said {
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
 /// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
 /// and again, [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
-/// cancelled.
+/// cancelled; those of [`Session::render_to_file`] where a picture was still being saved.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
     let path = options.path.clone();
@@ -380,6 +380,7 @@ impl<N: FnMut(&Notice)> App<N> {
     fn close(&mut self) {
         self.open = None;
         self.epoch += 1;
+        self.state.explained.take_if(|explained| explained.text.is_none());
     }
 
     /// Tells what went wrong, and has a device opened anew after one was lost.

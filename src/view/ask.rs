@@ -8,7 +8,7 @@ use super::tracing::hits_of;
 use super::worker::Worker;
 use crate::camera::{Pixels, View};
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
 use crate::scene::Scene;
 use crate::session::Session;
@@ -82,17 +82,47 @@ pub fn start_explain(
     say: impl Fn(Result<([u32; 2], String)>) + Send + 'static,
 ) -> Result<Worker<Question>> {
     Worker::start("explaining", say, move |question: Question, _, say| {
-        let rays = Rays::Pixels(question.pixel());
-        let mut explanation = explain(&question.scene, &rays, Some(DEFAULT_OBJECTS))?;
-        if let Some(facts) = device.facts() {
-            explanation.add_device(&question.scene, &rays, |prepared, wants| {
-                match facts.check_kernel(prepared.kernel) {
-                    Ok(()) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
-                    Err(_) => Ok(None),
-                }
-            })?;
-        }
-        say(([question.x, question.y], text::text(&explanation)));
+        let text = match explained(&device, &question) {
+            Ok(text) => text,
+            // A lost device is opened anew.
+            Err(error @ Error::Device(_)) => return Err(error),
+            Err(error) => error.to_string(),
+        };
+        say(([question.x, question.y], text));
         Ok(())
     })
+}
+
+fn explained(device: &Device, question: &Question) -> Result<String> {
+    let rays = Rays::Pixels(question.pixel());
+    let mut explanation = explain(&question.scene, &rays, Some(DEFAULT_OBJECTS))?;
+    if let Some(facts) = device.facts() {
+        explanation.add_device(&question.scene, &rays, |prepared, wants| {
+            match facts.check_kernel(prepared.kernel) {
+                Ok(()) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+                Err(_) => Ok(None),
+            }
+        })?;
+    }
+    Ok(text::text(&explanation))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+    use crate::scene::Camera;
+
+    #[test]
+    fn a_pixel_that_cannot_be_explained_says_why() {
+        let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
+        let (scene, pixels) = (Arc::default(), Pixels::whole(view, 4, 3));
+        let (send, answers) = channel();
+        let explain = start_explain(Device::Cpu, move |answer| send.send(answer).unwrap()).unwrap();
+        explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x: 9, y: 1 });
+        let (pixel, text) = answers.recv().unwrap().expect("words");
+        assert_eq!(pixel, [9, 1]);
+        assert!(text.contains("other rays"), "{text}");
+    }
 }

@@ -37,6 +37,14 @@ impl<J> Desk<J> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Changes what comes next, and asks the job at work to stop.
+    fn replace(&self, change: impl FnOnce(&mut Jobs<J>)) {
+        let mut jobs = self.lock();
+        change(&mut jobs);
+        jobs.control.cancel();
+        self.changed.notify_all();
+    }
+
     /// The next job, or `None` when there will be none.
     fn take(&self) -> Option<(J, Arc<Control>)> {
         let mut state = self.lock();
@@ -105,29 +113,18 @@ impl<J: Send + 'static> Worker<J> {
 
     /// Hands over a job in place of the one that waits; the one at work is asked to stop.
     pub fn ask(&self, job: J) {
-        let mut state = self.desk.lock();
-        state.next = Some(job);
-        state.control.cancel();
-        self.desk.changed.notify_all();
+        self.desk.replace(|jobs| jobs.next = Some(job));
     }
 
     /// Forgets the job that waits and asks the one at work to stop.
     pub fn stop(&self) {
-        let mut state = self.desk.lock();
-        state.next = None;
-        state.control.cancel();
-        self.desk.changed.notify_all();
+        self.desk.replace(|jobs| jobs.next = None);
     }
 }
 
 impl<J> Drop for Worker<J> {
     fn drop(&mut self) {
-        {
-            let mut state = self.desk.lock();
-            state.closed = true;
-            state.control.cancel();
-            self.desk.changed.notify_all();
-        }
+        self.desk.replace(|jobs| jobs.closed = true);
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has said so itself.
             let _ = thread.join();
