@@ -95,7 +95,7 @@ fn encode(
     n_band_rows: u32,
 ) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, &pixels, sink, "memory")?;
+    let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
     let mut first = 0;
     while first < pixels.height {
         let n = n_band_rows.min(pixels.height - first);
@@ -156,7 +156,7 @@ fn png_says_that_it_is_srgb() {
 /// Formats that only need colours take hits that have only ids.
 fn encode_ids(format: Format, pixels: &Pixels, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, EIGHT, &pixels, sink, "memory")?;
+    let mut writer = PictureWriter::create(format, EIGHT, pixels, sink, "memory")?;
     writer.rows(&shaded(format, EIGHT, palette, &hits)?, &hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
