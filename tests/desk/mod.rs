@@ -70,6 +70,8 @@ impl Desk {
         // The server chooses a free number and tells it.
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            // Else it resets when a window closes, and the next one may come just then.
+            .arg("-noreset")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
