@@ -88,13 +88,12 @@ pub fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
     squared.sqrt()
 }
 
-/// Compares ids, and `t` and normals where both results have them.
+/// Compares ids, and on the same object `t` and normals; one that only one of the results has is
+/// as far off as can be.
 ///
 /// Results of different length differ at the first ray that only one of them has.
 pub fn compare(a: &Hits, b: &Hits) -> Comparison {
     let n = a.id.len().min(b.id.len());
-    let surface = [&a.t, &b.t].iter().all(|t| t.len() >= n)
-        && [&a.normal, &b.normal].iter().all(|normal| normal.len() >= n);
     let mut result = Comparison { rays: n as u64, ..Comparison::default() };
     for i in 0..n {
         let mut same = true;
@@ -104,17 +103,21 @@ pub fn compare(a: &Hits, b: &Hits) -> Comparison {
                 true => result.hit_or_miss += 1,
                 false => result.other_object += 1,
             }
-        } else if surface {
-            if a.t[i].to_bits() != b.t[i].to_bits() {
+        } else {
+            let t = [a, b].map(|hits| hits.t.get(i).copied());
+            if t[0].map(f32::to_bits) != t[1].map(f32::to_bits) {
                 same = false;
                 result.t_differs += 1;
-                result.t_ulp_max = result.t_ulp_max.max(ulp_distance(a.t[i], b.t[i]));
+                let ulp = t[0].zip(t[1]).map_or(u64::MAX, |(a, b)| ulp_distance(a, b));
+                result.t_ulp_max = result.t_ulp_max.max(ulp);
             }
-            if a.normal[i].map(f32::to_bits) != b.normal[i].map(f32::to_bits) {
+            let normal = [a, b].map(|hits| hits.normal.get(i).copied());
+            let bits = normal.map(|normal| normal.map(|normal| normal.map(f32::to_bits)));
+            if bits[0] != bits[1] {
                 same = false;
                 result.normal_differs += 1;
-                let distance = distance(a.normal[i], b.normal[i]);
-                result.normal_distance_max = result.normal_distance_max.max(distance);
+                let apart = normal[0].zip(normal[1]).map_or(f64::INFINITY, |(a, b)| distance(a, b));
+                result.normal_distance_max = result.normal_distance_max.max(apart);
             }
         }
         if !same && result.first.is_none() {
@@ -125,4 +128,30 @@ pub fn compare(a: &Hits, b: &Hits) -> Comparison {
         result.first = Some(n);
     }
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A result without `t` or normals is not equal to one with them.
+    #[test]
+    fn what_one_result_lacks_differs() {
+        let whole =
+            Hits { id: vec![0, 1], t: vec![9.0; 2], normal: vec![[1.0; 3]; 2], ..Hits::default() };
+        assert!(compare(&whole, &whole).is_equal());
+        let without_t = Hits { t: Vec::new(), ..whole.clone() };
+        let without_normals = Hits { normal: Vec::new(), ..whole.clone() };
+        assert!(compare(&without_t, &without_t).is_equal());
+        for (lacking, t_differs, normal_differs) in [(&without_t, 2, 0), (&without_normals, 0, 2)] {
+            for (a, b) in [(&whole, lacking), (lacking, &whole)] {
+                let found = compare(a, b);
+                assert_eq!((found.t_differs, found.normal_differs), (t_differs, normal_differs));
+                assert_eq!(found.first, Some(0));
+            }
+        }
+        let found = compare(&whole, &without_t);
+        assert_eq!((found.t_ulp_max, found.ids_differ()), (u64::MAX, 0));
+        assert_eq!(compare(&without_normals, &whole).normal_distance_max, f64::INFINITY);
+    }
 }

@@ -15,7 +15,7 @@ use kugelblitz::output;
 
 use cli::complain::{complain, complain_about_usage};
 use cli::output::talk;
-use cli::{Cli, Command, Run, threads};
+use cli::{Cli, Command, Run, quiet, threads};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
@@ -89,6 +89,7 @@ fn stop_now(control: &Control) -> ! {
     let interrupted = kugelblitz::Error::Interrupted;
     exit_at_once(end(interrupted.exit_code(), || {
         output::remove_unfinished();
+        quiet::break_off();
         match control.is_cancelled() {
             true => complain(&interrupted),
             false => talk("error: interrupted while output files were put in their places"),

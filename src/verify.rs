@@ -24,6 +24,10 @@ const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
 /// Largest distance of a normal of the kernel `certified` from the exact one.
 const CERTIFIED_NORMAL_DISTANCE: f64 = 1.0 / (1u64 << 23) as f64;
 
+/// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
+/// way.
+pub const SAMPLE_BYTES: u64 = 128;
+
 /// The exact results for some of the rays.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {

@@ -11,7 +11,8 @@ use glam::DVec3;
 use kugelblitz::camera::{Pixels, View};
 use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
-    DEFAULT_OBJECTS, Entry, Explanation, ObjectExplanation, Quantity, Reason, explain, latex,
+    Approximation, DEFAULT_OBJECTS, Explanation, ObjectExplanation, Quantity, Reason, explain,
+    latex,
 };
 use kugelblitz::scene::{Projection, Scene, read_scene};
 use kugelblitz::trace::{Ray, Rays};
@@ -21,7 +22,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 /// A column of the table.
-type Column = fn(&Quantity) -> Option<Entry>;
+type Column = fn(&Quantity) -> Option<Approximation>;
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
     Rays::List(vec![Ray { origin: origin.into(), direction: direction.into() }])
@@ -279,7 +280,7 @@ fn errors_are_those_calculated_by_hand() {
     let far = scene(vec![sphere(DVec3::new(100_000_003.0, 0.0, -10.0), 1.0)], vec![]);
     let explanation = of_ray(far, [1e8, 0.0, 0.0], [0.0, 0.0, -1.0]);
     let sphere = object(&explanation, 1);
-    let entry = |value, error_ulp, wrong_sign| Some(Entry { value, error_ulp, wrong_sign });
+    let entry = |value, error_ulp, wrong_sign| Some(Approximation { value, error_ulp, wrong_sign });
     let right = |value| entry(Some(value), Some(0.0), false);
     let none = entry(None, None, false);
 

@@ -209,6 +209,29 @@ fn pipes_that_nobody_opens() {
     }
 }
 
+/// Standard error goes elsewhere while a driver opens; these last words don't. The loader waits for
+/// somebody to write the list of drivers.
+#[test]
+fn a_driver_that_never_opens() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("drivers.json");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let figure = scene("figure1");
+    let commands: [&[&str]; 3] =
+        [&["render", &figure, "-o", "a.png", "--device", "gpu"], &["probe"], &["report"]];
+    for arguments in commands {
+        let child = program()
+            .args(arguments)
+            .env("VK_DRIVER_FILES", &pipe)
+            .env("VK_ICD_FILENAMES", &pipe)
+            .current_dir(&folder)
+            .spawn()
+            .unwrap();
+        ends(child, &format!("{arguments:?}"), Duration::from_millis(500), Signal::INT);
+        assert_eq!(names(folder.path()), [pipe.as_path()]);
+    }
+}
+
 /// The program ends what doesn't end by itself; the library must do that: one row of pixels, and a list
 /// of rays, that would each take minutes.
 #[test]

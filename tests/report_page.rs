@@ -41,7 +41,7 @@ fn pairs<A, B>(a: impl IntoIterator<Item = A>, b: impl IntoIterator<Item = B>) -
     a.into_iter().zip(b).collect()
 }
 
-/// Whether a cell shows `x` to two digits and more.
+/// True where a cell shows `x` to two digits and more.
 fn shows(cell: &str, x: f64) -> bool {
     let shown = number(cell);
     shown == x || (shown - x).abs() <= 0.05 * x.abs()
@@ -425,7 +425,7 @@ fn words_are_legible_whatever_the_times_are() {
     }
 }
 
-/// What it is, and the change.
+/// A name, and the change.
 type Change = (&'static str, fn(&mut Report));
 
 /// Changes to the report that leave little, or odd numbers.

@@ -1,4 +1,4 @@
-//! What the benchmarks share.
+//! The parts that the benchmarks share.
 #![allow(dead_code)] // each uses what it needs
 
 use std::hint::black_box;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::memory::Available;
 use kugelblitz::picture::{Format, PictureOptions};
-use kugelblitz::prepare::{Hierarchy, Prepared, record_bytes};
+use kugelblitz::prepare::{Prepared, record_bytes};
 use kugelblitz::render::plan;
 use kugelblitz::scene::Cloud;
 use kugelblitz::trace::{Kernel, Ray, Rays, Wants};
@@ -43,28 +43,11 @@ struct Built {
     ms_build: f64,
 }
 
-impl From<&Hierarchy> for Built {
-    fn from(hierarchy: &Hierarchy) -> Built {
-        Built {
-            spheres_outside: hierarchy.rest.len(),
-            bytes: hierarchy.bytes(),
-            ms_build: ms(hierarchy.build_time),
-        }
-    }
-}
-
 #[derive(Serialize)]
 struct CloudFile {
     file: String,
     spheres: usize,
     first_id: u32,
-}
-
-impl From<&Cloud> for CloudFile {
-    fn from(cloud: &Cloud) -> CloudFile {
-        let file = cloud.path.display().to_string();
-        CloudFile { file, spheres: cloud.n_spheres, first_id: cloud.first_id }
-    }
 }
 
 #[derive(Serialize)]
@@ -92,7 +75,11 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let progress = scene::preparing(&scene, Kernel::Certified, &args.talk);
     let prepared = Prepared::new_with(Arc::clone(&scene), Kernel::Certified, &rays, &run.control)?;
     drop(progress);
-    let hierarchy = prepared.hierarchy.as_ref().map(Built::from);
+    let hierarchy = prepared.hierarchy.as_ref().map(|hierarchy| Built {
+        spheres_outside: hierarchy.rest.len(),
+        bytes: hierarchy.bytes(),
+        ms_build: ms(hierarchy.build_time),
+    });
     let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
     bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
     drop(tracer);
@@ -113,9 +100,14 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         picture = Some(Picture { size, rays: pixels.len() as u64, bytes_memory });
     }
     if args.talk.json {
+        let file = |cloud: &Cloud| CloudFile {
+            file: cloud.path.display().to_string(),
+            spheres: cloud.n_spheres,
+            first_id: cloud.first_id,
+        };
         let summary = Summary {
             objects: Objects::from(&*scene),
-            clouds: scene.clouds.iter().map(CloudFile::from).collect(),
+            clouds: scene.clouds.iter().map(file).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
             hierarchy,

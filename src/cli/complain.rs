@@ -1,6 +1,5 @@
 //! Errors, as the user sees them on standard error.
 
-use std::fmt::{self, Write};
 use std::io::ErrorKind;
 
 use kugelblitz::Error;
@@ -8,7 +7,7 @@ use kugelblitz::error::SceneError;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{plain, steers};
 use miette::{
-    Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, Report,
+    LabeledSpan, MietteDiagnostic, MietteError, MietteHandlerOpts, MietteSpanContents, Report,
     SourceCode, SourceSpan, SpanContents,
 };
 
@@ -53,46 +52,33 @@ fn complain_about_scene(error: &SceneError) {
     let hook = miette::set_hook(Box::new(|_| {
         Box::new(MietteHandlerOpts::new().terminal_links(false).wrap_lines(false).build())
     }));
-    let mut text = String::new();
-    let written = write!(text, "{:?}", Report::new(Finding::new(error)));
-    match (hook, written) {
-        (Ok(()), Ok(())) => talk_in_colour(&text),
-        _ => talk(&format!("error: {error}\nhelp: {}", error.help)),
+    match hook {
+        Ok(()) => talk_in_colour(&format!("{:?}", finding(error))),
+        Err(_) => talk(&format!("error: {error}\nhelp: {}", error.help)),
     }
 }
 
-/// A scene error with what miette shows of its file. Nothing in it steers a terminal: miette puts
-/// its colours around it.
-#[derive(Debug)]
-struct Finding {
-    title: String,
-    help: String,
-    shown: Option<Shown>,
+/// A scene error with its lines of the file. Nothing in it steers a terminal: miette puts its colours
+/// around it.
+fn finding(error: &SceneError) -> Report {
+    let finding = MietteDiagnostic::new(plain(&error.to_string())).with_help(plain(&error.help));
+    if error.line == 0 {
+        return Report::new(finding);
+    }
+    let excerpt = Excerpt::new(&error.text, error.span.clone());
+    let place = LabeledSpan::new_with_span(Some("here".into()), excerpt.span.clone());
+    let path = plain(&error.path.display().to_string()).into_owned();
+    let shown = Shown { path, excerpt, line: error.line, column: error.column };
+    Report::new(finding.with_label(place)).with_source_code(shown)
 }
 
 /// The lines around a place.
-#[derive(Debug)]
 struct Shown {
     path: String,
     excerpt: Excerpt,
     /// Of the place, as editors count, from 1.
     line: usize,
     column: usize,
-}
-
-impl Finding {
-    fn new(error: &SceneError) -> Finding {
-        Finding {
-            title: plain(&error.to_string()).into_owned(),
-            help: plain(&error.help).into_owned(),
-            shown: (error.line > 0).then(|| Shown {
-                path: plain(&error.path.display().to_string()).into_owned(),
-                excerpt: Excerpt::new(&error.text, error.span.clone()),
-                line: error.line,
-                column: error.column,
-            }),
-        }
-    }
 }
 
 impl SourceCode for Shown {
@@ -118,29 +104,5 @@ impl SourceCode for Shown {
             column - 1,
             text.lines().count(),
         )))
-    }
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.title)
-    }
-}
-
-impl std::error::Error for Finding {}
-
-impl Diagnostic for Finding {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(&self.help))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.shown.as_ref().map(|shown| shown as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.shown.as_ref()?.excerpt.span.clone();
-        let label = LabeledSpan::new(Some("here".into()), span.start, span.len());
-        Some(Box::new(std::iter::once(label)))
     }
 }

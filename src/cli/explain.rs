@@ -13,7 +13,6 @@ use serde::Serialize;
 
 use super::device;
 use super::head::{Objects, On, print_summary};
-use super::options::PixelAt;
 use super::output::print_text;
 use super::{ExplainArgs, Run, scene};
 
@@ -30,7 +29,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let rays = match (args.pixel, args.ray) {
         (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
-        (None, Some(ray)) => Rays::List(vec![usable(ray.0)?]),
+        (None, Some(ray)) => Rays::List(vec![usable(ray)?]),
         (None, None) => {
             return Err(Error::Usage("give a pixel (--pixel X,Y) or a ray (--ray)".into()));
         }
@@ -64,7 +63,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
 }
 
 /// The pixel alone, as part of its picture.
-fn one_pixel(pixels: Pixels, PixelAt { x, y }: PixelAt) -> Result<Pixels> {
+fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
     let inside = |at: i64, start: u32, length: u32| {
         let end = i64::from(start) + i64::from(length);
         (i64::from(start)..end).contains(&at).then_some(at as u32)

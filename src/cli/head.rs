@@ -86,12 +86,6 @@ struct RayCounts {
     stages: StageCounts,
 }
 
-impl From<StageCounts> for RayCounts {
-    fn from(stages: StageCounts) -> RayCounts {
-        RayCounts { total: stages.total(), stages }
-    }
-}
-
 /// Milliseconds of all stages.
 #[derive(Serialize)]
 struct Ms {
@@ -163,7 +157,7 @@ impl Traced {
             kernel: session.kernel().name(),
             size: None,
             objects: Objects::from(&**session.scene()),
-            rays: RayCounts::from(done.counts),
+            rays: RayCounts { total: done.counts.total(), stages: done.counts },
             hits: done.hits,
             bytes_device: session.bytes_device(),
             ms: Ms {

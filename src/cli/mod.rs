@@ -34,11 +34,11 @@ use kugelblitz::control::Control;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::trace::Kernel;
+use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
-    Crop, DEFAULT_KERNEL, DeviceChoice, PixelAt, RayOf, Size, distribution_parser, kernel_parser,
-    language_parser,
+    DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
+    parse_pixel, parse_ray, parse_size,
 };
 
 const EXIT_CODES: &str = "\
@@ -111,8 +111,8 @@ pub struct DeviceArgs {
 #[derive(Args)]
 pub struct WholeArgs {
     /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
 }
 
 /// Which pixels are traced.
@@ -121,8 +121,8 @@ pub struct SizeArgs {
     #[command(flatten)]
     pub whole: WholeArgs,
     /// Only this part of the picture: left column, top row, width, height
-    #[arg(long, value_name = "X,Y,W,H")]
-    pub crop: Option<Crop>,
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    pub crop: Option<[u32; 4]>,
 }
 
 /// Render one picture
@@ -231,19 +231,21 @@ pub struct ExplainArgs {
     #[arg(
         long,
         value_name = "X,Y",
+        value_parser = parse_pixel,
         allow_hyphen_values = true,
         required_unless_present = "ray",
         conflicts_with = "ray"
     )]
-    pub pixel: Option<PixelAt>,
+    pub pixel: Option<[i64; 2]>,
     /// A ray in place of a pixel: its origin and its direction, of any length
     #[arg(
         long,
         value_name = "OX,OY,OZ,DX,DY,DZ",
+        value_parser = parse_ray,
         allow_hyphen_values = true,
         conflicts_with_all = ["size", "crop"]
     )]
-    pub ray: Option<RayOf>,
+    pub ray: Option<Ray>,
     /// Explain all objects [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
@@ -279,8 +281,8 @@ pub struct ReportArgs {
     #[arg(long, value_parser = kernel_parser())]
     pub kernel: Vec<Kernel>,
     /// Size of the pictures, in pixels [default: 1280x720]
-    #[arg(long, value_name = "WxH")]
-    pub size: Option<Size>,
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
     /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
     #[arg(long, value_name = "N")]
     pub samples: Option<NonZeroUsize>,

@@ -20,7 +20,7 @@ use super::{SizeArgs, WholeArgs};
 pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
 /// The picture size where neither the command line nor the scene has one.
-const DEFAULT_SIZE: Size = Size { width: 1280, height: 720 };
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
 /// Names the adapter for every program that uses wgpu.
 const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
@@ -88,116 +88,57 @@ impl DeviceChoice {
     }
 }
 
-/// `WxH`, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    width: u32,
-    height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Size, String> {
-        let parts = text.split_once(['x', 'X', '×']);
-        let numbers = parts.and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        match numbers {
-            Some((width, height)) if width > 0 && height > 0 => Ok(Size { width, height }),
-            _ => Err("give width x height in whole pixels, e.g. 1920x1080".into()),
-        }
+/// Reads `WxH`, in pixels.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']);
+    match parts.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?])) {
+        Some(size) if !size.contains(&0) => Ok(size),
+        _ => Err("give width x height in whole pixels, e.g. 1920x1080".into()),
     }
 }
 
-impl From<Size> for [u32; 2] {
-    fn from(Size { width, height }: Size) -> [u32; 2] {
-        [width, height]
+/// Reads `X,Y,W,H`, in pixels.
+pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
+    match numbers(text) {
+        Some(crop @ [_, _, width, height]) if width > 0 && height > 0 => Ok(crop),
+        _ => Err("give left column, top row, width and height in whole pixels, e.g. \
+                  100,50,640,360"
+            .into()),
     }
 }
 
-/// `X,Y,W,H`, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    x: u32,
-    y: u32,
-    width: u32,
-    height: u32,
+/// Reads `X,Y`, in pixels, in the picture or not.
+pub fn parse_pixel(text: &str) -> Result<[i64; 2], String> {
+    numbers(text).ok_or("give column and row in whole pixels, e.g. 640,360".into())
 }
 
-impl FromStr for Crop {
-    type Err = String;
+/// Reads `OX,OY,OZ,DX,DY,DZ`, which may point nowhere.
+pub fn parse_ray(text: &str) -> Result<Ray, String> {
+    let [ox, oy, oz, dx, dy, dz] = numbers(text)
+        .ok_or("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1")?;
+    Ok(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) })
+}
 
-    fn from_str(text: &str) -> Result<Crop, String> {
-        let numbers: Option<Vec<u32>> =
-            text.split(',').map(|number| number.trim().parse().ok()).collect();
-        match numbers.as_deref() {
-            Some(&[x, y, width, height]) if width > 0 && height > 0 => {
-                Ok(Crop { x, y, width, height })
-            }
-            _ => Err("give left column, top row, width and height in whole pixels, e.g. \
-                      100,50,640,360"
-                .into()),
-        }
+/// Numbers between commas.
+fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers: Option<Vec<T>> =
+        text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
+/// Refuses a picture that is too large, whatever the memory.
+///
+/// # Errors
+/// [`Error::TooLarge`]
+pub fn check_size([width, height]: [u32; 2]) -> Result<[u32; 2]> {
+    if width.max(height) > ImageSize::MAX_SIDE {
+        return Err(Error::TooLarge(format!(
+            "--size {width}x{height}: a picture has at most {} pixels a side; render several \
+             with different cameras",
+            ImageSize::MAX_SIDE
+        )));
     }
-}
-
-/// `X,Y`, in pixels; whether it is in the picture shows later.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PixelAt {
-    pub x: i64,
-    pub y: i64,
-}
-
-impl FromStr for PixelAt {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<PixelAt, String> {
-        let numbers = text
-            .split_once(',')
-            .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
-        match numbers {
-            Some((x, y)) => Ok(PixelAt { x, y }),
-            None => Err("give column and row in whole pixels, e.g. 640,360".into()),
-        }
-    }
-}
-
-/// `OX,OY,OZ,DX,DY,DZ`; whether it points anywhere shows later.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayOf(pub Ray);
-
-impl FromStr for RayOf {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<RayOf, String> {
-        let numbers: Option<Vec<f64>> =
-            text.split(',').map(|number| number.trim().parse().ok()).collect();
-        match numbers.as_deref() {
-            Some(&[ox, oy, oz, dx, dy, dz]) => {
-                Ok(RayOf(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) }))
-            }
-            _ => {
-                Err("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1".into())
-            }
-        }
-    }
-}
-
-impl Size {
-    /// Width and height.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`]
-    pub fn check(self) -> Result<[u32; 2]> {
-        let Size { width, height } = self;
-        if width.max(height) > ImageSize::MAX_SIDE {
-            return Err(Error::TooLarge(format!(
-                "--size {width}x{height}: a picture has at most {} pixels a side; render several \
-                 with different cameras",
-                ImageSize::MAX_SIDE
-            )));
-        }
-        Ok([width, height])
-    }
+    Ok([width, height])
 }
 
 impl WholeArgs {
@@ -207,8 +148,8 @@ impl WholeArgs {
     /// [`Error::Scene`] without a camera in the scene at `path`, [`Error::TooLarge`].
     pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
         let view = View::new(scene.require_camera(path)?);
-        let of_scene = scene.image.map(|image| Size { width: image.width, height: image.height });
-        let [width, height] = self.size.or(of_scene).unwrap_or(DEFAULT_SIZE).check()?;
+        let of_scene = scene.image.map(|image| [image.width, image.height]);
+        let [width, height] = check_size(self.size.or(of_scene).unwrap_or(DEFAULT_SIZE))?;
         Ok(Pixels::whole(view, width, height))
     }
 }
@@ -219,7 +160,7 @@ impl SizeArgs {
     /// # Errors
     /// [`Error::Usage`] when it reaches beyond the picture.
     fn cut(&self, pixels: Pixels) -> Result<Pixels> {
-        let Some(Crop { x, y, width, height }) = self.crop else { return Ok(pixels) };
+        let Some([x, y, width, height]) = self.crop else { return Ok(pixels) };
         let fits = |start: u32, length: u32, whole: u32| {
             start.checked_add(length).is_some_and(|end| end <= whole)
         };

@@ -6,13 +6,16 @@
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::os::fd::OwnedFd;
+use std::sync::{Mutex, PoisonError};
 
 use super::output::talk;
+
+/// The standard error of the process while a [`Quiet`] lives.
+static STDERR: Mutex<Option<OwnedFd>> = Mutex::new(None);
 
 /// While this lives, standard error goes to a file; dropped, it is as it was, also on a panic.
 pub struct Quiet {
     caught: File,
-    stderr: OwnedFd,
 }
 
 impl Quiet {
@@ -21,7 +24,8 @@ impl Quiet {
         let caught = tempfile::tempfile().ok()?;
         let stderr = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stderr(), 3).ok()?;
         rustix::stdio::dup2_stderr(&caught).ok()?;
-        Some(Quiet { caught, stderr })
+        *STDERR.lock().unwrap_or_else(PoisonError::into_inner) = Some(stderr);
+        Some(Quiet { caught })
     }
 
     /// Gives what was printed meanwhile; standard error is as it was.
@@ -38,10 +42,17 @@ impl Quiet {
 
 impl Drop for Quiet {
     fn drop(&mut self) {
-        let _ = rustix::stdio::dup2_stderr(&self.stderr);
+        break_off();
         if std::thread::panicking() {
             talk(self.caught().trim_end());
         }
+    }
+}
+
+/// Makes standard error what it was, for last words while a [`Quiet`] lives.
+pub fn break_off() {
+    if let Some(stderr) = STDERR.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        let _ = rustix::stdio::dup2_stderr(stderr);
     }
 }
 

@@ -134,9 +134,7 @@ fn effort(args: &ReportArgs) -> Effort {
         effort.sweeps = false;
         effort.clouds.clear();
     }
-    if let Some(size) = args.size {
-        effort.size = size.into();
-    }
+    effort.size = args.size.unwrap_or(effort.size);
     effort.samples = args.samples.map_or(effort.samples, NonZeroUsize::get);
     effort.rounds = args.rounds.map_or(effort.rounds, NonZeroUsize::get);
     effort

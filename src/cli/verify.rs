@@ -12,8 +12,9 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::render::{band_rows, bands, hits_bytes};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
-use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{AgainstExact, Truth, broken_promises, compare_to_exact, promise, sample};
+use kugelblitz::verify::{
+    AgainstExact, SAMPLE_BYTES, Truth, broken_promises, compare_to_exact, promise, sample,
+};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -79,9 +80,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let mut results = Vec::new();
     for kernel in kernels {
         let device = device::or_cpu(&device, kernel, &args.talk);
-        let result = of_kernel(&scene, &pixels, kernel, device, &truths, &run.control)?;
-        let bit_equal = device.facts().is_some() && device.is_ieee(kernel)?;
-        results.push(judge(kernel, bit_equal, result));
+        results.push(of_kernel(&scene, &pixels, kernel, device, &truths, &run.control)?);
     }
     drop(progress);
 
@@ -137,9 +136,6 @@ fn truths(
         .collect()
 }
 
-/// GPU against CPU, then each against exact.
-type Result3 = (Option<Comparison>, Option<AgainstExact>, AgainstExact);
-
 fn of_kernel(
     scene: &Arc<Scene>,
     pixels: &Pixels,
@@ -147,49 +143,46 @@ fn of_kernel(
     device: &Device,
     truths: &[Truth],
     control: &Control,
-) -> Result<Result3> {
+) -> Result<OfKernel> {
     let rays = Rays::Pixels(*pixels);
     let prepared = Arc::new(Prepared::new_with(scene.clone(), kernel, &rays, control)?);
     let mut cpu = Device::Cpu.tracer(&prepared, WANTS)?.tracer;
-    let mut gpu: Option<Box<dyn Tracer>> = match device {
-        Device::Gpu(_) => Some(device.tracer(&prepared, WANTS)?.tracer),
-        Device::Cpu => None,
-    };
-    let mut parity = gpu.as_ref().map(|_| Comparison::default());
-    let mut gpu_exact = gpu.as_ref().map(|_| AgainstExact::default());
-    let mut cpu_exact = AgainstExact::default();
+    let is_on_gpu = device.facts().is_some();
+    let mut gpu = is_on_gpu.then(|| device.tracer(&prepared, WANTS)).transpose()?;
+    let mut parity = is_on_gpu.then(Comparison::default);
+    let mut exact =
+        AgainstExactOn { gpu: is_on_gpu.then(AgainstExact::default), cpu: AgainstExact::default() };
     let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
     let mut first_ray = 0;
     for (band, truth) in bands(pixels, band_rows(pixels, WANTS)).zip(truths) {
         let rays = Rays::Pixels(band);
         cpu.trace(&rays, control, &mut on_cpu)?;
-        cpu_exact.add(&compare_to_exact(&on_cpu, truth), first_ray);
+        exact.cpu.add(&compare_to_exact(&on_cpu, truth), first_ray);
         if let Some(gpu) = &mut gpu {
-            gpu.trace(&rays, control, &mut on_gpu)?;
+            gpu.tracer.trace(&rays, control, &mut on_gpu)?;
             let against = compare_to_exact(&on_gpu, truth);
-            gpu_exact.get_or_insert_default().add(&against, first_ray);
+            exact.gpu.get_or_insert_default().add(&against, first_ray);
             parity.get_or_insert_default().add(&compare(&on_gpu, &on_cpu), first_ray);
         }
         first_ray += band.len();
     }
-    Ok((parity, gpu_exact, cpu_exact))
+    let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
+    Ok(OfKernel {
+        kernel: kernel.name(),
+        promise: match is_on_gpu || kernel == Kernel::Certified {
+            true => promise(kernel, bit_equal),
+            false => "nothing that the CPU alone can show",
+        },
+        broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact.rows()),
+        gpu_against_cpu: parity,
+        against_exact: exact,
+    })
 }
 
-fn judge(kernel: Kernel, bit_equal: bool, (parity, gpu, cpu): Result3) -> OfKernel {
-    let gpu_row = gpu.as_ref().map(|against| ("GPU", against));
-    let exact: Vec<_> = gpu_row.into_iter().chain([("CPU", &cpu)]).collect();
-    let broken = broken_promises(kernel, bit_equal, parity.as_ref(), &exact);
-    OfKernel {
-        kernel: kernel.name(),
-        promise: match (kernel, &parity) {
-            (Kernel::Lecture | Kernel::Stable | Kernel::Double, None) => {
-                "nothing that the CPU alone can show"
-            }
-            _ => promise(kernel, bit_equal),
-        },
-        gpu_against_cpu: parity,
-        against_exact: AgainstExactOn { gpu, cpu },
-        broken,
+impl AgainstExactOn {
+    fn rows(&self) -> Vec<(&'static str, &AgainstExact)> {
+        let gpu = self.gpu.as_ref().map(|against| ("GPU", against));
+        gpu.into_iter().chain([("CPU", &self.cpu)]).collect()
     }
 }
 
@@ -219,9 +212,7 @@ fn table(results: &[OfKernel]) -> String {
     text += "\nagainst exact     rays   false hits  false misses  wrong object  t error, ulp  \
              normal error\n";
     for result in results {
-        let on = &result.against_exact;
-        for (device, c) in [("GPU", on.gpu.as_ref()), ("CPU", Some(&on.cpu))] {
-            let Some(c) = c else { continue };
+        for (device, c) in result.against_exact.rows() {
             let _ = writeln!(
                 text,
                 "{:<10} {device} {:>7} {:>12} {:>13} {:>13} {:>13.2} {:>13.2e}",
@@ -242,10 +233,6 @@ fn table(results: &[OfKernel]) -> String {
     }
     text
 }
-
-/// Bytes of a pixel that is compared with exact arithmetic: its index, what is exact about it, and
-/// the same once more on the way.
-const SAMPLE_BYTES: u64 = 128;
 
 /// Two results of a band, one a device, and the samples.
 fn refuse_what_cannot_fit(pixels: &Pixels, n_samples: usize) -> Result<()> {

@@ -6,6 +6,7 @@ use kugelblitz::Result;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
+use super::options::check_size;
 use super::output::{print_text, printed_line, talk};
 use super::quiet::{self, Quiet};
 use super::{Run, ViewArgs};
@@ -13,7 +14,7 @@ use super::{Run, ViewArgs};
 /// Opens the window.
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
-    let size = args.size.size.map(|size| size.check()).transpose()?;
+    let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
         scene,

@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub use numbers::{Entry, Exact, Quantity, Short};
+pub use numbers::{Approximation, Exact, Quantity, Short};
 
 use crate::control::Control;
 use crate::cpu::CpuTracer;
@@ -29,7 +29,7 @@ use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Wants};
 use crate::tracer::Tracer;
-use ray::Numbers;
+use ray::RayNumbers;
 
 /// How many objects are explained where nobody asks for all.
 pub const DEFAULT_OBJECTS: usize = 20;
@@ -202,7 +202,7 @@ const SHOWN_BYTES: u64 = 8 << 10;
 /// [`crate::Error::Usage`] where `rays` is not one ray; [`crate::Error::TooLarge`] where there is not
 /// the memory to explain so many objects.
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
-    let numbers = Numbers::new(scene, rays)?;
+    let numbers = RayNumbers::new(scene, rays)?;
     let n_objects = scene.n_objects();
     let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
     // The ranks are put together from parts, and sorting takes half of them once more.
@@ -364,7 +364,7 @@ struct Rank {
 }
 
 /// The objects in the order of [`Explanation::objects`], the first `limit` of them.
-fn ranked(scene: &Scene, numbers: &Numbers, limit: Option<usize>) -> Vec<Rank> {
+fn ranked(scene: &Scene, numbers: &RayNumbers, limit: Option<usize>) -> Vec<Rank> {
     let rank = |id: u32| {
         let object = scene.object(id)?;
         let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);

@@ -82,7 +82,7 @@ pub fn scaled(x: f32, exponent: i32) -> f64 {
 
 /// A number as one arithmetic has it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Entry {
+pub struct Approximation {
     /// `None` where there is none: the root of a line that is taken for a miss.
     pub value: Option<f64>,
     /// Its error in steps at the exact number: f32's, in the column of f64 f64's. Infinite where
@@ -99,11 +99,11 @@ pub struct Quantity {
     /// As in the formula.
     pub symbol: &'static str,
     /// In f32, as the kernel `lecture` has it; `None` where it has no such number.
-    pub lecture: Option<Entry>,
+    pub lecture: Option<Approximation>,
     /// In f32, as the kernel `stable` has it; `None` where it has no such number.
-    pub stable: Option<Entry>,
+    pub stable: Option<Approximation>,
     /// The lecture's formula in f64; `None` where it has no such number.
-    pub f64: Option<Entry>,
+    pub f64: Option<Approximation>,
     /// `None` where there is no such number.
     pub exact: Option<Exact>,
 }
@@ -129,7 +129,7 @@ impl Columns {
     /// The row, with errors against the exact number.
     pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
         let exact = exact.map(Exact::from);
-        let entry = |value: Option<f64>, precision| Entry {
+        let entry = |value: Option<f64>, precision| Approximation {
             value,
             error_ulp: value.zip(exact.as_ref()).map(|(x, exact)| exact.error_ulp(x, precision)),
             wrong_sign: value.zip(exact.as_ref()).is_some_and(|(x, exact)| {

@@ -19,7 +19,7 @@ use crate::trace::{Kernel, Ray, Rays};
 use crate::vec3::{Vec3, dot3};
 
 /// A ray's numbers as the kernels have them.
-pub struct Numbers {
+pub struct RayNumbers {
     pub exact: ExactRay,
     pub origin: DVec3,
     pub direction: DVec3,
@@ -27,14 +27,14 @@ pub struct Numbers {
     stable: RayOf<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
-    /// Whether `stable` has all rays start at its reference point.
+    /// True where `stable` has all rays start at its reference point.
     is_point: bool,
     lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
     stable_objects: Lists<SphereStable, PlaneStable>,
 }
 
-impl Numbers {
-    pub fn new(scene: &Arc<Scene>, rays: &Rays) -> Result<Numbers> {
+impl RayNumbers {
+    pub fn new(scene: &Arc<Scene>, rays: &Rays) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
         if rays.len() != 1 {
             return Err(one());
@@ -59,7 +59,7 @@ impl Numbers {
             return Err(one());
         };
         let is_point = rays.bundle() == Bundle::Point;
-        Ok(Numbers {
+        Ok(RayNumbers {
             exact,
             origin,
             direction,

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::ray::Numbers;
-use super::{Entry, ObjectExplanation, Quantity, Reason, Terms, label};
+use super::ray::RayNumbers;
+use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms, label};
 use crate::exact::{ExactHit, Root, Shape, visible_root};
 use crate::scene::Scene;
 
 /// A column of the table.
-type Column = fn(&Quantity) -> Option<Entry>;
+type Column = fn(&Quantity) -> Option<Approximation>;
 
 impl ObjectExplanation {
     pub(super) fn reason(&self, root: Option<&Root>, hit: Option<&ExactHit>) -> Reason {
@@ -38,7 +38,7 @@ impl ObjectExplanation {
         scene: &Scene,
         is_hit: bool,
         hit: Option<&ExactHit>,
-        numbers: &Numbers,
+        numbers: &RayNumbers,
     ) -> Vec<String> {
         let is_sphere = matches!(self.terms, Terms::Sphere { .. });
         let signs: Vec<i32> =

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::formula::{Notation, derivation, written};
 use super::numbers::{decimal_f32, decimal_f64};
-use super::{Entry, Explanation, ObjectExplanation, Quantity, Seen, Winner, shortened};
+use super::{Approximation, Explanation, ObjectExplanation, Quantity, Seen, Winner, shortened};
 
 /// Columns that the text takes at most.
 pub const WIDTH: usize = 100;
@@ -80,35 +80,31 @@ fn table(quantities: &[Quantity], text: &mut String) {
     line("", ["f32 lecture", "f32 stable", "f64", "exact"].map(str::to_owned), text);
     for row in quantities {
         let columns = [(row.lecture, false), (row.stable, false), (row.f64, true)];
-        let value = |(entry, double): (Option<Entry>, bool)| match entry {
+        let value = |(entry, double): (Option<Approximation>, bool)| match entry {
             None => String::new(),
-            Some(Entry { value: None, .. }) => "none".into(),
-            Some(Entry { value: Some(x), .. }) if double => decimal_f64(x),
-            Some(Entry { value: Some(x), .. }) => decimal_f32(x),
+            Some(Approximation { value: None, .. }) => "none".into(),
+            Some(Approximation { value: Some(x), .. }) if double => decimal_f64(x),
+            Some(Approximation { value: Some(x), .. }) => decimal_f32(x),
         };
         let [lecture, stable, double] = columns.map(value);
         let exact = row.exact.as_ref().map_or("none".into(), |exact| exact.decimal.clone());
         line(row.symbol, [lecture, stable, double, exact], text);
-        let wrong = |entry: &Entry| {
-            entry.value.is_some() != row.exact.is_some() || entry.error_ulp != Some(0.0)
-        };
-        let both_none = |entry: &Entry| entry.value.is_none() && row.exact.is_none();
-        let entries = columns.map(|(entry, _)| entry);
-        if entries.iter().flatten().any(|entry| wrong(entry) && !both_none(entry)) {
-            let [lecture, stable, double] = entries.map(|entry| match entry {
-                Some(Entry { value: Some(_), .. }) if row.exact.is_none() => "no root".into(),
-                Some(Entry { value: None, .. }) if row.exact.is_some() => "root lost".into(),
-                Some(entry) => error(&entry),
-                None => String::new(),
-            });
+        let errors = columns.map(|(entry, _)| match entry {
+            Some(entry) => error(&entry, row.exact.is_some()),
+            None => String::new(),
+        });
+        if errors.iter().any(|error| !error.is_empty() && error != "exact") {
+            let [lecture, stable, double] = errors;
             line("", [lecture, stable, double, String::new()], text);
         }
     }
 }
 
 /// `0.31 ulp`, `sign! 3.1e6 ulp` where the sign is wrong.
-fn error(entry: &Entry) -> String {
+fn error(entry: &Approximation, has_exact: bool) -> String {
     match entry.error_ulp {
+        None if entry.value.is_some() => "no root".into(),
+        None if has_exact => "root lost".into(),
         None => String::new(),
         Some(0.0) => "exact".into(),
         Some(error) if error.is_infinite() && entry.value.is_some_and(f64::is_finite) => {

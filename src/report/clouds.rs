@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::errors::Collector;
-use super::measure::{IDS, SURFACE, Subject};
-use super::{CloudResult, Effort, Missing, Spread};
+use super::measure::{IDS, SURFACE, Subject, run, spread};
+use super::{CloudResult, Effort, Missing};
 use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -84,26 +84,23 @@ fn measure_on(
     control: &Control,
 ) -> Result<CloudResult> {
     let (mut errors, mut hits) = (Collector::default(), Hits::default());
-    let (mut build_ms, mut picture_ms) = (Vec::new(), Vec::new());
+    let (mut builds, mut pictures) = (Vec::new(), Vec::new());
     for round in 0..effort.rounds {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), subject.kernel, rays)?);
-        build_ms.push(1e3 * prepared.build_time().as_secs_f64());
+        builds.push(prepared.build_time());
         if round == 0 {
             (subject.make)(&prepared, SURFACE)?.tracer.trace(rays, control, &mut hits)?;
             errors.add(&hits, truth);
         }
-        let mut tracer = (subject.make)(&prepared, IDS)?.tracer;
-        tracer.trace(rays, control, &mut hits)?;
-        for _ in 0..effort.runs {
-            let timing = tracer.trace(rays, control, &mut hits)?;
-            picture_ms.push(1e3 * (timing.deciding() + timing.readback).as_secs_f64());
-        }
+        let made = (subject.make)(&prepared, IDS)?;
+        let runs = run(made, rays, effort.runs, control, &mut hits)?;
+        pictures.extend(runs.timed.iter().map(|timing| timing.deciding() + timing.readback));
     }
     Ok(CloudResult {
         n_spheres: scene.spheres.len() as u64,
         contestant: subject.contestant.clone(),
         errors: errors.finish(),
-        build_ms: Spread::of(build_ms).unwrap_or_default(),
-        picture_ms: Spread::of(picture_ms).unwrap_or_default(),
+        build_ms: spread(builds.into_iter(), 1e3).unwrap_or_default(),
+        picture_ms: spread(pictures.into_iter(), 1e3).unwrap_or_default(),
     })
 }

@@ -2,6 +2,7 @@
 
 use std::time::SystemTime;
 
+use super::figures::count;
 use super::{AdapterEvidence, Evidence};
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -40,6 +41,29 @@ impl Evidence {
             n_cores,
             adapters,
         }
+    }
+
+    /// Each fact in words, with its name.
+    pub(super) fn named_lines(&self) -> Vec<(&'static str, String)> {
+        let commit = self.commit.as_ref().map(|commit| format!(", commit {commit}"));
+        let program = format!("Kugelblitz {}{}", self.version, commit.unwrap_or_default());
+        let cores = count(self.n_cores, "core");
+        let mut lines = vec![
+            ("Program", program),
+            ("Command", self.command.clone()),
+            ("Begun", self.date.clone()),
+            ("CPU", format!("{}, {cores}, {}", self.host_cpu, self.system)),
+        ];
+        for AdapterEvidence { facts: adapter, arithmetic_f32, arithmetic_f64 } in &self.adapters {
+            let f64 = arithmetic_f64.as_ref().map_or("none".to_string(), ToString::to_string);
+            lines.extend([
+                ("Adapter", format!("{} ({}), {}", adapter.name, adapter.kind, adapter.driver)),
+                ("f32, measured", arithmetic_f32.to_string()),
+                ("f64, measured", f64),
+                ("Kernel certified", arithmetic_f32.filter_in_words().to_string()),
+            ]);
+        }
+        lines
     }
 }
 

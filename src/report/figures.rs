@@ -1,6 +1,6 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
-use super::{Distribution, Errors, Spread};
+use super::{Errors, Spread};
 use crate::plain::steers;
 
 /// Where there is no number.
@@ -11,21 +11,15 @@ pub fn figure(x: f64) -> String {
     digits(x, 3)
 }
 
-/// A number with `n` digits that count, whole numbers of up to five digits with all of theirs, and what is
-/// smaller than 0.001 or larger as in `1.2e-6`.
+/// A number with `n` digits that count, whole numbers of up to five digits with all of theirs,
+/// and what is smaller than 0.001 or larger as in `1.2e-6`.
 pub fn digits(x: f64, n: usize) -> String {
-    if !x.is_finite() {
-        return if x.is_nan() {
-            NONE
-        } else if x > 0.0 {
-            "∞"
-        } else {
-            "-∞"
-        }
-        .to_string();
-    }
-    if x == 0.0 {
-        return "0".to_string();
+    match x {
+        0.0 => return "0".to_string(),
+        f64::INFINITY => return "∞".to_string(),
+        f64::NEG_INFINITY => return "-∞".to_string(),
+        _ if x.is_nan() => return NONE.to_string(),
+        _ => {}
     }
     // Rounded first: 9.996 has the exponent of 10.0.
     let rounded = format!("{x:.*e}", n - 1);
@@ -59,22 +53,8 @@ pub fn wrong(errors: &Errors) -> String {
     }
 }
 
-/// Median, 99.9 % and largest.
-pub fn distribution(distribution: Option<&Distribution>) -> [String; 3] {
-    match distribution {
-        Some(d) => [d.median, d.p999, d.max].map(figure),
-        None => [NONE; 3].map(str::to_string),
-    }
-}
-
-/// The error of `t` that 99.9 % of the rays do not exceed, ulp.
-pub fn t_p999(errors: &Errors) -> String {
-    let [_, p999, _] = distribution(errors.t_ulp.as_ref());
-    p999
-}
-
 /// `12.3 (11.9–14.0)`: median, least and largest.
-pub fn spread(spread: &Spread) -> String {
+pub fn with_range(spread: &Spread) -> String {
     match spread.n {
         0 => NONE.to_string(),
         1 => figure(spread.median),
@@ -82,13 +62,34 @@ pub fn spread(spread: &Spread) -> String {
     }
 }
 
-/// The shares of rays that f32, f64 and exact arithmetic decided.
-pub fn stages(errors: &Errors) -> [String; 3] {
-    let stages = errors.stages;
-    [stages.f32, stages.f64, stages.exact].map(|part| match part {
-        0 if stages.total() > 0 => "0".to_string(),
-        _ => percent(part, stages.total()),
-    })
+/// A figure for print: `1.2e-6` as `1.2 × 10⁻⁶`, and whole numbers of five digits and more in
+/// groups, with narrow spaces between them.
+pub fn typeset(figure: &str) -> String {
+    figure.split(' ').map(typeset_word).collect::<Vec<_>>().join(" ")
+}
+
+fn typeset_word(word: &str) -> String {
+    if let Some((factor, exponent)) = word.split_once('e')
+        && factor.parse::<f64>().is_ok()
+        && exponent.parse::<i32>().is_ok()
+    {
+        let power = format!("10{}", superscript(exponent));
+        return if factor == "1" { power } else { format!("{factor} × {power}") };
+    }
+    if word.len() < 5 || !word.bytes().all(|byte| byte.is_ascii_digit()) {
+        return word.to_string();
+    }
+    let group = |(i, digit): (usize, char)| match i > 0 && (word.len() - i).is_multiple_of(3) {
+        true => vec!['\u{202f}', digit],
+        false => vec![digit],
+    };
+    word.chars().enumerate().flat_map(group).collect()
+}
+
+fn superscript(exponent: &str) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
+    exponent.chars().map(raised).collect()
 }
 
 /// `1 scene`, `2 scenes`
@@ -166,5 +167,15 @@ mod tests {
         assert_eq!(plain("a\u{1b}[31m\nb\u{202e}"), "a\u{fffd}[31m\u{fffd}b\u{fffd}");
         assert_eq!(plain_document("a\nb\0"), "a\nb\u{fffd}");
         assert_eq!(short_name("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
+    }
+
+    #[test]
+    fn powers_of_ten_in_print() {
+        assert_eq!(typeset("1.2e-16"), "1.2 × 10⁻¹⁶");
+        assert_eq!(typeset("12.5"), "12.5");
+        assert_eq!(typeset("stable"), "stable");
+        assert_eq!(typeset("8.3e-4 %"), "8.3 × 10⁻⁴ %");
+        assert_eq!(typeset("0 of 1310720"), "0 of 1\u{202f}310\u{202f}720");
+        assert_eq!(typeset("1234 0.00558 12345"), "1234 0.00558 12\u{202f}345");
     }
 }

@@ -14,9 +14,8 @@ use crate::memory;
 use crate::prepare::Prepared;
 use crate::render::hits_bytes;
 use crate::scene::Scene;
-use crate::trace::{Hits, Kernel, Rays, Wants};
-use crate::tracer::Tracer;
-use crate::verify::{Truth, sample};
+use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
+use crate::verify::{SAMPLE_BYTES, Truth, sample};
 
 /// A picture's need.
 pub(super) const IDS: Wants = Wants { surface: false, level: false };
@@ -30,9 +29,9 @@ const CPU: &str = "CPU";
 /// Makes the tracer that is measured.
 pub type Make = Box<dyn Fn(&Arc<Prepared>, Wants) -> Result<Made>>;
 
-/// What is measured: a kernel on a device, or anything else that traces.
+/// A kernel on a device, or anything else that traces, to be measured.
 pub struct Subject {
-    /// What it is called.
+    /// Its names.
     pub contestant: Contestant,
     /// The kernel that scenes are prepared for.
     pub kernel: Kernel,
@@ -78,9 +77,6 @@ pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u
     cases.len() as u64 * (width * height * pictures as u64 + samples)
 }
 
-/// Bytes of a compared pixel: its index, what is exact about it, and the same once more on the way.
-const SAMPLE_BYTES: u64 = 128;
-
 fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
     let [width, height] = effort.size;
     let n_rays = u64::from(width) * u64::from(height);
@@ -116,19 +112,27 @@ pub(super) fn measure_scenes(
             };
             let rays = Rays::Pixels(pixels);
             for (subject, measured) in subjects.iter().zip(measured) {
-                measured.time_ids(subject, case, &rays, effort, control)?;
-                let hits = measured.time_surface(subject, case, &rays, effort, control)?;
+                let mut hits = Hits::default();
+                let mut timed = |wants| {
+                    let mut made = subject.tracer(&case.scene, &rays, wants)?;
+                    if wants == IDS {
+                        made.tracer.use_device_clock();
+                    }
+                    run(made, &rays, effort.runs, control, &mut hits)
+                };
+                measured.ids.push(timed(IDS)?);
+                measured.surface.push(timed(SURFACE)?);
                 if let Some(truth) = &truth {
                     measured.errors.add(&hits, truth);
                 }
             }
         }
     }
-    let classes = class_results(cases, subjects, &measured, effort);
+    let classes = class_results(cases, subjects, &measured);
     let scenes = cases.iter().zip(measured).map(|(case, measured)| {
         let row = |(subject, measured): (&Subject, Measured)| Row {
             contestant: subject.contestant.clone(),
-            cost: measured.cost(effort),
+            cost: measured.cost(),
             errors: measured.errors.finish(),
         };
         SceneResult {
@@ -147,7 +151,6 @@ fn class_results(
     cases: &[Case],
     subjects: &[Subject],
     measured: &[Vec<Measured>],
-    effort: &Effort,
 ) -> Vec<ClassResult> {
     let mut results = Vec::new();
     for class in [Class::Lecture, Class::Hard, Class::Given] {
@@ -160,7 +163,7 @@ fn class_results(
             let own = || of_class.iter().map(|measured| &measured[i]);
             let mut errors = Collector::default();
             own().for_each(|measured| errors.append(&measured.errors));
-            let costs: Vec<Cost> = own().map(|measured| measured.cost(effort)).collect();
+            let costs: Vec<Cost> = own().map(|measured| measured.cost()).collect();
             let mean = |time: fn(&Cost) -> Spread| {
                 geometric_mean(&costs.iter().map(time).collect::<Vec<_>>())
             };
@@ -191,86 +194,62 @@ fn geometric_mean(spreads: &[Spread]) -> Spread {
     }
 }
 
-/// All measurements of a subject in a scene; times in seconds.
+/// All measurements of a subject in a scene, an entry a round.
 #[derive(Default)]
 struct Measured {
     errors: Collector,
-    trace: Vec<f64>,
-    surface: Vec<f64>,
-    on_device: Vec<f64>,
-    readback: Vec<f64>,
-    compile: Vec<f64>,
-    first_picture: Vec<f64>,
-    bytes_device: u64,
+    ids: Vec<Runs>,
+    surface: Vec<Runs>,
 }
 
 impl Measured {
-    fn time_ids(
-        &mut self,
-        subject: &Subject,
-        case: &Case,
-        rays: &Rays,
-        effort: &Effort,
-        control: &Control,
-    ) -> Result<()> {
-        let Made { mut tracer, compile, .. } = subject.tracer(&case.scene, rays, IDS)?;
-        tracer.use_device_clock();
-        let mut hits = Hits::default();
-        let first = tracer.trace(rays, control, &mut hits)?;
-        self.compile.push(compile.as_secs_f64());
-        self.first_picture.push((first.deciding() + first.readback).as_secs_f64());
-        for _ in 0..effort.runs {
-            let timing = tracer.trace(rays, control, &mut hits)?;
-            self.trace.push(timing.deciding().as_secs_f64());
-            self.readback.push(timing.readback.as_secs_f64());
-            self.on_device.extend(timing.on_device.as_ref().map(Duration::as_secs_f64));
-        }
-        self.bytes_device = tracer.bytes_device();
-        Ok(())
-    }
-
-    /// Gives the hits of the last run.
-    fn time_surface(
-        &mut self,
-        subject: &Subject,
-        case: &Case,
-        rays: &Rays,
-        effort: &Effort,
-        control: &Control,
-    ) -> Result<Hits> {
-        let mut tracer = subject.tracer(&case.scene, rays, SURFACE)?.tracer;
-        let mut hits = Hits::default();
-        tracer.trace(rays, control, &mut hits)?;
-        self.surface.extend(time_runs(&mut *tracer, rays, effort.runs, control, &mut hits)?);
-        Ok(hits)
-    }
-
-    fn cost(&self, effort: &Effort) -> Cost {
-        let spread = |seconds: &[f64], factor: f64| {
-            Spread::of(seconds.iter().map(|value| value * factor).collect())
-        };
-        let n_rays = u64::from(effort.size[0]) * u64::from(effort.size[1]);
+    fn cost(&self) -> Cost {
+        let n_rays = self.ids.first().map_or(0, |runs| runs.n_rays);
         let ns_per_ray = 1e9 / n_rays.max(1) as f64;
+        let times = |runs: &[Runs], of: fn(&Timing) -> Option<Duration>, per_second| {
+            spread(runs.iter().flat_map(|runs| &runs.timed).filter_map(of), per_second)
+        };
+        let deciding = |runs| times(runs, |timing| Some(timing.deciding()), ns_per_ray);
+        let first = self.ids.iter().map(|runs| runs.first.deciding() + runs.first.readback);
+        let compile = self.ids.iter().map(|runs| runs.compile);
+        let readback = times(&self.ids, |timing| Some(timing.readback), 1e3);
         Cost {
             n_rays,
-            trace_ns_per_ray: spread(&self.trace, ns_per_ray).unwrap_or_default(),
-            surface_ns_per_ray: spread(&self.surface, ns_per_ray).unwrap_or_default(),
-            device_ns_per_ray: spread(&self.on_device, ns_per_ray),
-            readback_ms: spread(&self.readback, 1e3).unwrap_or_default(),
-            compile_ms: spread(&self.compile, 1e3).unwrap_or_default(),
-            first_picture_ms: spread(&self.first_picture, 1e3).unwrap_or_default(),
-            bytes_device: self.bytes_device,
+            trace_ns_per_ray: deciding(&self.ids).unwrap_or_default(),
+            surface_ns_per_ray: deciding(&self.surface).unwrap_or_default(),
+            device_ns_per_ray: times(&self.ids, |timing| timing.on_device, ns_per_ray),
+            readback_ms: readback.unwrap_or_default(),
+            compile_ms: spread(compile, 1e3).unwrap_or_default(),
+            first_picture_ms: spread(first, 1e3).unwrap_or_default(),
+            bytes_device: self.ids.last().map_or(0, |runs| runs.bytes_device),
         }
     }
 }
 
-/// Seconds of `n_runs` runs, without the read-back.
-pub(super) fn time_runs(
-    tracer: &mut dyn Tracer,
+/// The work of one tracer: a first run, and those that are timed.
+pub(super) struct Runs {
+    pub n_rays: u64,
+    pub compile: Duration,
+    pub first: Timing,
+    pub timed: Vec<Timing>,
+    pub bytes_device: u64,
+}
+
+/// Traces once, and then as often as is timed; `hits` are those of the last run.
+pub(super) fn run(
+    Made { mut tracer, compile, .. }: Made,
     rays: &Rays,
-    n_runs: usize,
+    n_timed: usize,
     control: &Control,
     hits: &mut Hits,
-) -> Result<Vec<f64>> {
-    (0..n_runs).map(|_| Ok(tracer.trace(rays, control, hits)?.deciding().as_secs_f64())).collect()
+) -> Result<Runs> {
+    let first = tracer.trace(rays, control, hits)?;
+    let timed = (0..n_timed).map(|_| tracer.trace(rays, control, hits)).collect::<Result<_>>()?;
+    let (n_rays, bytes_device) = (rays.len() as u64, tracer.bytes_device());
+    Ok(Runs { n_rays, compile, first, timed, bytes_device })
+}
+
+/// Median and range of times, each `per_second` for a second; `None` for none.
+pub(super) fn spread(times: impl Iterator<Item = Duration>, per_second: f64) -> Option<Spread> {
+    Spread::of(times.map(|time| per_second * time.as_secs_f64()).collect())
 }

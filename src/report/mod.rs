@@ -32,7 +32,7 @@ use crate::error::Result;
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// What the figures were measured with.
+    /// The machine and the program.
     pub evidence: Evidence,
     /// How much was measured.
     pub effort: Effort,
@@ -44,7 +44,7 @@ pub struct Report {
     pub sweeps: Vec<Sweep>,
     /// Many spheres: each number of them on each device.
     pub clouds: Vec<CloudResult>,
-    /// What could not be measured, and why.
+    /// All that could not be measured, and why.
     pub missing: Vec<Missing>,
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
@@ -108,7 +108,7 @@ pub struct Effort {
     pub runs: usize,
     /// Size of the error pictures.
     pub picture_size: [u32; 2],
-    /// Whether the sweeps are measured.
+    /// True where the sweeps are measured.
     pub sweeps: bool,
     /// Numbers of spheres of the clouds that are measured.
     pub clouds: Vec<u64>,
@@ -153,12 +153,12 @@ pub struct Evidence {
 /// An adapter and what its arithmetic really does.
 #[derive(Clone, Debug, Serialize)]
 pub struct AdapterEvidence {
-    /// What the adapter says about itself.
+    /// The adapter's own account of itself.
     #[serde(flatten)]
     pub facts: crate::gpu::AdapterFacts,
-    /// What the self-test found in f32.
+    /// The self-test's findings in f32.
     pub arithmetic_f32: crate::gpu::Arithmetic,
-    /// What the self-test found in f64; `None` where the device has none.
+    /// Those in f64; `None` where the device has none.
     pub arithmetic_f64: Option<crate::gpu::Arithmetic>,
 }
 
@@ -210,7 +210,7 @@ pub struct Row {
     pub contestant: Contestant,
     /// How wrong it is.
     pub errors: Errors,
-    /// What it costs.
+    /// Its time and memory.
     pub cost: Cost,
 }
 
@@ -254,12 +254,6 @@ impl Spread {
         let lower = (values.len() - 1) / 2;
         Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
     }
-
-    /// In another unit.
-    pub fn scaled(self, factor: f64) -> Spread {
-        let Spread { median, min, max, n } = self;
-        Spread { median: median * factor, min: min * factor, max: max * factor, n }
-    }
 }
 
 /// Time and memory of one kernel on one device in one scene. "Ids" is a picture's need: which
@@ -291,9 +285,9 @@ pub struct Cost {
 pub struct Sweep {
     /// `distance`, `offset` or `objects`.
     pub name: &'static str,
-    /// What is shown, in a sentence.
+    /// Its subject, in a sentence.
     pub title: &'static str,
-    /// What the quantity is.
+    /// The quantity in words.
     pub x_label: &'static str,
     /// One series a kernel and device.
     pub series: Vec<Series>,
@@ -339,13 +333,13 @@ pub struct CloudResult {
 /// Something that could not be measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Missing {
-    /// What: a device, a kernel on a device, a cloud.
+    /// A device, a kernel on a device, a cloud.
     pub what: String,
     /// Why.
     pub why: String,
 }
 
-/// What a kernel shows of a scene, pixel by pixel, beside what is wrong with it.
+/// A kernel's picture of a scene, and the error of each pixel.
 #[derive(Clone, Debug)]
 pub struct ErrorPicture {
     /// The scene's name.
@@ -358,11 +352,11 @@ pub struct ErrorPicture {
     pub height: u32,
     /// 8-bit sRGB, row by row from the top.
     pub srgb: Vec<[u8; 3]>,
-    /// What is wrong with each pixel.
+    /// The error of each pixel.
     pub faults: Vec<Fault>,
 }
 
-/// What is wrong with a pixel.
+/// The error of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// Background, as it should be.

@@ -1,4 +1,4 @@
-//! What the kernels show where they are most wrong.
+//! Pictures of the scenes where the kernels are most wrong.
 
 use super::measure::{SURFACE, Subject, picture};
 use super::scenes::Case;

@@ -2,10 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::figures::plain;
+use super::figures::{plain, typeset};
 use super::plot::theme::kernel_class;
-use super::plot::typeset;
-use super::tables::{Cell, Column, Mark, Table};
+use super::tables::{Cell, Emphasis, Part, Table};
 
 /// Columns of a terminal that a table takes at most.
 pub const WIDTH: usize = 110;
@@ -14,23 +13,6 @@ pub const WIDTH: usize = 110;
 const CELL_WIDTH: usize = 28;
 
 const GAP: &str = "  ";
-
-/// Neighbouring columns under the same heading.
-struct Part<'a> {
-    over: &'a str,
-    columns: Vec<usize>,
-}
-
-fn parts(columns: &[Column]) -> Vec<Part<'_>> {
-    let mut parts: Vec<Part> = Vec::new();
-    for (i, column) in columns.iter().enumerate() {
-        match parts.last_mut() {
-            Some(part) if part.over == column.over && !part.over.is_empty() => part.columns.push(i),
-            _ => parts.push(Part { over: &column.over, columns: vec![i] }),
-        }
-    }
-    parts
-}
 
 impl Cell {
     /// `12.3 (11.9–14.0)`
@@ -42,69 +24,60 @@ impl Cell {
     }
 }
 
-/// Text for a terminal. Columns that do not fit stand in further blocks, each with the names.
+/// Text for a terminal. Parts that do not fit stand in further blocks, each with the names.
 pub fn terminal(table: &Table) -> String {
-    let all_rows = || table.groups.iter().flat_map(|group| &group.rows);
-    let mut widths: Vec<usize> = (0..table.columns.len())
-        .map(|i| {
-            let cells = all_rows().map(|row| length(&shortened(&row[i].whole())));
-            cells.chain([length(&shortened(&table.columns[i].name))]).max().unwrap_or(0)
-        })
-        .collect();
-    let parts = parts(&table.columns);
-    for part in &parts {
-        let missing = length(&shortened(part.over)).saturating_sub(part_width(part, &widths));
-        widths[part.columns[part.columns.len() - 1]] += missing;
-    }
-    let (names, figures) = parts.split_at(table.n_names.min(parts.len()));
-    let width = |parts: &[&Part]| -> usize {
-        parts.iter().map(|part| part_width(part, &widths) + GAP.len()).sum()
-    };
-    let names: Vec<&Part> = names.iter().collect();
-    let (mut blocks, mut block) = (Vec::new(), names.clone());
-    for part in figures {
-        if block.len() > names.len() && width(&block) + part_width(part, &widths) > WIDTH {
-            blocks.push(std::mem::replace(&mut block, names.clone()));
+    let mut parts = table.parts.iter().map(|part| aligned(table, part));
+    let Some(names) = parts.next() else { return String::new() };
+    let mut blocks: Vec<Vec<String>> = Vec::new();
+    for part in parts {
+        let fits =
+            |block: &&mut Vec<String>| length(&block[0]) + GAP.len() + length(&part[0]) <= WIDTH;
+        match blocks.last_mut().filter(fits) {
+            Some(block) => *block = joined(&[block.clone(), part]),
+            None => blocks.push(joined(&[names.clone(), part])),
         }
-        block.push(part);
     }
-    blocks.push(block);
-    let texts = blocks.iter().map(|block| terminal_block(table, block, &widths));
+    let texts = blocks.iter().map(|block| with_groups(table, block));
     texts.collect::<Vec<_>>().join("\n")
 }
 
-fn terminal_block(table: &Table, block: &[&Part], widths: &[usize]) -> String {
-    let columns: Vec<usize> = block.iter().flat_map(|part| part.columns.clone()).collect();
-    let line = |texts: Vec<String>| format!("{}\n", texts.join(GAP).trim_end());
-    let padded = |i: usize, text: &str| {
-        let text = shortened(text);
-        let blank = " ".repeat(widths[i].saturating_sub(length(&text)));
-        if i < table.n_names { text + &blank } else { blank + &text }
-    };
-    let mut text = String::new();
-    if block.iter().any(|part| !part.over.is_empty()) {
-        let over = |part: &&Part| {
-            let over = shortened(part.over);
-            let blank = " ".repeat(part_width(part, widths).saturating_sub(length(&over)));
-            if part.columns[0] < table.n_names { over + &blank } else { blank + &over }
+/// The lines of a part, all of one width: its heading, the columns' names, the rows.
+fn aligned(table: &Table, part: &Part) -> Vec<String> {
+    let to_one_width = |lines: Vec<String>| -> Vec<String> {
+        let width = lines.iter().map(|line| length(line)).max().unwrap_or(0);
+        let line = |line: &String| match part.first {
+            0 => format!("{line:<width$}"),
+            _ => format!("{line:>width$}"),
         };
-        text += &line(block.iter().map(over).collect());
-    }
-    text += &line(columns.iter().map(|&i| padded(i, &table.columns[i].name)).collect());
+        lines.iter().map(line).collect()
+    };
+    let column = |(name, i): (&String, usize)| {
+        let rows = table.groups.iter().flat_map(|group| &group.rows);
+        let cells = rows.map(|row| shortened(&row[i].whole()));
+        to_one_width([shortened(name)].into_iter().chain(cells).collect())
+    };
+    let columns: Vec<Vec<String>> = part.columns.iter().zip(part.first..).map(column).collect();
+    to_one_width([shortened(&part.over)].into_iter().chain(joined(&columns)).collect())
+}
+
+/// Texts of as many lines, side by side.
+fn joined(texts: &[Vec<String>]) -> Vec<String> {
+    let n_lines = texts.first().map_or(0, Vec::len);
+    let line = |i: usize| texts.iter().map(|text| text[i].as_str()).collect::<Vec<_>>().join(GAP);
+    (0..n_lines).map(line).collect()
+}
+
+/// Two lines of head, if the first is not empty, and the rows, each group under its name.
+fn with_groups(table: &Table, lines: &[String]) -> String {
+    let mut lines = lines.iter().map(|line| format!("{}\n", line.trim_end()));
+    let mut text: String = lines.by_ref().take(2).filter(|line| line != "\n").collect();
     for group in &table.groups {
         if !group.name.is_empty() {
             text += &format!("{}\n", plain(&group.name));
         }
-        for row in &group.rows {
-            text += &line(columns.iter().map(|&i| padded(i, &row[i].whole())).collect());
-        }
+        text.extend(lines.by_ref().take(group.rows.len()));
     }
     text
-}
-
-fn part_width(part: &Part, widths: &[usize]) -> usize {
-    let of_columns: usize = part.columns.iter().map(|&i| widths[i]).sum();
-    of_columns + GAP.len() * (part.columns.len() - 1)
 }
 
 fn length(text: &str) -> usize {
@@ -122,11 +95,13 @@ fn shortened(text: &str) -> String {
 /// A table in Markdown.
 pub fn markdown(table: &Table) -> String {
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let names = table.columns.iter().map(|column| match column.over.as_str() {
-        "" => column.name.clone(),
-        over => format!("{over}: {}", column.name),
+    let columns =
+        || table.parts.iter().flat_map(|part| part.columns.iter().map(move |c| (part, c)));
+    let names = columns().map(|(part, name)| match part.over.as_str() {
+        "" => name.clone(),
+        over => format!("{over}: {name}"),
     });
-    let rules = (0..table.columns.len()).map(|i| if i < table.n_names { "---" } else { "---:" });
+    let rules = columns().map(|(part, _)| if part.first == 0 { "---" } else { "---:" });
     let head = [line(names.collect()), line(rules.map(str::to_string).collect())].concat();
     let rows = table.groups.iter().flat_map(|group| &group.rows);
     let cells = |row: &Vec<Cell>| row.iter().map(|cell| markdown_text(&cell.whole())).collect();
@@ -146,29 +121,29 @@ pub fn markdown_text(text: &str) -> String {
 
 /// A table for a page, scrolled where it is wider.
 pub fn html(table: &Table) -> Markup {
-    let parts = parts(&table.columns);
-    let has_overs = parts.iter().any(|part| !part.over.is_empty());
-    let class = |i: usize| if i < table.n_names { "name" } else { "" };
+    let has_overs = table.parts.iter().any(|part| !part.over.is_empty());
+    let n_names = table.parts.first().map_or(0, |part| part.columns.len());
+    let n_columns: usize = table.parts.iter().map(|part| part.columns.len()).sum();
     html! {
         div.wide {
             table {
                 thead {
                     tr {
-                        @for part in &parts {
-                            @let first = part.columns[0];
+                        @for part in &table.parts {
                             @if part.over.is_empty() {
-                                th class=(class(first)) rowspan=(1 + usize::from(has_overs)) {
-                                    (table.columns[first].name)
+                                @for name in &part.columns {
+                                    th class=(if part.first == 0 { "name" } else { "" })
+                                        rowspan=(1 + usize::from(has_overs)) { (name) }
                                 }
                             } @else {
-                                th.over colspan=(part.columns.len()) { (with_key(part.over)) }
+                                th.over colspan=(part.columns.len()) { (with_key(&part.over)) }
                             }
                         }
                     }
                     @if has_overs {
                         tr {
-                            @for column in table.columns.iter().filter(|c| !c.over.is_empty()) {
-                                th { (column.name) }
+                            @for part in table.parts.iter().filter(|part| !part.over.is_empty()) {
+                                @for name in &part.columns { th { (name) } }
                             }
                         }
                     }
@@ -176,12 +151,12 @@ pub fn html(table: &Table) -> Markup {
                 @for group in &table.groups {
                     tbody {
                         @if !group.name.is_empty() {
-                            tr { th.group colspan=(table.columns.len()) { (typeset(&group.name)) } }
+                            tr { th.group colspan=(n_columns) { (typeset(&group.name)) } }
                         }
                         @for row in &group.rows {
                             tr {
                                 @for (i, cell) in row.iter().enumerate() {
-                                    (html_cell(cell, i < table.n_names))
+                                    (html_cell(cell, i < n_names))
                                 }
                             }
                         }
@@ -193,15 +168,15 @@ pub fn html(table: &Table) -> Markup {
 }
 
 fn html_cell(cell: &Cell, is_name: bool) -> Markup {
-    let class = match cell.mark {
+    let class = match cell.emphasis {
         _ if is_name => "name",
-        Mark::Wrong => "some",
-        Mark::Right => "none",
-        Mark::Plain | Mark::Kernel => "",
+        Emphasis::Wrong => "some",
+        Emphasis::Right => "none",
+        Emphasis::Plain | Emphasis::Kernel => "",
     };
     html! {
         td class=(class) {
-            @if cell.mark == Mark::Kernel { (with_key(&cell.text)) } @else { (typeset(&cell.text)) }
+            @if cell.emphasis == Emphasis::Kernel { (with_key(&cell.text)) } @else { (typeset(&cell.text)) }
             @if let Some([min, max]) = &cell.range {
                 span.range { " (" (typeset(min)) "–" (typeset(max)) ")" }
             }
@@ -222,14 +197,17 @@ mod tests {
 
     #[test]
     fn columns_stand_below_each_other_and_break_where_they_must() {
-        let cell = |text: &str| Cell { text: text.into(), range: None, mark: Mark::Plain };
+        let cell = |text: &str| Cell { text: text.into(), range: None, emphasis: Emphasis::Plain };
         let row = |name: &str, figure: &str| [vec![cell(name)], vec![cell(figure); 12]].concat();
         let rows = vec![row("a", "1.5"), row(&"long ".repeat(10), "123456789")];
-        let pairs = (0..12).map(|i| Column { over: format!("pair {}", i / 2), name: "x".into() });
-        let names = Column { over: String::new(), name: "name".into() };
+        let names = Part { over: String::new(), first: 0, columns: vec!["name".into()] };
+        let pairs = (0..6).map(|i| Part {
+            over: format!("pair {i}"),
+            first: 1 + 2 * i,
+            columns: vec!["x".into(); 2],
+        });
         let table = Table {
-            n_names: 1,
-            columns: [names].into_iter().chain(pairs).collect(),
+            parts: [names].into_iter().chain(pairs).collect(),
             groups: vec![Group { name: "all".into(), rows }],
         };
         let text = terminal(&table);

@@ -1,4 +1,4 @@
-//! What the figures say when put together: who took part, and which devices agree.
+//! The figures put together: who took part, and which devices agree.
 
 use super::figures::{list, short_name};
 use super::{Class, Contestant, Report, Series, Spread, Sweep};
@@ -71,13 +71,13 @@ pub fn xs(sweep: &Sweep) -> Vec<f64> {
 }
 
 /// A series of a sweep, for all devices on which it is the same.
-pub struct Line<'a> {
+pub struct SharedSeries<'a> {
     pub series: &'a Series,
     /// Other devices whose errors are the same at every point.
     pub alike: Vec<&'a str>,
 }
 
-impl<'a> Line<'a> {
+impl<'a> SharedSeries<'a> {
     /// `certified, llvmpipe and CPU`
     pub fn label(&self, cast: &Cast<'a>) -> String {
         format!("{}, {}", self.series.contestant.kernel, list(&self.devices(cast)))
@@ -92,12 +92,12 @@ impl<'a> Line<'a> {
 
 /// The series of a sweep. Devices whose errors are the same to the last bit share one; times are
 /// never taken for the same.
-pub fn lines(sweep: &Sweep) -> Vec<Line<'_>> {
-    let mut lines: Vec<Line> = Vec::new();
+pub fn shared_series(sweep: &Sweep) -> Vec<SharedSeries<'_>> {
+    let mut lines: Vec<SharedSeries> = Vec::new();
     for series in &sweep.series {
         match lines.iter_mut().find(|line| is_alike(line.series, series)) {
             Some(line) => line.alike.push(&series.contestant.device),
-            None => lines.push(Line { series, alike: Vec::new() }),
+            None => lines.push(SharedSeries { series, alike: Vec::new() }),
         }
     }
     lines
@@ -136,9 +136,9 @@ mod tests {
             x_label: "",
             series: series.into(),
         };
-        assert_eq!(lines(&sweep([series("a", 1, None), series("b", 1, None)])).len(), 1);
-        assert_eq!(lines(&sweep([series("a", 1, None), series("b", 2, None)])).len(), 2);
+        assert_eq!(shared_series(&sweep([series("a", 1, None), series("b", 1, None)])).len(), 1);
+        assert_eq!(shared_series(&sweep([series("a", 1, None), series("b", 2, None)])).len(), 2);
         let time = Some(Spread::default());
-        assert_eq!(lines(&sweep([series("a", 1, time), series("b", 1, time)])).len(), 2);
+        assert_eq!(shared_series(&sweep([series("a", 1, time), series("b", 1, time)])).len(), 2);
     }
 }

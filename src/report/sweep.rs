@@ -5,14 +5,14 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::errors::Collector;
-use super::measure::{IDS, SURFACE, Subject, time_runs};
-use super::{Effort, Series, Spread, Sweep, SweepPoint};
+use super::measure::{IDS, SURFACE, Subject, run, spread};
+use super::{Effort, Series, Sweep, SweepPoint};
 use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::error::Result;
 use crate::random::SplitMix;
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::{Hits, Ray, Rays};
+use crate::trace::{Hits, Ray, Rays, Timing};
 use crate::verify::Truth;
 
 /// Rays of each point of the sweep over distance.
@@ -189,11 +189,10 @@ fn times_along(subjects: &[Subject], effort: &Effort, control: &Control) -> Resu
     for n in OBJECTS {
         let (scene, rays) = many_spheres(n, effort.seed);
         for (subject, series) in subjects.iter().zip(&mut all) {
-            let mut tracer = subject.tracer(&scene, &rays, IDS)?.tracer;
-            tracer.trace(&rays, control, &mut hits)?;
-            let seconds = time_runs(&mut *tracer, &rays, n_runs(effort), control, &mut hits)?;
-            let ns = seconds.iter().map(|seconds| seconds * 1e9 / rays.len() as f64).collect();
-            let trace_ns_per_ray = Spread::of(ns);
+            let made = subject.tracer(&scene, &rays, IDS)?;
+            let runs = run(made, &rays, n_runs(effort), control, &mut hits)?;
+            let times = runs.timed.iter().map(Timing::deciding);
+            let trace_ns_per_ray = spread(times, 1e9 / rays.len() as f64);
             series.points.push(SweepPoint { x: n as f64, errors: None, trace_ns_per_ray });
         }
     }

@@ -1,34 +1,32 @@
 //! The report's tables, made once for all printers; [`super::print`] has these.
 
-use super::figures::{NONE, count, distribution, figure, percent, quantity, stages, t_p999, wrong};
-use super::plot::tick_label;
-use super::summary::{Cast, classes, lines, xs};
+use super::figures::{NONE, count, figure, percent, quantity, typeset, wrong};
+use super::summary::{Cast, classes, shared_series, xs};
 use super::{
-    ClassResult, Contestant, Distribution, Errors, Report, Row, SceneResult, Spread, Sweep,
+    Class, ClassResult, Contestant, Distribution, Errors, Report, Row, SceneResult, Spread, Sweep,
 };
 
 /// Rows of cells under a head.
 pub struct Table {
-    /// Columns at the left that hold names; the others hold figures.
-    pub n_names: usize,
-    /// The head.
-    pub columns: Vec<Column>,
+    /// The head: first the names of a row, then its figures.
+    pub parts: Vec<Part>,
     /// The rows.
     pub groups: Vec<Group>,
 }
 
-/// The head of a column.
-#[derive(Clone, PartialEq)]
-pub struct Column {
-    /// Stands over all neighbours that have the same; empty for none.
+/// Neighbouring columns.
+pub struct Part {
+    /// Stands over them; empty for none.
     pub over: String,
-    /// The column's own name.
-    pub name: String,
+    /// Place of the first one among all columns.
+    pub first: usize,
+    /// The columns' own names.
+    pub columns: Vec<String>,
 }
 
 /// Rows that belong together.
 pub struct Group {
-    /// What they have in common; empty where there is one group alone.
+    /// Their class; empty where there is one group alone.
     pub name: String,
     /// As many cells in each as there are columns.
     pub rows: Vec<Vec<Cell>>,
@@ -41,13 +39,13 @@ pub struct Cell {
     pub text: String,
     /// Least and largest value beside a median.
     pub range: Option<[String; 2]>,
-    /// How it may be marked.
-    pub mark: Mark,
+    /// How it stands out.
+    pub emphasis: Emphasis,
 }
 
-/// How a cell may be marked.
+/// How a cell stands out.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Mark {
+pub enum Emphasis {
     /// Not at all.
     Plain,
     /// As the name of a kernel.
@@ -58,171 +56,133 @@ pub enum Mark {
     Right,
 }
 
-/// Columns side by side, under one heading.
-type Columns = (&'static str, &'static [&'static str]);
+impl Table {
+    fn new(names: &[&str], parts: &[Columns], groups: Vec<Group>) -> Table {
+        let mut first = 0;
+        let part = |(over, names): &Columns| {
+            let columns = names.iter().map(|name| name.to_string()).collect();
+            let part = Part { over: over.to_string(), first, columns };
+            first += names.len();
+            part
+        };
+        Table { parts: [("", names)].iter().chain(parts).map(part).collect(), groups }
+    }
+}
 
-const NAMES: Columns = ("", &["kernel", "device"]);
+/// Columns side by side, under one heading.
+type Columns<'a> = (&'a str, &'a [&'a str]);
+
+const NAMES: &[&str] = &["kernel", "device"];
+const QUANTILES: &[&str] = &["median", "99.9 %", "largest"];
 const FAULTS: Columns = ("wrong ids", &["share", "false hit", "false miss", "another"]);
-const T_ULP: Columns = ("error of t, ulp", &["median", "99.9 %", "largest"]);
+const T_ULP: Columns = ("error of t, ulp", QUANTILES);
 const STAGES: Columns = ("decided in", &["f32", "f64", "exact"]);
 
 /// The classes: how wrong.
 pub fn class_errors(report: &Report, cast: &Cast) -> Table {
     let row = |result: &ClassResult| {
         let errors = &result.errors;
-        let [.., normal] = distribution(errors.normal_degrees.as_ref());
-        let normal = vec![plain(normal)];
-        let t = quantiles(errors.t_ulp.as_ref());
-        [names(&result.contestant, cast), faults(errors), t, normal].concat()
+        let [.., normal] = quantiles(&errors.normal_degrees);
+        let t = quantiles(&errors.t_ulp);
+        [&names(&result.contestant, cast)[..], &faults(errors), &t, &[normal]].concat()
     };
-    Table {
-        n_names: 2,
-        columns: columns(&[NAMES, FAULTS, T_ULP, ("normal, °", &["largest"])]),
-        groups: by_class(report, row),
-    }
+    let parts = [FAULTS, T_ULP, ("normal, °", &["largest"])];
+    Table::new(NAMES, &parts, by_class(report, row))
 }
 
 /// The classes: how fast, and which stage decided.
 pub fn class_costs(report: &Report, cast: &Cast) -> Table {
     let row = |result: &ClassResult| {
-        let times = [&result.trace_ns_per_ray, &result.surface_ns_per_ray];
-        let times = times.map(|spread| time(Some(spread))).to_vec();
-        [names(&result.contestant, cast), times, decided(&result.errors)].concat()
+        let times = [&result.trace_ns_per_ray, &result.surface_ns_per_ray].map(time);
+        [&names(&result.contestant, cast)[..], &times, &decided(&result.errors)].concat()
     };
     let times: Columns = ("time, ns a ray", &["ids", "with t and normals"]);
-    Table { n_names: 2, columns: columns(&[NAMES, times, STAGES]), groups: by_class(report, row) }
+    Table::new(NAMES, &[times, STAGES], by_class(report, row))
 }
 
 /// The classes in a few columns.
 pub fn summary(report: &Report, cast: &Cast) -> Table {
     let row = |result: &ClassResult| {
-        let class = plain(result.class.name());
-        let figures = [
-            wrong_share(&result.errors),
-            plain(t_p999(&result.errors)),
-            time(Some(&result.trace_ns_per_ray)),
-        ];
-        [vec![class], names(&result.contestant, cast), figures.to_vec()].concat()
+        let [_, t, _] = quantiles(&result.errors.t_ulp);
+        let figures = [wrong_share(&result.errors), t, time(&result.trace_ns_per_ray)];
+        [&[cell(result.class.name())], &names(&result.contestant, cast)[..], &figures].concat()
     };
-    Table {
-        n_names: 3,
-        columns: columns(&[(
-            "",
-            &[
-                "scenes",
-                "kernel",
-                "device",
-                "rays with a wrong object",
-                "error of `t`, 99.9 %, ulp",
-                "ns a ray (least–most)",
-            ],
-        )]),
-        groups: vec![Group { name: String::new(), rows: report.classes.iter().map(row).collect() }],
-    }
+    let figures =
+        ["rays with a wrong object", "error of `t`, 99.9 %, ulp", "ns a ray (least–most)"];
+    let rows = report.classes.iter().map(row).collect();
+    Table::new(&["scenes", "kernel", "device"], &[("", &figures)], one_group(rows))
 }
 
 /// Many spheres.
 pub fn clouds(report: &Report, cast: &Cast) -> Table {
     let rows = report.clouds.iter().map(|cloud| {
-        let [_, f64, exact] = stages(&cloud.errors);
+        let [_, f64, exact] = decided(&cloud.errors);
         vec![
-            plain(tick_label(cloud.n_spheres as f64)),
-            plain(cast.short(&cloud.contestant.device)),
-            time(Some(&cloud.picture_ms)),
-            time(Some(&cloud.build_ms)),
-            plain(f64),
-            plain(exact),
+            cell(typeset(&format!("{:e}", cloud.n_spheres))),
+            cell(cast.short(&cloud.contestant.device)),
+            time(&cloud.picture_ms),
+            time(&cloud.build_ms),
+            f64,
+            exact,
             wrong_share(&cloud.errors),
         ]
     });
-    Table {
-        n_names: 2,
-        columns: columns(&[(
-            "",
-            &[
-                "spheres",
-                "device",
-                "ms a picture (least–most)",
-                "building, ms",
-                "decided in f64",
-                "exactly",
-                "wrong ids",
-            ],
-        )]),
-        groups: vec![Group { name: String::new(), rows: rows.collect() }],
-    }
+    let figures =
+        ["ms a picture (least–most)", "building, ms", "decided in f64", "exactly", "wrong ids"];
+    Table::new(&["spheres", "device"], &[("", &figures)], one_group(rows.collect()))
 }
 
 /// All scenes: who was wrong, and the time of ids.
 pub fn overview(report: &Report, cast: &Cast) -> Table {
-    let mut head = columns(&[("", &["scene", "device"])]);
-    for kernel in &cast.kernels {
-        head.extend(
-            ["wrong", "ns/ray"].map(|name| Column { over: kernel.to_string(), name: name.into() }),
-        );
-    }
     let rows_of = |scene: &SceneResult| -> Vec<Vec<Cell>> {
-        let has_rows =
-            |device: &&&str| scene.rows.iter().any(|row| row.contestant.device == **device);
         let row = |device: &&str| {
-            let names = vec![plain(&scene.name), plain(cast.short(device))];
-            let of_kernel = |kernel: &&str| overview_cells(find(scene, kernel, device));
-            [names, cast.kernels.iter().flat_map(of_kernel).collect()].concat()
+            let find = |kernel: &&str| {
+                let is_of = |row: &&Row| {
+                    row.contestant.kernel == *kernel && row.contestant.device == *device
+                };
+                overview_cells(scene.rows.iter().find(is_of))
+            };
+            let names = vec![cell(&scene.name), cell(cast.short(device))];
+            [names, cast.kernels.iter().flat_map(find).collect()].concat()
         };
-        cast.devices.iter().filter(has_rows).map(row).collect()
+        let is_of = |device: &&&str| scene.rows.iter().any(|row| row.contestant.device == **device);
+        cast.devices.iter().filter(is_of).map(row).collect()
     };
-    let groups = classes(report).into_iter().map(|class| Group {
-        name: class.name().into(),
+    let group = |class| Group {
+        name: Class::name(class).into(),
         rows: report.scenes.iter().filter(|s| s.class == class).flat_map(rows_of).collect(),
-    });
-    Table { n_names: 2, columns: head, groups: groups.collect() }
-}
-
-fn find<'a>(scene: &'a SceneResult, kernel: &str, device: &str) -> Option<&'a Row> {
-    let of = |row: &&Row| row.contestant.kernel == kernel && row.contestant.device == device;
-    scene.rows.iter().find(of)
+    };
+    let parts: Vec<Columns> =
+        cast.kernels.iter().map(|kernel| (*kernel, &["wrong", "ns/ray"][..])).collect();
+    Table::new(&["scene", "device"], &parts, classes(report).into_iter().map(group).collect())
 }
 
 fn overview_cells(row: Option<&Row>) -> [Cell; 2] {
-    let Some(Row { errors, cost, .. }) = row else { return [plain(NONE), plain(NONE)] };
+    let Some(Row { errors, cost, .. }) = row else { return [cell(NONE), cell(NONE)] };
     let share = match (errors.rays, errors.wrong_ids()) {
-        (0, _) => NONE.to_string(),
-        (_, 0) => "0".to_string(),
+        (1.., 0) => "0".to_string(),
         (rays, wrong) => percent(wrong, rays),
     };
-    [Cell { text: share, ..wrong_share(errors) }, plain(figure(cost.trace_ns_per_ray.median))]
+    [Cell { text: share, ..wrong_share(errors) }, cell(figure(cost.trace_ns_per_ray.median))]
 }
 
 /// All figures of one scene: errors, more errors, costs.
 pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
     let table = |parts: &[Columns], cells: fn(&Row) -> Vec<Cell>| {
-        let row = |row: &Row| [names(&row.contestant, cast), cells(row)].concat();
-        let rows = scene.rows.iter().map(row).collect();
-        Table {
-            n_names: 2,
-            columns: columns(parts),
-            groups: vec![Group { name: String::new(), rows }],
-        }
+        let row = |row: &Row| [&names(&row.contestant, cast)[..], &cells(row)].concat();
+        Table::new(NAMES, parts, one_group(scene.rows.iter().map(row).collect()))
     };
-    let quantile_names = T_ULP.1;
-    let errors = table(&[NAMES, ("", &["rays compared"]), FAULTS, T_ULP], |row| {
-        let errors = &row.errors;
-        let rays = vec![plain(errors.rays.to_string())];
-        [rays, faults(errors), quantiles(errors.t_ulp.as_ref())].concat()
+    let errors = table(&[("", &["rays compared"]), FAULTS, T_ULP], |row| {
+        let rays = cell(row.errors.rays.to_string());
+        [&[rays], &faults(&row.errors)[..], &quantiles(&row.errors.t_ulp)].concat()
     });
-    let parts = [
-        NAMES,
-        ("error of t, relative", quantile_names),
-        ("error of the normal, °", quantile_names),
-        STAGES,
-    ];
+    let parts =
+        [("error of t, relative", QUANTILES), ("error of the normal, °", QUANTILES), STAGES];
     let more_errors = table(&parts, |row| {
-        let errors = &row.errors;
-        let t = quantiles(errors.t_relative.as_ref());
-        [t, quantiles(errors.normal_degrees.as_ref()), decided(errors)].concat()
+        let Errors { t_relative, normal_degrees, .. } = &row.errors;
+        [quantiles(t_relative), quantiles(normal_degrees), decided(&row.errors)].concat()
     });
     let parts = [
-        NAMES,
         ("time, ns a ray", &["ids", "with t and normals", "device's clock"][..]),
         ("time, ms", &["read-back", "compiling", "first picture"]),
         ("", &["bytes on the device"]),
@@ -230,13 +190,13 @@ pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
     let costs = table(&parts, |row| {
         let cost = &row.cost;
         vec![
-            time(Some(&cost.trace_ns_per_ray)),
-            time(Some(&cost.surface_ns_per_ray)),
-            time(cost.device_ns_per_ray.as_ref()),
-            time(Some(&cost.readback_ms)),
-            time(Some(&cost.compile_ms)),
-            time(Some(&cost.first_picture_ms)),
-            plain(cost.bytes_device.to_string()),
+            time(&cost.trace_ns_per_ray),
+            time(&cost.surface_ns_per_ray),
+            time(&cost.device_ns_per_ray.unwrap_or_default()),
+            time(&cost.readback_ms),
+            time(&cost.compile_ms),
+            time(&cost.first_picture_ms),
+            cell(cost.bytes_device.to_string()),
         ]
     });
     [errors, more_errors, costs]
@@ -244,38 +204,34 @@ pub fn scene(scene: &SceneResult, cast: &Cast) -> [Table; 3] {
 
 /// All numbers of a sweep: a row an x, and columns for each line.
 pub fn sweep(sweep: &Sweep, cast: &Cast) -> Table {
-    let lines = lines(sweep);
+    let lines = shared_series(sweep);
     let points = || sweep.series.iter().flat_map(|series| &series.points);
     let has_errors = points().any(|point| point.errors.is_some());
     let has_times = points().any(|point| point.trace_ns_per_ray.is_some());
-    let mut head = vec![Column { over: String::new(), name: sweep.x_label.into() }];
-    for line in &lines {
-        let over = line.label(cast);
-        let errors = ["wrong ids", "t, 99.9 %, ulp"].into_iter().filter(|_| has_errors);
-        let times = ["ns a ray"].into_iter().filter(|_| has_times);
-        let names = errors.chain(times);
-        head.extend(names.map(|name| Column { over: over.clone(), name: name.into() }));
-    }
-    let rows = xs(sweep).into_iter().map(|x| {
-        let mut cells = vec![plain(quantity(x))];
+    let row = |x: f64| {
+        let mut cells = vec![cell(quantity(x))];
         for line in &lines {
             let point = line.series.points.iter().find(|point| point.x == x);
             if has_errors {
-                let errors = point.and_then(|point| point.errors.as_ref());
-                cells.push(errors.map_or(plain(NONE), wrong_share));
-                cells.push(errors.map_or(plain(NONE), |errors| plain(t_p999(errors))));
+                let errors = point.and_then(|point| point.errors.clone()).unwrap_or_default();
+                let [_, t, _] = quantiles(&errors.t_ulp);
+                cells.extend([wrong_share(&errors), t]);
             }
             if has_times {
-                cells.push(time(point.and_then(|point| point.trace_ns_per_ray.as_ref())));
+                let spread = point.and_then(|point| point.trace_ns_per_ray);
+                cells.push(time(&spread.unwrap_or_default()));
             }
         }
         cells
-    });
-    Table {
-        n_names: 1,
-        columns: head,
-        groups: vec![Group { name: String::new(), rows: rows.collect() }],
-    }
+    };
+    let names: &[&str] = match (has_errors, has_times) {
+        (true, true) => &["wrong ids", "t, 99.9 %, ulp", "ns a ray"],
+        (true, false) => &["wrong ids", "t, 99.9 %, ulp"],
+        (false, _) => &["ns a ray"],
+    };
+    let labels: Vec<String> = lines.iter().map(|line| line.label(cast)).collect();
+    let parts: Vec<Columns> = labels.iter().map(|label| (label.as_str(), names)).collect();
+    Table::new(&[sweep.x_label], &parts, one_group(xs(sweep).into_iter().map(row).collect()))
 }
 
 /// One group a class, under its name.
@@ -293,51 +249,57 @@ fn by_class(report: &Report, row: impl Fn(&ClassResult) -> Vec<Cell>) -> Vec<Gro
     classes(report).into_iter().map(group).collect()
 }
 
-fn columns(parts: &[Columns]) -> Vec<Column> {
-    let of_part = |(over, names): &Columns| {
-        let column = |name: &&str| Column { over: over.to_string(), name: name.to_string() };
-        names.iter().map(column).collect::<Vec<_>>()
-    };
-    parts.iter().flat_map(of_part).collect()
+fn one_group(rows: Vec<Vec<Cell>>) -> Vec<Group> {
+    vec![Group { name: String::new(), rows }]
 }
 
-fn plain(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), range: None, mark: Mark::Plain }
+fn cell(text: impl Into<String>) -> Cell {
+    Cell { text: text.into(), range: None, emphasis: Emphasis::Plain }
 }
 
 /// Kernel and device.
-fn names(contestant: &Contestant, cast: &Cast) -> Vec<Cell> {
-    let kernel = Cell { mark: Mark::Kernel, ..plain(&contestant.kernel) };
-    vec![kernel, plain(cast.short(&contestant.device))]
+fn names(contestant: &Contestant, cast: &Cast) -> [Cell; 2] {
+    let kernel = Cell { emphasis: Emphasis::Kernel, ..cell(&contestant.kernel) };
+    [kernel, cell(cast.short(&contestant.device))]
 }
 
 fn wrong_share(errors: &Errors) -> Cell {
-    let mark = if errors.wrong_ids() > 0 { Mark::Wrong } else { Mark::Right };
-    Cell { mark, ..plain(wrong(errors)) }
+    let emphasis = if errors.wrong_ids() > 0 { Emphasis::Wrong } else { Emphasis::Right };
+    Cell { emphasis, ..cell(wrong(errors)) }
 }
 
 /// The share of wrong ids and the counts of each sort.
-fn faults(errors: &Errors) -> Vec<Cell> {
-    let counts = [errors.false_hits, errors.false_misses, errors.wrong_object];
-    let counts = counts.map(|n| plain(n.to_string()));
-    [vec![wrong_share(errors)], counts.to_vec()].concat()
+fn faults(errors: &Errors) -> [Cell; 4] {
+    let [false_hits, false_misses, wrong_object] =
+        [errors.false_hits, errors.false_misses, errors.wrong_object].map(|n| cell(n.to_string()));
+    [wrong_share(errors), false_hits, false_misses, wrong_object]
 }
 
-fn quantiles(of: Option<&Distribution>) -> Vec<Cell> {
-    distribution(of).map(plain).to_vec()
+/// Median, 99.9 % and largest.
+fn quantiles(of: &Option<Distribution>) -> [Cell; 3] {
+    match of {
+        Some(of) => [of.median, of.p999, of.max].map(|x| cell(figure(x))),
+        None => [NONE; 3].map(cell),
+    }
 }
 
-fn decided(errors: &Errors) -> Vec<Cell> {
-    stages(errors).map(plain).to_vec()
+/// The shares of rays that f32, f64 and exact arithmetic decided.
+fn decided(errors: &Errors) -> [Cell; 3] {
+    let stages = errors.stages;
+    [stages.f32, stages.f64, stages.exact].map(|part| match part {
+        0 if stages.total() > 0 => cell("0"),
+        _ => cell(percent(part, stages.total())),
+    })
 }
 
 /// Median with its range.
-fn time(spread: Option<&Spread>) -> Cell {
-    match spread {
-        Some(spread) if spread.n > 0 => {
-            let range = (spread.n > 1).then(|| [spread.min, spread.max].map(figure));
-            Cell { range, ..plain(figure(spread.median)) }
+fn time(spread: &Spread) -> Cell {
+    match spread.n {
+        0 => cell(NONE),
+        1 => cell(figure(spread.median)),
+        _ => {
+            let range = Some([spread.min, spread.max].map(figure));
+            Cell { range, ..cell(figure(spread.median)) }
         }
-        _ => plain(NONE),
     }
 }

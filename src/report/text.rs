@@ -72,31 +72,17 @@ fn measured_on(Report { evidence, .. }: &Report) -> String {
 fn evidence(report: &Report) -> String {
     let Report { evidence, effort, .. } = report;
     let [width, height] = effort.size;
-    let commit = evidence.commit.as_ref().map(|commit| format!(", commit {commit}"));
-    let mut text = format!(
-        "Kugelblitz {}{}, {}: speed against error\n",
-        evidence.version,
-        plain(&commit.unwrap_or_default()),
-        evidence.date
-    );
-    for AdapterEvidence { facts, arithmetic_f32, arithmetic_f64 } in &evidence.adapters {
-        let line = format!("  {} ({}): {}", facts.name, facts.driver, facts.kind);
-        text += &wrapped(&plain(&line), "    ");
-        let f64 = arithmetic_f64.as_ref().map_or("none".to_string(), ToString::to_string);
-        let _ = write!(text, "    f32: {arithmetic_f32}\n    f64: {f64}\n");
-    }
-    let cores = count(evidence.n_cores, "core");
-    let host = format!("  CPU: {}, {cores}, {}", evidence.host_cpu, evidence.system);
-    text += &wrapped(&plain(&host), "    ");
+    let facts = evidence.named_lines();
+    let facts = facts.iter().map(|(what, fact)| wrapped(&plain(&format!("{what}: {fact}")), "  "));
     let effort = format!(
-        "  {width} × {height} pixels; up to {} of each picture against exact arithmetic (seed {}); \
+        "{width} × {height} pixels; up to {} of each picture against exact arithmetic (seed {}); \
          {} of {} after a first picture",
         effort.samples,
         effort.seed,
         count(effort.rounds, "round"),
         count(effort.runs, "run"),
     );
-    text + &wrapped(&effort, "  ")
+    facts.chain([wrapped(&effort, "  ")]).collect()
 }
 
 /// Lines of at most a terminal's width; all but the first begin with `indent`.

@@ -22,64 +22,45 @@ pub const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
 pub const RAMP: [[u8; 4]; 3] =
     [[0x6a, 0xa6, 0xdd, 0x48], [0x41, 0x86, 0xcf, 0xa4], [0x1d, 0x5f, 0xb8, 0xff]];
 
-/// Steps of the ramp in a picture.
-const STEPS: u8 = 48;
+/// Steps of the ramp in a picture, few enough for a small file.
+const STEPS: f64 = 48.0;
 
-/// Index of the ramp's first step in a picture's palette, behind the background and the wrong ids.
-const FIRST_STEP: u8 = 4;
-
-/// What a kernel shows.
+/// The picture as a kernel shows it.
 pub fn picture_data(picture: &ErrorPicture) -> Option<String> {
-    encode(picture, ColorType::Rgb, None, picture.srgb.as_flattened())
+    encode(picture, ColorType::Rgb, picture.srgb.as_flattened())
 }
 
-/// What is wrong with it; the right background is transparent.
+/// Its errors; the right background is transparent.
 pub fn fault_data(picture: &ErrorPicture) -> Option<String> {
-    let indices: Vec<u8> = picture.faults.iter().map(palette_index).collect();
-    encode(picture, ColorType::Indexed, Some(palette()), &indices)
+    let colors: Vec<[u8; 4]> = picture.faults.iter().map(fault_color).collect();
+    encode(picture, ColorType::Rgba, colors.as_flattened())
 }
 
-fn encode(
-    picture: &ErrorPicture,
-    color: ColorType,
-    palette: Option<Vec<[u8; 4]>>,
-    bytes: &[u8],
-) -> Option<String> {
+fn encode(picture: &ErrorPicture, color: ColorType, bytes: &[u8]) -> Option<String> {
     let mut file = Vec::new();
     let mut encoder = Encoder::new(&mut file, picture.width, picture.height);
     encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    if let Some(palette) = palette {
-        let colors: Vec<u8> = palette.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
-        let opacities: Vec<u8> = palette.iter().map(|[.., opacity]| *opacity).collect();
-        encoder.set_palette(colors);
-        encoder.set_trns(opacities);
-    }
     let mut writer = encoder.write_header().ok()?;
     writer.write_image_data(bytes).ok()?;
     writer.finish().ok()?;
     Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
 }
 
-fn palette_index(fault: &Fault) -> u8 {
+fn fault_color(fault: &Fault) -> [u8; 4] {
+    let opaque = |[r, g, b]: [u8; 3]| [r, g, b, 0xff];
     match fault {
-        Fault::Background => 0,
-        Fault::FalseHit => 1,
-        Fault::FalseMiss => 2,
-        Fault::WrongObject => 3,
+        Fault::Background => [0; 4],
+        Fault::FalseHit => opaque(FALSE_HIT),
+        Fault::FalseMiss => opaque(FALSE_MISS),
+        Fault::WrongObject => opaque(WRONG_OBJECT),
         Fault::Right { t_ulp } => {
             let (low, high) = (ULP_RANGE.0.log10(), ULP_RANGE.1.log10());
             let share = ((t_ulp.log10() - low) / (high - low)).clamp(0.0, 1.0);
-            FIRST_STEP + (share * f64::from(STEPS - 1)).round() as u8
+            ramp((share * STEPS).round() / STEPS)
         }
     }
-}
-
-fn palette() -> Vec<[u8; 4]> {
-    let steps = (0..STEPS).map(|step| ramp(f64::from(step) / f64::from(STEPS - 1)));
-    let signals = [FALSE_HIT, FALSE_MISS, WRONG_OBJECT].map(|[r, g, b]| [r, g, b, 0xff]);
-    [[0; 4]].into_iter().chain(signals).chain(steps).collect()
 }
 
 /// The ramp's colour at 0 to 1.
@@ -103,17 +84,15 @@ mod tests {
 
     #[test]
     fn each_fault_has_its_own_color() {
-        let right = |t_ulp| palette_index(&Fault::Right { t_ulp });
-        assert_eq!(palette()[usize::from(palette_index(&Fault::Background))][3], 0, "transparent");
-        assert_eq!([0.0, 0.3, 0.5].map(right), [FIRST_STEP; 3]);
-        assert!(right(0.5) < right(10.0) && right(10.0) < right(1e4));
-        assert_eq!([1e6, 1e300, f64::INFINITY].map(right), [FIRST_STEP + STEPS - 1; 3]);
-        let palette = palette();
-        let color = |i: u8| palette[usize::from(i)];
-        let opaque = |[r, g, b]: [u8; 3]| [r, g, b, 0xff];
-        assert_eq!(color(palette_index(&Fault::FalseHit)), opaque(FALSE_HIT));
-        assert_eq!(color(palette_index(&Fault::FalseMiss)), opaque(FALSE_MISS));
-        assert_eq!(color(palette_index(&Fault::WrongObject)), opaque(WRONG_OBJECT));
-        assert_eq!((color(right(0.0)), color(right(1e9))), (RAMP[0], RAMP[2]));
+        let right = |t_ulp| fault_color(&Fault::Right { t_ulp });
+        let opacity = |t_ulp| right(t_ulp)[3];
+        assert_eq!(fault_color(&Fault::Background)[3], 0, "transparent");
+        assert_eq!([0.0, 0.3, 0.5].map(right), [RAMP[0]; 3]);
+        assert!(opacity(0.5) < opacity(10.0) && opacity(10.0) < opacity(1e4));
+        assert_eq!([1e6, 1e300, f64::INFINITY].map(right), [RAMP[2]; 3]);
+        let wrong = [Fault::FalseHit, Fault::FalseMiss, Fault::WrongObject];
+        for (fault, [r, g, b]) in wrong.iter().zip([FALSE_HIT, FALSE_MISS, WRONG_OBJECT]) {
+            assert_eq!(fault_color(fault), [r, g, b, 0xff]);
+        }
     }
 }

@@ -6,16 +6,34 @@ mod pictures;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
-use super::figures::{count, plain_document};
-use super::plot::{plane, sweep, theme, typeset};
+use super::figures::{count, plain_document, typeset};
+use super::plot::{plane, sweep, theme};
 use super::summary::Cast;
-use super::{AdapterEvidence, CLOUD_SIZE, Effort, Evidence, Report, SceneResult, print, tables};
+use super::{CLOUD_SIZE, Effort, Report, SceneResult, print, tables};
 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
 
-/// What the page may load: its own style and pictures, and nothing else.
+/// The page may load its own style and pictures, and nothing else.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
+const PLANE: &str = "\
+    Farther left is faster, lower is less often wrong. A point is a kernel on a device over all \
+    scenes of a class; what has no wrong object lies in the strip below the axis. Steps join the \
+    kernels that no other is both faster and less wrong than.";
+
+const HOW_WRONG: &str = "\
+    Errors are against exact arithmetic. Those of t and of the normal are of the rays that show the \
+    right object; an ulp is the distance of neighbouring f32 numbers at the exact t.";
+
+const HOW_FAST: &str = "\
+    Nanoseconds a ray, the geometric mean of the scenes' medians, in parentheses that of their least \
+    and largest times. “Ids” is which object each pixel shows. The last columns say which \
+    arithmetic decided how many rays.";
+
+const CLOUDS: &str = "\
+    Tracing a picture's ids, reading back included. The spheres lie evenly in a cube, all of it in \
+    view; `kugelblitz generate cloud --seed 1` makes the same.";
 
 /// The whole report.
 pub fn html(report: &Report) -> String {
@@ -36,16 +54,69 @@ pub fn html(report: &Report) -> String {
                     h1 { "Speed against error" }
                     p.answer { (answer(report)) }
                     @if let Some(price) = price(report) { p { (price) } }
-                    (evidence(&report.evidence))
+                    dl {
+                        @for (what, fact) in report.evidence.named_lines() {
+                            dt { (what) } dd { (fact) }
+                        }
+                    }
                 }
                 main {
-                    (plane_section(report))
-                    (class_section(report, &cast))
-                    (cloud_section(report, &cast))
-                    (sweep_sections(report, &cast))
+                    section {
+                        h2 { "Time and error of each kernel" }
+                        figure {
+                            (plot(plane(report)))
+                            figcaption { (PLANE) }
+                        }
+                    }
+                    section {
+                        h2 { "Classes of scenes" }
+                        h3 { "How wrong" }
+                        (print::html(&tables::class_errors(report, &cast)))
+                        p.note { (HOW_WRONG) }
+                        h3 { "How fast" }
+                        (print::html(&tables::class_costs(report, &cast)))
+                        p.note { (HOW_FAST) }
+                    }
+                    @if !report.clouds.is_empty() {
+                        section {
+                            h2 { "Many spheres" }
+                            (print::html(&tables::clouds(report, &cast)))
+                            p.note {
+                                "Kernel certified at " (CLOUD_SIZE[0]) " × " (CLOUD_SIZE[1]) ". "
+                                (CLOUDS)
+                            }
+                        }
+                    }
+                    @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
+                        section {
+                            h2 { "Sweep: " (own.name) }
+                            p { (own.title) }
+                            figure { (plot(sweep(report, own))) }
+                            details {
+                                summary { "Its numbers" }
+                                (print::html(&tables::sweep(own, &cast)))
+                            }
+                        }
+                    }
                     (pictures::section(&report.pictures, &report.scenes))
-                    (scene_section(report, &cast))
-                    (missing_section(report))
+                    @if !report.scenes.is_empty() {
+                        section {
+                            h2 { "Scenes" }
+                            p { "The share of rays with a wrong object; the details have all figures." }
+                            (print::html(&tables::overview(report, &cast)))
+                            @for scene in &report.scenes { (scene_details(scene, &cast)) }
+                        }
+                    }
+                    @if !report.missing.is_empty() {
+                        section {
+                            h2 { "Not measured" }
+                            ul {
+                                @for missing in &report.missing {
+                                    li { (missing.what) ": " (missing.why) }
+                                }
+                            }
+                        }
+                    }
                     (method(report))
                 }
                 footer {
@@ -57,123 +128,9 @@ pub fn html(report: &Report) -> String {
     plain_document(&page.into_string())
 }
 
-fn evidence(evidence: &Evidence) -> Markup {
-    html! {
-        dl {
-            dt { "Command" } dd { code { (evidence.command) } }
-            dt { "Program" }
-            dd {
-                "Kugelblitz " (evidence.version)
-                @if let Some(commit) = &evidence.commit { ", commit " code { (commit) } }
-            }
-            dt { "Begun" } dd { (evidence.date) }
-            dt { "CPU" }
-            dd { (evidence.host_cpu) ", " (count(evidence.n_cores, "core")) ", " (evidence.system) }
-            @for adapter in &evidence.adapters { (adapter_evidence(adapter)) }
-            @if evidence.adapters.is_empty() { dt { "Adapter" } dd { "none" } }
-        }
-    }
-}
-
-fn adapter_evidence(adapter: &AdapterEvidence) -> Markup {
-    let AdapterEvidence { facts, arithmetic_f32, arithmetic_f64 } = adapter;
-    html! {
-        dt { "Adapter" }
-        dd {
-            (facts.name) " (" (facts.kind) "), driver " (facts.driver)
-            br; "f32, measured: " (arithmetic_f32)
-            br; "f64, measured: "
-            @match arithmetic_f64 { Some(f64) => (f64), None => "none" }
-            br; "kernel certified: " (arithmetic_f32.filter_in_words())
-        }
-    }
-}
-
 /// A plot that is scrolled where the page is narrower than its letters allow.
 fn plot(svg: String) -> Markup {
     html! { div.wide { (PreEscaped(svg)) } }
-}
-
-fn plane_section(report: &Report) -> Markup {
-    html! {
-        section {
-            h2 { "Time and error of each kernel" }
-            figure {
-                (plot(plane(report)))
-                figcaption {
-                    "Farther left is faster, lower is less often wrong. A point is a kernel on a \
-                     device over all scenes of a class; what has no wrong object lies in the strip \
-                     below the axis. Steps join the kernels that no other is both faster and less \
-                     wrong than."
-                }
-            }
-        }
-    }
-}
-
-fn class_section(report: &Report, cast: &Cast) -> Markup {
-    html! {
-        section {
-            h2 { "Classes of scenes" }
-            h3 { "How wrong" }
-            (print::html(&tables::class_errors(report, cast)))
-            p.note {
-                "Errors are against exact arithmetic. Those of " i { "t" } " and of the normal are \
-                 of the rays that show the right object; an ulp is the distance of neighbouring \
-                 f32 numbers at the exact " i { "t" } "."
-            }
-            h3 { "How fast" }
-            (print::html(&tables::class_costs(report, cast)))
-            p.note {
-                "Nanoseconds a ray, the geometric mean of the scenes' medians, in parentheses that \
-                 of their least and largest times. “Ids” is which object each pixel shows. The \
-                 last columns say which arithmetic decided how many rays."
-            }
-        }
-    }
-}
-
-fn cloud_section(report: &Report, cast: &Cast) -> Markup {
-    html! {
-        @if !report.clouds.is_empty() {
-            section {
-                h2 { "Many spheres" }
-                (print::html(&tables::clouds(report, cast)))
-                p.note {
-                    "Kernel certified at " (CLOUD_SIZE[0]) " × " (CLOUD_SIZE[1]) ": tracing a \
-                     picture's ids, reading back included. The spheres lie evenly in a cube, all \
-                     of it in view; " code { "kugelblitz generate cloud --seed 1" } " makes the \
-                     same."
-                }
-            }
-        }
-    }
-}
-
-fn sweep_sections(report: &Report, cast: &Cast) -> Markup {
-    html! {
-        @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
-            section {
-                h2 { "Sweep: " (own.name) }
-                p { (own.title) }
-                figure { (plot(sweep(report, own))) }
-                details { summary { "Its numbers" } (print::html(&tables::sweep(own, cast))) }
-            }
-        }
-    }
-}
-
-fn scene_section(report: &Report, cast: &Cast) -> Markup {
-    html! {
-        @if !report.scenes.is_empty() {
-            section {
-                h2 { "Scenes" }
-                p { "The share of rays with a wrong object; the details have all figures." }
-                (print::html(&tables::overview(report, cast)))
-                @for scene in &report.scenes { (scene_details(scene, cast)) }
-            }
-        }
-    }
 }
 
 fn scene_details(scene: &SceneResult, cast: &Cast) -> Markup {
@@ -187,19 +144,6 @@ fn scene_details(scene: &SceneResult, cast: &Cast) -> Markup {
             }
             p { (scene.about) }
             @for table in tables::scene(scene, cast) { (print::html(&table)) }
-        }
-    }
-}
-
-fn missing_section(report: &Report) -> Markup {
-    html! {
-        @if !report.missing.is_empty() {
-            section {
-                h2 { "Not measured" }
-                ul {
-                    @for missing in &report.missing { li { (missing.what) ": " (missing.why) } }
-                }
-            }
         }
     }
 }

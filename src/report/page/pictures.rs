@@ -5,22 +5,15 @@ use maud::{Markup, html};
 use super::heat::{
     FALSE_HIT, FALSE_MISS, RAMP, ULP_RANGE, WRONG_OBJECT, css, fault_data, picture_data,
 };
-use crate::report::figures::{figure, list, percent, short_name};
+use crate::report::figures::{count, figure, percent, quantity, short_name, typeset};
 use crate::report::plot::theme::kernel_class;
-use crate::report::plot::{tick_label, typeset};
 use crate::report::{ErrorPicture, Fault, SceneResult};
-
-/// A picture, and the devices on which it is the same.
-type Shown<'a> = (&'a ErrorPicture, Vec<String>);
 
 /// All pictures, scene by scene.
 pub fn section(pictures: &[ErrorPicture], scenes: &[SceneResult]) -> Markup {
-    let mut names: Vec<&str> = Vec::new();
-    for picture in pictures {
-        if !names.contains(&picture.scene.as_str()) {
-            names.push(&picture.scene);
-        }
-    }
+    let mut names: Vec<&str> = pictures.iter().map(|picture| picture.scene.as_str()).collect();
+    names.dedup();
+    let of_scene = |name| pictures.iter().filter(move |picture| picture.scene == name);
     html! {
         @if !pictures.is_empty() {
             section {
@@ -35,7 +28,7 @@ pub fn section(pictures: &[ErrorPicture], scenes: &[SceneResult]) -> Markup {
                     @if let Some(scene) = scenes.iter().find(|scene| scene.name == name) {
                         p.note { (scene.about) }
                     }
-                    div.rows { @for shown in of_scene(pictures, name) { (row(&shown)) } }
+                    div.rows { @for picture in of_scene(name) { (row(picture)) } }
                 }
             }
         }
@@ -53,38 +46,21 @@ fn legend() -> Markup {
             (swatch(FALSE_MISS, "false miss"))
             (swatch(WRONG_OBJECT, "wrong object"))
             span {
-                "right, error of t: up to " (tick_label(ULP_RANGE.0)) " ulp"
+                "right, error of t: up to " (quantity(ULP_RANGE.0)) " ulp"
                 i.ramp style=(format!("background:linear-gradient(to right,{})", ramp.join(","))) {}
-                (tick_label(ULP_RANGE.1)) " ulp and more"
+                (typeset(&quantity(ULP_RANGE.1))) " ulp and more"
             }
         }
     }
 }
 
-fn of_scene<'a>(pictures: &'a [ErrorPicture], scene: &str) -> Vec<Shown<'a>> {
-    let mut shown: Vec<Shown> = Vec::new();
-    for picture in pictures.iter().filter(|picture| picture.scene == scene) {
-        let device = short_name(&picture.contestant.device).to_string();
-        let same = |(other, _): &&mut Shown| {
-            other.contestant.kernel == picture.contestant.kernel
-                && other.srgb == picture.srgb
-                && other.faults == picture.faults
-        };
-        match shown.iter_mut().find(same) {
-            Some((_, devices)) => devices.push(device),
-            None => shown.push((picture, vec![device])),
-        }
-    }
-    shown
-}
-
-fn row((picture, devices): &Shown) -> Markup {
+fn row(picture: &ErrorPicture) -> Markup {
     let kernel = &picture.contestant.kernel;
     let what = format!("{}, kernel {kernel}", picture.scene);
     html! {
         p {
             span.key.(kernel_class(kernel)) {} strong { (kernel) } br;
-            span.soft { (list(devices)) } br;
+            span.soft { (short_name(&picture.contestant.device)) } br;
             (summary(&picture.faults))
         }
         (image(picture, picture_data(picture), &format!("{what}: the picture")))
@@ -103,22 +79,18 @@ fn image(picture: &ErrorPicture, data: Option<String>, what: &str) -> Markup {
 
 /// How many pixels are wrong, and the largest error of those that are right.
 fn summary(faults: &[Fault]) -> Markup {
-    let wrong = faults
-        .iter()
-        .filter(|fault| matches!(fault, Fault::FalseHit | Fault::FalseMiss | Fault::WrongObject))
-        .count();
-    let largest = faults
-        .iter()
-        .filter_map(|fault| match fault {
-            Fault::Right { t_ulp } => Some(*t_ulp),
-            _ => None,
-        })
-        .reduce(f64::max);
+    let errors = faults.iter().filter_map(|fault| match fault {
+        Fault::Right { t_ulp } => Some(*t_ulp),
+        _ => None,
+    });
+    let largest = errors.clone().reduce(f64::max);
+    let right = faults.iter().filter(|fault| **fault == Fault::Background).count() + errors.count();
+    let wrong = faults.len() - right;
     html! {
         @match wrong {
             0 => "no wrong pixel",
             _ => {
-                (typeset(&wrong.to_string())) " wrong " @if wrong == 1 { "pixel" } @else { "pixels" } " ("
+                (typeset(&count(wrong, "wrong pixel"))) " ("
                 (typeset(&percent(wrong as u64, faults.len() as u64))) ")"
             }
         }

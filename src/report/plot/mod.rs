@@ -3,13 +3,11 @@
 //! They need nothing beside themselves and fit light and dark pages: `prefers-color-scheme` chooses
 //! the colours. All numbers in them are also in the tables.
 
-mod marks;
-mod panel;
+mod chart;
 mod plane;
 mod scale;
 mod sweep;
 pub(super) mod theme;
 
 pub use plane::plane;
-pub(super) use scale::{tick_label, typeset};
 pub use sweep::sweep;
