@@ -10,7 +10,7 @@ use crate::device::{Device, Made};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
+use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
@@ -238,7 +238,7 @@ impl Session {
         let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
-        let mut writer = PictureWriter::create(format, options, Frame::from(pixels), file, path)?;
+        let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
         let begin = start.elapsed();
         let tracer = &mut *ready.tracer;
         let mut rendered = render(tracer, &shader, pixels, n_band_rows, &mut writer, control)?;
@@ -283,16 +283,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Color, Projection, Sphere};
+    use crate::scene::{Color, Sphere};
     use crate::trace::Ray;
 
     fn ball() -> Scene {
-        let camera = Camera {
-            position: DVec3::new(0.0, 0.0, 5.0),
-            look_at: DVec3::ZERO,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov_degrees: 45.0 },
-        };
+        let camera = Camera::new(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO);
         let sphere = Sphere { center: DVec3::ZERO, radius: 1.0 };
         let spheres = [(sphere, Color([1.0, 0.0, 0.0]))].into_iter().collect();
         Scene { camera: Some(camera), spheres, ..Scene::default() }

@@ -85,14 +85,10 @@ impl AdapterFacts {
         Ok(())
     }
 
-    fn rank(&self) -> u8 {
-        match self.kind {
-            "discrete" => 0,
-            "integrated" => 1,
-            "virtual" => 2,
-            "software" => 3,
-            _ => 4,
-        }
+    fn rank(&self) -> Option<usize> {
+        ["discrete", "integrated", "virtual", "software", "other"]
+            .iter()
+            .position(|kind| *kind == self.kind)
     }
 }
 
