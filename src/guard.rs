@@ -281,6 +281,7 @@ pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
 
 /// Bound of `|N̂ − N|` for a plane with the normal's length `n` and a point at distance up to `l`.
 /// `tiny` is for what underflows: the distance itself may be as small as it likes.
+#[inline(always)]
 pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f64) -> f64 {
     unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
 }
@@ -289,6 +290,7 @@ pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f6
 /// sphere of radius `r` at distance up to `l`. `width` is the length between the halves of the chord that
 /// `inner2` and `outer2` give: the chord's error by that of `P`. `P` itself is off by the offset, by
 /// the turned line, twice as that turns the chord too, and by its rounding.
+#[inline(always)]
 pub fn normal_error(r: f64, l: f64, width: f64, unit: f64, input: InputError) -> f64 {
     let InputError { offset, direction } = input;
     let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
@@ -312,10 +314,8 @@ pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
 #[inline(always)]
 pub fn length_bound(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
-    if largest < 1.0 / LARGEST_F64 {
-        return 1.8 * largest;
-    }
-    v.length() * (1.0 + 16.0 * UNIT_F64)
+    let length = v.length() * (1.0 + 16.0 * UNIT_F64);
+    if largest < 1.0 / LARGEST_F64 { 1.8 * largest } else { length }
 }
 
 /// Largest distance and radius with which the filter's f32 stays in range.
@@ -339,6 +339,7 @@ pub fn plane_in_range_f32(l: f64) -> bool {
 }
 
 /// Whether f64 stays in range for a sphere of radius `r` at distance `l`.
+#[inline(always)]
 pub fn sphere_in_range_f64(r: f64, l: f64) -> bool {
     (1.0 / LARGEST_F64..=LARGEST_F64).contains(&r) && l <= LARGEST_F64
 }
@@ -424,6 +425,7 @@ pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
 
 /// What a bound `error` of the error of `k` grows to when it is moved from a point at distance `l`
 /// to one `from` away, as the head of this module says.
+#[inline(always)]
 pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
     1.001 * (error + UNIT_F64 * (k.abs() + 20.0 * from * (l + from)))
 }
@@ -443,6 +445,7 @@ pub fn round_up(x: f64) -> f32 {
 }
 
 /// The relative factors of the filter for arithmetic of unit `unit`, rounded by `down` and `up`.
+#[inline(always)]
 fn widening<R>(unit: f64, down: impl Fn(f64) -> R, up: impl Fn(f64) -> R) -> Widening<R> {
     let width = WIDENING * unit;
     Widening {
@@ -459,6 +462,7 @@ pub fn widening_f32() -> Widening<f32> {
 }
 
 /// The same in f64.
+#[inline(always)]
 pub fn widening_f64() -> Widening<f64> {
     widening(UNIT_F64, f64::next_down, f64::next_up)
 }

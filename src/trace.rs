@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use bytemuck::Zeroable;
+
 pub use crate::kernel::Kernel;
 pub use crate::rays::{Ray, Rays};
 
@@ -71,13 +73,19 @@ pub struct Hits {
 impl Hits {
     /// Makes room for `n` rays and forgets what was there.
     pub fn reset(&mut self, n: usize, wants: Wants) {
+        self.make_room(n, wants);
+        self.id.fill(0);
+        self.t.fill(f32::INFINITY);
+        self.normal.fill([0.0; 3]);
+    }
+
+    /// Makes room for `n` rays. Their levels and counts are as after [`Hits::reset`], all else is yet
+    /// to be written.
+    pub fn make_room(&mut self, n: usize, wants: Wants) {
         let n_surface = if wants.surface { n } else { 0 };
-        self.id.clear();
-        self.id.resize(n, 0);
-        self.t.clear();
-        self.t.resize(n_surface, f32::INFINITY);
-        self.normal.clear();
-        self.normal.resize(n_surface, [0.0; 3]);
+        resize(&mut self.id, n);
+        resize(&mut self.t, n_surface);
+        resize(&mut self.normal, n_surface);
         self.level.clear();
         self.level.resize(if wants.level { n } else { 0 }, Level::F32 as u8);
         self.counts = StageCounts::default();
@@ -86,6 +94,14 @@ impl Hits {
     /// Number of rays that hit an object.
     pub fn n_hits(&self) -> u64 {
         self.id.iter().filter(|&&id| id != 0).count() as u64
+    }
+}
+
+/// Makes `n` values of any kind. New memory comes zeroed and is first touched by who writes to it.
+fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
+    match n > values.capacity() {
+        true => *values = bytemuck::zeroed_vec(n),
+        false => values.resize(n, T::zeroed()),
     }
 }
 

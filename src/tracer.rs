@@ -36,7 +36,7 @@ pub trait Tracer: Send {
     ) -> Result<Timing> {
         match self.target() {
             Some((prepared, wants)) => {
-                certify::finish(prepared, rays, wants, control, hits, timing)
+                certify::resolve(prepared, rays, wants, control, hits, timing)
             }
             None => Ok(timing),
         }

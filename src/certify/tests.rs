@@ -1,9 +1,13 @@
-//! What is held of undecided rays, and what is left out of equal objects.
+//! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
 
+use super::decide::Decision;
+use super::surface::{MISS, Surface};
 use super::*;
-use crate::camera::View;
-use crate::scene::{Camera, Color, Projection};
+use crate::random::SplitMix;
+use crate::rays::{Bundle, View};
+use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
 fn nearly_equal(n: usize) -> Vec<Sphere> {
@@ -78,5 +82,172 @@ fn of_equal_objects_the_first_is_the_only_candidate() {
         let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
         let all = decide(&Stage::new(&prepared, &rays), 48);
         assert!(all.iter().all(|(id, _, level)| *id == 1 && *level == Level::F64));
+    }
+}
+
+/// Spheres and planes of all sizes and distances, a quarter of them around the origin, with rays that
+/// hit each of them in the middle, at the silhouette or just beside it.
+struct Hitting {
+    rng: SplitMix,
+    scale: f64,
+}
+
+impl Hitting {
+    fn number(&mut self) -> f64 {
+        2.0 * self.rng.unit() - 1.0
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+
+    /// A number of any magnitude up to some decades around the scene's scale.
+    fn size(&mut self) -> f64 {
+        self.scale * 10f64.powf(4.0 * self.number())
+    }
+
+    fn sphere(&mut self) -> Sphere {
+        let center = self.vector().normalize() * self.size();
+        let radius = match self.rng.next() % 4 {
+            0 => center.length() * (1.0 + 10f64.powf(-8.0 * self.rng.unit())),
+            _ => center.length() * 10f64.powf(-4.0 * self.rng.unit()),
+        };
+        Sphere { center, radius }
+    }
+
+    fn plane(&mut self) -> Plane {
+        let (point, normal) = (self.vector() * self.size(), self.vector() * self.size());
+        Plane { name: None, point, normal, color: Color::BLACK }
+    }
+
+    /// A ray at `target`, `away` from it.
+    fn ray(&mut self, origin: DVec3, target: &Sphere) -> Ray {
+        let to_center = target.center - origin;
+        let aside = to_center.cross(self.vector()).normalize();
+        let off = match self.rng.next() % 3 {
+            0 => self.rng.unit(),
+            1 => 1.0 - 2f64.powf(-50.0 * self.rng.unit()),
+            _ => 1.0,
+        };
+        let length = 2f64.powi((self.rng.next() % 80) as i32 - 40);
+        Ray { origin, direction: (to_center + aside * (off * target.radius)) * length }
+    }
+}
+
+/// A scene and the rays of one bundle.
+fn case(seed: u64, bundle: Bundle) -> (Scene, Rays) {
+    let mut random = Hitting { rng: SplitMix::new(seed), scale: 1.0 };
+    random.scale = 10f64.powf(8.0 * random.number());
+    let n_spheres = [1, 5, 40][seed as usize % 3];
+    let spheres: Vec<Sphere> = (0..n_spheres).map(|_| random.sphere()).collect();
+    let planes = (0..seed % 3).map(|_| random.plane()).collect();
+    let target = spheres[0];
+    let rays = match bundle {
+        Bundle::Free => {
+            let ray = |i: usize| {
+                let origin = random.vector() * random.size();
+                random.ray(origin, &spheres[i % spheres.len()])
+            };
+            Rays::List((0..300).map(ray).collect())
+        }
+        Bundle::Point | Bundle::Parallel => {
+            let position = random.vector() * random.size();
+            let projection = match bundle {
+                Bundle::Point => {
+                    Projection::Perspective { fov_degrees: 5.0 + 100.0 * random.rng.unit() }
+                }
+                _ => Projection::Orthographic { height: 2.5 * target.radius },
+            };
+            let camera =
+                Camera { position, look_at: target.center, up: random.vector(), projection };
+            let [width, height] = [1 + random.rng.next() % 90, 1 + random.rng.next() % 20];
+            Rays::Pixels(Pixels::whole(View::new(&camera), width as u32, height as u32))
+        }
+    };
+    (Scene { spheres: spheres.into(), planes, ..Scene::default() }, rays)
+}
+
+/// `hits` with the object of each ray, and without `t` and normals.
+fn decided(stage: &Stage, n_rays: usize) -> Hits {
+    let mut hits = Hits::default();
+    hits.make_room(n_rays, Wants { surface: true, level: false });
+    let rays: Vec<u32> = (0..n_rays as u32).collect();
+    let store = |ray: u32, settled: Settled| hits.id[ray as usize] = settled.id;
+    let control = Control::default();
+    stage.decide(&rays, Wants::default(), &control, &mut Timing::default(), store).unwrap();
+    hits
+}
+
+/// How many hits are not what one ray by itself gives, bit by bit.
+fn n_different(stage: &Stage, hits: &Hits) -> usize {
+    let differs = |&ray: &usize| {
+        let alone = match hits.id[ray] {
+            0 => MISS,
+            id => stage.surface(ray, id).unwrap(),
+        };
+        let bits = |(t, [x, y, z]): Surface| [t, x, y, z].map(f32::to_bits);
+        bits(alone) != bits((hits.t[ray], hits.normal[ray]))
+    };
+    (0..hits.id.len()).filter(differs).count()
+}
+
+#[test]
+fn surfaces_side_by_side_are_those_of_one_ray() {
+    let (mut n_hits, mut n_open) = ([0; 3], [0; 3]);
+    for (kind, bundle) in Bundle::ALL.into_iter().enumerate() {
+        for seed in 0..90 {
+            let (scene, rays) = case(seed, bundle);
+            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let mut hits = decided(&stage, rays.len());
+            stage.fill_surfaces(&Control::default(), &mut hits).unwrap();
+            assert_eq!(n_different(&stage, &hits), 0, "{bundle:?}, seed {seed}");
+            let hit = hits.id.iter().position(|&id| id != 0);
+            if let Some(ray) = hit {
+                hits.normal[ray][1] = hits.normal[ray][1].next_up();
+                assert_eq!(n_different(&stage, &hits), 1, "{bundle:?}, seed {seed}");
+            }
+
+            let mut part =
+                Part { first: 0, id: &hits.id, t: &mut hits.t, normal: &mut hits.normal };
+            let planes = stage.planes();
+            let mut completer = Completer::new(&stage, &planes);
+            completer.complete_in_f64(&mut part);
+            let mut open = completer.open.clone();
+            open.sort_unstable();
+            let is_open = |&ray: &usize| {
+                let id = hits.id[ray];
+                let object = stage.scene.object(id);
+                object.is_some_and(|o| stage.surface_f64(&stage.ray_f64(ray), id, o).is_none())
+            };
+            let expected: Vec<usize> = (0..rays.len()).filter(is_open).collect();
+            assert_eq!(open, expected, "{bundle:?}, seed {seed}");
+            n_hits[kind] += hits.n_hits();
+            n_open[kind] += open.len();
+        }
+    }
+    println!("{n_hits:?} hits, of which f64 leaves {n_open:?} open");
+    assert!(n_hits.iter().all(|&n| n > 5000) && n_open.iter().all(|&n| n > 0));
+}
+
+/// The steps without branches find the roots that the filter finds.
+#[test]
+fn surfaces_have_the_roots_of_the_filter() {
+    for bundle in Bundle::ALL {
+        for seed in 100..160 {
+            let (scene, rays) = case(seed, bundle);
+            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let hits = decided(&stage, rays.len());
+            for (index, &id) in hits.id.iter().enumerate() {
+                let Some(object) = stage.scene.object(id) else { continue };
+                let ray = stage.ray_f64(index);
+                let root = stage.to_f32(&ray, stage.nearness(&ray, id, object));
+                let surface = stage.surface_f64(&ray, id, object);
+                if let Some((t, _)) = surface {
+                    assert_eq!(root, Some(t), "{bundle:?}, seed {seed}, ray {index}");
+                }
+            }
+        }
     }
 }

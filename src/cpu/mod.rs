@@ -16,7 +16,7 @@ use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::certified::{Filter, Nearest, UNDECIDED, Widening, nearest_listed};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
-use crate::kernel::{PACKET, RayOf};
+use crate::kernel::{Kernel, PACKET, RayOf};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, Timing, Wants};
@@ -64,7 +64,10 @@ impl Tracer for CpuTracer {
     fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
-        hits.reset(rays.len(), self.wants);
+        match self.prepared.kernel {
+            Kernel::Certified => hits.make_room(rays.len(), self.wants),
+            _ => hits.reset(rays.len(), self.wants),
+        }
         if rays.is_empty() {
             return Ok(Timing::default());
         }

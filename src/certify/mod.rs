@@ -1,0 +1,327 @@
+//! What follows the certified kernel's f32 stage: f64 with the same filter, then exact arithmetic.
+//! Undecided rays flow one way and never loop back.
+
+mod decide;
+mod lanes;
+mod nearness;
+mod surface;
+
+use std::collections::HashMap;
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::exact::{ExactPixels, ExactRay};
+use crate::guard;
+use crate::host;
+use crate::kernel::RayOf;
+use crate::kernel::certified::UNDECIDED;
+use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
+use crate::rays::{Bundle, CameraF64, Pixels};
+use crate::scene::Scene;
+use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
+use crate::vec3::Vec3;
+use decide::MOST_HELD;
+use lanes::{Completer, Part};
+use nearness::{K, PlaneF64};
+use surface::Bounds;
+
+/// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
+/// kernel; for the others it only counts.
+pub fn resolve(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    hits: &mut Hits,
+    mut timing: Timing,
+) -> Result<Timing> {
+    let n_rays = rays.len() as u64;
+    hits.counts = StageCounts { f32: n_rays, ..StageCounts::default() };
+    match prepared.kernel {
+        Kernel::Lecture | Kernel::Stable => return Ok(timing),
+        Kernel::Double => {
+            hits.counts = StageCounts { f64: n_rays, ..StageCounts::default() };
+            hits.level.fill(Level::F64 as u8);
+            return Ok(timing);
+        }
+        Kernel::Certified => {}
+    }
+    let stage = Stage::new(prepared, rays);
+    let start = Instant::now();
+    let listed = || {
+        Ok((0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect())
+    };
+    let undecided = undecided(prepared, rays, listed)?;
+    for &ray in &undecided {
+        hits.id[ray as usize] = UNDECIDED;
+    }
+    timing.refine = start.elapsed();
+
+    let mut exact = Vec::new();
+    stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
+        if settled.level == Level::Exact {
+            exact.push((ray, settled.id));
+        }
+        store(settled, ray as usize, wants, hits);
+    })?;
+    if wants.surface {
+        let start = Instant::now();
+        // Those have their surfaces.
+        exact.iter().for_each(|&(ray, _)| hits.id[ray as usize] = UNDECIDED);
+        stage.fill_surfaces(control, hits)?;
+        exact.iter().for_each(|&(ray, id)| hits.id[ray as usize] = id);
+        timing.refine += start.elapsed();
+    }
+    Ok(timing)
+}
+
+/// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,
+/// which `listed` gives, and those whose f32 proposal counts for nothing, as its bounds don't hold or
+/// as `t` could leave f32's range because the direction is very short or long.
+///
+/// # Errors
+/// Those of `listed`.
+pub fn undecided(
+    prepared: &Prepared,
+    rays: &Rays,
+    listed: impl FnOnce() -> Result<Vec<u32>>,
+) -> Result<Vec<u32>> {
+    if prepared.kernel != Kernel::Certified {
+        return Ok(Vec::new());
+    }
+    if !prepared.in_range {
+        return Ok((0..rays.len() as u32).collect());
+    }
+    let mut undecided = listed()?;
+    if let Rays::List(rays) = rays {
+        let is_ordinary = |ray: &Ray| {
+            exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT
+                && ray.direction != DVec3::ZERO
+        };
+        undecided.extend((0..).zip(rays).filter(|(_, ray)| !is_ordinary(ray)).map(|(at, _)| at));
+        undecided.sort_unstable();
+        undecided.dedup();
+    }
+    Ok(undecided)
+}
+
+/// The object of a ray that f32 left undecided.
+#[cfg(feature = "view")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decided {
+    /// Index of the ray.
+    pub ray: u32,
+    /// Its object; 0 is the background.
+    pub id: u32,
+    /// The stage that decided it.
+    pub level: Level,
+}
+
+/// Decides some of the rays that [`undecided`] gave, for those who show a picture meanwhile.
+///
+/// # Errors
+/// [`crate::Error::Interrupted`] when `control` was cancelled.
+#[cfg(feature = "view")]
+pub fn decide(
+    prepared: &Prepared,
+    rays: &Rays,
+    undecided: &[u32],
+    control: &Control,
+) -> Result<Vec<Decided>> {
+    let mut all = Vec::with_capacity(undecided.len());
+    let stage = Stage::new(prepared, rays);
+    let wants = Wants::default();
+    stage.decide(undecided, wants, control, &mut Timing::default(), |ray, settled| {
+        all.push(Decided { ray, id: settled.id, level: settled.level });
+    })?;
+    Ok(all)
+}
+
+/// Rays that one thread completes at a time.
+const RAYS_PER_PART: usize = 1 << 13;
+
+fn store(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
+    hits.id[index] = settled.id;
+    if wants.surface {
+        hits.t[index] = settled.t;
+        hits.normal[index] = settled.normal;
+    }
+    if wants.level {
+        hits.level[index] = settled.level as u8;
+    }
+    hits.counts.f32 -= 1;
+    match settled.level {
+        Level::Exact => hits.counts.exact += 1,
+        _ => hits.counts.f64 += 1,
+    }
+}
+
+/// One ray's result.
+struct Settled {
+    id: u32,
+    /// Like the normal, that of a miss unless exact arithmetic decided.
+    t: f32,
+    normal: [f32; 3],
+    level: Level,
+}
+
+/// The rays, in f64 and exactly.
+enum StageRays<'a> {
+    Pixels { pixels: &'a Pixels, camera: CameraF64, exact: Box<ExactPixels> },
+    List(&'a [Ray]),
+}
+
+/// The stages after f32 for one scene and its rays.
+struct Stage<'a> {
+    scene: &'a Scene,
+    rays: StageRays<'a>,
+    /// Finds the spheres that are not in `rest`.
+    hierarchy: Option<&'a Hierarchy>,
+    /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
+    ks: Vec<K>,
+    /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
+    rest_ks: HashMap<u32, K>,
+    /// Whether the bounds hold for these rays.
+    usable: bool,
+    /// Whether all rays start at the camera's position.
+    has_one_origin: bool,
+    bounds: Bounds,
+    /// [`decide::MOST_HELD`]
+    most_held: usize,
+}
+
+/// A ray in f64: `reference + o + 2^−exponent·t·direction`.
+struct RayF64 {
+    /// The camera's position, or the origin of a list's ray.
+    reference: DVec3,
+    /// Its origin is the zero vector but for parallel rays.
+    ray: RayOf<f64>,
+    exponent: i32,
+}
+
+impl RayF64 {
+    /// `p − reference − o`, in this order: the sum of the latter two would lose what they differ in.
+    fn to_point(&self, point: DVec3) -> Vec3<f64> {
+        Vec3::from(point - self.reference) - self.ray.origin
+    }
+
+    /// `ℓ` of [`guard`]: a bound of the distance of a point.
+    fn distance(&self, point: DVec3) -> f64 {
+        guard::length_bound(point - self.reference) + self.origin_length()
+    }
+
+    /// What a `t` along the scaled direction is multiplied with.
+    fn scale(&self) -> f64 {
+        2f64.powi(-self.exponent)
+    }
+
+    fn origin_length(&self) -> f64 {
+        guard::length_bound(DVec3::from_array(self.ray.origin.0))
+    }
+}
+
+impl<'a> Stage<'a> {
+    fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
+        let scene = &*prepared.scene;
+        let hierarchy = prepared.hierarchy.as_ref();
+        let k = |sphere| K::new(prepared.reference, sphere);
+        let (rays, ks, usable, input) = match rays {
+            Rays::Pixels(pixels) => (
+                StageRays::Pixels {
+                    pixels,
+                    camera: CameraF64::new(pixels),
+                    exact: Box::new(ExactPixels::new(pixels)),
+                },
+                match hierarchy {
+                    None => scene.spheres.iter().map(k).collect(),
+                    Some(_) => Vec::new(),
+                },
+                pixels.is_in_range(),
+                guard::input_of(pixels.view.lens),
+            ),
+            Rays::List(rays) => (StageRays::List(rays), Vec::new(), true, guard::LIST_F64),
+        };
+        let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
+        let rest_ks = match rays {
+            StageRays::Pixels { .. } => {
+                rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
+            }
+            StageRays::List(_) => HashMap::new(),
+        };
+        let has_one_origin = prepared.bundle() == Bundle::Point;
+        let bounds = Bounds { widening: guard::widening_f64(), input };
+        let most_held = MOST_HELD;
+        Stage { scene, rays, hierarchy, ks, rest_ks, usable, has_one_origin, bounds, most_held }
+    }
+
+    fn ray_f64(&self, index: usize) -> RayF64 {
+        match &self.rays {
+            StageRays::Pixels { pixels, camera, .. } => {
+                let (x, y) = pixels.xy(index);
+                let (i, j) = pixels.offset2(x, y);
+                let ray = camera.camera_ray(i as f64, j as f64);
+                RayF64 { reference: pixels.view.position, ray, exponent: 0 }
+            }
+            StageRays::List(rays) => {
+                let Ray { origin, direction } = rays[index];
+                let exponent = exponent_of(direction);
+                let direction = scale_by_power_of_two(direction, -exponent);
+                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction.into());
+                RayF64 { reference: origin, ray, exponent }
+            }
+        }
+    }
+
+    /// Where a ray starts: [`RayF64::reference`], and the origin from there. A pixel is at `offset`.
+    fn origin(&self, index: usize, (i, j): (i64, i64)) -> (DVec3, Vec3<f64>) {
+        match &self.rays {
+            StageRays::Pixels { pixels, .. } if self.has_one_origin => {
+                (pixels.view.position, Vec3::ZERO)
+            }
+            StageRays::Pixels { pixels, camera, .. } => {
+                (pixels.view.position, camera.camera_ray(i as f64, j as f64).origin)
+            }
+            StageRays::List(rays) => (rays[index].origin, Vec3::ZERO),
+        }
+    }
+
+    fn planes(&self) -> Vec<PlaneF64> {
+        self.scene.planes.iter().map(|plane| PlaneF64::new(plane, self.bounds.input)).collect()
+    }
+
+    /// Fills in `t` and normal of all rays but undecided ones.
+    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
+        let planes = self.planes();
+        hits.id
+            .par_chunks(RAYS_PER_PART)
+            .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
+            .zip(hits.normal.par_chunks_mut(RAYS_PER_PART))
+            .enumerate()
+            .try_for_each_init(
+                || Completer::new(self, &planes),
+                |completer, (part, ((id, t), normal))| {
+                    control.check()?;
+                    host::check()?;
+                    completer
+                        .complete(&mut Part { first: part * RAYS_PER_PART, id, t, normal }, control)
+                },
+            )
+    }
+
+    fn exact_ray(&self, index: usize) -> ExactRay {
+        match &self.rays {
+            StageRays::Pixels { pixels, exact, .. } => {
+                let (x, y) = pixels.xy(index);
+                exact.ray(x, y)
+            }
+            StageRays::List(rays) => ExactRay::new(&rays[index]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
