@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use criterion::Throughput;
 use kugelblitz::Result;
-use kugelblitz::camera::Pixels;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};

@@ -165,8 +165,8 @@ pub mod steps;
 
 use glam::DVec3;
 
-use crate::camera::{Lens, Pixels, View};
 use crate::kernel::certified::Widening;
+use crate::rays::{Lens, Pixels, View};
 
 /// Error of the filter's inputs, in units `ε`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -158,8 +158,5 @@ pub mod view;
 /// The vectors of the interface are its.
 pub use glam;
 
-use kernel::arithmetic;
-pub use rays as camera;
-
 pub use error::{Error, Result};
 pub use session::{Making, Picture, Session};

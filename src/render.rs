@@ -3,11 +3,11 @@
 use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
-use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
+use crate::rays::Pixels;
 use crate::shade::{Colors, Shader};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
@@ -183,9 +183,9 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::camera::View;
     use crate::memory::Limit;
     use crate::prepare::Prepared;
+    use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
     use crate::shade::Encoding;
 

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
@@ -12,6 +11,7 @@ use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
+use crate::rays::{Pixels, View};
 use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
 use crate::shade::{Encoding, Shader};

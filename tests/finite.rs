@@ -13,11 +13,11 @@ use std::sync::Arc;
 
 use common::{in_cube, plane, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::gpu::compile;
 use kugelblitz::prepare::{Objects, Prepared, Seen};
+use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;

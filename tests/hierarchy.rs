@@ -5,12 +5,12 @@ mod common;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;

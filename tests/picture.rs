@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, writer_bytes};
 use kugelblitz::rays::write_hits;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
 use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::Hits;

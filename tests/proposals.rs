@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
@@ -16,6 +15,7 @@ use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;

@@ -118,7 +118,7 @@ fn every_control_of_the_camera_works() {
     assert!(turned.position.distance(home.position) > 0.5);
 
     // Flying, each key in its direction.
-    let view = kugelblitz::camera::View::new(&home);
+    let view = kugelblitz::rays::View::new(&home);
     for (key, direction) in [
         ("w", view.forward),
         ("s", -view.forward),

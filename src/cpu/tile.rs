@@ -9,13 +9,13 @@
 
 use std::marker::PhantomData;
 
-use crate::camera::{CameraF32, Pixels};
 use crate::guard;
 use crate::kernel::certified::{
     Filter, GuardOf, Nearest, Nearness, ParallelFilter, PointFilter, SphereFar, Widening,
     closest_approach, far_nearness_at, parallel_nearness_at,
 };
 use crate::kernel::{PACKET, RayOf};
+use crate::rays::{CameraF32, Pixels};
 use crate::tree::footprints::{Cells, Footprints};
 use crate::vec3::Vec3;
 

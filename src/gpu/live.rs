@@ -224,11 +224,11 @@ impl Undecided {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Pixels, View};
     use crate::certify;
     use crate::gpu::{GpuTracer, Pick};
     use crate::kernel::certified::UNDECIDED;
     use crate::prepare::Prepared;
+    use crate::rays::{Pixels, View};
     use crate::scene::parse_scene;
     use crate::trace::{Kernel, Wants};
 

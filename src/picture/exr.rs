@@ -15,8 +15,8 @@ use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
 use super::{Encoder, SOFTWARE, linear};
-use crate::camera::Pixels;
 use crate::error::{Error, Result};
+use crate::rays::Pixels;
 use crate::shade::Colors;
 use crate::trace::Hits;
 

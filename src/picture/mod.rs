@@ -16,8 +16,8 @@ use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use crate::camera::Pixels;
 use crate::error::{Error, Result};
+use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Hits, Wants};
 pub use format::{Bits, Format};
@@ -100,7 +100,7 @@ pub fn writer_bytes(
 /// Writes one picture, band by band, from top to bottom.
 ///
 /// ```
-/// # use kugelblitz::camera::{Pixels, View};
+/// # use kugelblitz::rays::{Pixels, View};
 /// # use kugelblitz::{glam::DVec3, picture::*, scene::Camera, shade::Colors, trace::Hits};
 /// # fn main() -> kugelblitz::Result<()> {
 /// let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
@@ -289,7 +289,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::camera::View;
+    use crate::rays::View;
     use crate::scene::Camera;
 
     fn whole(width: u32, height: u32) -> Pixels {

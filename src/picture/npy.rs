@@ -3,8 +3,8 @@
 use std::io;
 
 use super::{Encoder, linear};
-use crate::camera::Pixels;
 use crate::npy::Record;
+use crate::rays::Pixels;
 use crate::shade::Colors;
 use crate::trace::Hits;
 

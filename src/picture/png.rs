@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
 use super::{Bits, Encoder, SOFTWARE, be_bytes};
-use crate::camera::Pixels;
 use crate::error::{Error, Result};
+use crate::rays::Pixels;
 use crate::shade::Colors;
 use crate::trace::Hits;
 

@@ -3,7 +3,7 @@
 use std::io;
 
 use super::{Bits, Encoder, be_bytes};
-use crate::camera::Pixels;
+use crate::rays::Pixels;
 use crate::shade::Colors;
 use crate::trace::Hits;
 

@@ -7,10 +7,10 @@ use bytemuck::zeroed_vec;
 use rayon::prelude::*;
 
 use super::Frame;
-use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::certified::SphereFar;
+use crate::rays::Pixels;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 use crate::tree::Tree;

@@ -10,10 +10,10 @@ use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{Camera, Color, ImageSize, Plane, Projection, Scene, Sphere, Spheres};
-use crate::camera::View;
 use crate::control::Control;
 use crate::error::{Result, SceneError};
 use crate::memory;
+use crate::rays::View;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::tracing::hits_of;
 use super::worker::Worker;
-use crate::camera::{Pixels, View};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
+use crate::rays::{Pixels, View};
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::trace::{Kernel, Rays};

@@ -1,13 +1,13 @@
 //! Numbers as colours. A colour is a word: sRGB bytes, red lowest, then alpha.
 
-use crate::arithmetic::Arithmetic;
-use crate::camera::{Bundle, CameraF32, Lens, Pixels, View};
 use crate::exact::{ExactPixels, signum_of_discriminant};
 use crate::guard::{self, Guard};
 use crate::kernel::RayOf;
+use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::lecture::quadratic;
 use crate::kernel::relative::{RelativeSphere, approach};
 use crate::prepare::{Objects, Prepared};
+use crate::rays::{Bundle, CameraF32, Lens, Pixels, View};
 use crate::scene::{Color, Object, Scene};
 use crate::trace::{Hits, Level};
 use crate::vec3::{Real, Vec3, dot3};
@@ -294,9 +294,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::camera::View;
     use crate::control::Control;
     use crate::cpu::CpuTracer;
+    use crate::rays::View;
     use crate::scene::parse_scene;
     use crate::trace::{Kernel, Rays, Wants};
     use crate::tracer::Tracer;

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use crate::camera::{Lens, View};
+use crate::rays::{Lens, View};
 use crate::scene::{Camera, Projection, Scene};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn

@@ -9,7 +9,7 @@ use super::painter::Painted;
 use super::rig::{Extent, Rig};
 use super::show::Show;
 use super::tracing::DevicePicture;
-use crate::camera::Pixels;
+use crate::rays::Pixels;
 use crate::scene::{Camera, Scene};
 use crate::trace::Kernel;
 

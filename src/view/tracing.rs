@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::worker::{Turn, Worker};
-use crate::camera::Pixels;
 use crate::certify::{self, Decided};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
@@ -12,6 +11,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuTracer, Pool, ProposeResident, Undecided, Words};
 use crate::prepare::Prepared;
+use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
