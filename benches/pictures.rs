@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use criterion::Throughput;
 use kugelblitz::Result;
-use kugelblitz::camera::Pixels;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
-use kugelblitz::picture::{Format, Frame, PictureOptions, PictureWriter};
+use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
@@ -20,12 +20,12 @@ use kugelblitz::tracer::Tracer;
 use support::{Candidate, compare, criterion, figure};
 
 fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<Vec<u8>> {
-    let (options, frame) = (PictureOptions::default(), Frame::from(pixels));
+    let options = PictureOptions::default();
     let encoding = format.encoding(options.bits);
     let mut colors = Colors::new(encoding);
     Shader::new(scene, encoding).shade(hits, &mut colors)?;
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, frame, sink, "memory")?;
+    let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
     writer.rows(&colors, hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }

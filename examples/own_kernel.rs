@@ -4,9 +4,9 @@
 
 use glam::Vec3;
 use kugelblitz::Session;
-use kugelblitz::camera::Pixels;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
+use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz::verify::{Truth, compare_to_exact};

@@ -1,4 +1,4 @@
-// Twin of src/kernel/certified.rs. The bounds are derived in src/guard.rs.
+// Twin of src/kernel/certified/filter.rs. The bounds are derived in src/guard.rs.
 
 // Bounds of a visible root's nearness 1 / (a t): unlike t it needs no division.
 // high ≤ 0: a certain miss. low ≤ 0: not certain that there is a root.
@@ -82,26 +82,27 @@ struct SphereCertified {
 }
 
 //#if near
-// The sphere at l = c − o seen from outside: 1 / (a t) = (s + h) q with q = 1 / k.
-fn outside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> Nearness {
+// The sphere at l = c − o, whose bounds are the guard's, seen from outside: 1 / (a t) = (s + h) q with
+// q = 1 / k.
+fn outside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
-    let inner = sphere.inner2 - m;
-    let outer = sphere.outer2 - m;
-    let low = ((s - sphere.slack) + sqrt(max(inner, 0.0) * ray.inv_a)) * q.low;
-    let high = ((s + sphere.slack) + sqrt(max(outer, 0.0) * ray.inv_a)) * q.high;
+    let inner = guard.inner2 - m;
+    let outer = guard.outer2 - m;
+    let low = ((s - guard.slack) + sqrt(max(inner, 0.0) * ray.inv_a)) * q.low;
+    let high = ((s + guard.slack) + sqrt(max(outer, 0.0) * ray.inv_a)) * q.high;
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 
 // Seen from inside: t = s + h where s > 0, and 1 / (a t) = (h − s) / |k| elsewhere. On the surface
 // q is 0 and the roots are 0 and 2 s.
-fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> Nearness {
+fn inside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
-    let u_low = (abs(s) + sqrt(max(sphere.inner2 - m, 0.0) * ray.inv_a)) - sphere.slack;
-    let u_high = (abs(s) + sqrt(max(sphere.outer2 - m, 0.0) * ray.inv_a)) + sphere.slack;
+    let u_low = (abs(s) + sqrt(max(guard.inner2 - m, 0.0) * ray.inv_a)) - guard.slack;
+    let u_high = (abs(s) + sqrt(max(guard.outer2 - m, 0.0) * ray.inv_a)) + guard.slack;
     let is_apart = u_low > 0.0;
     let ahead = Nearness(
         ray.inv_a / u_high * NARROWER,
@@ -109,7 +110,7 @@ fn inside_nearness(ray: Ray, l: vec3f, sphere: SphereCertified, q: Nearness) -> 
     );
     let low = select(u_low * q.low, ahead.low, s > 0.0);
     let high = select(u_high * q.high, ahead.high, s > 0.0);
-    let open = q.high == 0.0 && abs(s) <= sphere.slack;
+    let open = q.high == 0.0 && abs(s) <= guard.slack;
     return Nearness(select(low, 0.0, open), select(high, LARGEST, open));
 }
 

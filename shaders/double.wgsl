@@ -1,4 +1,4 @@
-// Twin of src/kernel/double.rs: the formulas of relative.wgsl in f64 from end to end.
+// Twin of src/kernel/double/twin.rs: the formulas of relative.wgsl in f64 from end to end.
 
 //#if spheres
 struct SphereDouble {

@@ -21,7 +21,7 @@ fn sphere_id(index: u32) -> u32 {
 // Textures, whose texels a software device loads for all lanes at once also within a loop: from
 // storage buffers the walk takes some hundred times as long there.
 @group(0) @binding(next) var nodes: texture_2d<u32>;
-// Twin of SphereFar in src/kernel/certified.rs, two texels each.
+// Twin of SphereFar in src/kernel/certified/records.rs, two texels each.
 @group(0) @binding(next) var far_spheres: texture_2d<u32>;
 
 fn texel(index: u32) -> vec2u {

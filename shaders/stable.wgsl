@@ -1,4 +1,4 @@
-// Twin of src/kernel/stable.rs: the best plain-f32 kernel, camera-relative.
+// Twin of src/kernel/stable/twin.rs: the best plain-f32 kernel, camera-relative.
 
 //#if spheres
 struct SphereStable {

@@ -37,7 +37,7 @@ impl Control {
         if self.leave_working(COMMITTED) { Ok(()) } else { Err(Error::Interrupted) }
     }
 
-    /// Whether `stage` is the one that is reached.
+    /// True where `stage` is the one that is reached.
     fn leave_working(&self, stage: u8) -> bool {
         match self.stage.compare_exchange(WORKING, stage, Ordering::SeqCst, Ordering::SeqCst) {
             Ok(_) => true,
@@ -51,7 +51,7 @@ impl Control {
         if self.is_cancelled() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    /// Whether [`Control::cancel`] was called in time.
+    /// True where [`Control::cancel`] was called in time.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.stage.load(Ordering::Relaxed) == CANCELLED

@@ -13,7 +13,7 @@ use crate::trace::Kernel;
 use crate::trace::Wants;
 use crate::tracer::Tracer;
 
-/// What traces the rays.
+/// The place where rays are traced.
 #[derive(Clone)]
 pub enum Device {
     /// A Vulkan device.
@@ -65,7 +65,7 @@ impl Device {
         }
     }
 
-    /// What the adapter says about itself; `None` for the CPU.
+    /// The adapter's own account of itself; `None` for the CPU.
     #[cfg(feature = "gpu")]
     pub fn facts(&self) -> Option<&AdapterFacts> {
         match self {
@@ -74,7 +74,7 @@ impl Device {
         }
     }
 
-    /// Whether the arithmetic of `kernel` is that of the CPU, bit by bit.
+    /// True where the arithmetic of `kernel` is that of the CPU, bit by bit.
     ///
     /// # Errors
     /// Those of [`Gpu::is_ieee`].

@@ -159,14 +159,14 @@
 //!
 //! Not seen are, each with its reason beside it: [`FAR`], [`TINY_F32`], [`TINY_F64`], the third digits
 //! of all constants (second order: `ε` times the first), [`LIST_F64`]'s `δ`, and the margins of
-//! [`crate::bvh`], which are powers of two far above what their derivation asks for.
+//! [`crate::tree`], which are powers of two far above what their derivation asks for.
 
 pub mod steps;
 
 use glam::DVec3;
 
-use crate::camera::{Lens, Pixels, View};
 use crate::kernel::certified::Widening;
+use crate::rays::{Lens, Pixels, View};
 
 /// Error of the filter's inputs, in units `ε`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,6 +215,7 @@ pub const WIDENING: f64 = 24.0;
 pub const FAR: f64 = 1.0 / (1u64 << 15) as f64;
 
 /// Whether a sphere with `k > 0` is far for rays up to `longest` long.
+#[inline(always)]
 pub fn is_far(guard: &Guard, k: f64, longest: f64) -> bool {
     k > 0.0 && guard.slack * longest <= FAR * k.sqrt()
 }
@@ -262,6 +263,7 @@ impl Guard {
     }
 
     /// The guard in f32: the inner radius rounded down, everything else up.
+    #[inline(always)]
     pub fn round_to_f32(&self) -> [f32; 4] {
         [
             round_down(self.inner2),
@@ -328,6 +330,7 @@ const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
 const LARGEST_F64: f64 = LARGEST_F32 * LARGEST_F32 * LARGEST_F32 * LARGEST_F32;
 
 /// Whether the filter's f32 stays in range for a sphere of radius `r` at distance up to `l`.
+#[inline(always)]
 pub fn sphere_in_range_f32(r: f64, l: f64) -> bool {
     (SMALLEST_RADIUS_F32..=LARGEST_F32).contains(&r) && l <= LARGEST_F32
 }
@@ -430,12 +433,14 @@ pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
 }
 
 /// The largest f32 not above `x`.
+#[inline(always)]
 pub fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// The smallest f32 not below `x`.
+#[inline(always)]
 pub fn round_up(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) < x { nearest.next_up() } else { nearest }
@@ -465,6 +470,7 @@ pub fn widening_f64() -> Widening<f64> {
 }
 
 /// `1/k` in f32 for a far sphere: the widening and the relative slack are in it.
+#[inline(always)]
 pub fn far_inverse_f32(k: f64) -> f32 {
     round_up((1.0 + WIDENING * UNIT_F32) / (k * (1.0 - FAR)))
 }

@@ -19,7 +19,7 @@ use std::hint::black_box;
 
 use crate::error::{Error, Result};
 
-/// What is wrong with this thread's arithmetic.
+/// A fault of this thread's arithmetic.
 fn defect() -> Option<&'static str> {
     // `1 + x` for a tie above an even and above an odd number, and for `x` just beside it.
     let (one, tie) = (black_box(1.0f64), black_box(f64::EPSILON / 2.0));
@@ -50,7 +50,7 @@ fn defect() -> Option<&'static str> {
     None
 }
 
-/// Whether this thread calculates as the proofs ask for.
+/// Makes sure that this thread calculates as the proofs ask for.
 ///
 /// # Errors
 /// [`Error::Host`] says what differs.

@@ -40,7 +40,7 @@
 //! - **Camera.** `forward = normalize(look_at − position)`, `right = normalize(forward × up)`,
 //!   `true_up = right × forward`; perspective: `h = tan(fov/2)` with the vertical field of view;
 //!   orthographic: `h = height/2`. They are computed once in f64, and those f64 numbers then are the
-//!   camera: [`camera::View`].
+//!   camera: [`rays::View`].
 //! - **Pixel.** Column `x` from the left, row `y` from the top, both from 0. Its ray goes through
 //!   its centre. With `across = (2(x+½)/W − 1)·h·(W/H)·right + (1 − 2(y+½)/H)·h·true_up`, a
 //!   perspective camera has `o = position`, `d = forward + across`, an orthographic one
@@ -64,21 +64,21 @@
 //! | --- | --- |
 //! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
 //! | [`generate`] | clouds of spheres made up from a seed |
-//! | [`camera`] | pixel → ray |
-//! | [`rays`] | lists of rays from `.npy`, hits into `.npy` |
-//! | [`trace`] | kernels, rays and hits |
+//! | [`rays`] | bundles of rays: a camera's pixels, lists from `.npy`, and hits into `.npy` |
+//! | [`trace`] | what every backend takes and gives |
 //! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
-//! | [`bvh`] | the hierarchies over many spheres: by pixel, and for any rays |
+//! | [`tree`] | the tree over many spheres: boxes for any rays, and as the pixels of a picture see it |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
-//! | [`kernel`] | the intersection kernels, each the twin of a file in `shaders/` |
+//! | [`kernel`] | the intersection kernels, a folder each, and the registry of them |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
 //! | [`Session`] | the facade that all others call |
 //! | [`device`] | one of the two backends, and a tracer of it |
-//! | [`exact`] | exact arithmetic: the visible object, its `t` and its normal |
+//! | [`shape`] | the geometry of objects: their exact roots and normals |
+//! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`shade`] | hits → colours |
@@ -94,13 +94,14 @@
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # The way of a pixel, from `cli/render.rs` to the file
-//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`camera::Pixels`] of its camera.
+//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
-//!    and, over many spheres, the hierarchy of [`bvh`]. [`device::Device::tracer`] makes a
+//!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
-//!    `shaders/render.wgsl`, on the CPU the twins in [`kernel`], `cpu/tile.rs` for many spheres.
+//!    `shaders/render.wgsl`, on the CPU the twin in the folder of the [`kernel`], `cpu/tile.rs` for
+//!    many spheres.
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, exact
 //!    arithmetic ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
 //! 6. [`shade::Shader::shade`] makes colours of the hits.
@@ -116,9 +117,6 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
-mod arithmetic;
-pub mod bvh;
-pub mod camera;
 mod certify;
 pub mod compare;
 pub mod control;
@@ -148,8 +146,10 @@ pub mod report;
 pub mod scene;
 mod session;
 pub mod shade;
+pub mod shape;
 pub mod trace;
 pub mod tracer;
+pub mod tree;
 pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]

@@ -21,7 +21,7 @@ const DEVICE_THREAD_ADDRESSES: u64 = 72 << 20;
 /// Threads that llvmpipe starts at most.
 const MOST_DEVICE_THREADS: u64 = 32;
 
-/// What sets the limit to [`Available::bytes`].
+/// The owner of the limit to [`Available::bytes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// The memory of this machine.
@@ -51,12 +51,12 @@ pub struct Available {
     /// Bytes, less a reserve for small things where a limit is enforced; `u64::MAX` where the
     /// system does not tell.
     pub bytes: u64,
-    /// What keeps it from being more.
+    /// The limit that keeps it from being more.
     pub limit: Limit,
 }
 
 impl Available {
-    /// What this process can use now: the least of what this machine has without swapping, its
+    /// The memory that this process can use now: the least of what this machine has without swapping, its
     /// control groups' limits (version 1 and 2, also nested ones), `RLIMIT_AS` and `RLIMIT_DATA`.
     pub fn now() -> Available {
         let [machine, control_group] = physical();
@@ -100,11 +100,6 @@ pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Resu
     Available::now().require(what, needed_bytes, advice)
 }
 
-/// [`Available::bytes`] of now.
-pub fn available_memory() -> u64 {
-    Available::now().bytes
-}
-
 /// Address space that can still be used; `None` where it has no limit.
 pub fn address_space() -> Option<u64> {
     let left = left_of(Resource::As, "VmSize:");
@@ -144,7 +139,7 @@ fn physical() -> [u64; 2] {
     [of_machine, of_groups]
 }
 
-/// What is left of a limit of this process, `field` of `/proc/self/status` being what it uses of
+/// The rest of a limit of this process, `field` of `/proc/self/status` being what it uses of
 /// it.
 fn left_of(resource: Resource, field: &str) -> u64 {
     let Some(limit) = getrlimit(resource).current else { return u64::MAX };
@@ -183,6 +178,6 @@ mod tests {
         assert_eq!(used_bytes("", "VmSize:"), 0);
         let own = std::fs::read_to_string("/proc/self/status").unwrap();
         assert!(used_bytes(&own, "VmSize:") > 1 << 20);
-        assert!(available_memory() > 1 << 20);
+        assert!(Available::now().bytes > 1 << 20);
     }
 }

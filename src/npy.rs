@@ -1,10 +1,13 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use npyz::{AutoSerialize, DType, Field, NpyHeader, Order, WriteOptions, WriterBuilder};
+use npyz::{
+    AutoSerialize, DType, Deserialize, Field, NpyFile, NpyHeader, Order, WriteOptions,
+    WriterBuilder,
+};
 
 use crate::error::{Error, Result};
 use crate::memory;
@@ -41,12 +44,7 @@ impl Record {
         }
         let fields =
             fields.into_iter().map(|(name, dtype)| Field { name: name.into(), dtype }).collect();
-        WriteOptions::new_header_only()
-            .dtype(DType::Record(fields))
-            .shape(shape)
-            .writer(out)
-            .write_header_only()?;
-        Ok(())
+        write_header(DType::Record(fields), shape, out)
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
@@ -77,38 +75,28 @@ impl Record {
 }
 
 /// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
-pub(crate) struct FloatTable<R> {
+pub(crate) struct FloatTable<R: Read> {
     /// Rows.
     pub n_rows: usize,
     /// Columns: one of the numbers that were allowed.
     pub n_columns: usize,
     path: PathBuf,
-    reader: R,
-    order: Order,
-    value: Value,
-}
-
-#[derive(Clone, Copy)]
-enum Value {
-    F32Little,
-    F32Big,
-    F64Little,
-    F64Big,
+    file: NpyFile<BufReader<R>>,
 }
 
 /// Appends the header of a table of little-endian f64 to `out`.
 pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Result<()> {
     let f64_little = "<f8".parse().map_err(io::Error::other)?;
-    WriteOptions::new_header_only()
-        .dtype(DType::Plain(f64_little))
-        .shape(&shape)
-        .writer(out)
-        .write_header_only()?;
-    Ok(())
+    write_header(DType::Plain(f64_little), &shape, out)
 }
 
-/// Values that are decoded at once.
-const VALUES_AT_ONCE: usize = 1 << 16;
+fn write_header(dtype: DType, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()> {
+    let options = WriteOptions::new_header_only().dtype(dtype).shape(shape);
+    options.writer(out).write_header_only().map(drop)
+}
+
+/// Bytes that are read at once.
+const BUFFER_BYTES: usize = 1 << 18;
 
 impl<R: Read> FloatTable<R> {
     /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
@@ -117,11 +105,12 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
     pub fn new(
-        mut reader: R,
+        reader: R,
         n_file_bytes: Option<u64>,
         path: &Path,
         columns: &[u64],
     ) -> Result<FloatTable<R>> {
+        let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
         let wrong = |message: String| Error::Input { path: path.to_owned(), message };
         let expected = || {
             let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
@@ -141,14 +130,10 @@ impl<R: Read> FloatTable<R> {
             }
         })?;
 
-        let dtype = header.dtype().descr();
-        let value = match dtype.trim_matches('\'') {
-            "<f4" => Value::F32Little,
-            ">f4" => Value::F32Big,
-            "<f8" => Value::F64Little,
-            ">f8" => Value::F64Big,
-            _ => return Err(wrong(format!("its dtype is {dtype}; {}", expected()))),
-        };
+        let dtype = header.dtype();
+        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
+            return Err(wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
+        }
         let &[n_rows, n_columns] = header.shape() else {
             let n_axes = header.shape().len();
             return Err(wrong(format!("it has {n_axes} dimensions; {}", expected())));
@@ -156,7 +141,8 @@ impl<R: Read> FloatTable<R> {
         if !columns.contains(&n_columns) {
             return Err(wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
         }
-        let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value.bytes() as u128;
+        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
+        let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value_bytes;
         if let Some(n_file_bytes) = n_file_bytes {
             let n_found = u128::from(n_file_bytes.saturating_sub(n_header_bytes));
             if n_found != n_data_bytes {
@@ -176,9 +162,7 @@ impl<R: Read> FloatTable<R> {
             n_rows: usize::try_from(n_rows).map_err(too_large)?,
             n_columns: usize::try_from(n_columns).map_err(too_large)?,
             path: path.to_owned(),
-            reader,
-            order: header.order(),
-            value,
+            file: NpyFile::with_header(header, reader),
         })
     }
 
@@ -207,85 +191,46 @@ impl<R: Read> FloatTable<R> {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
-    pub fn read(mut self, mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let n_inner = match self.order {
-            Order::C => self.n_columns,
-            Order::Fortran => self.n_rows,
+    pub fn read(self, put: impl FnMut(usize, usize, f64)) -> Result<()> {
+        let FloatTable { n_rows, n_columns, path, file } = self;
+        let order = file.order();
+        let (n_outer, n_inner) = match order {
+            Order::C => (n_rows, n_columns),
+            Order::Fortran => (n_columns, n_rows),
         };
-        let order = self.order;
-        let place = |outer, inner| match order {
+        let place = move |outer, inner| match order {
             Order::C => (outer, inner),
             Order::Fortran => (inner, outer),
         };
-        let mut bytes = vec![0; VALUES_AT_ONCE * self.value.bytes()];
-        let mut n_left = self.n_rows * self.n_columns;
-        let (mut outer, mut inner) = (0, 0);
-        while n_left > 0 {
-            let n_values = n_left.min(VALUES_AT_ONCE);
-            let wanted = &mut bytes[..n_values * self.value.bytes()];
-            let n_read = read_up_to(&mut self.reader, wanted).map_err(Error::io(&self.path))?;
-            self.value.decode(&wanted[..n_read], |value| {
-                let (row, column) = place(outer, inner);
-                put(row, column, value);
-                inner += 1;
-                if inner == n_inner {
-                    (outer, inner) = (outer + 1, 0);
-                }
-            });
-            if n_read < wanted.len() {
-                let (row, column) = place(outer, inner);
-                return Err(Error::Input {
-                    path: self.path,
-                    message: format!("the file ends before row {row}, column {column}"),
-                });
+        let places =
+            (0..n_outer).flat_map(|outer| (0..n_inner).map(move |inner| place(outer, inner)));
+        match file.try_data::<f64>() {
+            Ok(values) => put_all(places.zip(values), &path, put),
+            Err(file) => {
+                let values = file.data::<f32>().map_err(io::Error::other);
+                let values = values.map_err(Error::io(&path))?;
+                put_all(places.zip(values), &path, put)
             }
-            n_left -= n_values;
         }
-        Ok(())
     }
 }
 
-/// Fills `bytes` as far as the file reaches, and says how far that is.
-fn read_up_to(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
-    let mut n_read = 0;
-    while n_read < bytes.len() {
-        match reader.read(&mut bytes[n_read..]) {
-            Ok(0) => break,
-            Ok(n) => n_read += n,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
+fn put_all<T: Into<f64>>(
+    values: impl Iterator<Item = ((usize, usize), io::Result<T>)>,
+    path: &Path,
+    mut put: impl FnMut(usize, usize, f64),
+) -> Result<()> {
+    for ((row, column), value) in values {
+        match value {
+            Ok(value) => put(row, column, value.into()),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                let message = format!("the file ends before row {row}, column {column}");
+                return Err(Error::Input { path: path.to_owned(), message });
+            }
+            Err(error) => return Err(Error::io(path)(error)),
         }
     }
-    Ok(n_read)
-}
-
-impl Value {
-    fn bytes(self) -> usize {
-        match self {
-            Value::F32Little | Value::F32Big => 4,
-            Value::F64Little | Value::F64Big => 8,
-        }
-    }
-
-    /// Gives `each` the whole values in `bytes`.
-    fn decode(self, bytes: &[u8], each: impl FnMut(f64)) {
-        match self {
-            Value::F32Little => {
-                let values = bytes.as_chunks().0.iter().copied();
-                values.map(|value| f32::from_le_bytes(value).into()).for_each(each);
-            }
-            Value::F32Big => {
-                let values = bytes.as_chunks().0.iter().copied();
-                values.map(|value| f32::from_be_bytes(value).into()).for_each(each);
-            }
-            Value::F64Little => {
-                bytes.as_chunks().0.iter().copied().map(f64::from_le_bytes).for_each(each);
-            }
-            Value::F64Big => {
-                bytes.as_chunks().0.iter().copied().map(f64::from_be_bytes).for_each(each);
-            }
-        }
-    }
+    Ok(())
 }
 
 /// Longest header, bytes. NumPy itself refuses to read headers of more than 10 000.

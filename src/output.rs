@@ -90,8 +90,8 @@ pub fn commit(files: impl IntoIterator<Item = OutputFile>, control: &Control) ->
     control.commit()?;
     let mut named = Vec::new();
     for (path, beside) in written {
-        let beside = beside.named().map_err(Error::io(&path))?;
-        named.push((path, beside));
+        let name = beside.named().map_err(Error::io(&path))?;
+        named.push((path, name));
     }
     let mut changed: Vec<String> = Vec::new();
     for (path, (name, target)) in named {
@@ -161,6 +161,13 @@ impl Place {
         } else {
             Place::Stream(BufWriter::new(target))
         })
+    }
+
+    fn sink(&mut self) -> &mut dyn Write {
+        match self {
+            Place::Beside(Beside { file, .. }) | Place::Spool(file, _) => file,
+            Place::Stream(stream) => stream,
+        }
     }
 
     /// Writes out what is left. A file that is then to be renamed is returned.
@@ -397,19 +404,11 @@ fn io_cause(error: &io::Error) -> io::Error {
 
 impl Write for OutputFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &mut self.place {
-            Place::Beside(beside) => beside.file.write(bytes),
-            Place::Stream(stream) => stream.write(bytes),
-            Place::Spool(file, _) => file.write(bytes),
-        }
+        self.place.sink().write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match &mut self.place {
-            Place::Beside(beside) => beside.file.flush(),
-            Place::Stream(stream) => stream.flush(),
-            Place::Spool(file, _) => file.flush(),
-        }
+        self.place.sink().flush()
     }
 }
 
@@ -417,9 +416,8 @@ impl Seek for OutputFile {
     /// Fails on a target that can't seek, unless the file was created with `needs_seek`.
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         match &mut self.place {
-            Place::Beside(beside) => beside.file.seek(position),
+            Place::Beside(Beside { file, .. }) | Place::Spool(file, _) => file.seek(position),
             Place::Stream(_) => Err(io::ErrorKind::NotSeekable.into()),
-            Place::Spool(file, _) => file.seek(position),
         }
     }
 }

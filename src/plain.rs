@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-/// Whether a character steers a terminal: the control characters of ASCII and Unicode (C0, DEL, C1)
+/// True for a character that steers a terminal: the control characters of ASCII and Unicode (C0, DEL, C1)
 /// but line feed and tab, and the marks that turn the direction of writing (Unicode Standard Annex 9,
 /// section 2).
 pub fn steers(c: char) -> bool {

@@ -3,11 +3,11 @@
 use std::io::{Seek, Write};
 use std::time::{Duration, Instant};
 
-use crate::camera::Pixels;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::memory::Available;
-use crate::picture::{Format, Frame, PictureOptions, PictureWriter, writer_bytes};
+use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
+use crate::rays::Pixels;
 use crate::shade::{Colors, Shader};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
@@ -31,7 +31,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// What the tracer must compute for the picture.
+    /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)
     }
@@ -69,7 +69,7 @@ pub fn plan(
     let mut n_band_rows = band_rows(pixels, wants);
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let writer = writer_bytes(format, options, Frame::from(pixels), n_band_rows)?;
+        let writer = writer_bytes(format, options, pixels, n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
         if bytes <= available.bytes {
@@ -98,7 +98,7 @@ pub fn bands(pixels: &Pixels, n_band_rows: u32) -> impl Iterator<Item = Pixels> 
         .map(move |first| pixels.rows(first, n_band_rows.min(pixels.height - first)))
 }
 
-/// What tracing a picture came to.
+/// The result of drawing a picture, beside the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rendered {
     /// Rays that hit an object.
@@ -113,12 +113,12 @@ pub struct Rendered {
     pub write: Duration,
 }
 
-/// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller ends the
-/// picture with [`PictureWriter::finish`].
+/// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller
+/// ends the picture with [`PictureWriter::finish`].
 ///
 /// # Errors
-/// Those of [`Tracer::trace`], [`Shader::shade`] and [`PictureWriter::rows`]; [`Error::Interrupted`] between bands as
-/// well.
+/// Those of [`Tracer::trace`], [`Shader::shade`] and [`PictureWriter::rows`];
+/// [`Error::Interrupted`] between bands as well.
 pub fn render<W: Write + Seek>(
     tracer: &mut dyn Tracer,
     shader: &Shader,
@@ -183,19 +183,14 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::camera::View;
     use crate::memory::Limit;
     use crate::prepare::Prepared;
-    use crate::scene::{Camera, Color, Plane, Projection, Scene};
+    use crate::rays::View;
+    use crate::scene::{Camera, Color, Plane, Scene};
     use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
-        let camera = Camera {
-            position: DVec3::ZERO,
-            look_at: DVec3::NEG_Z,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov_degrees: 45.0 },
-        };
+        let camera = Camera::new(DVec3::ZERO, DVec3::NEG_Z);
         Pixels::whole(View::new(&camera), width, height)
     }
 
@@ -220,8 +215,8 @@ mod tests {
             }
             Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
         }
-        fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
-            Ok(timing)
+        fn target(&self) -> Option<(&Prepared, Wants)> {
+            None
         }
         fn retarget(&mut self, _: Arc<Prepared>) -> Result<()> {
             Ok(())
@@ -276,13 +271,8 @@ mod tests {
         let shader = Shader::new(&scene, Encoding::Srgb8);
         let draw = |cancel_at| {
             let mut tracer = Wall { n_calls: 0, cancel_at };
-            let mut writer = PictureWriter::create(
-                Format::Ppm,
-                PictureOptions::default(),
-                Frame::from(&pixels),
-                std::io::Cursor::new(Vec::new()),
-                "memory",
-            )?;
+            let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
+            let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
             let control = Control::default();
             let rendered = render(&mut tracer, &shader, &pixels, 10, &mut writer, &control)?;
             writer.finish()?;

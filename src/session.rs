@@ -4,14 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::camera::{Pixels, View};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, Frame, PictureOptions, PictureWriter};
+use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
+use crate::rays::{Pixels, View};
 use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
 use crate::shade::{Encoding, Shader};
@@ -147,7 +147,11 @@ impl Session {
 
     fn make(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<(Ready, Making)> {
         let start = Instant::now();
-        let prepared = Prepared::new_with(Arc::clone(&self.scene), self.kernel, rays, control)?;
+        let scene = Arc::clone(&self.scene);
+        let prepared = match &self.ready {
+            Some(old) if old.is_of(&scene, self.kernel) => old.prepared.for_rays(rays, control)?,
+            _ => Prepared::new_with(scene, self.kernel, rays, control)?,
+        };
         let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
         control.check()?;
         let build = prepared.build_time();
@@ -234,7 +238,7 @@ impl Session {
         let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
-        let mut writer = PictureWriter::create(format, options, Frame::from(pixels), file, path)?;
+        let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
         let begin = start.elapsed();
         let tracer = &mut *ready.tracer;
         let mut rendered = render(tracer, &shader, pixels, n_band_rows, &mut writer, control)?;
@@ -266,10 +270,11 @@ impl Session {
 
 impl Ready {
     fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
-        self.wants == wants
-            && self.prepared.kernel == kernel
-            && Arc::ptr_eq(&self.prepared.scene, scene)
-            && self.prepared.is_for(rays)
+        self.wants == wants && self.is_of(scene, kernel) && self.prepared.is_for(rays)
+    }
+
+    fn is_of(&self, scene: &Arc<Scene>, kernel: Kernel) -> bool {
+        self.prepared.kernel == kernel && Arc::ptr_eq(&self.prepared.scene, scene)
     }
 }
 
@@ -278,16 +283,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Color, Projection, Sphere};
+    use crate::scene::{Color, Sphere};
     use crate::trace::Ray;
 
     fn ball() -> Scene {
-        let camera = Camera {
-            position: DVec3::new(0.0, 0.0, 5.0),
-            look_at: DVec3::ZERO,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov_degrees: 45.0 },
-        };
+        let camera = Camera::new(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO);
         let sphere = Sphere { center: DVec3::ZERO, radius: 1.0 };
         let spheres = [(sphere, Color([1.0, 0.0, 0.0]))].into_iter().collect();
         Scene { camera: Some(camera), spheres, ..Scene::default() }

@@ -1,74 +1,13 @@
-//! What every backend takes and gives: [`Rays`] in, [`Hits`] out.
+//! [`Rays`] in, [`Hits`] out: the same for every backend.
 
 use std::time::Duration;
 
 use bytemuck::Zeroable;
 
-pub use crate::camera::Ray;
-use crate::camera::{Bundle, Pixels};
+pub use crate::kernel::Kernel;
+pub use crate::rays::{Ray, Rays};
 
-/// The intersection kernels (contract §2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kernel {
-    /// The lecture's formulas, corrected, in f32 on world coordinates.
-    Lecture,
-    /// The best plain-f32 kernel: camera-relative, free of cancellation.
-    Stable,
-    /// The same formulas in f64: what one would do without a proof.
-    Double,
-    /// f32 with a proven error bound, then f64, then exact arithmetic.
-    Certified,
-}
-
-impl Kernel {
-    /// All of them, in the order in which they are told: from the least exact to the exact one.
-    pub const ALL: [Kernel; 4] =
-        [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
-
-    /// The name on the command line and in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kernel::Lecture => "lecture",
-            Kernel::Stable => "stable",
-            Kernel::Double => "double",
-            Kernel::Certified => "certified",
-        }
-    }
-}
-
-/// The rays of one call.
-#[derive(Clone, Debug)]
-pub enum Rays {
-    /// Centre rays of a rectangle of pixels, row by row.
-    Pixels(Pixels),
-    /// Any rays.
-    List(Vec<Ray>),
-}
-
-impl Rays {
-    /// Number of rays.
-    pub fn len(&self) -> usize {
-        match self {
-            Rays::Pixels(pixels) => pixels.len(),
-            Rays::List(rays) => rays.len(),
-        }
-    }
-
-    /// How the rays lie to each other.
-    pub fn bundle(&self) -> Bundle {
-        match self {
-            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
-            Rays::List(_) => Bundle::Free,
-        }
-    }
-
-    /// Whether there is no ray at all.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
-/// What the caller will look at beyond the ids. What is not wanted is not computed.
+/// The outputs that the caller will look at beyond the ids. The others are not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Wants {
     /// `t` and the normal of each hit.
@@ -114,7 +53,7 @@ impl StageCounts {
     }
 }
 
-/// What the rays hit, one entry a ray in the order of the rays.
+/// The hits of rays, one entry a ray in the order of the rays.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hits {
     /// Object id; 0 is the background.

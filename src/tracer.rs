@@ -2,20 +2,25 @@
 
 use std::sync::Arc;
 
+use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
-use crate::trace::{Hits, Rays, Timing};
+use crate::trace::{Hits, Rays, Timing, Wants};
 
-/// A backend with a scene, made for certain [`Wants`](crate::trace::Wants): takes rays, gives hits.
+/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer: Send {
-    /// What the kernel itself sees of all `rays`, into `hits`, which it resets. The kernel
+    /// Writes what the kernel itself sees of all `rays` into `hits`, which it resets. The kernel
     /// `certified` proposes ids alone, in f32: an object, 0, or
     /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
     fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
+
+    /// The scene and the outputs that [`Tracer::certify`] decides for; without them, what is proposed is
+    /// the result.
+    fn target(&self) -> Option<(&Prepared, Wants)>;
 
     /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
     /// `timing`.
@@ -28,7 +33,14 @@ pub trait Tracer: Send {
         control: &Control,
         hits: &mut Hits,
         timing: Timing,
-    ) -> Result<Timing>;
+    ) -> Result<Timing> {
+        match self.target() {
+            Some((prepared, wants)) => {
+                certify::resolve(prepared, rays, wants, control, hits, timing)
+            }
+            None => Ok(timing),
+        }
+    }
 
     /// Traces all `rays` into `hits`, which it resets.
     ///
@@ -41,7 +53,7 @@ pub trait Tracer: Send {
         self.certify(rays, control, hits, timing)
     }
 
-    /// Takes another prepared scene, with the same [`Wants`](crate::trace::Wants). After an
+    /// Takes another prepared scene, with the same [`Wants`]. After an
     /// error it can trace no more.
     ///
     /// # Errors

@@ -3,26 +3,20 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::Pixels;
 use crate::compare::{Comparison, Precision};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{self, ExactPixels, ExactRay, Shape};
-use crate::prepare::{exponent_of, scale_by_power_of_two};
+use crate::kernel::Exactness;
+use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
+use crate::rays::Pixels;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Ray};
 
-/// Largest error of `t` of the kernel `certified`, in f32 steps at the exact `t`, of which it is the
-/// nearest f32.
-const CERTIFIED_T_ULP: f64 = 0.5;
-
-/// The exact `t`'s own rounding to f64, which adds to that: 2⁻⁵³ of `t`, which is at most 2⁻²⁹ of a
-/// step.
+/// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
+/// 2⁻²⁹ of a step.
 const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
-
-/// Largest distance of a normal of the kernel `certified` from the exact one.
-const CERTIFIED_NORMAL_DISTANCE: f64 = 1.0 / (1u64 << 23) as f64;
 
 /// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
 /// way.
@@ -287,17 +281,8 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
 /// The promise of a kernel, in words. `bit_equal` says whether the kernel's arithmetic on the device
 /// is that of IEEE 754 operation by operation, so that its result must be the CPU's bit by bit.
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
-    match (kernel, bit_equal) {
-        (Kernel::Lecture | Kernel::Stable | Kernel::Double, true) => {
-            "GPU and CPU equal bit by bit; exactness is not promised"
-        }
-        (Kernel::Lecture | Kernel::Stable | Kernel::Double, false) => {
-            "nothing on this device, whose arithmetic is not known to be IEEE 754's"
-        }
-        (Kernel::Certified, _) => {
-            "ids exact, t the exact one rounded, normals within 2^-23, GPU and CPU equal bit by bit"
-        }
-    }
+    let promise = &kernel.about().promise;
+    if bit_equal { promise.words } else { promise.words_elsewhere }
 }
 
 /// The promises of `kernel` that these results break, one sentence each. `parity` compares GPU
@@ -310,7 +295,8 @@ pub fn broken_promises(
 ) -> Vec<String> {
     let mut broken = Vec::new();
     let name = kernel.name();
-    let are_equal = bit_equal || kernel == Kernel::Certified;
+    let promised = kernel.about().promise.exact;
+    let are_equal = bit_equal || promised.is_some();
     if let Some(parity) = parity.filter(|_| are_equal) {
         if parity.ids_differ() > 0 {
             broken.push(format!(
@@ -330,9 +316,7 @@ pub fn broken_promises(
         if against.rays == 0 {
             broken.push(format!("{name} on the {device}: no ray was compared"));
         }
-        if kernel != Kernel::Certified {
-            continue;
-        }
+        let Some(Exactness { t_ulp, normal_distance }) = promised else { continue };
         if against.wrong_ids() > 0 {
             broken.push(format!(
                 "{name} on the {device}: {} of {} ids are wrong",
@@ -340,17 +324,17 @@ pub fn broken_promises(
                 against.rays
             ));
         }
-        if against.t_ulp_max > CERTIFIED_T_ULP + T_REFERENCE_ULP {
+        if against.t_ulp_max > t_ulp + T_REFERENCE_ULP {
             broken.push(format!(
-                "{name} on the {device}: t is off by {:.3} ulp, promised is {CERTIFIED_T_ULP}: the \
+                "{name} on the {device}: t is off by {:.3} ulp, promised is {t_ulp}: the \
                  exact one rounded",
                 against.t_ulp_max
             ));
         }
-        if against.normal_distance_max > CERTIFIED_NORMAL_DISTANCE {
+        if against.normal_distance_max > normal_distance {
             broken.push(format!(
                 "{name} on the {device}: a normal is off by {:.3e}, promised is \
-                 {CERTIFIED_NORMAL_DISTANCE:.3e}",
+                 {normal_distance:.3e}",
                 against.normal_distance_max
             ));
         }
@@ -392,8 +376,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::camera::View;
     use crate::compare::compare;
+    use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 
     fn scene() -> (Scene, Pixels) {
@@ -414,6 +398,10 @@ mod tests {
             ..Scene::default()
         };
         (scene, pixels)
+    }
+
+    fn promised() -> Exactness {
+        Kernel::Certified.about().promise.exact.unwrap()
     }
 
     /// The exact result, rounded: it keeps every promise.
@@ -479,7 +467,7 @@ mod tests {
                 "false miss" => against.false_misses == 1,
                 "wrong object" => against.wrong_object == 1,
                 "t" => against.t_ulp_max > 1.0,
-                _ => against.normal_distance_max > CERTIFIED_NORMAL_DISTANCE,
+                _ => against.normal_distance_max > promised().normal_distance,
             };
             assert!(noticed, "{what}: {against:?}");
             let wrong_ids = u64::from(!matches!(what, "t" | "normal"));
@@ -539,9 +527,9 @@ mod tests {
             assert!(broken.len() == 1 && broken[0].contains("t is off"), "{step}: {broken:?}");
         }
         let least = f32::from_bits(1);
-        assert!(TError::new(least, 1e-60).ulp <= CERTIFIED_T_ULP);
-        assert!(TError::new(least, f64::from(least) * 1.6).ulp > CERTIFIED_T_ULP);
-        assert!(TError::new(0.0, 1e-45).ulp > CERTIFIED_T_ULP);
+        assert!(TError::new(least, 1e-60).ulp <= promised().t_ulp);
+        assert!(TError::new(least, f64::from(least) * 1.6).ulp > promised().t_ulp);
+        assert!(TError::new(0.0, 1e-45).ulp > promised().t_ulp);
     }
 
     /// The bounds are not wider than promised: one and a half of each is too much.

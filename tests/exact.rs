@@ -12,11 +12,11 @@ mod hard_cases;
 mod oracle;
 
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::exact::{
     ExactHit, ExactRay, Real, Root, Shape, Side, nearest, plane_numbers, real, signum,
     sphere_numbers, visible_root,
 };
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use num_traits::Signed;

@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
     Approximation, DEFAULT_OBJECTS, Explanation, ObjectExplanation, Quantity, Reason, explain,
     latex,
 };
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Projection, Scene, read_scene};
 use kugelblitz::trace::{Ray, Rays};
 use program::scene_file as file;

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use common::{camera, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Lens, View};
 use kugelblitz::export::{Language, write};
+use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Scene, read_scene};
 use program::{run, scene_file};
 use rand::{RngExt, SeedableRng};

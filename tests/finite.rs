@@ -13,11 +13,11 @@ use std::sync::Arc;
 
 use common::{in_cube, plane, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::gpu::compile;
-use kugelblitz::prepare::{Objects, Prepared, Search};
+use kugelblitz::prepare::{Objects, Prepared, Seen};
+use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -44,8 +44,8 @@ fn texels(bytes: &[u8]) -> Value {
 
 /// Runs the shader of a prepared scene for all rays.
 fn run(prepared: &Prepared, rays: &Rays) -> Found {
-    let needs = prepared.needs(Wants::default());
-    let shader = compile(&needs).unwrap_or_else(|error| panic!("{error}"));
+    let key = prepared.shader_key(Wants::default());
+    let shader = compile(&key).unwrap_or_else(|error| panic!("{error}"));
     let module = &shader.module;
     let ty = |name: &str| {
         let global = module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some(name));
@@ -72,12 +72,13 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
             of_camera.insert("offset_j", Value::I32(j as i32));
         }
         Rays::List(list) => {
-            let records: Vec<_> = list.iter().map(|ray| prepared.ray_record(ray).0).collect();
+            let records: Vec<_> =
+                list.iter().map(|ray| prepared.coordinates().ray_record(ray).0).collect();
             let bytes = bytemuck::cast_slice(&records);
             globals.insert("rays", Machine::decode(module, ty("rays").unwrap(), bytes));
         }
     }
-    of_camera.insert("n_spheres", Value::U32(needs.n_spheres as u32));
+    of_camera.insert("n_spheres", Value::U32(key.n_spheres as u32));
     of_camera.insert("n_rays", Value::U32(rays.len() as u32));
     of_camera.insert("width", Value::U32(width as u32));
     let params = &module.types[ty("params").unwrap()].inner;
@@ -90,7 +91,7 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
     globals.insert("params", Value::Parts(members.iter().map(member).collect()));
     globals.insert("ids", Value::Parts(vec![Value::U32(7); rays.len()]));
     if let (Some(hierarchy), Rays::Pixels(pixels)) = (&prepared.hierarchy, rays) {
-        let Search::Pixels { footprints, far } = &hierarchy.search else { panic!("a picture") };
+        let Some(Seen { footprints, far }) = &hierarchy.seen else { panic!("a picture") };
         let rest = hierarchy.rest.iter().map(|&id| Value::U32(id)).collect();
         globals.insert("rest_ids", Value::Parts(rest));
         globals.insert("nodes", texels(bytemuck::cast_slice(&footprints.nodes)));

@@ -14,16 +14,17 @@ use std::sync::Arc;
 use cases::{Case, CaseRay, any_vector, integer_vector, nudged};
 use common::{in_cube, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::bvh::footprint::{Footprint, Projection};
-use kugelblitz::bvh::footprints::{Footprints, IS_LEAF, Node};
-use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactPixels, Root, Shape, real, signum_of_discriminant, visible_root};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{self, Camera, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
+use kugelblitz::tree::footprint::{Footprint, Projection};
+use kugelblitz::tree::footprints::{Footprints, Node};
+use kugelblitz::tree::{IS_LEAF, Tree};
 use kugelblitz::verify::{Truth, compare_to_exact};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -291,6 +292,9 @@ fn small_size(rng: &mut ChaCha8Rng) -> [u32; 2] {
     }
 }
 
+/// Columns or rows of a picture up to which each pixel is a cell.
+const MOST_CELLS: u32 = (1 << 15) - 1;
+
 /// Cells of several pixels, up to the largest picture.
 fn huge_size(rng: &mut ChaCha8Rng) -> [u32; 2] {
     let side = |rng: &mut ChaCha8Rng| log2_uniform(rng, 15.0..23.0).ceil() as u32 + 1;
@@ -298,7 +302,7 @@ fn huge_size(rng: &mut ChaCha8Rng) -> [u32; 2] {
         0 => [1 << 23, 1 << 23],
         1 => [1 << 23, rng.random_range(1..2000)],
         2 => [rng.random_range(1..2000), side(rng)],
-        3 => [(1 << 15) + rng.random_range(0..3), 1 << 15],
+        3 => [MOST_CELLS + rng.random_range(0..3), MOST_CELLS],
         _ => [side(rng), side(rng)],
     }
 }
@@ -330,7 +334,8 @@ fn cells_of_huge_pictures_hold_every_pixel_that_hits() {
         let frame = [DVec3::NEG_Z, DVec3::X, DVec3::Y];
         Projection::new(&picture(DVec3::ZERO, frame, 0.5, [width, 100])).cell_shift()
     };
-    assert_eq!([100, 1 << 15, (1 << 15) + 1, 1 << 16, 1 << 23].map(shift), [0, 0, 1, 1, 8]);
+    let widths = [100, MOST_CELLS, MOST_CELLS + 1, 2 * MOST_CELLS, 1 << 22, 1 << 23];
+    assert_eq!(widths.map(shift), [0, 0, 1, 1, 8, 9]);
 }
 
 #[test]
@@ -614,6 +619,9 @@ fn any_footprints(rng: &mut ChaCha8Rng, size: [u32; 2], n: usize) -> Vec<Footpri
     let shift = projection(size).cell_shift();
     let cells = size.map(|side| ((side - 1) >> shift) + 1);
     let one = |_| {
+        if rng.random_bool(0.1) {
+            return Footprint::NONE;
+        }
         let [columns, rows] =
             cells.map(|n| any_range(rng, n).map(|cell| u16::try_from(cell).unwrap()));
         let t = if rng.random_bool(0.1) { 0.0 } else { log2_uniform(rng, -30.0..40.0) as f32 };
@@ -625,13 +633,9 @@ fn any_footprints(rng: &mut ChaCha8Rng, size: [u32; 2], n: usize) -> Vec<Footpri
 /// What is wrong with a hierarchy over these footprints; if nothing, how many nodes lie one in the
 /// other.
 fn check_nodes(hierarchy: &Footprints, given: &[Footprint]) -> Result<usize, String> {
-    let Footprints { nodes, order, .. } = hierarchy;
+    let Footprints { nodes, .. } = hierarchy;
     if nodes.len() != (2 * given.len()).saturating_sub(1) {
         return Err(format!("{} nodes for {}", nodes.len(), given.len()));
-    }
-    let different: HashSet<u32> = order.iter().copied().collect();
-    if (order.len(), different.len()) != (given.len(), given.len()) {
-        return Err(format!("the order {order:?}"));
     }
     let end = |at: usize| -> Option<usize> {
         let [.., link]: [u32; 4] = bytemuck::cast(*nodes.get(at)?);
@@ -640,14 +644,13 @@ fn check_nodes(hierarchy: &Footprints, given: &[Footprint]) -> Result<usize, Str
     if !nodes.is_empty() && end(0) != Some(nodes.len()) {
         return Err("the root's link".into());
     }
-    let mut place = given.len();
+    let mut places = HashSet::new();
     let mut depths = vec![0; nodes.len()];
     // What is below a node stands behind it.
     for (at, node) in nodes.iter().enumerate().rev() {
         if let Some(found) = node.place() {
-            place -= 1;
-            let footprint = given[order[place] as usize];
-            if found as usize != place || node.footprint() != footprint || node.t() != footprint.t {
+            let footprint = given.get(found as usize);
+            if !places.insert(found) || footprint != Some(&node.footprint()) {
                 return Err(format!("the leaf {at}"));
             }
             depths[at] = 1;
@@ -660,6 +663,9 @@ fn check_nodes(hierarchy: &Footprints, given: &[Footprint]) -> Result<usize, Str
         if node.footprint() != nodes[first].footprint().union(&nodes[second].footprint()) {
             return Err(format!("the footprint of {at}"));
         }
+        if nodes[first].t() > nodes[second].t() {
+            return Err(format!("the farther child of {at} is the first"));
+        }
         depths[at] = 1 + depths[first].max(depths[second]);
     }
     Ok(depths.first().copied().unwrap_or(0))
@@ -669,7 +675,7 @@ fn check_nodes(hierarchy: &Footprints, given: &[Footprint]) -> Result<usize, Str
 fn shown(hierarchy: &Footprints, first: [u32; 2], last: [u32; 2]) -> Vec<u32> {
     let mut shown = Vec::new();
     hierarchy.visit(hierarchy.cells(first, last), f32::INFINITY, |_, place| {
-        shown.push(hierarchy.order[place]);
+        shown.push(place as u32);
         f32::INFINITY
     });
     shown.sort_unstable();
@@ -684,7 +690,7 @@ fn sharing(given: &[Footprint], shift: u32, first: [u32; 2], last: [u32; 2]) -> 
             |([low, high], (first, last))| (*low.max(first)..=*high.min(last)).next().is_some(),
         )
     };
-    (0..given.len() as u32).filter(|&index| shares(&given[index as usize])).collect()
+    (0..given.len() as u32).filter(|&place| shares(&given[place as usize])).collect()
 }
 
 /// A rectangle of pixels: one of them, a block at an edge or a corner, any.
@@ -701,10 +707,14 @@ fn any_pixels(rng: &mut ChaCha8Rng, size: [u32; 2]) -> [[u32; 2]; 2] {
 
 /// In cells of one pixel, up to the most there are, and of several.
 const SIZES: [[u32; 2]; 5] =
-    [[1, 1], [64, 48], [1 << 15, 1 << 15], [40_000, 300], [1 << 23, 1 << 23]];
+    [[1, 1], [64, 48], [MOST_CELLS, MOST_CELLS], [40_000, 300], [1 << 23, 1 << 23]];
 
+/// A tree over spheres anywhere, which at its places have these footprints.
 fn hierarchy_over(projection: &Projection, given: &[Footprint]) -> Footprints {
-    Footprints::new(projection, given, &Control::default()).unwrap()
+    let mut rng = ChaCha8Rng::seed_from_u64(given.len() as u64);
+    let spheres: Vec<Sphere> = given.iter().map(|_| sphere(in_cube(&mut rng), 0.1)).collect();
+    let tree = Tree::new(&spheres, &Control::default()).unwrap();
+    Footprints::new(&tree, given, projection.cell_shift())
 }
 
 #[test]
@@ -718,8 +728,10 @@ fn a_hierarchy_shows_what_shares_a_cell() {
             check_nodes(&hierarchy, &given).unwrap();
             let shift = projection(size).cell_shift();
             assert_eq!(hierarchy.cell_shift, shift);
-            let all: Vec<u32> = (0..n as u32).collect();
-            assert_eq!(shown(&hierarchy, [0, 0], size.map(|side| side - 1)), all);
+            let whole = [[0, 0], size.map(|side| side - 1)];
+            let seen = |&place: &u32| given[place as usize] != Footprint::NONE;
+            let all: Vec<u32> = (0..n as u32).filter(seen).collect();
+            assert_eq!(shown(&hierarchy, whole[0], whole[1]), all);
             for _ in 0..300 {
                 let [first, last] = any_pixels(&mut rng, size);
                 let right = sharing(&given, shift, first, last);
@@ -746,7 +758,7 @@ fn a_walk_with_a_shrinking_t_max_leaves_out_nothing_nearer() {
         let mut visited = HashSet::new();
         hierarchy.visit(hierarchy.cells(first, last), f32::INFINITY, |node, place| {
             assert!(node.t() <= t_max, "{} is beyond {t_max}", node.t());
-            visited.insert(hierarchy.order[place]);
+            visited.insert(place as u32);
             match rng.random_range(0..3) {
                 0 => {}
                 // Equal is not farther.
@@ -767,40 +779,47 @@ fn a_walk_with_a_shrinking_t_max_leaves_out_nothing_nearer() {
     assert!(n_left_out > 1000 && n_nearest > 100);
 }
 
-/// Neither what is all the same nor a tree as deep as it has spheres is too much.
+/// Neither what is all but the same nor a tree that is as deep as can be is too much.
 #[test]
 fn equal_spheres_and_deep_trees() {
-    let size = [1 << 15, 1 << 15];
-    let check = |what: &str, projection: &Projection, given: &[Footprint]| {
-        let hierarchy = hierarchy_over(projection, given);
-        let depth = check_nodes(&hierarchy, given).unwrap_or_else(|why| panic!("{what}: {why}"));
-        let all: Vec<u32> = (0..given.len() as u32).collect();
-        assert_eq!(shown(&hierarchy, [0, 0], size.map(|side| side - 1)), all, "{what}");
+    let size = [1 << 14, 1 << 14];
+    let view = projection(size);
+    let check = |what: &str, spheres: Vec<Sphere>| {
+        let tree = Tree::new(&spheres, &Control::default()).unwrap();
+        let footprint = |&index: &u32| {
+            let Sphere { center, radius } = spheres[index as usize];
+            view.footprint(center, radius).unwrap_or(Footprint::NONE)
+        };
+        let given: Vec<Footprint> = tree.order.iter().map(footprint).collect();
+        let seen = Footprints::new(&tree, &given, view.cell_shift());
+        let depth = check_nodes(&seen, &given).unwrap_or_else(|why| panic!("{what}: {why}"));
+        let right = sharing(&given, 0, [0, 0], size.map(|side| side - 1));
+        assert_eq!(shown(&seen, [0, 0], size.map(|side| side - 1)), right, "{what}");
+        assert!(right.len() > spheres.len() / 2, "{what}: {} are seen", right.len());
         println!("{what}: {depth} deep");
         depth
     };
-    let view = projection(size);
-    let one = view.footprint(dvec3(0.1, 0.2, -3.0), 0.5).unwrap();
-    check("equal", &view, &[one; 40]);
-    assert!(check("equal", &view, &vec![one; 3000]) < 100);
+    let nearly_equal = |k: u32| sphere(dvec3(0.1 + 1e-14 * f64::from(k), 0.2, -3.0), 0.5);
+    check("nearly equal", (0..40).map(nearly_equal).collect());
+    assert!(check("nearly equal", (0..30_000).map(nearly_equal).collect()) < 100);
+    // Of equal spheres there is one.
+    let equal = vec![nearly_equal(0); 3000];
+    assert_eq!(Tree::new(&equal, &Control::default()).unwrap().order, [0]);
 
     // Each one is as far from the one before as it is large.
-    let chain = (0..2000).map(|k| {
-        let r = (f64::from(k) / 20.0 - 40.0).exp2();
-        view.footprint(dvec3(0.0, 0.0, -3.0 * r), r).unwrap()
+    let chain = (0..4000).map(|k| {
+        let r = (f64::from(k) / 40.0 - 40.0).exp2();
+        sphere(dvec3(0.0, 0.0, -3.0 * r), r)
     });
-    check("a chain", &view, &chain.collect::<Vec<_>>());
+    check("a chain", chain.collect());
     // From a few pixels to half of the picture.
     let beside = (0..2000).map(|k| {
         let r = (f64::from(k) / 160.0 + 43.0).exp2();
-        view.footprint(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r).unwrap()
+        sphere(dvec3(-2.0 * r, r, -(2f64.powi(60) - r) / 10.0), r)
     });
-    check("a chain beside", &view, &beside.collect::<Vec<_>>());
-
-    let nested: Vec<Footprint> = (0..2000)
-        .map(|k| Footprint { columns: [0, 16 * k], rows: [0, 16 * k], t: f32::from(k).exp2() })
-        .collect();
-    assert!(check("one in the other", &view, &nested) > 50);
+    check("a chain beside", beside.collect());
+    let nested = (0..2000).map(|k| sphere(dvec3(0.0, 0.0, -3e3), 1.0 + f64::from(k)));
+    check("one in the other", nested.collect());
 }
 
 #[test]
@@ -821,6 +840,9 @@ fn sabotage_a_changed_hierarchy_is_noticed() {
     }
     let mut noticed = 0;
     for index in 0..given.len() {
+        if given[index] == Footprint::NONE {
+            continue;
+        }
         let mut other = given.clone();
         other[index].columns[0] += 1;
         let differs = (0..2000).any(|_| {

@@ -10,10 +10,10 @@ use std::path::Path;
 
 use glam::DVec3;
 use kugelblitz::Error;
-use kugelblitz::camera::View;
 use kugelblitz::control::Control;
 use kugelblitz::generate::{Distribution, MAX_COUNT, Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::View;
 use kugelblitz::scene::{Projection, Scene, Sphere, read_scene};
 use tempfile::TempDir;
 

@@ -16,7 +16,6 @@ mod oracle;
 use adversarial::{Adversarial, Rounding, set_rounding};
 use common::{in_cube, log_uniform};
 use glam::DVec3;
-use kugelblitz::camera::{CameraF32, Lens, Pixels, View};
 use kugelblitz::exact::{ExactHit, ExactRay, Shape, nearest};
 use kugelblitz::guard::{self, Guard, InputError, UNIT_F32, WIDENING};
 use kugelblitz::kernel::RayOf;
@@ -24,6 +23,7 @@ use kugelblitz::kernel::certified::{
     GuardOf, Nearness, Widening, far_nearness, inside_nearness, outside_nearness, plane_nearness,
     plane_nearness_at, sphere_nearness,
 };
+use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::trace::Ray;
 use kugelblitz::vec3::Vec3;
 use rand::{RngExt, SeedableRng};

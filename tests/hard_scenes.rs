@@ -9,8 +9,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use common::gpu;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::exact::nearest;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Kernel, Rays};
 

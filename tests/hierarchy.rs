@@ -5,16 +5,16 @@ mod common;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::bvh::boxes::{Boxes, BoxesRay};
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
+use kugelblitz::tree::{Tree, TreeRay};
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -281,20 +281,20 @@ fn any_rays() {
 #[test]
 fn flat_rays_are_not_lost() {
     let mut rng = ChaCha8Rng::seed_from_u64(611);
-    let spheres: Vec<(DVec3, f64)> = (0..300).map(|_| (in_cube(&mut rng), 0.05)).collect();
-    let boxes = Boxes::new(&spheres, &Control::default()).unwrap();
-    for &(l, r) in &spheres {
+    let spheres: Vec<Sphere> = (0..300).map(|_| sphere(in_cube(&mut rng), 0.05)).collect();
+    let tree = Tree::new(&spheres, &Control::default()).unwrap();
+    for (index, &Sphere { center, radius }) in (0..).zip(&spheres) {
+        let l = center - tree.reference;
         for axis in 0..3 {
             let mut direction = DVec3::ZERO;
             direction[axis] = if rng.random() { 1.0 } else { -1.0 };
             let mut origin = l - 5.0 * direction;
-            origin[(axis + 1) % 3] += r;
+            origin[(axis + 1) % 3] += radius;
             let mut visited = Vec::new();
-            boxes.visit(&BoxesRay { origin, direction }, |place| {
-                visited.push(boxes.order[place]);
+            tree.visit(&TreeRay { origin, direction }, |place| {
+                visited.push(tree.order[place]);
                 f64::INFINITY
             });
-            let index = spheres.iter().position(|&(other, _)| other == l).unwrap() as u32;
             assert!(visited.contains(&index), "{origin:?} {direction:?} misses {l:?}");
             assert!(visited.len() < 200, "a ray looks at {} of 300", visited.len());
         }

@@ -14,9 +14,9 @@ use std::sync::Arc;
 
 use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::{DVec3, Vec3Swizzles as _, dvec3};
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::distance;
 use kugelblitz::prepare::FEW_SPHERES;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays};
 use rand::{RngExt, SeedableRng};

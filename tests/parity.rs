@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use common::{camera, gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;

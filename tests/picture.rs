@@ -9,13 +9,13 @@ use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{Bits, Format, Frame, PictureOptions, PictureWriter, writer_bytes};
-use kugelblitz::rays::{read_rays, write_hits};
-use kugelblitz::scene::{Color, Plane, Scene};
+use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, writer_bytes};
+use kugelblitz::rays::write_hits;
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{Camera, Color, Plane, Scene};
 use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::Hits;
 use kugelblitz::{Error, Result};
-use npyz::WriterBuilder;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -25,6 +25,11 @@ const SEED: u64 = 20_240_611;
 fn linear(byte: u8) -> f32 {
     let v = f64::from(byte) / 255.0;
     (if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }) as f32
+}
+
+/// All pixels of a picture.
+fn whole(width: u32, height: u32) -> Pixels {
+    Pixels::whole(View::new(&Camera::new(DVec3::Z, DVec3::ZERO)), width, height)
 }
 
 /// A palette that goes through all 256 values of each channel, and its `#rrggbb`.
@@ -84,17 +89,17 @@ fn shaded(
 fn encode(
     format: Format,
     options: PictureOptions,
-    frame: Frame,
+    pixels: &Pixels,
     palette: &[Color],
     hits: &Hits,
     n_band_rows: u32,
 ) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, options, frame, sink, "memory")?;
+    let mut writer = PictureWriter::create(format, options, pixels, sink, "memory")?;
     let mut first = 0;
-    while first < frame.height {
-        let n = n_band_rows.min(frame.height - first);
-        let rows = band(hits, frame.width as usize, first as usize, n as usize);
+    while first < pixels.height {
+        let n = n_band_rows.min(pixels.height - first);
+        let rows = band(hits, pixels.width as usize, first as usize, n as usize);
         writer.rows(&shaded(format, options, palette, &rows)?, &rows, n)?;
         first += n;
     }
@@ -110,11 +115,11 @@ fn every_srgb_value_comes_out_as_the_file_names_it() {
     let (palette, srgb) = every_byte();
     let hits = Hits { id: (0..256).collect(), ..Hits::default() };
     let hits = Hits { t: vec![1.0; 256], normal: vec![[0.0; 3]; 256], level: vec![0; 256], ..hits };
-    let frame = Frame::whole(64, 4);
+    let pixels = whole(64, 4);
     for (format, image_format) in
         [(Format::Png, image::ImageFormat::Png), (Format::Ppm, image::ImageFormat::Pnm)]
     {
-        let bytes = encode(format, EIGHT, frame, &palette, &hits, 3).unwrap();
+        let bytes = encode(format, EIGHT, &pixels, &palette, &hits, 3).unwrap();
         let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
         let image::DynamicImage::ImageRgb8(picture) = picture else {
             panic!("{format} is not 8-bit RGB");
@@ -124,7 +129,7 @@ fn every_srgb_value_comes_out_as_the_file_names_it() {
             assert_eq!(pixel.0, srgb[id], "{format}, id {id}");
         }
 
-        let bytes = encode(format, SIXTEEN, frame, &palette, &hits, 3).unwrap();
+        let bytes = encode(format, SIXTEEN, &pixels, &palette, &hits, 3).unwrap();
         let picture = image::load_from_memory_with_format(&bytes, image_format).unwrap();
         let image::DynamicImage::ImageRgb16(picture) = picture else {
             panic!("{format} is not 16-bit RGB");
@@ -140,7 +145,7 @@ fn every_srgb_value_comes_out_as_the_file_names_it() {
 #[test]
 fn png_says_that_it_is_srgb() {
     let hits = Hits { id: vec![0], ..Hits::default() };
-    let bytes = encode_ids(Format::Png, Frame::whole(1, 1), &[Color::BLACK], hits).unwrap();
+    let bytes = encode_ids(Format::Png, &whole(1, 1), &[Color::BLACK], hits).unwrap();
     let reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
     assert_eq!(reader.info().srgb, Some(png::SrgbRenderingIntent::Perceptual));
     let software = &reader.info().uncompressed_latin1_text[0];
@@ -149,10 +154,10 @@ fn png_says_that_it_is_srgb() {
 }
 
 /// Formats that only need colours take hits that have only ids.
-fn encode_ids(format: Format, frame: Frame, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
+fn encode_ids(format: Format, pixels: &Pixels, palette: &[Color], hits: Hits) -> Result<Vec<u8>> {
     let sink = Cursor::new(Vec::new());
-    let mut writer = PictureWriter::create(format, EIGHT, frame, sink, "memory")?;
-    writer.rows(&shaded(format, EIGHT, palette, &hits)?, &hits, frame.height)?;
+    let mut writer = PictureWriter::create(format, EIGHT, pixels, sink, "memory")?;
+    writer.rows(&shaded(format, EIGHT, palette, &hits)?, &hits, pixels.height)?;
     Ok(writer.finish()?.into_inner())
 }
 
@@ -192,7 +197,7 @@ fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
     })
 }
 
-/// What the channels of an EXR must hold, bit for bit.
+/// The channels of an EXR as they must be, bit for bit.
 fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String, Vec<u32>)> {
     let rgb = |i: usize| {
         let color = |&id: &u32| palette[id as usize].0[i].to_bits();
@@ -230,8 +235,8 @@ fn exr_holds_every_value_bit_for_bit() {
         hits.id[0] = 0;
         hits.t[0] = f32::INFINITY;
         for options in [EIGHT, CERTIFICATES] {
-            let frame = Frame::whole(width as u32, height as u32);
-            let bytes = encode(Format::Exr, options, frame, &palette, &hits, 7).unwrap();
+            let pixels = whole(width as u32, height as u32);
+            let bytes = encode(Format::Exr, options, &pixels, &palette, &hits, 7).unwrap();
             let file = read_exr(&bytes).unwrap();
             assert_eq!(file.size, Vec2(width, height));
             assert_eq!(file.display.size, Vec2(width, height));
@@ -246,9 +251,8 @@ fn exr_holds_every_value_bit_for_bit() {
 fn exr_of_a_crop_says_where_it_belongs() {
     let (palette, _) = every_byte();
     let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 20 * 35, palette.len());
-    let frame =
-        Frame { image_width: 640, image_height: 480, x: 600, y: 101, width: 20, height: 35 };
-    let bytes = encode(Format::Exr, EIGHT, frame, &palette, &hits, 35).unwrap();
+    let pixels = Pixels { x: 600, y: 101, width: 20, height: 35, ..whole(640, 480) };
+    let bytes = encode(Format::Exr, EIGHT, &pixels, &palette, &hits, 35).unwrap();
     let file = read_exr(&bytes).unwrap();
     assert_eq!(file.display.position, Vec2(0, 0));
     assert_eq!(file.display.size, Vec2(640, 480));
@@ -272,7 +276,7 @@ fn npy_holds_every_value_bit_for_bit() {
     let palette = large_palette();
     let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 13 * 9, palette.len());
     for options in [EIGHT, CERTIFICATES] {
-        let bytes = encode(Format::Npy, options, Frame::whole(13, 9), &palette, &hits, 4).unwrap();
+        let bytes = encode(Format::Npy, options, &whole(13, 9), &palette, &hits, 4).unwrap();
         let (dtype, shape, records) = read_npy(&bytes);
         let level = if options.certificates { "('level', '|u1'), " } else { "" };
         assert_eq!(
@@ -342,12 +346,12 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
 fn the_size_of_the_bands_does_not_show() {
     let (palette, _) = every_byte();
     let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 31 * 70, palette.len());
-    let frame = Frame::whole(31, 70);
+    let pixels = whole(31, 70);
     for format in Format::ALL {
         for options in [EIGHT, SIXTEEN, CERTIFICATES] {
-            let whole = encode(format, options, frame, &palette, &hits, 70).unwrap();
+            let whole = encode(format, options, &pixels, &palette, &hits, 70).unwrap();
             for n_band_rows in [1, 7, 16, 64] {
-                let bands = encode(format, options, frame, &palette, &hits, n_band_rows).unwrap();
+                let bands = encode(format, options, &pixels, &palette, &hits, n_band_rows).unwrap();
                 assert!(bands == whole, "{format} in bands of {n_band_rows}");
             }
         }
@@ -366,8 +370,8 @@ fn an_interrupted_picture_leaves_the_old_file() {
         std::fs::write(&path, "old").unwrap();
         let begin = || {
             let file = OutputFile::create(&path, format.needs_seek()).unwrap();
-            let frame = Frame::whole(8, 8);
-            PictureWriter::create(format, EIGHT, frame, file, &path).unwrap()
+            let pixels = whole(8, 8);
+            PictureWriter::create(format, EIGHT, &pixels, file, &path).unwrap()
         };
         let mut writer = begin();
         writer.rows(&colors, &hits, 4).unwrap();
@@ -385,7 +389,7 @@ fn an_interrupted_picture_leaves_the_old_file() {
         writer.rows(&colors, &hits, 4).unwrap();
         writer.rows(&colors, &hits, 4).unwrap();
         commit([writer.finish().unwrap()], &Control::default()).unwrap();
-        let whole = std::fs::read(&path).unwrap();
+        let written = std::fs::read(&path).unwrap();
         let both = Hits {
             id: [&hits.id[..], &hits.id].concat(),
             t: [&hits.t[..], &hits.t].concat(),
@@ -393,8 +397,8 @@ fn an_interrupted_picture_leaves_the_old_file() {
             level: [&hits.level[..], &hits.level].concat(),
             ..Hits::default()
         };
-        let expected = encode(format, EIGHT, Frame::whole(8, 8), &palette, &both, 8).unwrap();
-        assert!(whole == expected, "{format}");
+        let expected = encode(format, EIGHT, &whole(8, 8), &palette, &both, 8).unwrap();
+        assert!(written == expected, "{format}");
     }
 }
 
@@ -405,7 +409,7 @@ fn wrong_bands_are_refused() {
     for format in Format::ALL {
         let begin = || {
             let sink = Cursor::new(Vec::new());
-            PictureWriter::create(format, CERTIFICATES, Frame::whole(4, 2), sink, "m").unwrap()
+            PictureWriter::create(format, CERTIFICATES, &whole(4, 2), sink, "m").unwrap()
         };
         let colors = shaded(format, CERTIFICATES, &palette, &hits).unwrap();
         assert!(matches!(begin().rows(&colors, &hits, 3), Err(Error::Usage(_))));
@@ -434,8 +438,8 @@ fn a_full_disk_is_an_error_with_a_name() {
     for format in Format::ALL {
         let attempt = || -> Result<()> {
             let file = OutputFile::create("/dev/full", format.needs_seek())?;
-            let frame = Frame::whole(512, 512);
-            let mut writer = PictureWriter::create(format, EIGHT, frame, file, "/dev/full")?;
+            let pixels = whole(512, 512);
+            let mut writer = PictureWriter::create(format, EIGHT, &pixels, file, "/dev/full")?;
             writer.rows(&shaded(format, EIGHT, &palette, &hits)?, &hits, 512)?;
             commit([writer.finish()?], &Control::default())
         };
@@ -452,9 +456,9 @@ fn a_flipped_bit_is_noticed() {
     let (palette, srgb) = every_byte();
     let mut hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 16 * 16, palette.len());
     hits.id = (0..256).collect();
-    let frame = Frame::whole(16, 16);
+    let pixels = whole(16, 16);
     for format in Format::ALL {
-        let good = encode(format, EIGHT, frame, &palette, &hits, 16).unwrap();
+        let good = encode(format, EIGHT, &pixels, &palette, &hits, 16).unwrap();
         // The middle of the file is pixels in each of them.
         let mut bad = good.clone();
         bad[good.len() / 2] ^= 0x10;
@@ -477,160 +481,12 @@ fn a_wrong_palette_is_noticed() {
     palette.swap(200, 201);
     let hits = Hits { id: (0..256).collect(), ..Hits::default() };
     for format in [Format::Png, Format::Ppm] {
-        let bytes = encode_ids(format, Frame::whole(16, 16), &palette, hits.clone()).unwrap();
+        let bytes = encode_ids(format, &whole(16, 16), &palette, hits.clone()).unwrap();
         let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
         let wrong: Vec<usize> = (0..256)
             .filter(|&i| picture.get_pixel(i as u32 % 16, i as u32 / 16).0 != srgb[i])
             .collect();
         assert_eq!(wrong, [200, 201], "{format}");
-    }
-}
-
-// Rays.
-
-fn npy_bytes<T: npyz::Serialize + Copy>(
-    dtype: &str,
-    shape: &[u64],
-    order: npyz::Order,
-    values: &[T],
-) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut writer = npyz::WriteOptions::new()
-        .dtype(npyz::DType::new_scalar(dtype.parse().unwrap()))
-        .shape(shape)
-        .order(order)
-        .writer(&mut bytes)
-        .begin_nd()
-        .unwrap();
-    writer.extend(values.iter().copied()).unwrap();
-    writer.finish().unwrap();
-    bytes
-}
-
-fn read_bytes(bytes: &[u8]) -> Result<Vec<kugelblitz::trace::Ray>> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rays.npy");
-    std::fs::write(&path, bytes).unwrap();
-    read_rays(&path)
-}
-
-#[test]
-fn rays_are_read_in_every_order_and_type() {
-    let rows = [[1.0, 2.0, 3.0, 0.5, 0.25, -8.0], [-1.5, 0.0, 7.0, 0.0, 0.0, 1.0]];
-    let c: Vec<f64> = rows.iter().flatten().copied().collect();
-    let fortran: Vec<f64> = (0..6).flat_map(|column| rows.map(|row| row[column])).collect();
-    let single = |values: &[f64]| values.iter().map(|&v| v as f32).collect::<Vec<f32>>();
-    let files = [
-        npy_bytes("<f8", &[2, 6], npyz::Order::C, &c),
-        npy_bytes(">f8", &[2, 6], npyz::Order::C, &c),
-        npy_bytes("<f8", &[2, 6], npyz::Order::Fortran, &fortran),
-        npy_bytes("<f4", &[2, 6], npyz::Order::C, &single(&c)),
-        npy_bytes(">f4", &[2, 6], npyz::Order::Fortran, &single(&fortran)),
-    ];
-    for bytes in files {
-        let rays = read_bytes(&bytes).unwrap();
-        let found: Vec<[f64; 6]> = rays
-            .iter()
-            .map(|r| {
-                [r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z]
-            })
-            .collect();
-        assert_eq!(found, rows);
-    }
-    let none = npy_bytes::<f64>("<f8", &[0, 6], npyz::Order::C, &[]);
-    assert!(read_bytes(&none).unwrap().is_empty());
-}
-
-#[test]
-fn wrong_rays_are_named() {
-    let order = npyz::Order::C;
-    let ray = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-    let with = |column: usize, value: f64| {
-        let mut values = [ray, ray].concat();
-        values[6 + column] = value;
-        npy_bytes("<f8", &[2, 6], order, &values)
-    };
-    let good = npy_bytes("<f8", &[1, 6], order, &ray);
-    let longer = [&good[..], &[0]].concat();
-    for (bytes, expected) in [
-        (with(0, f64::NAN), "row 1 (counted from 0) has a number that is not finite"),
-        (with(5, f64::INFINITY), "row 1 (counted from 0) has a number that is not finite"),
-        (with(5, 0.0), "row 1 (counted from 0) has the direction (0, 0, 0)"),
-        (npy_bytes("<f8", &[2, 3], order, &ray), "its shape is (2, 3); expected"),
-        (npy_bytes("<f8", &[6], order, &ray), "it has 1 dimensions; expected"),
-        (npy_bytes("<i4", &[1, 6], order, &[1_i32; 6]), "its dtype is '<i4'; expected"),
-        (good[..good.len() - 1].to_vec(), "47 bytes follow"),
-        (longer, "49 bytes follow"),
-        (b"x,y,z\n1,2,3\n".to_vec(), "not a readable .npy file"),
-        (Vec::new(), "not a readable .npy file"),
-    ] {
-        let error = read_bytes(&bytes).err().unwrap();
-        assert!(matches!(error, Error::Input { .. }), "{error:?}");
-        let message = error.to_string();
-        assert!(message.contains(expected), "{message}");
-    }
-    let missing = read_rays(Path::new("no/such/rays.npy"));
-    assert!(matches!(missing, Err(Error::Io { .. })));
-}
-
-#[test]
-fn garbage_is_refused_without_a_panic() {
-    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
-    let good = npy_bytes("<f8", &[2, 6], npyz::Order::C, &[1.0; 12]);
-    let header_length = good.len() - 12 * 8;
-    let interesting = b"{}()[]'\",:<>|=fbuiOUV0123456789xXeEjLN\\ \n\x00\xff-+_.";
-    let (mut n_read, mut n_refused) = (0, 0);
-    for _ in 0..2000 {
-        let mut bytes = good.clone();
-        for _ in 0..rng.random_range(1..6) {
-            let at = rng.random_range(0..header_length);
-            match rng.random_range(0..4) {
-                0 => bytes[at] = rng.random(),
-                1 => bytes[at] = interesting[rng.random_range(0..interesting.len())],
-                2 => bytes.truncate(rng.random_range(0..bytes.len() + 1).max(header_length)),
-                _ => {
-                    let from = rng.random_range(0..header_length);
-                    bytes[at] = bytes[from];
-                }
-            }
-        }
-        // A mutation may be harmless; whatever is read is rays.
-        match read_bytes(&bytes) {
-            Ok(rays) => {
-                assert!(rays.iter().all(|ray| ray.direction.is_finite()));
-                n_read += usize::from(!rays.is_empty());
-            }
-            Err(_) => n_refused += 1,
-        }
-    }
-    assert!(n_read > 20 && n_refused > 1000, "{n_read} read, {n_refused} refused");
-
-    let with_text = |text: String| {
-        let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
-        bytes.extend((text.len() as u32).to_le_bytes());
-        bytes.extend(text.bytes());
-        bytes
-    };
-    let header = |shape: &str| {
-        with_text(format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"))
-    };
-    for bytes in [
-        header("(18446744073709551615, 6)"),
-        header("(0xffffffffffffffff, 6)"),
-        header("(3000000000000000000, 6)"),
-        header("(99999999999999, 6)"),
-        header("(4294967296, 4294967296)"),
-        header("(4294967296, 4294967296, 0)"),
-        header("(-1, 6)"),
-        header("(6, '\\N{DIGIT SIX}')"),
-        header(&"(".repeat(5_000)),
-        with_text("[".repeat(100_000)),
-        with_text(String::new()),
-        b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec(),
-        b"\x93NUMPY\x09\x00\x00\x00\x00\x00".to_vec(),
-    ] {
-        let error = read_bytes(&bytes).err().unwrap();
-        assert!(matches!(error, Error::Input { .. }), "{error:?}");
     }
 }
 
@@ -659,7 +515,7 @@ fn encode_times_at_full_hd() {
     for (name, hits) in [("discs", &hits), ("noise", &noise)] {
         for format in Format::ALL {
             for options in [EIGHT, SIXTEEN] {
-                let frame = Frame::whole(width, height);
+                let pixels = whole(width, height);
                 let mut best_ms = f64::INFINITY;
                 let mut n_bytes = 0;
                 for _ in 0..5 {
@@ -667,12 +523,12 @@ fn encode_times_at_full_hd() {
                     let colors = shaded(format, options, &palette, hits).unwrap();
                     let sink = Cursor::new(Vec::with_capacity(1 << 27));
                     let mut writer =
-                        PictureWriter::create(format, options, frame, sink, "m").unwrap();
+                        PictureWriter::create(format, options, &pixels, sink, "m").unwrap();
                     writer.rows(&colors, hits, height).unwrap();
                     n_bytes = writer.finish().unwrap().into_inner().len();
                     best_ms = best_ms.min(start.elapsed().as_secs_f64() * 1e3);
                 }
-                let held = writer_bytes(format, options, frame, height).unwrap();
+                let held = writer_bytes(format, options, &pixels, height).unwrap();
                 println!(
                     "{name} {format} {:?}: {best_ms:.1} ms, {n_bytes} bytes, holds at most {held}",
                     options.bits

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{gpu, plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Lens, Pixels, View};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{Plane, Sphere};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 

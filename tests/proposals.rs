@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::control::Control;
 use kugelblitz::cpu::{CpuTracer, propose_alone};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Search};
+use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -370,7 +370,7 @@ fn cut_guards(prepared: &mut Prepared) {
         }
     }
     if let Some(hierarchy) = &mut prepared.hierarchy
-        && let Search::Pixels { far, .. } = &mut hierarchy.search
+        && let Some(Seen { far, .. }) = &mut hierarchy.seen
     {
         far.iter_mut().for_each(|sphere| cut_radii(&mut sphere.inner2, &mut sphere.outer2));
     }

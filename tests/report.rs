@@ -150,8 +150,8 @@ impl Tracer for FlippedSign {
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
-    fn certify(&self, _: &Rays, _: &Control, _: &mut Hits, timing: Timing) -> Result<Timing> {
-        Ok(timing)
+    fn target(&self) -> Option<(&Prepared, Wants)> {
+        None
     }
 
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {

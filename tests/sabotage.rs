@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use common::{plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::visible_root;
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{Object, Scene};
 use kugelblitz::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts};
 

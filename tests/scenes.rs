@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use common::{camera, gpu, plane, sphere};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;

@@ -5,9 +5,9 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use kugelblitz::camera::{Bundle, Pixels, View};
 use kugelblitz::gpu::{Shader, compile};
-use kugelblitz::prepare::{FEW_SPHERES, Needs, Prepared};
+use kugelblitz::prepare::{FEW_SPHERES, Finding, Prepared, ShaderKey};
+use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
 
@@ -87,52 +87,29 @@ fn bindings(words: &[u32]) -> Vec<u32> {
     numbers
 }
 
-fn needs(kernel: Kernel, bundle: Bundle) -> Needs {
-    Needs {
-        kernel,
-        bundle,
-        n_spheres: 3,
-        n_planes: 2,
-        surface: false,
-        near: false,
-        hierarchy: false,
-    }
+fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
+    ShaderKey { kernel, bundle, spheres, n_spheres: 3, n_planes: 2, surface: false }
 }
 
-/// All combinations that the program can ask for, and some more.
-fn all_needs() -> Vec<Needs> {
+/// All that the program can ask for.
+fn all_keys() -> Vec<ShaderKey> {
+    use Finding::{Hierarchy, Listed, ListedFar};
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
+        let is_certified = kernel == Kernel::Certified;
         for bundle in Bundle::ALL {
+            let findings = match bundle {
+                _ if !is_certified => &[Listed][..],
+                Bundle::Point => &[Listed, ListedFar, Hierarchy],
+                Bundle::Parallel => &[Listed, Hierarchy],
+                Bundle::Free => &[Listed],
+            };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
-                for surface in [false, true] {
-                    for inside in [false, true] {
-                        let certified = kernel == Kernel::Certified;
-                        let asked_for = match certified {
-                            true => {
-                                let may_be = match bundle {
-                                    Bundle::Point => true,
-                                    Bundle::Parallel => !inside,
-                                    Bundle::Free => inside,
-                                };
-                                !surface && may_be
-                            }
-                            false => !inside,
-                        };
-                        if asked_for {
-                            let needs = needs(kernel, bundle);
-                            let needs =
-                                Needs { n_spheres, n_planes, surface, near: inside, ..needs };
-                            all.push(needs);
-                            let by_pixel = match bundle {
-                                Bundle::Point => inside,
-                                Bundle::Parallel => true,
-                                Bundle::Free => false,
-                            };
-                            if certified && by_pixel {
-                                all.push(Needs { hierarchy: true, ..needs });
-                            }
-                        }
+                for &spheres in findings {
+                    let key = ShaderKey { n_spheres, n_planes, ..key(kernel, bundle, spheres) };
+                    all.push(key);
+                    if !is_certified {
+                        all.push(ShaderKey { surface: true, ..key });
                     }
                 }
             }
@@ -141,19 +118,19 @@ fn all_needs() -> Vec<Needs> {
     all
 }
 
-fn shader(needs: &Needs) -> (Shader, Vec<u32>) {
-    let shader = compile(needs).unwrap_or_else(|error| panic!("{error}: {needs:?}"));
+fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
+    let shader = compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}"));
     let words = shader.spirv().unwrap();
     (shader, words)
 }
 
 #[test]
 fn every_float_result_is_decorated() {
-    for needs in all_needs() {
-        let (_, words) = shader(&needs);
-        let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {needs:?}"));
+    for key in all_keys() {
+        let (_, words) = shader(&key);
+        let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
-        assert!(n >= 6, "{n} float results: {needs:?}");
+        assert!(n >= 6, "{n} float results: {key:?}");
     }
 }
 
@@ -161,8 +138,7 @@ fn every_float_result_is_decorated() {
 #[test]
 fn sabotage_a_missing_decoration_is_noticed() {
     for kernel in Kernel::ALL {
-        let inside = kernel == Kernel::Certified;
-        let (_, words) = shader(&Needs { near: inside, ..needs(kernel, Bundle::Point) });
+        let (_, words) = shader(&key(kernel, Bundle::Point, Finding::Listed));
         let mut n_removed = 0;
         for at in 5..words.len() - 2 {
             if words[at] == (3 << 16 | 71) && words[at + 2] == 42 {
@@ -207,33 +183,37 @@ fn assert_complete(shader: &Shader, words: &[u32]) {
 
 #[test]
 fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
-    for needs in all_needs() {
-        let (whole, words) = shader(&needs);
+    for key in all_keys() {
+        let (whole, words) = shader(&key);
         assert_complete(&whole, &words);
-        assert_eq!(has(&whole, "plane"), needs.n_planes > 0, "{needs:?}");
-        let has_spheres = needs.n_spheres > 0;
-        assert_eq!(has(&whole, "sphere"), has_spheres || needs.hierarchy, "{needs:?}");
+        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
+        let has_spheres = key.n_spheres > 0;
+        assert_eq!(
+            has(&whole, "sphere"),
+            has_spheres || key.spheres == Finding::Hierarchy,
+            "{key:?}"
+        );
         // Results, parameters; spheres; planes; the list of rays; the hierarchy.
-        let surface = if needs.surface { 2 } else { 0 };
-        let list = usize::from(needs.bundle == Bundle::Free);
-        let objects = usize::from(needs.n_spheres > 0) + usize::from(needs.n_planes > 0);
-        let hierarchy = match needs.hierarchy {
+        let surface = if key.surface { 2 } else { 0 };
+        let list = usize::from(key.bundle == Bundle::Free);
+        let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
+        let hierarchy = match key.spheres == Finding::Hierarchy {
             true => 3 + usize::from(has_spheres),
             false => 0,
         };
         let expected = 2 + surface + objects + list + hierarchy;
-        assert_eq!(bindings(&words).len(), expected, "{needs:?}");
-        if needs.n_planes > 0 {
-            let (_, without) = shader(&Needs { n_planes: 0, ..needs });
+        assert_eq!(bindings(&words).len(), expected, "{key:?}");
+        if key.n_planes > 0 {
+            let (_, without) = shader(&ShaderKey { n_planes: 0, ..key });
             let floats = |words: &[u32]| check_no_contraction(words).unwrap();
-            assert!(floats(&without) < floats(&words), "{needs:?}");
-            assert_eq!(bindings(&without).len() + 1, bindings(&words).len(), "{needs:?}");
+            assert!(floats(&without) < floats(&words), "{key:?}");
+            assert_eq!(bindings(&without).len() + 1, bindings(&words).len(), "{key:?}");
         }
     }
 }
 
-/// The scenes that come along, their spheres, and what the program then asks of the device.
-fn scenes() -> Vec<(String, usize, Needs)> {
+/// The scenes that come along, their spheres, and the shader that the program then asks for.
+fn scenes() -> Vec<(String, usize, ShaderKey)> {
     let mut found = Vec::new();
     for folder in ["scenes", "scenes/hard", "scenes/clouds"] {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
@@ -247,16 +227,16 @@ fn scenes() -> Vec<(String, usize, Needs)> {
             let rays = Rays::Pixels(Pixels::whole(view, 64, 48));
             for kernel in Kernel::ALL {
                 let prepared = Prepared::new(Arc::new(scene.clone()), kernel, &rays).unwrap();
-                let needs = prepared.needs(Wants::default());
+                let key = prepared.shader_key(Wants::default());
                 let name = format!("{} {}", path.display(), kernel.name());
-                found.push((name, scene.spheres.len(), needs));
+                found.push((name, scene.spheres.len(), key));
             }
         }
     }
     found
 }
 
-/// What a hierarchy brings: textures, loops, and names.
+/// The signs of a hierarchy: textures, loops, and names.
 fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
     const OP_TYPE_IMAGE: u32 = 25;
     const OP_LOOP_MERGE: u32 = 246;
@@ -268,21 +248,22 @@ fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
 #[test]
 fn a_hierarchy_only_where_there_are_many_spheres() {
     let mut n_with = 0;
-    for (name, n_spheres, needs) in scenes() {
-        let (shader, words) = shader(&needs);
-        assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, needs.hierarchy, "{name}");
-        let is_many = needs.kernel == Kernel::Certified && n_spheres > FEW_SPHERES;
-        assert_eq!(needs.hierarchy, is_many, "{name}");
-        n_with += usize::from(needs.hierarchy);
+    for (name, n_spheres, key) in scenes() {
+        let (shader, words) = shader(&key);
+        let has_hierarchy = key.spheres == Finding::Hierarchy;
+        assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, has_hierarchy, "{name}");
+        let is_many = key.kernel == Kernel::Certified && n_spheres > FEW_SPHERES;
+        assert_eq!(has_hierarchy, is_many, "{name}");
+        n_with += usize::from(has_hierarchy);
     }
     assert!(n_with > 0);
 }
 
 #[test]
 fn code_for_rays_from_inside_only_where_one_starts_there() {
-    let needs = needs(Kernel::Certified, Bundle::Point);
-    let (without, without_words) = shader(&needs);
-    let (with, with_words) = shader(&Needs { near: true, ..needs });
+    let of = |spheres| shader(&key(Kernel::Certified, Bundle::Point, spheres));
+    let (without, without_words) = of(Finding::ListedFar);
+    let (with, with_words) = of(Finding::Listed);
     assert!(!has(&without, "inside") && has(&with, "inside"));
     assert_complete(&without, &without_words);
     assert_complete(&with, &with_words);
@@ -292,23 +273,23 @@ fn code_for_rays_from_inside_only_where_one_starts_there() {
 
 #[test]
 fn only_one_kernel_and_one_source_of_rays() {
-    for needs in all_needs() {
-        let (whole, _) = shader(&needs);
-        let objects = needs.n_spheres + needs.n_planes > 0;
+    for key in all_keys() {
+        let (whole, _) = shader(&key);
+        let objects = key.n_spheres + key.n_planes > 0;
         for kernel in Kernel::ALL {
             // `double` is made of the formulas of `stable`, but not of its records.
-            let shares = (kernel, needs.kernel) == (Kernel::Stable, Kernel::Double);
-            let expected = objects && (kernel == needs.kernel || shares);
-            assert_eq!(has(&whole, kernel.name()), expected, "{}, {needs:?}", kernel.name());
+            let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);
+            let expected = objects && (kernel == key.kernel || shares);
+            assert_eq!(has(&whole, kernel.name()), expected, "{}, {key:?}", kernel.name());
         }
-        let of_kernel = needs.kernel.name();
+        let of_kernel = key.kernel.name();
         let records = records(&whole);
-        assert!(records.iter().all(|name| name.ends_with(of_kernel)), "{needs:?}");
-        assert_eq!(records.is_empty(), !objects, "{records:?}: {needs:?}");
-        assert_eq!(has(&whole, "camera"), needs.bundle != Bundle::Free, "{needs:?}");
-        assert_eq!(has(&whole, "rayrecord"), needs.bundle == Bundle::Free, "{needs:?}");
-        let normals = needs.surface;
-        assert_eq!(has(&whole, "normal"), normals, "{needs:?}");
+        assert!(records.iter().all(|name| name.ends_with(of_kernel)), "{key:?}");
+        assert_eq!(records.is_empty(), !objects, "{records:?}: {key:?}");
+        assert_eq!(has(&whole, "camera"), key.bundle != Bundle::Free, "{key:?}");
+        assert_eq!(has(&whole, "rayrecord"), key.bundle == Bundle::Free, "{key:?}");
+        let normals = key.surface;
+        assert_eq!(has(&whole, "normal"), normals, "{key:?}");
     }
 }
 
@@ -316,9 +297,9 @@ fn only_one_kernel_and_one_source_of_rays() {
 fn f64_only_in_the_kernel_that_calculates_in_it() {
     const OP_CAPABILITY: u32 = 17;
     const FLOAT64: u32 = 10;
-    for needs in all_needs() {
-        let (_, words) = shader(&needs);
+    for key in all_keys() {
+        let (_, words) = shader(&key);
         let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
-        assert_eq!(asks, needs.kernel == Kernel::Double, "{needs:?}");
+        assert_eq!(asks, key.kernel == Kernel::Double, "{key:?}");
     }
 }

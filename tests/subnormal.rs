@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use common::{in_cube, plane, scene, sphere};
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::{ExactRay, nearest};
 use kugelblitz::prepare::{exponent_of, scale_by_power_of_two};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -88,7 +88,7 @@ fn every_control_of_the_camera_works() {
     seen.reset();
     let red = seen.at(150, 130);
     seen.point(red);
-    seen.wait(|event| event.hover().is_some_and(|text| text.contains("(red)")));
+    seen.hovers("(red)");
     seen.moves(|seen| seen.xdotool(&["click", "4"]));
     assert_as_rendered(&mut seen, &path, "certified");
     let nearer = camera_of(&seen.camera());
@@ -103,9 +103,9 @@ fn every_control_of_the_camera_works() {
     // A double click sets the pivot: orbiting then keeps the distance to that point.
     seen.reset();
     seen.point(middle);
-    seen.wait(|event| event.hover().is_some_and(|text| text.contains("(blue)")));
+    seen.hovers("(blue)");
     seen.point(red);
-    let hovered = seen.wait(|event| event.hover().is_some_and(|text| text.contains("(red)")));
+    let hovered = seen.hovers("(red)");
     let text = hovered.hover().unwrap();
     let numbers = text.rsplit_once('(').unwrap().1.trim_end_matches(')');
     let numbers: Vec<f64> = numbers.split(", ").map(|n| n.parse().unwrap()).collect();
@@ -118,7 +118,7 @@ fn every_control_of_the_camera_works() {
     assert!(turned.position.distance(home.position) > 0.5);
 
     // Flying, each key in its direction.
-    let view = kugelblitz::camera::View::new(&home);
+    let view = kugelblitz::rays::View::new(&home);
     for (key, direction) in [
         ("w", view.forward),
         ("s", -view.forward),
@@ -269,6 +269,15 @@ fn numbers_are_seen() {
     seen.quit();
 }
 
+/// The text of the command `explain` for a pixel of a picture of [`SIZE`].
+fn explained_outside(scene: &Path, x: u32, y: u32) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
+        .args(["explain", scene.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
+        .output()
+        .unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
 #[test]
 fn a_pixel_tells_why() {
     let desk = Desk::new();
@@ -278,16 +287,11 @@ fn a_pixel_tells_why() {
     let [x, y] = [100, 200];
     let place = seen.at(x, y);
     seen.point(place);
-    let starts = format!("pixel {x}, {y} · ");
-    seen.wait(|event| event.hover().is_some_and(|text| text.starts_with(&starts)));
+    seen.hovers(&format!("pixel {x}, {y} · "));
     seen.xdotool(&["click", "1"]);
     let explained = seen.wait(|event| event.name() == "explained");
     let text = explained.text();
-    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
-        .args(["explain", path.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
-        .output()
-        .unwrap();
-    assert_eq!(text, String::from_utf8(output.stdout).unwrap());
+    assert_eq!(text, explained_outside(&path, x, y));
     seen.key("ctrl+c");
     assert_eq!(seen.clipboard(), text);
     seen.key("Escape");
@@ -406,19 +410,14 @@ fn a_click_before_a_resize_asks_about_what_was_clicked() {
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
     let [x, y] = [440, 280];
     seen.point(seen.at(x, y));
-    let starts = format!("pixel {x}, {y} · ");
-    seen.wait(|event| event.hover().is_some_and(|text| text.starts_with(&starts)));
+    seen.hovers(&format!("pixel {x}, {y} · "));
     // Within the time of a double click.
     let window = seen.window.to_string();
     let shrink = ["click", "1", "windowsize", &window, "250", "260"];
     seen.xdotool(&[&shrink[..], &["mousemove", "--window", &window, "50", "100"]].concat());
     let explained = seen.wait(|event| ["explained", "trouble"].contains(&event.name()));
     assert_eq!(explained.name(), "explained", "{}", explained.message());
-    let output = Command::new(env!("CARGO_BIN_EXE_kugelblitz"))
-        .args(["explain", path.to_str().unwrap(), "--pixel", &format!("{x},{y}"), "--size", SIZE])
-        .output()
-        .unwrap();
-    assert_eq!(explained.text(), String::from_utf8(output.stdout).unwrap());
+    assert_eq!(explained.text(), explained_outside(&path, x, y));
     seen.quit();
 }
 
@@ -516,6 +515,36 @@ fn the_picture_is_saved_at_full_resolution() {
 }
 
 #[test]
+fn two_saves_at_once_take_two_names() {
+    let desk = Desk::new();
+    let path = scene("figure2");
+    let mut seen = Seen::open(&desk, &path, &["--size", "2000x1500"]);
+    let expected = render(&path, &seen.camera(), [2000, 1500], "certified");
+    seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+s"]);
+    let mut saved = [(); 2].map(|()| seen.wait(|event| event.name() == "saved").path().to_owned());
+    saved.sort();
+    for (path, name) in saved.iter().zip(["figure2-1.png", "figure2-2.png"]) {
+        assert!(path.ends_with(name), "{path}");
+        assert!(Image::open(&seen.folder().join(name)) == expected, "{path}");
+    }
+    seen.quit();
+}
+
+#[test]
+fn a_save_that_fails_behind_a_closed_window_is_told() {
+    let desk = Desk::new();
+    let mut seen = Seen::open(&desk, &scene("figure2"), &["--size", "4000x3000"]);
+    seen.allow_files_of(1000);
+    seen.xdotool(&["key", "--delay", "0", "ctrl+s", "ctrl+q"]);
+    let code = seen.exit_code();
+    assert!(seen.log.iter().all(|event| event.name() != "trouble"), "the save was too quick");
+    let stderr = seen.stderr();
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("error: ./figure2-1.png: File too large"), "{stderr}");
+    assert!(!seen.folder().join("figure2-1.png").exists());
+}
+
+#[test]
 fn a_lost_device_is_opened_anew() {
     let desk = Desk::new();
     let path = scene("figure1");
@@ -565,7 +594,7 @@ fn wrong_scenes_are_refused_before_a_window_opens() {
 
 #[test]
 fn use_leaves_memory_bounded() {
-    desk::work_through(4);
+    desk::usage::work_through(4);
 }
 
 /// Not part of a run of all tests, for it takes five minutes:
@@ -573,5 +602,5 @@ fn use_leaves_memory_bounded() {
 #[test]
 #[ignore = "takes five minutes"]
 fn five_minutes_of_use_leave_memory_flat() {
-    desk::soak(std::time::Duration::from_secs(300));
+    desk::usage::soak(std::time::Duration::from_secs(300));
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use kugelblitz::camera::{Pixels, View};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::{Error, Result};
 

@@ -9,16 +9,16 @@ use rayon::prelude::*;
 
 use super::surface::{MISS, exact_surface};
 use super::{RayF64, Settled, Stage, StageRays};
-use crate::bvh::boxes::BoxesRay;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{Shape, nearest};
 use crate::guard;
 use crate::host;
 use crate::kernel::certified::Nearness;
-use crate::prepare::{Hierarchy, Search};
+use crate::prepare::{Hierarchy, Seen};
 use crate::scene::Object;
 use crate::trace::{Level, Timing, Wants};
+use crate::tree::TreeRay;
 use crate::vec3::Vec3;
 
 /// Undecided rays that are looked at before they are settled.
@@ -163,26 +163,20 @@ impl Stage<'_> {
         ray: &RayF64,
         mut consider: impl FnMut(u32) -> f64,
     ) {
-        match (&hierarchy.search, &self.rays) {
-            (Search::Pixels { footprints, far }, StageRays::Pixels { pixels, .. }) => {
-                let (x, y) = pixels.xy(index);
-                footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
-                    guard::round_up(t_bound(ray, consider(far[place].id)))
-                });
-            }
-            (Search::Rays { boxes, ids }, _) => {
-                let origin = ray.reference - self.reference;
-                let direction = DVec3::from_array(ray.ray.direction.0);
-                boxes.visit(&BoxesRay { origin, direction }, |place| {
-                    t_bound(ray, consider(ids[place]))
-                });
-            }
-            (Search::Pixels { .. }, StageRays::List(_)) => {
-                for id in 1..=self.scene.spheres.len() as u32 {
-                    consider(id);
-                }
-            }
+        if let (Some(seen), StageRays::Pixels { pixels, .. }) = (&hierarchy.seen, &self.rays) {
+            let Seen { footprints, far } = seen;
+            let (x, y) = pixels.xy(index);
+            footprints.visit(footprints.cells([x, y], [x, y]), f32::INFINITY, |_, place| {
+                guard::round_up(t_bound(ray, consider(far[place].id)))
+            });
+            return;
         }
+        let tree = &*hierarchy.tree;
+        let origin = ray.reference - tree.reference;
+        let direction = DVec3::from_array(ray.ray.direction.0);
+        tree.visit(&TreeRay { origin, direction }, |place| {
+            t_bound(ray, consider(tree.order[place] + 1))
+        });
     }
 
     /// The nearest of the candidates. One candidate that f64 decided needs no further decision.

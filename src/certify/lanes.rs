@@ -73,7 +73,7 @@ struct Run {
     /// Where in the part they begin.
     at: usize,
     n: usize,
-    /// [`crate::camera::Pixels::offset2`] of the first one, where they are pixels.
+    /// [`crate::rays::Pixels::offset2`] of the first one, where they are pixels.
     offset: (i64, i64),
 }
 

@@ -12,7 +12,6 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::{Bundle, CameraF64, Pixels};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
@@ -21,6 +20,7 @@ use crate::host;
 use crate::kernel::RayOf;
 use crate::kernel::certified::UNDECIDED;
 use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
+use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
@@ -181,8 +181,6 @@ struct Stage<'a> {
     rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
     hierarchy: Option<&'a Hierarchy>,
-    /// What the hierarchy's coordinates are relative to.
-    reference: DVec3,
     /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
     ks: Vec<K>,
     /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
@@ -254,22 +252,10 @@ impl<'a> Stage<'a> {
             }
             StageRays::List(_) => HashMap::new(),
         };
-        let reference = prepared.reference;
         let has_one_origin = prepared.bundle() == Bundle::Point;
         let bounds = Bounds { widening: guard::widening_f64(), input };
         let most_held = MOST_HELD;
-        Stage {
-            scene,
-            rays,
-            hierarchy,
-            reference,
-            ks,
-            rest_ks,
-            usable,
-            has_one_origin,
-            bounds,
-            most_held,
-        }
+        Stage { scene, rays, hierarchy, ks, rest_ks, usable, has_one_origin, bounds, most_held }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {

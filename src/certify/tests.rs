@@ -3,8 +3,8 @@
 use super::decide::Decision;
 use super::surface::{MISS, Surface};
 use super::*;
-use crate::camera::{Bundle, View};
 use crate::random::SplitMix;
+use crate::rays::{Bundle, View};
 use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;

@@ -67,8 +67,8 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     };
     let anywhere = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = pixels.map_or_else(|| Rays::List(vec![anywhere]), Rays::Pixels);
-    // The others have one record an object, and need not be made to be counted.
-    let listed = [Kernel::Lecture, Kernel::Stable, Kernel::Double].map(|kernel| {
+    // All but one have a record an object, and need not be made to be counted.
+    let listed = Kernel::ALL.map(|kernel| {
         (kernel.name(), record_bytes(kernel, scene.spheres.len(), scene.planes.len()))
     });
     let mut bytes_device = BTreeMap::from(listed);

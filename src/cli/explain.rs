@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::camera::Pixels;
 use kugelblitz::device::Device;
 use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, explain, latex, text};
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Ray, Rays};
 use kugelblitz::{Error, Result};
 use serde::Serialize;

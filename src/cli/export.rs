@@ -1,8 +1,8 @@
 //! `kugelblitz export`
 
-use kugelblitz::camera::Pixels;
 use kugelblitz::export;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 

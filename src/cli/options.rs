@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
-use kugelblitz::camera::{Pixels, View};
 use kugelblitz::export::Language;
 use kugelblitz::generate::Distribution;
 use kugelblitz::gpu::Pick;
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
 use kugelblitz::{Error, Result};

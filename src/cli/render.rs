@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use kugelblitz::camera::Pixels;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::rays::Pixels;
 use kugelblitz::render;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Result, Session};

@@ -23,10 +23,8 @@ pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
 
 /// Shows, while it lives, that preparing a scene takes a while.
 pub fn preparing(scene: &Scene, kernel: Kernel, talk: &TalkArgs) -> Progress {
-    let what = match kernel {
-        Kernel::Certified => "building the hierarchy over",
-        Kernel::Lecture | Kernel::Stable | Kernel::Double => "preparing",
-    };
+    let has_hierarchy = kernel == Kernel::Certified;
+    let what = if has_hierarchy { "building the hierarchy over" } else { "preparing" };
     let n_spheres = count(scene.spheres.len(), "sphere");
     Progress::of_step(talk, format!("{what} {n_spheres}, {}", kernel.name()))
 }

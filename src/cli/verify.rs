@@ -3,12 +3,12 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use kugelblitz::camera::Pixels;
 use kugelblitz::compare::{Comparison, compare};
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::memory;
 use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
 use kugelblitz::render::{band_rows, bands, hits_bytes};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};

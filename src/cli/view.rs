@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use kugelblitz::Result;
-use kugelblitz::gpu::Pick;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
@@ -16,12 +15,10 @@ use super::{Run, ViewArgs};
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
     let size = args.size.size.map(check_size).transpose()?;
-    let pick = args.device.device.pick();
     let options = Options {
         path: args.scene.clone(),
         scene,
-        on_cpu: pick.is_none(),
-        pick: pick.unwrap_or(Pick::Best),
+        device: args.device.device.pick(),
         kernel: args.kernel.kernel,
         size,
         control: Arc::clone(&run.control),

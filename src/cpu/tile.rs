@@ -9,14 +9,14 @@
 
 use std::marker::PhantomData;
 
-use crate::bvh::footprints::{Cells, Footprints};
-use crate::camera::{CameraF32, Pixels};
 use crate::guard;
-use crate::kernel::RayOf;
 use crate::kernel::certified::{
-    Filter, GuardOf, Nearest, Nearness, PACKET, ParallelFilter, PointFilter, SphereFar, Widening,
+    Filter, GuardOf, Nearest, Nearness, ParallelFilter, PointFilter, SphereFar, Widening,
     closest_approach, far_nearness_at, parallel_nearness_at,
 };
+use crate::kernel::{PACKET, RayOf};
+use crate::rays::{CameraF32, Pixels};
+use crate::tree::footprints::{Cells, Footprints};
 use crate::vec3::Vec3;
 
 /// Columns and rows of a tile, px.

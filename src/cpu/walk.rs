@@ -4,18 +4,18 @@ use super::tile::TileRays;
 use crate::guard;
 use crate::kernel::RayOf;
 use crate::kernel::certified::{Nearest, Widening};
-use crate::prepare::{Hierarchy, Search};
+use crate::prepare::Seen;
 
 /// The nearest of `listed` and the spheres of the hierarchy, for a ray of this pixel.
 pub(super) fn nearest_far<T: TileRays>(
     ray: &RayOf<f32>,
     pixel: [u32; 2],
     listed: Nearest<f32>,
-    hierarchy: &Hierarchy,
+    seen: &Seen,
     widening: &Widening<f32>,
 ) -> Nearest<f32> {
     let mut nearest = listed;
-    let Search::Pixels { footprints, far } = &hierarchy.search else { return nearest };
+    let Seen { footprints, far } = seen;
     let t_max = guard::t_bound_f32(ray.a * nearest.low);
     footprints.visit(footprints.cells(pixel, pixel), t_max, |_, place| {
         let sphere = &far[place];

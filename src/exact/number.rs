@@ -182,12 +182,12 @@ impl PartialEq for Real {
 impl Eq for Real {}
 
 /// The components of a vector.
-pub(super) fn real3(v: DVec3) -> Option<[Real; 3]> {
+pub(crate) fn real3(v: DVec3) -> Option<[Real; 3]> {
     Some([real(v.x)?, real(v.y)?, real(v.z)?])
 }
 
 /// An integer.
-pub(super) fn integer(value: i64) -> Real {
+pub(crate) fn integer(value: i64) -> Real {
     Real::new(IBig::from(value), 0)
 }
 
@@ -197,12 +197,12 @@ pub(super) fn power_of_two(exponent: isize) -> Real {
 }
 
 /// `2x`.
-pub(super) fn double(x: &Real) -> Real {
+pub(crate) fn double(x: &Real) -> Real {
     Real { mantissa: x.mantissa.clone(), exponent: x.exponent + 1 }
 }
 
 /// The dot product.
-pub(super) fn product3(u: &[Real; 3], v: &[Real; 3]) -> Real {
+pub(crate) fn product3(u: &[Real; 3], v: &[Real; 3]) -> Real {
     &u[0] * &v[0] + &u[1] * &v[1] + &u[2] * &v[2]
 }
 

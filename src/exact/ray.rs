@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use super::number::{Real, integer, product3, real, real3};
-use crate::camera::{Lens, Pixels};
-use crate::trace::Ray;
+use crate::rays::{Lens, Pixels, Ray};
 
 /// A ray in exact numbers: `o + t·d`, kept as the multiples `S·o` of its origin and `F·d` of its
 /// direction for which all numbers are dyadic. It then stands in a world that is `S` times as
@@ -82,7 +81,7 @@ impl ExactRay {
     }
 
     /// `S·x`
-    pub(super) fn to_scale(&self, x: Real) -> Real {
+    pub(crate) fn to_scale(&self, x: Real) -> Real {
         match self.world_scale {
             1 => x,
             scale => x * integer(i64::from(scale)),

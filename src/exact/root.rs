@@ -32,7 +32,7 @@ impl From<Real> for Root {
 
 impl Root {
     /// `factor·(b + sign·√d)/a`; `a > 0`, `d ≥ 0`, `factor > 0`.
-    pub(super) fn new(b: Real, sign: i32, d: Real, a: Real, factor: u32) -> Root {
+    pub(crate) fn new(b: Real, sign: i32, d: Real, a: Real, factor: u32) -> Root {
         debug_assert!(signum(&a) > 0 && signum(&d) >= 0 && factor > 0);
         let s = if signum(&d) == 0 { 0 } else { sign };
         let d = if s == 0 { Real::zero() } else { d };
@@ -40,7 +40,7 @@ impl Root {
     }
 
     /// `factor·numerator/denominator`; `denominator > 0`.
-    pub(super) fn quotient(numerator: Real, denominator: Real, factor: u32) -> Root {
+    pub(crate) fn quotient(numerator: Real, denominator: Real, factor: u32) -> Root {
         Root::new(numerator, 0, Real::zero(), denominator, factor)
     }
 
@@ -48,19 +48,19 @@ impl Root {
         Root { b: -self.b, s: -self.s, ..self }
     }
 
-    pub(super) fn rational_part(&self) -> &Real {
+    pub(crate) fn rational_part(&self) -> &Real {
         &self.b
     }
 
-    pub(super) fn radicand(&self) -> &Real {
+    pub(crate) fn radicand(&self) -> &Real {
         &self.d
     }
 
-    pub(super) fn denominator(&self) -> &Real {
+    pub(crate) fn denominator(&self) -> &Real {
         &self.a
     }
 
-    pub(super) fn sign(&self) -> i32 {
+    pub(crate) fn sign(&self) -> i32 {
         self.s
     }
 

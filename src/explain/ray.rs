@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::numbers::{Columns, Quantity, Short, scaled};
 use super::{ObjectExplanation, Rank, Reason, Terms, label};
-use crate::arithmetic::Arithmetic;
-use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
+use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
 use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::kernel::{RayOf, lecture};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
+use crate::rays::Bundle;
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::trace::{Kernel, Ray, Rays};
 use crate::vec3::{Vec3, dot3};
@@ -262,12 +262,12 @@ fn kernel_ray(prepared: &Prepared, rays: &Rays) -> Option<(RayOf<f32>, i32)> {
     match rays {
         Rays::Pixels(pixels) => {
             let (i, j) = pixels.offset2(pixels.x, pixels.y);
-            Some((f32::pixel_ray(&f32::camera(prepared, pixels), i, j), 0))
+            Some((f32::pixel_ray(&f32::camera(&prepared.coordinates(), pixels), i, j), 0))
         }
         Rays::List(rays) => {
             let ray = rays.first()?;
-            let (_, exponent) = prepared.ray_record(ray);
-            Some((f32::list_ray(prepared, ray).0, exponent))
+            let (_, exponent) = prepared.coordinates().ray_record(ray);
+            Some((f32::list_ray(&prepared.coordinates(), ray).0, exponent))
         }
     }
 }

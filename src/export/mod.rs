@@ -11,7 +11,7 @@ mod tachyon;
 use std::fmt;
 use std::io::{self, Write};
 
-use crate::camera::View;
+use crate::rays::View;
 use crate::scene::{Color, Object, Scene};
 
 /// A language that scenes can be written in.

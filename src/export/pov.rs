@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::{Numbers, Syntax};
-use crate::camera::{Lens, View};
+use crate::rays::{Lens, View};
 use crate::scene::{Color, Object};
 
 pub(super) struct Pov;

@@ -1,7 +1,7 @@
 //! The Vulkan adapters of this machine.
 
 use crate::error::{Error, Result};
-use crate::trace::Kernel;
+use crate::kernel::{Float, Kernel};
 
 /// Advice where no device is there.
 pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian: `apt install mesa-vulkan-drivers` \
@@ -74,7 +74,7 @@ impl AdapterFacts {
     /// # Errors
     /// [`Error::NoAdapter`] when they need what it lacks.
     pub fn check_kernel(&self, kernel: Kernel) -> Result<()> {
-        if kernel == Kernel::Double && !self.f64 {
+        if kernel.about().float == Float::F64 && !self.f64 {
             return Err(Error::NoAdapter(format!(
                 "`{}` has no f64 in its shaders, which the kernel `{}` needs: use `--device cpu`, \
                  or another kernel",
@@ -85,14 +85,10 @@ impl AdapterFacts {
         Ok(())
     }
 
-    fn rank(&self) -> u8 {
-        match self.kind {
-            "discrete" => 0,
-            "integrated" => 1,
-            "virtual" => 2,
-            "software" => 3,
-            _ => 4,
-        }
+    fn rank(&self) -> Option<usize> {
+        ["discrete", "integrated", "virtual", "software", "other"]
+            .iter()
+            .position(|kind| *kind == self.kind)
     }
 }
 

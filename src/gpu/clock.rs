@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::device::OpenDevice;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Begin and end of the pass, each a 64-bit tick.
 const BYTES: u64 = 2 * size_of::<u64>() as u64;
@@ -22,28 +22,16 @@ impl Clock {
         if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
-        let buffer = |label, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: BYTES,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        use wgpu::BufferUsages as Usage;
+        let n_bytes = BYTES as usize;
         Some(Clock {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("clock"),
                 ty: wgpu::QueryType::Timestamp,
                 count: 2,
             }),
-            ticks: buffer(
-                "ticks",
-                wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-            ),
-            staging: buffer(
-                "ticks to read",
-                wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            ),
+            ticks: gpu.buffer("ticks", n_bytes, Usage::QUERY_RESOLVE | Usage::COPY_SRC),
+            staging: gpu.buffer("ticks to read", n_bytes, Usage::MAP_READ | Usage::COPY_DST),
             ns_per_tick: f64::from(gpu.queue.get_timestamp_period()),
         })
     }
@@ -66,15 +54,10 @@ impl Clock {
     /// The time of the pass that was submitted last.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device does not finish within `timeout`.
+    /// [`crate::Error::Device`] when the device does not finish within `timeout`.
     pub fn read(&self, gpu: &OpenDevice, timeout: Duration) -> Result<Duration> {
-        let view = gpu.map(&self.staging, BYTES, timeout).map_err(|reason| {
-            Error::Device(format!("`{}` did not give its time: {reason}", gpu.facts.name))
-        })?;
-        let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&view);
-        drop(view);
-        self.staging.unmap();
-        let ns = end.saturating_sub(begin) as f64 * self.ns_per_tick;
+        let ticks: Vec<u64> = gpu.read(&self.staging, 2, timeout, "give its time")?;
+        let ns = ticks[1].saturating_sub(ticks[0]) as f64 * self.ns_per_tick;
         Ok(Duration::from_nanos(ns as u64))
     }
 }

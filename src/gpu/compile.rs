@@ -5,40 +5,19 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::texture::TEXELS_PER_ROW;
-use crate::bvh::footprints::{BORROW, IS_LEAF};
-use crate::camera::Bundle;
 use crate::error::{Error, Result};
 use crate::guard;
-use crate::kernel::certified::{UNDECIDED, Widening};
-use crate::prepare::{LISTED_SPHERES, Needs};
-use crate::trace::Kernel;
-use crate::vec3::Real;
+use crate::kernel::certified::LISTED_SPHERES;
+#[cfg(feature = "view")]
+use crate::kernel::certified::UNDECIDED;
+use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
+use crate::prepare::{Finding, ShaderKey};
+use crate::rays::Bundle;
+use crate::tree::footprints::{BORROW, IS_LEAF};
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
-struct Part {
-    file: &'static str,
-    text: &'static str,
-}
-
-macro_rules! part {
-    ($name:literal) => {
-        Part {
-            file: concat!("shaders/", $name),
-            text: include_str!(concat!("../../shaders/", $name)),
-        }
-    };
-}
-
-const RAY: Part = part!("ray.wgsl");
-const VEC: Part = part!("vec.wgsl");
-const CAMERA: Part = part!("camera.wgsl");
-const LECTURE: Part = part!("lecture.wgsl");
-const RELATIVE: Part = part!("relative.wgsl");
-const STABLE: Part = part!("stable.wgsl");
-const DOUBLE: Part = part!("double.wgsl");
-const CERTIFIED: Part = part!("certified.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
@@ -57,34 +36,30 @@ pub struct Shader {
     pub info: ModuleInfo,
 }
 
-/// Puts together and validates the shader for a scene's needs.
+/// Puts together and validates a scene's shader.
 ///
 /// # Errors
 /// [`Error::Shader`] names the `.wgsl` file and line; that is a defect of the program.
-pub fn compile(needs: &Needs) -> Result<Shader> {
-    compile_edited(needs, None)
+pub fn compile(key: &ShaderKey) -> Result<Shader> {
+    compile_edited(key, None)
 }
 
 /// A test's change of the WGSL text of every scene's shader.
 pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
-pub(super) fn compile_edited(needs: &Needs, edit: Option<&Edit>) -> Result<Shader> {
-    let mut parts = vec![RAY, VEC];
-    if needs.bundle != Bundle::Free {
-        parts.push(CAMERA);
+pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
+    let [ray, vec, camera] = SHARED_PARTS;
+    let mut parts = vec![ray, vec];
+    if key.bundle != Bundle::Free {
+        parts.push(camera);
     }
-    parts.extend(match needs.kernel {
-        Kernel::Lecture => vec![LECTURE],
-        Kernel::Stable => vec![RELATIVE, STABLE],
-        Kernel::Double => vec![RELATIVE, DOUBLE],
-        Kernel::Certified => vec![CERTIFIED],
-    });
+    parts.extend(key.kernel.about().wgsl.parts);
     parts.push(RENDER);
-    if needs.hierarchy {
+    if key.spheres == Finding::Hierarchy {
         parts.push(HIERARCHY);
     }
-    compile_parts(&parts, &Choices { edit, ..Choices::new(needs) })
+    compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
 }
 
 /// The shader that looks at the arithmetic of a WGSL float type.
@@ -120,26 +95,33 @@ struct Choices<'a> {
 }
 
 impl Choices<'_> {
-    fn new(needs: &Needs) -> Choices<'static> {
-        let &Needs { n_spheres, n_planes, .. } = needs;
-        let (flags, constants) = (flags(needs), constants(needs));
+    fn new(key: &ShaderKey) -> Choices<'static> {
+        let &ShaderKey { n_spheres, n_planes, .. } = key;
+        let (flags, constants) = (flags(key), constants(key));
         Choices { flags, n_spheres, n_planes, constants, edit: None }
     }
 }
 
-fn flags(needs: &Needs) -> Vec<&'static str> {
+fn flags(key: &ShaderKey) -> Vec<&'static str> {
+    let is_by_hierarchy = key.spheres == Finding::Hierarchy;
+    let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
+    let has_far_filter = match key.spheres {
+        Finding::Listed => false,
+        Finding::ListedFar => key.n_spheres > 0,
+        Finding::Hierarchy => key.bundle == Bundle::Point,
+    };
     [
-        (needs.n_spheres > 0, "spheres"),
-        (needs.n_planes > 0, "planes"),
-        (needs.surface, "surface"),
-        (needs.bundle == Bundle::Point, "point"),
-        (needs.bundle == Bundle::Parallel, "parallel"),
-        (needs.bundle == Bundle::Free, "free"),
-        (needs.kernel == Kernel::Double, "double"),
-        (needs.kernel == Kernel::Certified, "certified"),
-        (needs.near, "near"),
-        (needs.has_far_filter(), "far"),
-        (needs.hierarchy, "hierarchy"),
+        (key.n_spheres > 0, "spheres"),
+        (key.n_planes > 0, "planes"),
+        (key.surface, "surface"),
+        (key.bundle == Bundle::Point, "point"),
+        (key.bundle == Bundle::Parallel, "parallel"),
+        (key.bundle == Bundle::Free, "free"),
+        (key.kernel.about().float == Float::F64, "double"),
+        (key.kernel == Kernel::Certified, "certified"),
+        (has_near_filter, "near"),
+        (has_far_filter, "far"),
+        (is_by_hierarchy, "hierarchy"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -151,37 +133,29 @@ fn workgroup() -> String {
     format!("const WORKGROUP_WIDTH = {width}u;\nconst WORKGROUP_HEIGHT = {height}u;\n")
 }
 
-fn constants(needs: &Needs) -> String {
-    let (kernel, real) = match needs.kernel {
-        Kernel::Lecture => ("Lecture", "f32"),
-        Kernel::Stable => ("Stable", "f32"),
-        Kernel::Double => ("Double", "f64"),
-        Kernel::Certified => ("Certified", "f32"),
-    };
-    let is_certified = needs.kernel == Kernel::Certified;
-    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-    let declarations = [
-        (needs.n_spheres > 0, format!("alias SphereRecord = Sphere{kernel}")),
-        (needs.n_planes > 0, format!("alias PlaneRecord = Plane{kernel}")),
-        (is_certified, format!("const UNDECIDED = {UNDECIDED}u")),
-        (is_certified, format!("const NARROWER = {narrower:?}f")),
-        (is_certified, format!("const WIDER = {wider:?}f")),
-        (is_certified, format!("const FAR_NARROWER = {far_narrower:?}f")),
-        (is_certified, format!("const LARGEST = {:?}f", f32::MAX)),
-        (
-            is_certified && needs.bundle == Bundle::Parallel,
-            format!("const SMALL = {:?}f", f32::SMALL),
-        ),
-        (needs.hierarchy, format!("const IS_LEAF = {IS_LEAF}u")),
-        (needs.hierarchy, format!("const BORROW = {BORROW}u")),
-        (needs.hierarchy, format!("const NO_PLACE = {}u", u32::MAX)),
-        (needs.hierarchy, format!("const T_ROOM = {:?}f", guard::T_ROOM)),
-        (needs.hierarchy, format!("const LEAST_NEARNESS = {:?}f", guard::LEAST_NEARNESS)),
-        (needs.hierarchy, format!("const ROW_BITS = {}u", TEXELS_PER_ROW.ilog2())),
-    ];
-    let needed = declarations.iter().filter(|(is_needed, _)| *is_needed);
-    let declared: String = needed.map(|(_, declaration)| format!("{declaration};\n")).collect();
-    workgroup() + &aliases(real) + &declared
+fn constants(key: &ShaderKey) -> String {
+    let About { float, wgsl, .. } = key.kernel.about();
+    let mut text = workgroup() + &aliases(float.name());
+    for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
+        if count > 0 {
+            text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
+        }
+    }
+    let mut constants = (wgsl.constants)(key.bundle);
+    if key.spheres == Finding::Hierarchy {
+        constants.extend([
+            ("IS_LEAF", format!("{IS_LEAF}u")),
+            ("BORROW", format!("{BORROW}u")),
+            ("NO_PLACE", format!("{}u", u32::MAX)),
+            ("T_ROOM", format!("{:?}f", guard::T_ROOM)),
+            ("LEAST_NEARNESS", format!("{:?}f", guard::LEAST_NEARNESS)),
+            ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
+        ]);
+    }
+    for (name, value) in constants {
+        text += &format!("const {name} = {value};\n");
+    }
+    text
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.
@@ -366,9 +340,9 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
-        let part = Part { file: "shaders/broken.wgsl", text: part };
+        let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
         let choices = Choices { constants: aliases("f32"), ..Choices::default() };
-        match compile_parts(&[VEC, part], &choices) {
+        match compile_parts(&[SHARED_PARTS[1], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }

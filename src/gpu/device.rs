@@ -96,16 +96,32 @@ impl OpenDevice {
         }
     }
 
+    /// A buffer of `n_bytes`.
+    pub(super) fn buffer(
+        &self,
+        label: &str,
+        n_bytes: usize,
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: n_bytes as u64,
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+
     /// A buffer with `bytes` that shaders read.
     pub(super) fn storage(&self, label: &str, bytes: &[u8]) -> wgpu::Buffer {
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: bytes.len() as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let buffer = self.buffer(label, bytes.len(), usage);
         self.queue.write_buffer(&buffer, 0, bytes);
         buffer
+    }
+
+    /// An encoder without commands.
+    pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
     /// Waits until the device is done with `submission`.
@@ -117,6 +133,29 @@ impl OpenDevice {
         let wait =
             wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
         self.device.poll(wait).map(drop).map_err(|error| error.to_string())
+    }
+
+    /// Waits for everything submitted and copies the first `n` values of a staging buffer; `act` is
+    /// what the device has not done where that fails.
+    ///
+    /// # Errors
+    /// [`Error::Device`], and those that the device has reported.
+    pub(super) fn read<T: bytemuck::Pod>(
+        &self,
+        staging: &wgpu::Buffer,
+        n: usize,
+        timeout: Duration,
+        act: &str,
+    ) -> Result<Vec<T>> {
+        let mapped = self.map(staging, (n * size_of::<T>()) as u64, timeout);
+        self.check()?;
+        let view = mapped.map_err(|reason| {
+            Error::Device(format!("`{}` did not {act}: {reason}", self.facts.name))
+        })?;
+        let values = bytemuck::pod_collect_to_vec(&view[..]);
+        drop(view);
+        staging.unmap();
+        Ok(values)
     }
 
     /// Waits for everything submitted and maps the first `bytes` of a buffer.

@@ -3,10 +3,10 @@
 use super::device::OpenDevice;
 use super::layout::Walk;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
-use crate::bvh::footprints::{Footprints, Node};
 use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
-use crate::prepare::{Hierarchy, Search};
+use crate::prepare::{Hierarchy, Seen};
+use crate::tree::footprints::{Footprints, Node};
 
 /// The buffers and textures that `shaders/hierarchy.wgsl` reads.
 pub struct DeviceHierarchy {
@@ -25,7 +25,7 @@ impl DeviceHierarchy {
     /// [`Error::TooLarge`] for more spheres than the device's textures hold, or than it has memory
     /// for.
     pub fn new(gpu: &OpenDevice, hierarchy: &Hierarchy) -> Result<Option<DeviceHierarchy>> {
-        let Search::Pixels { footprints, far } = &hierarchy.search else { return Ok(None) };
+        let Some(Seen { footprints, far }) = &hierarchy.seen else { return Ok(None) };
         check_limits(gpu, far.len())?;
         let walk = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("walk"),
@@ -35,7 +35,7 @@ impl DeviceHierarchy {
         });
         let rest_ids = (!hierarchy.rest.is_empty())
             .then(|| gpu.storage("ids of the rest", bytemuck::cast_slice(&hierarchy.rest)));
-        let Footprints { nodes, cell_shift, .. } = footprints;
+        let Footprints { nodes, cell_shift } = footprints;
         let device_hierarchy = DeviceHierarchy {
             walk,
             rest_ids,

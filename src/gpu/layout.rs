@@ -75,7 +75,7 @@ pub struct Walk {
     pub first_x: u32,
     /// Picture row of it.
     pub first_y: u32,
-    /// [`crate::bvh::footprints::Footprints::cell_shift`]
+    /// [`crate::tree::footprints::Footprints::cell_shift`]
     pub cell_shift: u32,
 }
 
@@ -84,25 +84,29 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
-    use crate::camera::Bundle;
     use crate::gpu::compile::compile;
+    use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{certified, double, lecture, stable};
-    use crate::prepare::{Needs, RayRecord, RayRecordDouble};
+    use crate::prepare::{Finding, ShaderKey};
+    use crate::rays::Bundle;
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
     fn device_layout(kernel: Kernel, bundle: Bundle, name: &str) -> (u32, Vec<(String, u32)>) {
-        let needs = Needs {
+        let is_certified = kernel == Kernel::Certified;
+        let key = ShaderKey {
             kernel,
             bundle,
+            spheres: match is_certified && bundle == Bundle::Point {
+                true => Finding::Hierarchy,
+                false => Finding::Listed,
+            },
             n_spheres: 1,
             n_planes: 1,
-            surface: kernel != Kernel::Certified,
-            near: true,
-            hierarchy: kernel == Kernel::Certified && bundle == Bundle::Point,
+            surface: !is_certified,
         };
-        let shader = compile(&needs).expect("the shader compiles");
+        let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
             if let (Some(found), naga::TypeInner::Struct { members, span }) = (&ty.name, &ty.inner)
                 && found == name

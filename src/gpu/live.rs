@@ -11,7 +11,7 @@ use super::pipeline::{bind_group, bind_group_layout, pipeline};
 use crate::certify::Decided;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::trace::{Hits, Rays};
 use crate::tracer::Tracer;
 
@@ -76,13 +76,6 @@ pub(crate) struct Words {
 }
 
 impl Words {
-    /// Words with these values.
-    pub(crate) fn from_slice(gpu: &OpenDevice, words: &[u32]) -> Words {
-        let new = Words::new(gpu, words.len());
-        new.write(0, words);
-        new
-    }
-
     /// `n` words with any values.
     fn new(gpu: &OpenDevice, n: usize) -> Words {
         Words { queue: gpu.queue.clone(), buffer: storage_buffer(gpu, "words", n), n }
@@ -125,25 +118,17 @@ impl Pool {
 fn storage_buffer(gpu: &OpenDevice, label: &str, n: usize) -> wgpu::Buffer {
     use wgpu::BufferUsages as Usage;
     let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
-    buffer(gpu, label, n, usage)
-}
-
-fn buffer(gpu: &OpenDevice, label: &str, n: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: (n * size_of::<u32>()) as u64,
-        usage,
-        mapped_at_creation: false,
-    })
+    gpu.buffer(label, n * size_of::<u32>(), usage)
 }
 
 impl Room {
     fn new(gpu: &OpenDevice, n_rays: usize) -> Room {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let n_words = n_rays.max(HEAD_RAYS) + 1;
         Room {
             n_rays,
-            found: storage_buffer(gpu, "undecided", n_rays.max(HEAD_RAYS) + 1),
-            staging: buffer(gpu, "undecided staging", n_rays.max(HEAD_RAYS) + 1, usage),
+            found: storage_buffer(gpu, "undecided", n_words),
+            staging: gpu.buffer("undecided staging", n_words * size_of::<u32>(), usage),
         }
     }
 }
@@ -152,7 +137,7 @@ impl Undecided {
     /// Compiles the shader.
     ///
     /// # Errors
-    /// [`Error::Shader`] when the device refuses it.
+    /// [`crate::Error::Shader`] when the device refuses it.
     pub(crate) fn new(gpu: &Arc<Gpu>) -> Result<Undecided> {
         let shader: Shader = compile_undecided()?;
         let layout = bind_group_layout(&gpu.device, &shader);
@@ -161,7 +146,7 @@ impl Undecided {
             find: pipeline(gpu, &shader, "find", &layout)?,
             decide: pipeline(gpu, &shader, "decide", &layout)?,
             layout,
-            job: buffer(gpu, "job", size_of::<Job>() / size_of::<u32>(), usage),
+            job: gpu.buffer("job", size_of::<Job>(), usage),
             decisions: storage_buffer(gpu, "decisions", 2 * DECISIONS),
             room: Room::new(gpu, HEAD_RAYS),
             gpu: Arc::clone(gpu),
@@ -173,24 +158,19 @@ impl Undecided {
     /// The undecided rays of a picture, ascending.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device fails.
+    /// [`crate::Error::Device`] when the device fails.
     pub(crate) fn find(&mut self, ids: &Words) -> Result<Vec<u32>> {
         let n_rays = ids.len();
         if self.room.n_rays < n_rays {
             self.room = Room::new(&self.gpu, n_rays);
         }
-        let mut encoder = self.encoder();
+        let mut encoder = self.gpu.encoder();
         encoder.clear_buffer(&self.room.found, 0, Some(size_of::<u32>() as u64));
         self.dispatch(&mut encoder, &self.find, ids, n_rays);
-        let head = self.copy(&mut encoder, HEAD_RAYS + 1);
-        self.gpu.submit(encoder.finish());
-        let mut words = self.read(head)?;
+        let mut words = self.read(encoder, HEAD_RAYS + 1)?;
         let count = words[0] as usize;
         if count > HEAD_RAYS {
-            let mut encoder = self.encoder();
-            let all = self.copy(&mut encoder, count.min(n_rays) + 1);
-            self.gpu.submit(encoder.finish());
-            words = self.read(all)?;
+            words = self.read(self.gpu.encoder(), count.min(n_rays) + 1)?;
         }
         let mut rays = words[1..count.min(words.len() - 1) + 1].to_vec();
         rays.sort_unstable();
@@ -200,20 +180,16 @@ impl Undecided {
     /// Puts decisions into the ids.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device fails.
+    /// [`crate::Error::Device`] when the device fails.
     pub(crate) fn decide(&self, ids: &Words, decided: &[Decided]) -> Result<()> {
         for some in decided.chunks(DECISIONS) {
             let words: Vec<[u32; 2]> = some.iter().map(|one| [one.ray, one.id]).collect();
             self.gpu.queue.write_buffer(&self.decisions, 0, bytemuck::cast_slice(&words));
-            let mut encoder = self.encoder();
+            let mut encoder = self.gpu.encoder();
             self.dispatch(&mut encoder, &self.decide, ids, some.len());
             self.gpu.submit(encoder.finish());
         }
         self.gpu.check()
-    }
-
-    fn encoder(&self) -> wgpu::CommandEncoder {
-        self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
     fn dispatch(
@@ -235,35 +211,24 @@ impl Undecided {
         pass.dispatch_workgroups(row, groups.div_ceil(row), 1);
     }
 
-    /// Copies the first words of the list to where the host can read them; gives their bytes.
-    fn copy(&self, encoder: &mut wgpu::CommandEncoder, n_words: usize) -> u64 {
+    /// Hands over the commands, and then reads the first words of the list.
+    fn read(&self, mut encoder: wgpu::CommandEncoder, n_words: usize) -> Result<Vec<u32>> {
+        let Room { found, staging, .. } = &self.room;
         let bytes = (n_words * size_of::<u32>()) as u64;
-        encoder.copy_buffer_to_buffer(&self.room.found, 0, &self.room.staging, 0, Some(bytes));
-        bytes
-    }
-
-    fn read(&self, bytes: u64) -> Result<Vec<u32>> {
-        let mapped = self.gpu.map(&self.room.staging, bytes, TIMEOUT);
-        self.gpu.check()?;
-        let view = mapped.map_err(|reason| {
-            let name = &self.gpu.facts.name;
-            Error::Device(format!("`{name}` did not list its undecided rays: {reason}"))
-        })?;
-        let words = bytemuck::cast_slice(&view).to_vec();
-        drop(view);
-        self.room.staging.unmap();
-        Ok(words)
+        encoder.copy_buffer_to_buffer(found, 0, staging, 0, Some(bytes));
+        self.gpu.submit(encoder.finish());
+        self.gpu.read(staging, n_words, TIMEOUT, "list its undecided rays")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Pixels, View};
     use crate::certify;
     use crate::gpu::{GpuTracer, Pick};
     use crate::kernel::certified::UNDECIDED;
     use crate::prepare::Prepared;
+    use crate::rays::{Pixels, View};
     use crate::scene::parse_scene;
     use crate::trace::{Kernel, Wants};
 

@@ -8,9 +8,9 @@ use super::device::OpenDevice;
 use super::program::{Program, Programs};
 use super::self_test::{self, Arithmetic};
 use crate::error::Result;
+use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::prepare::Needs;
-use crate::trace::Kernel;
+use crate::prepare::ShaderKey;
 
 /// An open device.
 pub struct Gpu {
@@ -58,12 +58,12 @@ impl Gpu {
         Ok(Gpu { bare, programs: Programs::default(), arithmetic: OnceLock::new() })
     }
 
-    /// The program for `needs`, compiled where it isn't kept. Other threads don't wait for that.
+    /// The program for `key`, compiled where it isn't kept. Other threads don't wait for that.
     ///
     /// # Errors
     /// [`crate::Error::Shader`] when the device refuses the shader.
-    pub(super) fn program(&self, needs: &Needs) -> Result<Arc<Program>> {
-        self.programs.program(&self.bare, needs)
+    pub(super) fn program(&self, key: &ShaderKey) -> Result<Arc<Program>> {
+        self.programs.program(&self.bare, key)
     }
 
     /// Compiles every shader anew from now on, for those who measure that.
@@ -110,11 +110,9 @@ impl Gpu {
     /// # Errors
     /// [`crate::Error::Device`] when the device fails the test's run.
     pub fn is_ieee(&self, kernel: Kernel) -> Result<bool> {
-        match kernel {
-            Kernel::Lecture | Kernel::Stable | Kernel::Certified => {
-                Ok(self.arithmetic()?.is_ieee())
-            }
-            Kernel::Double => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
+        match kernel.about().float {
+            Float::F32 => Ok(self.arithmetic()?.is_ieee()),
+            Float::F64 => Ok(self.arithmetic_f64()?.is_some_and(|found| found.is_ieee())),
         }
     }
 }

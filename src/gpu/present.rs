@@ -90,46 +90,33 @@ impl Presenter {
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name)));
         }
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("present"),
-            size: size_of::<Present>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let uniform = gpu.buffer("present", size_of::<Present>(), usage);
         Ok(Presenter { gpu: Arc::clone(gpu), pipeline, layout, uniform })
     }
 
     /// Draws one or two layers, as `present` says.
-    pub(crate) fn draw(
+    pub(crate) fn draw<'a>(
         &self,
         pass: &mut wgpu::RenderPass<'static>,
         mut present: Present,
         palette: &Words,
-        layers: &[Layer],
+        layers: &'a [Layer],
     ) {
-        let (Some(first), Some(second)) = (layers.first(), layers.last()) else { return };
+        let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };
         let n_pixels = present.width as usize * present.height as usize;
-        if [first, second].iter().any(|layer| layer.ids.len() < n_pixels) || n_pixels == 0 {
+        if [first, last].iter().any(|layer| layer.ids.len() < n_pixels) || n_pixels == 0 {
             return;
         }
-        let paint = |layer: &Layer| layer.paint.clone().filter(|paint| paint.len() >= n_pixels);
-        let (first_paint, second_paint) = (paint(first), paint(second));
-        present.painted = u32::from(first_paint.is_some()) | u32::from(second_paint.is_some()) << 1;
+        let paint = |layer: &'a Layer| layer.paint.as_ref().filter(|p| p.len() >= n_pixels);
+        let painted = |layer| u32::from(paint(layer).is_some());
+        present.painted = painted(first) | painted(last) << 1;
         self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&present));
         // A layer without paint still needs a binding, which the shader then does not look at.
-        let bound = |paint: Option<Arc<Words>>, layer: &Layer| {
-            paint.unwrap_or_else(|| Arc::clone(&layer.ids))
-        };
-        let first_paint = bound(first_paint, first);
-        let second_paint = bound(second_paint, second);
-        let buffers = [
-            &self.uniform,
-            palette.buffer(),
-            first.ids.buffer(),
-            second.ids.buffer(),
-            first_paint.buffer(),
-            second_paint.buffer(),
-        ];
+        let bound = |layer: &'a Layer| paint(layer).unwrap_or(&layer.ids).buffer();
+        let [first_ids, last_ids] = [first, last].map(|layer| layer.ids.buffer());
+        let (uniform, palette) = (&self.uniform, palette.buffer());
+        let buffers = [uniform, palette, first_ids, last_ids, bound(first), bound(last)];
         let bind_group = bind_group(&self.gpu.device, &self.layout, buffers);
         let [x, y, width, height] =
             [present.left, present.top, present.shown_width, present.shown_height]

@@ -6,13 +6,13 @@ use super::compile::{Edit, compile_edited};
 use super::device::OpenDevice;
 use super::pipeline::{bind_group_layout, pipeline};
 use crate::error::Result;
-use crate::prepare::Needs;
+use crate::prepare::ShaderKey;
 
 /// Programs that a device keeps: four kernels, with and without surfaces, near and far, and some more
 /// for scenes that are edited and for cameras among many spheres.
 const MOST_PROGRAMS: usize = 16;
 
-/// The shader for some needs, ready to run.
+/// A shader, ready to run.
 pub struct Program {
     pub bind_group_layout: wgpu::BindGroupLayout,
     pub pipeline: wgpu::ComputePipeline,
@@ -22,7 +22,7 @@ pub struct Program {
 #[derive(Default)]
 pub struct Programs {
     /// The most recent one last.
-    kept: Mutex<Vec<(Needs, Arc<Program>)>>,
+    kept: Mutex<Vec<(ShaderKey, Arc<Program>)>>,
     edit: Option<Edit>,
 }
 
@@ -37,40 +37,40 @@ impl Programs {
         self.lock().clear();
     }
 
-    /// The program for `needs`, compiled where it isn't kept. Other threads don't wait for that.
+    /// The program for `key`, compiled where it isn't kept. Other threads don't wait for that.
     ///
     /// # Errors
     /// [`crate::Error::Shader`] when the device refuses the shader.
-    pub fn program(&self, device: &OpenDevice, needs: &Needs) -> Result<Arc<Program>> {
-        if let Some(program) = self.get(needs) {
+    pub fn program(&self, device: &OpenDevice, key: &ShaderKey) -> Result<Arc<Program>> {
+        if let Some(program) = self.get(key) {
             return Ok(program);
         }
-        let shader = compile_edited(needs, self.edit.as_ref())?;
+        let shader = compile_edited(key, self.edit.as_ref())?;
         let bind_group_layout = bind_group_layout(&device.device, &shader);
         let pipeline = pipeline(device, &shader, "render", &bind_group_layout)?;
         let program = Arc::new(Program { bind_group_layout, pipeline });
-        self.keep(*needs, &program);
+        self.keep(*key, &program);
         Ok(program)
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<(Needs, Arc<Program>)>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<(ShaderKey, Arc<Program>)>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn get(&self, needs: &Needs) -> Option<Arc<Program>> {
+    fn get(&self, key: &ShaderKey) -> Option<Arc<Program>> {
         let mut kept = self.lock();
-        let position = kept.iter().position(|(known, _)| known == needs)?;
+        let position = kept.iter().position(|(known, _)| known == key)?;
         let found = kept.remove(position);
         let program = Arc::clone(&found.1);
         kept.push(found);
         Some(program)
     }
 
-    fn keep(&self, needs: Needs, program: &Arc<Program>) {
+    fn keep(&self, key: ShaderKey, program: &Arc<Program>) {
         let mut kept = self.lock();
         if kept.len() == MOST_PROGRAMS {
             kept.remove(0);
         }
-        kept.push((needs, Arc::clone(program)));
+        kept.push((key, Arc::clone(program)));
     }
 }

@@ -51,8 +51,7 @@ pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::Text
             },
             wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
         );
-        let descriptor = wgpu::CommandEncoderDescriptor::default();
-        let done = gpu.submit(gpu.device.create_command_encoder(&descriptor).finish());
+        let done = gpu.submit(gpu.encoder().finish());
         gpu.wait(done, UPLOAD_TIMEOUT).map_err(|reason| {
             Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
         })

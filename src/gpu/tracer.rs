@@ -13,14 +13,15 @@ use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
-use crate::camera::{Bundle, CameraF32, CameraF64};
-use crate::certify;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
+use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
+use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::prepare::{Hierarchy, Prepared, RayRecord, RayRecordDouble};
-use crate::trace::{Hits, Kernel, Ray, Rays, Timing, Wants};
+use crate::prepare::{Hierarchy, Prepared};
+use crate::rays::{Bundle, CameraF32, CameraF64};
+use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
@@ -87,7 +88,7 @@ impl GpuTracer {
         check_memory(&gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&gpu, &prepared, wants)?;
         let start = Instant::now();
-        let program = gpu.program(&prepared.needs(wants))?;
+        let program = gpu.program(&prepared.shader_key(wants))?;
         let compile_time = start.elapsed();
 
         let start = Instant::now();
@@ -145,9 +146,9 @@ fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHiera
 fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("params"),
-        size: match kernel {
-            Kernel::Double => size_of::<ParamsDouble>(),
-            _ => size_of::<Params>(),
+        size: match kernel.about().float {
+            Float::F64 => size_of::<ParamsDouble>(),
+            Float::F32 => size_of::<Params>(),
         } as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
@@ -236,14 +237,8 @@ impl Tracer for GpuTracer {
         self.propose_into(rays, control, Target::Hits(hits))
     }
 
-    fn certify(
-        &self,
-        rays: &Rays,
-        control: &Control,
-        hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing> {
-        certify::resolve(&self.prepared, rays, self.wants, control, hits, timing)
+    fn target(&self) -> Option<(&Prepared, Wants)> {
+        Some((&self.prepared, self.wants))
     }
 
     /// A moved camera costs no new shader while as many spheres are too close to it for the
@@ -253,9 +248,9 @@ impl Tracer for GpuTracer {
         check_limits(&self.gpu, &prepared)?;
         check_memory(&self.gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
-        let needs = prepared.needs(self.wants);
-        let is_new = needs != self.prepared.needs(self.wants);
-        let program = if is_new { Some(self.gpu.program(&needs)?) } else { None };
+        let key = prepared.shader_key(self.wants);
+        let is_new = key != self.prepared.shader_key(self.wants);
+        let program = if is_new { Some(self.gpu.program(&key)?) } else { None };
         let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
         if let Some(program) = program {
             self.program = program;
@@ -317,7 +312,7 @@ impl GpuTracer {
     ) -> Result<Timing> {
         self.prepared.check(rays)?;
         match &mut target {
-            Target::Hits(hits) => hits.make_room(rays.len(), self.wants),
+            Target::Hits(hits) => hits.reset(rays.len(), self.wants),
             #[cfg(feature = "view")]
             Target::Resident(_) => {}
         }
@@ -383,14 +378,18 @@ impl GpuTracer {
         encoder
     }
 
+    fn float(&self) -> Float {
+        self.prepared.kernel.about().float
+    }
+
     /// Runs one workgroup on an empty tile: some drivers compile a shader when it first runs, and
     /// that time belongs to compiling, nor should it mislead the tiles' size.
     fn warm_up(&mut self) -> Result<()> {
         self.make_room(64)?;
         let Some(results) = &self.results else { return Ok(()) };
-        let params = match self.prepared.kernel {
-            Kernel::Double => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
-            _ => bytes(&Params { n_rays: 1, ..Params::default() }),
+        let params = match self.float() {
+            Float::F64 => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
+            Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
         self.gpu.submit(self.dispatch(results, [1, 1]).finish());
@@ -489,9 +488,9 @@ impl GpuTracer {
     }
 
     fn write_params(&self, rays: &Rays, tile: &Tile) {
-        let params = match self.prepared.kernel {
-            Kernel::Double => bytes(&self.params_double(rays, tile)),
-            _ => bytes(&self.params(rays, tile)),
+        let params = match self.float() {
+            Float::F64 => bytes(&self.params_double(rays, tile)),
+            Float::F32 => bytes(&self.params(rays, tile)),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
         if let (Some(hierarchy), Rays::Pixels(pixels)) = (&self.hierarchy, rays) {
@@ -518,7 +517,7 @@ impl GpuTracer {
             forward: camera.forward.0,
             right_step: camera.right_step.0,
             true_up_step: camera.true_up_step.0,
-            origin: self.prepared.camera_origin().as_vec3().to_array(),
+            origin: self.prepared.coordinates().camera_origin().as_vec3().to_array(),
             ..common
         }
     }
@@ -542,22 +541,22 @@ impl GpuTracer {
             right: camera.right.0,
             step: camera.step,
             true_up: camera.true_up.0,
-            origin: self.prepared.camera_origin().to_array(),
+            origin: self.prepared.coordinates().camera_origin().to_array(),
             ..common
         }
     }
 
     /// The exponents of the rays' scales, empty where they have none.
     fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
-        let queue = &self.gpu.queue;
-        if self.prepared.kernel == Kernel::Double {
+        let (queue, coordinates) = (&self.gpu.queue, self.prepared.coordinates());
+        if self.float() == Float::F64 {
             let records: Vec<RayRecordDouble> =
-                rays.iter().map(|ray| self.prepared.ray_record_double(ray)).collect();
+                rays.iter().map(|ray| coordinates.ray_record_double(ray)).collect();
             queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
             return Vec::new();
         }
         let (records, exponents): (Vec<RayRecord>, Vec<i32>) =
-            rays.iter().map(|ray| self.prepared.ray_record(ray)).unzip();
+            rays.iter().map(|ray| coordinates.ray_record(ray)).unzip();
         queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
         exponents
     }
@@ -579,7 +578,7 @@ impl GpuTracer {
         };
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let n_results =
-            if self.prepared.needs(self.wants).surface { RESULT_BYTES.len() } else { 1 };
+            if self.prepared.shader_key(self.wants).surface { RESULT_BYTES.len() } else { 1 };
         let device_buffers: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)
@@ -591,9 +590,9 @@ impl GpuTracer {
         let staging = buffer("staging", bytes_per_ray, staging_usage);
         let rays = (self.prepared.bundle() == Bundle::Free).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            let bytes_per_ray = match self.prepared.kernel {
-                Kernel::Double => size_of::<RayRecordDouble>(),
-                _ => size_of::<RayRecord>(),
+            let bytes_per_ray = match self.float() {
+                Float::F64 => size_of::<RayRecordDouble>(),
+                Float::F32 => size_of::<RayRecord>(),
             };
             buffer("rays", bytes_per_ray, usage)
         });
@@ -612,9 +611,9 @@ impl GpuTracer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Pixels, View};
     use crate::gpu::{Arithmetic, Pick};
     use crate::prepare::FEW_SPHERES;
+    use crate::rays::{Pixels, View};
     use crate::scene::{Camera, Projection, Scene, Sphere};
     use glam::DVec3;
 

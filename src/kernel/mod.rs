@@ -1,19 +1,31 @@
-//! The intersection kernels, each the twin by name of a file in `shaders/`.
+//! The intersection kernels, a folder each: `mod.rs` has the facts and the records of its objects,
+//! `prepare.rs` makes these of a scene, `twin.rs` has the arithmetic, name by name that of a file in
+//! `shaders/`. The registry lists them all.
 
+mod about;
+pub(crate) mod arithmetic;
 pub mod certified;
+pub mod coordinates;
 pub mod double;
 pub mod lecture;
+mod registry;
 pub mod relative;
 pub mod stable;
+pub(crate) mod twin;
 
+use crate::scene::{Plane, Scene, Sphere};
 use crate::vec3::{Real, Vec3, dot3};
+
+pub(crate) use about::part;
+pub use about::{About, Exactness, Float, Part, Promise, Space, Wgsl};
+pub use registry::{Kernel, Objects, SHARED_PARTS};
 
 /// A ray as a kernel sees it. Twin of `Ray` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub struct RayOf<R> {
     /// Origin: world units for `lecture`, relative to the reference point otherwise.
     pub origin: Vec3<R>,
-    /// What the origin's rounding left over.
+    /// The rest that the origin's rounding left.
     pub origin_low: Vec3<R>,
     /// Direction of any length.
     pub direction: Vec3<R>,
@@ -31,6 +43,9 @@ impl<R: Real> RayOf<R> {
         RayOf { origin, origin_low, direction, a, inv_a: R::ONE / a }
     }
 }
+
+/// Rays of neighbouring pixels that go side by side: two registers of four, or one of eight.
+pub const PACKET: usize = 8;
 
 /// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,5 +67,31 @@ impl<R: Real> Hit<R> {
     #[inline(always)]
     pub fn closer(self, t: R, id: u32) -> Self {
         if t > R::ZERO && t < self.t { Hit { t, id } } else { self }
+    }
+}
+
+/// Spheres and planes, each in id order.
+#[derive(Clone, Debug)]
+pub struct Lists<S, P> {
+    /// Spheres.
+    pub spheres: Vec<S>,
+    /// Planes.
+    pub planes: Vec<P>,
+}
+
+impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
+    fn new(
+        scene: &Scene,
+        sphere: impl Fn(&Sphere) -> S,
+        plane: impl Fn(&Plane) -> P,
+    ) -> Lists<S, P> {
+        Lists {
+            spheres: scene.spheres.iter().map(sphere).collect(),
+            planes: scene.planes.iter().map(plane).collect(),
+        }
+    }
+
+    fn bytes(&self) -> (&[u8], &[u8]) {
+        (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
     }
 }

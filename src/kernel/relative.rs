@@ -4,8 +4,15 @@
 //! The discriminant is `r² − ‖P‖²`, the roots come without cancellation, and the normal comes from
 //! half the chord. How a kernel knows `l = c − o` is its own affair.
 
-use super::{Hit, RayOf};
+use super::about::{Part, part};
+use super::arithmetic::Arithmetic;
+use super::twin::{Twin, WithTwin};
+use super::{Hit, Lists, RayOf};
+use crate::rays::Bundle;
 use crate::vec3::{Real, Vec3, dot3, facing};
+
+/// The part of both shaders.
+pub(super) const RELATIVE: Part = part!("relative.wgsl", "src/kernel/relative.rs");
 
 /// A sphere as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
 pub trait RelativeSphere {
@@ -90,6 +97,30 @@ pub fn plane_stable<R: Real>(d: Vec3<R>, n_offset: R, n: Vec3<R>) -> R {
     if t > R::ZERO { t } else { R::ZERO }
 }
 
+/// The nearer of a hit and a sphere.
+#[inline(always)]
+pub fn closer_sphere<const IS_POINT: bool, S: RelativeSphere>(
+    ray: &RayOf<S::Float>,
+    hit: Hit<S::Float>,
+    sphere: &S,
+    id: u32,
+) -> Hit<S::Float> {
+    let l = sphere.sphere_offset::<IS_POINT>(ray);
+    hit.closer(sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l)), id)
+}
+
+/// The nearer of a hit and a plane.
+#[inline(always)]
+pub fn closer_plane<const IS_POINT: bool, P: RelativePlane>(
+    ray: &RayOf<P::Float>,
+    hit: Hit<P::Float>,
+    plane: &P,
+    id: u32,
+) -> Hit<P::Float> {
+    let n_offset = plane.plane_n_offset::<IS_POINT>(ray);
+    hit.closer(plane_stable(ray.direction, n_offset, plane.normal()), id)
+}
+
 /// The closest hit of a ray. With `IS_POINT` all rays start at the reference point.
 #[inline(always)]
 pub fn closest<const IS_POINT: bool, S, P>(
@@ -103,13 +134,10 @@ where
 {
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
-        let l = sphere.sphere_offset::<IS_POINT>(ray);
-        let t = sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l));
-        hit = hit.closer(t, i as u32 + 1);
+        hit = closer_sphere::<IS_POINT, S>(ray, hit, sphere, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
-        let t = plane_stable(ray.direction, plane.plane_n_offset::<IS_POINT>(ray), plane.normal());
-        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
+        hit = closer_plane::<IS_POINT, P>(ray, hit, plane, (spheres.len() + i) as u32 + 1);
     }
     hit
 }
@@ -137,5 +165,39 @@ where
             facing(from_foot - closest_approach.p, ray.direction)
         }
         None => facing(planes[index - spheres.len()].normal(), ray.direction),
+    }
+}
+
+struct Relative<'a, S, P, const IS_POINT: bool>(&'a Lists<S, P>);
+
+impl<S, P, const IS_POINT: bool> Twin for Relative<'_, S, P, IS_POINT>
+where
+    S: RelativeSphere<Float: Arithmetic> + Sync,
+    P: RelativePlane<Float = S::Float> + Sync,
+{
+    type Float = S::Float;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
+        closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
+        normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
+    }
+}
+
+/// Does `work` with these objects.
+pub(super) fn with_twin<S, P, W: WithTwin>(
+    lists: &Lists<S, P>,
+    bundle: Bundle,
+    work: W,
+) -> W::Output
+where
+    S: RelativeSphere<Float: Arithmetic> + Sync,
+    P: RelativePlane<Float = S::Float> + Sync,
+{
+    match bundle {
+        Bundle::Point => work.with(&Relative::<S, P, true>(lists)),
+        Bundle::Parallel | Bundle::Free => work.with(&Relative::<S, P, false>(lists)),
     }
 }

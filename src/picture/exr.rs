@@ -14,8 +14,10 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
-use super::{Frame, SOFTWARE};
+use super::{Encoder, SOFTWARE, linear};
 use crate::error::{Error, Result};
+use crate::rays::Pixels;
+use crate::shade::Colors;
 use crate::trace::Hits;
 
 /// Lines that are compressed together. The format fixes this number for its ZIP compression.
@@ -30,7 +32,7 @@ const MAX_BLOCK_BYTES: u128 = i32::MAX as u128;
 /// Bytes of a channel's sample: all are f32 or u32.
 const SAMPLE_BYTES: usize = 4;
 
-/// What a channel holds.
+/// The content of a channel.
 #[derive(Clone, Copy)]
 enum Channel {
     Alpha,
@@ -64,20 +66,20 @@ pub(super) fn pixel_bytes(certificates: bool) -> u128 {
     (channels(certificates).len() * SAMPLE_BYTES) as u128
 }
 
-pub(super) fn check_size(frame: Frame, certificates: bool) -> Result<()> {
-    if frame.image_width > MAX_EDGE_PX || frame.image_height > MAX_EDGE_PX {
+pub(super) fn check_size(pixels: &Pixels, certificates: bool) -> Result<()> {
+    if pixels.image_width > MAX_EDGE_PX || pixels.image_height > MAX_EDGE_PX {
         return Err(Error::TooLarge(format!(
             "OpenEXR holds at most {MAX_EDGE_PX} pixels a side, not {}x{}; write .npy",
-            frame.image_width, frame.image_height
+            pixels.image_width, pixels.image_height
         )));
     }
-    let bytes = u128::from(frame.width) * pixel_bytes(certificates) * BLOCK_LINES as u128;
+    let bytes = u128::from(pixels.width) * pixel_bytes(certificates) * BLOCK_LINES as u128;
     if bytes > MAX_BLOCK_BYTES {
         let max_width = MAX_BLOCK_BYTES / (pixel_bytes(certificates) * BLOCK_LINES as u128);
         return Err(Error::TooLarge(format!(
             "OpenEXR holds at most {max_width} columns of these channels, not {}; write .npy, or \
              parts with --crop",
-            frame.width
+            pixels.width
         )));
     }
     Ok(())
@@ -85,15 +87,15 @@ pub(super) fn check_size(frame: Frame, certificates: bool) -> Result<()> {
 
 /// Bytes held for a band: its lines, once as they are and once compressed (which is never longer),
 /// three copies of a block on each thread, and the table of blocks.
-pub(super) fn band_bytes(frame: Frame, certificates: bool, n_band_rows: u32) -> u128 {
-    let line_bytes = u128::from(frame.width) * pixel_bytes(certificates);
+pub(super) fn band_bytes(pixels: &Pixels, certificates: bool, n_band_rows: u32) -> u128 {
+    let line_bytes = u128::from(pixels.width) * pixel_bytes(certificates);
     let n_lines = u128::from(n_band_rows) + BLOCK_LINES as u128;
     let n_copied_lines = 3 * BLOCK_LINES * rayon::current_num_threads();
-    let n_blocks = u128::from(frame.height).div_ceil(BLOCK_LINES as u128);
+    let n_blocks = u128::from(pixels.height).div_ceil(BLOCK_LINES as u128);
     (2 * n_lines + n_copied_lines as u128) * line_bytes + 8 * n_blocks
 }
 
-pub(super) struct Exr {
+struct Exr {
     header: Header,
     channels: &'static [(&'static str, SampleType, Channel)],
     width: usize,
@@ -109,61 +111,61 @@ pub(super) struct Exr {
     lines: Vec<u8>,
 }
 
-impl Exr {
-    pub(super) fn begin(certificates: bool, frame: Frame, out: &mut Vec<u8>) -> io::Result<Exr> {
-        let channels = channels(certificates);
-        let width = frame.width as usize;
-        let height = frame.height as usize;
-        let mut header = Header::new(
-            Text::default(),
-            (width, height),
-            channels
-                .iter()
-                .map(|&(name, sample_type, _)| ChannelDescription::new(name, sample_type, true))
-                .collect(),
-        )
-        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
-        .with_display_window(IntegerBounds::from_dimensions((
-            frame.image_width as usize,
-            frame.image_height as usize,
-        )));
-        header.own_attributes = LayerAttributes {
-            layer_name: None,
-            // check_size has made sure of i32.
-            layer_position: Vec2(frame.x as i32, frame.y as i32),
-            software_name: Some(Text::from(SOFTWARE)),
-            ..LayerAttributes::default()
-        };
+pub(super) fn begin(
+    certificates: bool,
+    pixels: &Pixels,
+    out: &mut Vec<u8>,
+) -> io::Result<Box<dyn Encoder>> {
+    let channels = channels(certificates);
+    let width = pixels.width as usize;
+    let height = pixels.height as usize;
+    let mut header = Header::new(
+        Text::default(),
+        (width, height),
+        channels
+            .iter()
+            .map(|&(name, sample_type, _)| ChannelDescription::new(name, sample_type, true))
+            .collect(),
+    )
+    .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
+    .with_display_window(IntegerBounds::from_dimensions((
+        pixels.image_width as usize,
+        pixels.image_height as usize,
+    )));
+    header.own_attributes = LayerAttributes {
+        layer_name: None,
+        // check_size has made sure of i32.
+        layer_position: Vec2(pixels.x as i32, pixels.y as i32),
+        software_name: Some(Text::from(SOFTWARE)),
+        ..LayerAttributes::default()
+    };
 
-        // The crate writes a file inside one call, from a closure that has all blocks. Bands come
-        // from outside, so that call is left after the head and the table (zeros so far) are
-        // written, and the blocks follow here, encoded by the crate one by one.
-        let head = Cursor::new(&mut *out);
-        let headers = std::iter::once(header.clone()).collect();
-        match exr::block::write(head, headers, true, |_, _| Err(exr::error::Error::Aborted)) {
-            Ok(()) | Err(exr::error::Error::Aborted) => {}
-            Err(error) => return Err(to_io(error)),
-        }
-        let table_bytes = header.chunk_count * size_of::<u64>();
-        Ok(Exr {
-            channels,
-            width,
-            height,
-            line_bytes: width * channels.len() * SAMPLE_BYTES,
-            table_position_bytes: (out.len() - table_bytes) as u64,
-            table: Vec::with_capacity(header.chunk_count),
-            file_bytes: out.len() as u64,
-            lines: Vec::new(),
-            header,
-        })
+    // The crate writes a file inside one call, from a closure that has all blocks. Bands come
+    // from outside, so that call is left after the head and the table (zeros so far) are
+    // written, and the blocks follow here, encoded by the crate one by one.
+    let head = Cursor::new(&mut *out);
+    let headers = std::iter::once(header.clone()).collect();
+    match exr::block::write(head, headers, true, |_, _| Err(exr::error::Error::Aborted)) {
+        Ok(()) | Err(exr::error::Error::Aborted) => {}
+        Err(error) => return Err(to_io(error)),
     }
+    let table_bytes = header.chunk_count * size_of::<u64>();
+    Ok(Box::new(Exr {
+        channels,
+        width,
+        height,
+        line_bytes: width * channels.len() * SAMPLE_BYTES,
+        table_position_bytes: (out.len() - table_bytes) as u64,
+        table: Vec::with_capacity(header.chunk_count),
+        file_bytes: out.len() as u64,
+        lines: Vec::new(),
+        header,
+    }))
+}
 
-    pub(super) fn rows(
-        &mut self,
-        hits: &Hits,
-        rgb: &[[f32; 3]],
-        out: &mut Vec<u8>,
-    ) -> io::Result<()> {
+impl Encoder for Exr {
+    fn rows(&mut self, hits: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
+        let rgb = linear(colors);
         for start in (0..hits.id.len()).step_by(self.width) {
             self.append_line(hits, start..start + self.width, rgb);
         }
@@ -188,12 +190,14 @@ impl Exr {
         Ok(())
     }
 
-    /// The table of blocks and its place in the file, bytes.
-    pub(super) fn finish(self) -> (u64, Vec<u8>) {
+    /// The table of blocks and its place in the file.
+    fn finish(self: Box<Self>, _: &mut Vec<u8>) -> io::Result<Option<(u64, Vec<u8>)>> {
         let table = self.table.iter().flat_map(|p| p.to_le_bytes()).collect();
-        (self.table_position_bytes, table)
+        Ok(Some((self.table_position_bytes, table)))
     }
+}
 
+impl Exr {
     /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
     fn append_line(&mut self, hits: &Hits, line: std::ops::Range<usize>, rgb: &[[f32; 3]]) {
         let ids = &hits.id[line.clone()];

@@ -2,13 +2,11 @@
 
 use std::io;
 
-use super::Frame;
+use super::{Encoder, linear};
 use crate::npy::Record;
+use crate::rays::Pixels;
+use crate::shade::Colors;
 use crate::trace::Hits;
-
-pub(super) struct Npy {
-    record: Record,
-}
 
 fn record(certificates: bool) -> Record {
     Record { rgb: true, level: certificates }
@@ -18,14 +16,19 @@ pub(super) fn pixel_bytes(certificates: bool) -> u128 {
     record(certificates).bytes() as u128
 }
 
-impl Npy {
-    pub(super) fn begin(certificates: bool, frame: Frame, out: &mut Vec<u8>) -> io::Result<Npy> {
-        let record = record(certificates);
-        record.write_header(&[frame.height.into(), frame.width.into()], out)?;
-        Ok(Npy { record })
-    }
+pub(super) fn begin(
+    certificates: bool,
+    pixels: &Pixels,
+    out: &mut Vec<u8>,
+) -> io::Result<Box<dyn Encoder>> {
+    let record = record(certificates);
+    record.write_header(&[pixels.height.into(), pixels.width.into()], out)?;
+    Ok(Box::new(record))
+}
 
-    pub(super) fn rows(&self, hits: &Hits, rgb: &[[f32; 3]], out: &mut Vec<u8>) {
-        self.record.append(hits, 0..hits.id.len(), rgb, out);
+impl Encoder for Record {
+    fn rows(&mut self, hits: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
+        self.append(hits, 0..hits.id.len(), linear(colors), out);
+        Ok(())
     }
 }

@@ -3,11 +3,13 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use png::{BitDepth, ColorType, Compression, Encoder, Filter, SrgbRenderingIntent, StreamWriter};
+use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Bits, Frame, SOFTWARE, be_bytes};
+use super::{Bits, Encoder, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
+use crate::rays::Pixels;
 use crate::shade::Colors;
+use crate::trace::Hits;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;
@@ -22,12 +24,12 @@ pub(super) fn pixel_bytes(bits: Bits) -> u128 {
     }
 }
 
-pub(super) fn check_size(frame: Frame) -> Result<()> {
-    if frame.width > MAX_SIDE_PX || frame.height > MAX_SIDE_PX {
+pub(super) fn check_size(pixels: &Pixels) -> Result<()> {
+    if pixels.width.max(pixels.height) > MAX_SIDE_PX {
         return Err(Error::TooLarge(format!(
             "PNG holds at most {MAX_SIDE_PX} pixels a side, not {}x{}; write .npy, or parts with \
              --crop",
-            frame.width, frame.height
+            pixels.width, pixels.height
         )));
     }
     Ok(())
@@ -46,41 +48,45 @@ pub(super) fn band_bytes(bits: Bits, width: u32, n_band_rows: u32) -> u128 {
     3 * row_bytes + swapped_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
 }
 
-pub(super) struct Png {
+struct Png {
     stream: StreamWriter<'static, Tray>,
     tray: Tray,
 }
 
-impl Png {
-    pub(super) fn begin(bits: Bits, frame: Frame, out: &mut Vec<u8>) -> io::Result<Png> {
-        let tray = Tray::default();
-        let mut encoder = Encoder::new(tray.clone(), frame.width, frame.height);
-        encoder.set_color(ColorType::Rgb);
-        encoder.set_depth(match bits {
-            Bits::Eight => BitDepth::Eight,
-            Bits::Sixteen => BitDepth::Sixteen,
-        });
-        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-        encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
-        // Flat surfaces make rows that equal the row above nearly everywhere. The filter “up”
-        // turns those into zeros, and the fast codec is made for runs of zeros.
-        encoder.set_compression(Compression::Fast);
-        encoder.set_filter(Filter::Up);
-        let stream = encoder.write_header()?.into_stream_writer_with_size(CHUNK_BYTES)?;
-        tray.empty_into(out);
-        Ok(Png { stream, tray })
-    }
+pub(super) fn begin(
+    bits: Bits,
+    pixels: &Pixels,
+    out: &mut Vec<u8>,
+) -> io::Result<Box<dyn Encoder>> {
+    let tray = Tray::default();
+    let mut encoder = png::Encoder::new(tray.clone(), pixels.width, pixels.height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(match bits {
+        Bits::Eight => BitDepth::Eight,
+        Bits::Sixteen => BitDepth::Sixteen,
+    });
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    // Flat surfaces make rows that equal the row above nearly everywhere. The filter “up”
+    // turns those into zeros, and the fast codec is made for runs of zeros.
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Up);
+    let stream = encoder.write_header()?.into_stream_writer_with_size(CHUNK_BYTES)?;
+    tray.empty_into(out);
+    Ok(Box::new(Png { stream, tray }))
+}
 
-    pub(super) fn rows(&mut self, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
+impl Encoder for Png {
+    fn rows(&mut self, _: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
         self.stream.write_all(&be_bytes(colors))?;
         self.tray.empty_into(out);
         Ok(())
     }
 
-    pub(super) fn finish(self, out: &mut Vec<u8>) -> io::Result<()> {
+    fn finish(self: Box<Self>, out: &mut Vec<u8>) -> io::Result<Option<(u64, Vec<u8>)>> {
         self.stream.finish()?;
         self.tray.empty_into(out);
-        Ok(())
+        Ok(None)
     }
 }
 

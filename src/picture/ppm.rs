@@ -1,17 +1,31 @@
 //! PPM: the binary variant P6, 8 or 16 bits.
 
-use super::{Bits, Frame, be_bytes};
-use crate::shade::Colors;
+use std::io;
 
-pub(super) fn begin(bits: Bits, frame: Frame, out: &mut Vec<u8>) {
+use super::{Bits, Encoder, be_bytes};
+use crate::rays::Pixels;
+use crate::shade::Colors;
+use crate::trace::Hits;
+
+struct Ppm;
+
+pub(super) fn begin(
+    bits: Bits,
+    pixels: &Pixels,
+    out: &mut Vec<u8>,
+) -> io::Result<Box<dyn Encoder>> {
     let largest_value = match bits {
         Bits::Eight => u8::MAX.into(),
         Bits::Sixteen => u16::MAX,
     };
-    let header = format!("P6\n{} {}\n{largest_value}\n", frame.width, frame.height);
+    let header = format!("P6\n{} {}\n{largest_value}\n", pixels.width, pixels.height);
     out.extend_from_slice(header.as_bytes());
+    Ok(Box::new(Ppm))
 }
 
-pub(super) fn rows(colors: &Colors, out: &mut Vec<u8>) {
-    out.extend_from_slice(&be_bytes(colors));
+impl Encoder for Ppm {
+    fn rows(&mut self, _: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
+        out.extend_from_slice(&be_bytes(colors));
+        Ok(())
+    }
 }

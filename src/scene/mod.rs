@@ -58,6 +58,14 @@ pub struct Camera {
     pub projection: Projection,
 }
 
+impl Camera {
+    /// A camera with the defaults of scene files: y is up, and the field of view has 45°.
+    pub fn new(position: DVec3, look_at: DVec3) -> Camera {
+        let projection = Projection::Perspective { fov_degrees: 45.0 };
+        Camera { position, look_at, up: DVec3::Y, projection }
+    }
+}
+
 /// Picture size in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageSize {

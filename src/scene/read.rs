@@ -10,10 +10,10 @@ use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{Camera, Color, ImageSize, Plane, Projection, Scene, Sphere, Spheres};
-use crate::camera::View;
 use crate::control::Control;
 use crate::error::{Result, SceneError};
 use crate::memory;
+use crate::rays::View;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -226,32 +226,26 @@ fn read_camera(table: &Table) -> Checked<Camera> {
     }
     let of = |projection| Camera { position, look_at, up, projection };
     // A number near the smallest f64 has no half or tangent but 0, and a picture no extent.
-    let has_extent = |projection| View::new(&of(projection)).h > 0.0;
+    let checked = |field: &Field, projection, is_in_range, help| {
+        if is_in_range && View::new(&of(projection)).h > 0.0 {
+            return Ok(of(projection));
+        }
+        let found = format!("`{}` is {:?}", field.key, field.number()?);
+        Err(Fault::new(field.span(), found, help))
+    };
     match (table.get("fov"), table.get("height")) {
-        (None, None) => Ok(of(Projection::Perspective { fov_degrees: 45.0 })),
+        (None, None) => Ok(Camera { up, ..Camera::new(position, look_at) }),
         (Some(field), None) => {
             let fov_degrees = field.number()?;
-            let projection = Projection::Perspective { fov_degrees };
-            if fov_degrees > 0.0 && fov_degrees < 180.0 && has_extent(projection) {
-                return Ok(of(projection));
-            }
-            Err(Fault::new(
-                field.span(),
-                format!("`fov` is {fov_degrees:?}"),
-                "the vertical field of view is in degrees, greater than 0 and less than 180",
-            ))
+            let is_in_range = fov_degrees > 0.0 && fov_degrees < 180.0;
+            let help = "the vertical field of view is in degrees, greater than 0 and less than 180";
+            checked(&field, Projection::Perspective { fov_degrees }, is_in_range, help)
         }
         (None, Some(field)) => {
             let height = field.number()?;
-            let projection = Projection::Orthographic { height };
-            if height > 0.0 && has_extent(projection) {
-                return Ok(of(projection));
-            }
-            Err(Fault::new(
-                field.span(),
-                format!("`height` is {height:?}"),
-                "the height of an orthographic camera's picture is in world units, greater than 0",
-            ))
+            let help = "the height of an orthographic camera's picture is in world units, greater \
+                        than 0";
+            checked(&field, Projection::Orthographic { height }, height > 0.0, help)
         }
         (Some(_), Some(field)) => Err(Fault::new(
             field.span(),

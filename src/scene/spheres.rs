@@ -176,7 +176,7 @@ impl Spheres {
         (&mut spheres[first..], &mut colors[first_color..])
     }
 
-    /// Whether more spheres, of one colour or of any, need a list of colours.
+    /// True where more spheres, of one colour or of any, need a list of colours.
     fn needs_colors(&self, color: Option<Color>) -> bool {
         let is_same = color.is_some_and(|color| self.is_empty() || color == self.color);
         !(is_same && self.colors.is_empty())
@@ -247,18 +247,12 @@ impl FromIterator<Sphere> for Spheres {
 impl FromIterator<(Sphere, Color)> for Spheres {
     fn from_iter<I: IntoIterator<Item = (Sphere, Color)>>(spheres: I) -> Spheres {
         let mut all = Spheres::default();
-        all.extend(spheres);
+        spheres.into_iter().for_each(|(sphere, color)| all.push(sphere, color));
         all
     }
 }
 
-impl Extend<(Sphere, Color)> for Spheres {
-    fn extend<I: IntoIterator<Item = (Sphere, Color)>>(&mut self, spheres: I) {
-        spheres.into_iter().for_each(|(sphere, color)| self.push(sphere, color));
-    }
-}
-
-/// What was found and what is expected.
+/// A finding, and advice.
 pub(super) type Problem = (String, &'static str);
 
 /// Why this is no sphere of a scene seen from `eye`.

@@ -1,8 +1,9 @@
 //! The event loop.
 
-use std::path::PathBuf;
+mod frame;
+
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use egui::ViewportId;
@@ -16,21 +17,21 @@ use winit::window::{Window, WindowId};
 use super::ask::{self, Answer, Question};
 use super::display::{self, no_display};
 use super::notice::Notice;
-use super::paint::palette;
-use super::painter::{self, Painted};
+use super::painter::{self, Painted, Painting};
 use super::panels::{self, BAR, LINES};
-use super::reload::Watch;
-use super::save::{free_name, save};
-use super::screen::{Drawn, Panels, Screen, Shown};
+use super::reload::watch;
+use super::save::{Save, free_name};
+use super::screen::{Panels, Screen};
 use super::show::Show;
 use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
-use super::worker::{Turn, Worker};
-use crate::camera::{Pixels, View};
+use super::worker::Worker;
 use crate::control::Control;
+use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Layer, Pick, Present, Words};
+use crate::gpu::{Pick, Pool, Words};
 use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
+use crate::session::Session;
 use crate::trace::Kernel;
 
 /// The window's beginning.
@@ -39,10 +40,9 @@ pub struct Options {
     pub path: PathBuf,
     /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
-    /// The device that shows the picture.
-    pub pick: Pick,
-    /// True where the CPU traces.
-    pub on_cpu: bool,
+    /// The device that traces and shows the picture. Where it is `None`, the CPU traces, and the
+    /// best device shows.
+    pub device: Option<Pick>,
     /// The kernel.
     pub kernel: Kernel,
     /// Size of the picture, px; that of the scene file where it is `None`.
@@ -62,32 +62,30 @@ const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 /// Part of the screen that the window takes at most.
 const SCREEN_PART: f64 = 0.92;
 
-/// While a picture is on its way, the old one is not drawn again within this time.
-const WAIT_FOR_PICTURE: Duration = Duration::from_millis(100);
-
-/// Shortest time between two frames that nothing but time asks for.
-const FRAME_TIME: Duration = Duration::from_millis(8);
-
-/// Frames farther apart than this do not belong to a movement.
-const MOVEMENT: Duration = Duration::from_millis(300);
-
 /// Devices that may be lost one soon after the other before the window gives up.
 const MOST_LOSSES: usize = 4;
 
 /// Losses within this time count as one soon after the other.
 const SOON: Duration = Duration::from_secs(20);
 
-/// A message of another thread; the number is that of the device that they worked with.
+/// A message of another thread.
 enum Event {
-    Traced(u64, Traced),
-    Painted(u64, Result<Painted>),
-    Hover(u64, Result<Answer>),
-    Explained(u64, Result<([u32; 2], String)>),
-    Saved(Result<(PathBuf, [u32; 2])>),
+    /// Of a thread that works with the device of this number.
+    Said(u64, Result<Said>),
+    /// The picture in this file is saved, or can't be.
+    Saved(PathBuf),
     Scene(Result<(Arc<Scene>, Camera)>),
     Interrupted,
     /// It is time to open a device in place of the one that was lost.
     Reopen,
+}
+
+/// A message of a thread that works with a device.
+enum Said {
+    Traced(Traced),
+    Painted(Painted),
+    Hover(Answer),
+    Explained(([u32; 2], String)),
 }
 
 /// Opens the window and returns when it was closed.
@@ -96,14 +94,14 @@ enum Event {
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
 /// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
 /// and again, [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
-/// cancelled.
+/// cancelled; those of [`Session::render_to_file`] where a picture was still being saved.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
     let path = options.path.clone();
     let no_display = |error: EventLoopError| no_display(&error, &path);
     let events = EventLoop::<Event>::with_user_event().build().map_err(no_display)?;
     let proxy = events.create_proxy();
-    let watch = watch(&options, proxy.clone())?;
+    let watch = watch_scene(&options, proxy.clone())?;
     let state =
         State::new(options.path.clone(), Arc::clone(&options.scene), camera, options.kernel);
     let mut app = App {
@@ -122,7 +120,6 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         context: egui::Context::default(),
         frame: 0,
         last_text: String::new(),
-        last_pixel: None,
         wake: None,
     };
     style(&app.context);
@@ -134,30 +131,29 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     drop(watch);
     app.closing.cancel();
     app.open = None;
-    for save in app.saves.drain(..) {
-        // A thread that panicked has said so itself.
-        let _ = save.join();
+    for save in std::mem::take(&mut app.saves) {
+        match app.saved(save) {
+            Ok(()) => {}
+            Err(error) if app.failure.is_none() => app.failure = Some(error),
+            Err(error) => (app.notify)(&Notice::Trouble { message: &error.to_string() }),
+        }
     }
-    match app.failure.take() {
-        Some(failure) => Err(failure),
-        None => ran,
-    }
+    app.failure.take().map_or(ran, Err)
 }
 
-fn watch(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Watch> {
+/// Watches the scene file, and the control.
+fn watch_scene(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Worker<()>> {
     let (path, control) = (options.path.clone(), Arc::clone(&options.control));
-    let say = proxy.clone();
+    let to_window = proxy.clone();
+    // The event loop is gone only when nobody is interested any more.
+    let say = move |read| drop(to_window.send_event(Event::Scene(read)));
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
-    let read = Worker::start("read", move |(), turn: &Turn<()>| {
-        let read = reread_scene(&path, &turn.control)
-            .and_then(|scene| Ok((scene.require_camera(&path)?.clone(), scene)))
-            .map(|(camera, scene)| (Arc::new(scene), camera));
-        if !matches!(read, Err(Error::Interrupted)) {
-            // The event loop is gone only when nobody is interested any more.
-            let _ = say.send_event(Event::Scene(read));
-        }
-    })
-    .map_err(Error::io("the reading thread"))?;
+    let read = Worker::start("reading", say, move |(), turn, say| {
+        let scene = reread_scene(&path, &turn.control)?;
+        let camera = scene.require_camera(&path)?.clone();
+        say((Arc::new(scene), camera));
+        Ok(())
+    })?;
     let look = move |changed| {
         if changed {
             read.ask(());
@@ -166,7 +162,7 @@ fn watch(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Watch> {
             let _ = proxy.send_event(Event::Interrupted);
         }
     };
-    Watch::start(options.path.clone(), look).map_err(Error::io("the watching thread"))
+    watch(options.path.clone(), look)
 }
 
 fn style(context: &egui::Context) {
@@ -187,28 +183,19 @@ struct Open {
     screen: Screen,
     backend: Backend,
     trace: Worker<Order>,
-    paint: Worker<painter::Job>,
+    paint: Worker<Painting>,
     hover: Worker<Question>,
     explain: Worker<Question>,
     panels: Panels,
-    /// Colours by id, with what they were made for.
-    palette: Option<(PaletteOf, Words)>,
+    /// Colours by id, with the picture and the mode that they are for.
+    palette: Option<((u64, Show), Arc<Words>)>,
+    palettes: Pool,
     ordered: Option<Order>,
     painting: Option<(u64, Show)>,
-    drawn: Option<Frame>,
-}
-
-/// A palette's inputs.
-#[derive(Clone, PartialEq)]
-struct PaletteOf {
-    serial: u64,
-    show: Show,
-}
-
-/// The last frame.
-struct Frame {
-    at: Instant,
-    picture: u64,
+    /// The last pixel that was asked for.
+    hovered: Option<Question>,
+    /// The time of the last frame, and the picture in it.
+    drawn: Option<(Instant, u64)>,
 }
 
 struct App<N> {
@@ -223,13 +210,12 @@ struct App<N> {
     /// Counts devices.
     epoch: u64,
     losses: Vec<Instant>,
-    saves: Vec<JoinHandle<()>>,
+    saves: Vec<Save>,
     failure: Option<Error>,
     closing: Arc<Control>,
     context: egui::Context,
     frame: u64,
     last_text: String,
-    last_pixel: Option<Question>,
     wake: Option<Instant>,
 }
 
@@ -338,27 +324,20 @@ impl<N: FnMut(&Notice)> App<N> {
     /// Opens a device for the window, and the threads that work with it.
     fn open(&mut self, window: Arc<Window>) -> Result<()> {
         (self.notify)(&Notice::Opening);
-        let screen = Screen::open(&self.options.pick, &window)?;
-        let backend = Backend { gpu: Arc::clone(&screen.gpu), on_cpu: self.options.on_cpu };
-        let epoch = self.epoch;
-        let proxy = || self.proxy.clone();
-        // The event loop is gone only when nobody is interested any more.
-        let trace = tracing::start(backend.clone(), Arc::clone(&self.closing), {
-            let proxy = proxy();
-            move |traced| drop(proxy.send_event(Event::Traced(epoch, traced)))
-        })?;
-        let paint = painter::start(backend.clone(), {
-            let proxy = proxy();
-            move |painted| drop(proxy.send_event(Event::Painted(epoch, painted)))
-        })?;
-        let hover = ask::start_hover(backend.clone(), {
-            let proxy = proxy();
-            move |answer| drop(proxy.send_event(Event::Hover(epoch, answer)))
-        })?;
-        let explain = ask::start_explain(backend.clone(), {
-            let proxy = proxy();
-            move |explained| drop(proxy.send_event(Event::Explained(epoch, explained)))
-        })?;
+        let pick = self.options.device.as_ref();
+        let screen = Screen::open(pick.unwrap_or(&Pick::Best), &window)?;
+        let gpu = Device::Gpu(Arc::clone(&screen.gpu));
+        let (device, name) = match pick {
+            Some(_) => (gpu.clone(), gpu.label()),
+            None => (Device::Cpu, format!("the CPU, shown by {}", gpu.label())),
+        };
+        self.state.device = name;
+        let backend = Backend { screen: Arc::clone(&screen.gpu), device };
+        let closing = Arc::clone(&self.closing);
+        let trace = tracing::start(backend.clone(), closing, self.say(Said::Traced))?;
+        let paint = painter::start(backend.clone(), self.say(Said::Painted))?;
+        let hover = ask::start_hover(backend.device.clone(), self.say(Said::Hover))?;
+        let explain = ask::start_explain(backend.device.clone(), self.say(Said::Explained))?;
         let input = egui_winit::State::new(
             self.context.clone(),
             ViewportId::ROOT,
@@ -368,16 +347,7 @@ impl<N: FnMut(&Notice)> App<N> {
             Some(screen.max_texture_side()),
         );
         let facts = &screen.gpu.facts;
-        let tracer = if self.options.on_cpu { "the CPU, shown by " } else { "" };
-        let software = if facts.is_software() { " (software)" } else { "" };
-        self.state.device = format!("{tracer}{}{software}", facts.name);
-        let software = facts.is_software();
-        (self.notify)(&Notice::Opened { adapter: &facts.name, software });
-        let panels = Panels {
-            jobs: Vec::new(),
-            textures: egui::TexturesDelta::default(),
-            pixels_per_point: 1.0,
-        };
+        (self.notify)(&Notice::Opened { adapter: &facts.name, software: facts.is_software() });
         window.request_redraw();
         self.open = Some(Open {
             window,
@@ -388,19 +358,29 @@ impl<N: FnMut(&Notice)> App<N> {
             paint,
             hover,
             explain,
-            panels,
+            panels: Panels::default(),
             palette: None,
+            palettes: Pool::default(),
             ordered: None,
             painting: None,
+            hovered: None,
             drawn: None,
         });
         Ok(())
+    }
+
+    /// Passes messages of a thread that works with the device to the window.
+    fn say<T: 'static>(&self, said: fn(T) -> Said) -> impl Fn(Result<T>) + Send + 'static {
+        let (proxy, epoch) = (self.proxy.clone(), self.epoch);
+        // The event loop is gone only when nobody is interested any more.
+        move |message| drop(proxy.send_event(Event::Said(epoch, message.map(said))))
     }
 
     /// Gives up the device. What its threads have said is not heard any more.
     fn close(&mut self) {
         self.open = None;
         self.epoch += 1;
+        self.state.explained.take_if(|explained| explained.text.is_none());
     }
 
     /// Tells what went wrong, and has a device opened anew after one was lost.
@@ -448,34 +428,14 @@ impl<N: FnMut(&Notice)> App<N> {
 
     fn hear(&mut self, event_loop: &ActiveEventLoop, event: Event) -> Result<()> {
         match event {
-            Event::Traced(epoch, traced) if epoch == self.epoch => match traced {
-                Traced::Picture(picture) => self.state.picture = Some(picture),
-                Traced::More => {}
-                Traced::Failed(error) => return Err(error),
-            },
-            Event::Painted(epoch, painted) if epoch == self.epoch => {
-                let painted = painted?;
-                let place = painted.place;
-                self.state.painted[place] = Some(painted);
-            }
-            Event::Hover(epoch, answer) if epoch == self.epoch => {
-                self.state.answer(answer?);
-                let text = panels::hover_text(&self.state);
-                (self.notify)(&Notice::Hover { text: &text });
-            }
-            Event::Explained(epoch, explained) if epoch == self.epoch => {
-                let (pixel, text) = explained?;
-                if let Some(shown) = &mut self.state.explained
-                    && shown.pixel == pixel
-                {
-                    (self.notify)(&Notice::Explained { pixel, text: &text });
-                    shown.text = Some(text);
+            Event::Said(epoch, said) if epoch == self.epoch => self.hear_of_device(said?),
+            // By a thread whose device is gone.
+            Event::Said(..) => {}
+            Event::Saved(path) => {
+                if let Some(at) = self.saves.iter().position(|save| save.path == path) {
+                    let save = self.saves.swap_remove(at);
+                    return self.saved(save);
                 }
-            }
-            Event::Saved(saved) => {
-                let (path, size) = saved?;
-                (self.notify)(&Notice::Saved { path: &path, size });
-                self.state.tell(format!("Saved {}: {} × {}", path.display(), size[0], size[1]));
             }
             Event::Scene(Ok((scene, camera))) => {
                 self.state.reload(scene, camera);
@@ -491,150 +451,32 @@ impl<N: FnMut(&Notice)> App<N> {
             }
             Event::Reopen => self.reopen(event_loop),
             Event::Interrupted => self.fail(event_loop, Error::Interrupted),
-            // Said by a device that is gone.
-            Event::Traced(..) | Event::Painted(..) | Event::Hover(..) | Event::Explained(..) => {}
         }
         Ok(())
     }
 
-    /// Takes the input, gives orders, and draws a frame if there is something new to see.
-    fn redraw(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let size = open.screen.follow_window();
-        let raw = take_input(&mut open.input, &open.window, size, self.start);
-        let mut commands = Vec::new();
-        let state = &mut self.state;
-        let output = self.context.run_ui(raw, |ui| commands.extend(panels::layout(ui, state)));
-        let pixels_per_point = output.pixels_per_point;
-        open.input.handle_platform_output(&open.window, output.platform_output);
-        open.panels.textures.append(output.textures_delta);
-        open.panels.pixels_per_point = pixels_per_point;
-        open.panels.jobs = self.context.tessellate(output.shapes, pixels_per_point);
-        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|out| out.repaint_delay);
-
-        if !commands.iter().any(|command| matches!(command, Command::Hover(_))) {
-            // The pointer is elsewhere; what it finds when it comes back must be looked up again.
-            self.last_pixel = None;
-        }
-        for command in commands {
-            self.carry_out(event_loop, command);
-        }
-        self.order();
-        self.paint();
-        self.wake = delay
-            .filter(|delay| *delay < Duration::from_secs(3600))
-            .map(|delay| Instant::now() + delay.max(FRAME_TIME));
-        self.draw()
-    }
-
-    /// Orders a picture if the one that was ordered last is not what is wanted now.
-    fn order(&mut self) {
-        let Some(open) = &mut self.open else { return };
-        let (area, state) = (self.state.area, &mut self.state);
-        if area.width == 0 || area.height == 0 {
-            return;
-        }
-        let (pixels, kernels) = (state.pixels(), state.shown_kernels());
-        let is_the_same = |order: &Order| {
-            Arc::ptr_eq(&order.scene, &state.scene)
-                && order.pixels == pixels
-                && order.kernels == kernels
-        };
-        if open.ordered.as_ref().is_some_and(is_the_same) {
-            return;
-        }
-        state.asked += 1;
-        let order = Order { serial: state.asked, scene: Arc::clone(&state.scene), pixels, kernels };
-        open.ordered = Some(order.clone());
-        open.paint.stop();
-        open.trace.ask(order);
-    }
-
-    /// Has the newest picture painted where that is wanted.
-    fn paint(&mut self) {
-        let (Some(open), Some(picture)) = (&mut self.open, &self.state.picture) else { return };
-        let wanted = (picture.order.serial, self.state.show);
-        if !self.state.show.is_painted() || self.state.is_waiting() {
-            if open.painting.take().is_some() {
-                open.paint.stop();
+    fn hear_of_device(&mut self, said: Said) {
+        match said {
+            Said::Traced(Traced::Picture(picture)) => self.state.picture = Some(picture),
+            Said::Traced(Traced::More) => {}
+            Said::Painted(painted) => {
+                let place = painted.place;
+                self.state.painted[place] = Some(painted);
             }
-        } else if open.painting != Some(wanted) {
-            open.painting = Some(wanted);
-            open.paint.ask(painter::Job { picture: Arc::clone(picture), show: self.state.show });
-        }
-    }
-
-    fn draw(&mut self) -> Result<()> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let serial = self.state.picture.as_ref().map_or(0, |picture| picture.order.serial);
-        // The picture that comes soon is worth more than this frame, which would delay it.
-        if let Some(last) = &open.drawn
-            && self.state.is_waiting()
-            && last.picture == serial
-            && last.at.elapsed() < WAIT_FOR_PICTURE
-        {
-            self.wake = Some(last.at + WAIT_FOR_PICTURE);
-            return Ok(());
-        }
-        if let Some(picture) = &self.state.picture {
-            let of = PaletteOf { serial, show: self.state.show };
-            if open.palette.as_ref().is_none_or(|(known, _)| *known != of) {
-                let order = &picture.order;
-                let colors = palette(of.show, &order.scene, &order.pixels);
-                match &open.palette {
-                    Some((_, words)) if words.len() == colors.len() => {
-                        words.write(0, &colors);
-                        let words = open.palette.take().map(|(_, words)| words);
-                        open.palette = words.map(|words| (of, words));
-                    }
-                    _ => {
-                        let words = Words::from_slice(&open.backend.gpu, &colors);
-                        open.palette = Some((of, words));
-                    }
+            Said::Hover(answer) => {
+                self.state.answer(answer);
+                let text = panels::hover_text(&self.state);
+                (self.notify)(&Notice::Hover { text: &text });
+            }
+            Said::Explained((pixel, text)) => {
+                if let Some(shown) = &mut self.state.explained
+                    && shown.pixel == pixel
+                {
+                    (self.notify)(&Notice::Explained { pixel, text: &text });
+                    shown.text = Some(text);
                 }
             }
         }
-        let shown = shown(&self.state, open.palette.as_ref().map(|(_, words)| words));
-        let drawn = open.screen.draw(shown, &mut open.panels)?;
-        match drawn {
-            Drawn::Yes => self.count_frame(serial),
-            Drawn::Again => open.window.request_redraw(),
-            Drawn::Hidden => self.wake = Some(Instant::now() + WAIT_FOR_PICTURE),
-            Drawn::Lost => return Err(Error::Device("the window's surface was lost".into())),
-        }
-        if self.options.lose_device_after == Some(self.frame) {
-            self.options.lose_device_after = None;
-            return Err(Error::Device("it was given up, as asked for".into()));
-        }
-        Ok(())
-    }
-
-    fn count_frame(&mut self, picture: u64) {
-        let Some(open) = &mut self.open else { return };
-        let now = Instant::now();
-        let since = open.drawn.as_ref().map(|last| now - last.at);
-        open.drawn = Some(Frame { at: now, picture });
-        let ms = since.map_or(0.0, |since| since.as_secs_f64() * 1e3);
-        self.state.frame_ms = match since {
-            // Smoothed, or nobody could read it.
-            Some(since) if since < MOVEMENT => {
-                Some(self.state.frame_ms.map_or(ms, |known| 0.8 * known + 0.2 * ms))
-            }
-            _ => None,
-        };
-        self.frame += 1;
-        let area = self.state.area;
-        let kernels: Vec<_> = self.state.shown_kernels().iter().map(|k| k.name()).collect();
-        (self.notify)(&Notice::Shown {
-            frame: self.frame,
-            picture,
-            area: [area.left, area.top, area.width, area.height],
-            settled: self.state.is_settled(),
-            kernels: &kernels,
-            show: self.state.show.name(),
-            asked: self.state.asked,
-            ms,
-        });
     }
 
     fn carry_out(&mut self, event_loop: &ActiveEventLoop, command: Command) {
@@ -661,75 +503,40 @@ impl<N: FnMut(&Notice)> App<N> {
     }
 
     fn hover(&mut self, question: Question) {
-        let Some(open) = &self.open else { return };
+        let Some(open) = &mut self.open else { return };
         let is_known = |last: &Question| {
             Arc::ptr_eq(&last.scene, &question.scene)
                 && (last.pixels, last.kernel, last.x, last.y)
                     == (question.pixels, question.kernel, question.x, question.y)
         };
-        if !self.last_pixel.as_ref().is_some_and(is_known) {
-            self.last_pixel = Some(question.clone());
+        if !open.hovered.as_ref().is_some_and(is_known) {
+            open.hovered = Some(question.clone());
             open.hover.ask(question);
         }
     }
 
     fn save(&mut self) {
         let Some(open) = &self.open else { return };
-        let [width, height] =
-            self.full_size().unwrap_or([self.state.area.width, self.state.area.height]);
-        let pixels = Pixels::whole(View::new(&self.state.rig.camera), width, height);
-        let path = free_name(std::path::Path::new("."), &self.state.path);
-        let (backend, scene) = (open.backend.clone(), Arc::clone(&self.state.scene));
-        let (kernel, proxy) = (self.state.kernels[1], self.proxy.clone());
-        let work = move || {
-            let saved = save(&backend, &scene, kernel, pixels, &path, &Control::default());
-            // The event loop is gone only when nobody is interested any more.
-            let _ = proxy.send_event(Event::Saved(saved.map(|()| (path, [width, height]))));
-        };
-        self.saves.retain(|save| !save.is_finished());
-        match std::thread::Builder::new().name("save".into()).spawn(work) {
-            Ok(thread) => self.saves.push(thread),
+        let state = &self.state;
+        let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
+        let (scene, device) = (Arc::clone(&state.scene), open.backend.device.clone());
+        let mut session = Session::new(scene, device, state.kernels[1]);
+        session.set_camera(state.rig.camera.clone());
+        let path = free_name(Path::new("."), &state.path, &self.saves);
+        let proxy = self.proxy.clone();
+        let done = move |path| drop(proxy.send_event(Event::Saved(path)));
+        match Save::start(session, path, size, done) {
+            Ok(save) => self.saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
         }
     }
-}
 
-/// Takes the input since the last frame of a window of `size` px. The library's own way asks the
-/// window for its size each time.
-fn take_input(
-    input: &mut egui_winit::State,
-    window: &Window,
-    size: [u32; 2],
-    start: Instant,
-) -> egui::RawInput {
-    let points = egui_winit::pixels_per_point(input.egui_ctx(), window);
-    let raw = input.egui_input_mut();
-    raw.time = Some(start.elapsed().as_secs_f64());
-    let size = egui::Vec2::from(size.map(|px| px as f32)) / points;
-    raw.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
-    let viewport = raw.viewports.entry(ViewportId::ROOT).or_default();
-    viewport.native_pixels_per_point = Some(window.scale_factor() as f32);
-    raw.take()
-}
-
-/// The picture with what is needed to draw it.
-fn shown<'a>(state: &State, palette: Option<&'a Words>) -> Option<Shown<'a>> {
-    let (picture, palette) = (state.picture.as_ref()?, palette?);
-    let (area, pixels) = (state.area, &picture.order.pixels);
-    let layer = |(place, ids): (usize, &Arc<Words>)| Layer {
-        ids: Arc::clone(ids),
-        paint: state.paint(place).map(|paint| Arc::clone(&paint.words)),
-    };
-    let present = Present {
-        left: area.left,
-        top: area.top,
-        shown_width: area.width,
-        shown_height: area.height,
-        width: pixels.width,
-        height: pixels.height,
-        divider: area.left + if state.compares { state.divider_px() } else { 0 },
-        painted: 0,
-    };
-    let layers = picture.ids.iter().enumerate().map(layer).collect();
-    (area.width > 0 && area.height > 0).then_some(Shown { present, palette, layers })
+    /// Tells that a picture was saved.
+    fn saved(&mut self, save: Save) -> Result<()> {
+        let (path, size) = (save.path.clone(), save.size);
+        save.end()?;
+        (self.notify)(&Notice::Saved { path: &path, size });
+        self.state.tell(format!("Saved {}: {} × {}", path.display(), size[0], size[1]));
+        Ok(())
+    }
 }

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::tracing::{Backend, Numbers};
-use super::worker::{Turn, Worker};
-use crate::camera::{Pixels, View};
+use super::tracing::hits_of;
+use super::worker::Worker;
+use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::explain::{DEFAULT_OBJECTS, explain, label, text};
-use crate::gpu::GpuTracer;
+use crate::rays::{Pixels, View};
 use crate::scene::Scene;
+use crate::session::Session;
 use crate::trace::{Kernel, Rays};
-use crate::tracer::Tracer;
 
 /// A pixel of a picture, with all that the picture is made from.
 #[derive(Clone)]
@@ -56,64 +56,73 @@ pub struct Answer {
 /// Starts the thread that answers what is under the pointer.
 ///
 /// # Errors
-/// [`Error::Io`] when the system has no thread to give.
+/// Those of [`Worker::start`].
 pub fn start_hover(
-    backend: Backend,
+    device: Device,
     say: impl Fn(Result<Answer>) + Send + 'static,
 ) -> Result<Worker<Question>> {
-    let mut numbers = Numbers::new(backend);
-    Worker::start("hover", move |question: Question, turn| {
-        answer(&mut numbers, &question, turn, &say);
+    let mut session = Session::new(Scene::default(), device, Kernel::Certified);
+    Worker::start("hover", say, move |question: Question, turn, say| {
+        let &Question { ref scene, pixels, kernel, x, y } = &question;
+        let hits = hits_of(&mut session, scene, kernel, question.pixel(), &turn.control)?;
+        let (id, t) = (hits.id[0], hits.t[0]);
+        let ray = pixels.ray(x, y);
+        let position = ray.origin + ray.direction * f64::from(t);
+        say(Answer { pixel: [x, y], view: pixels.view, id, label: label(scene, id), t, position });
+        Ok(())
     })
-    .map_err(Error::io("the hover thread"))
-}
-
-fn answer(
-    numbers: &mut Numbers,
-    question: &Question,
-    turn: &Turn<Question>,
-    say: &impl Fn(Result<Answer>),
-) {
-    let &Question { kernel, x, y, pixels, .. } = question;
-    match numbers.trace(&question.scene, kernel, question.pixel(), &turn.control) {
-        Ok(hits) => {
-            let (id, t) = (hits.id[0], hits.t[0]);
-            let ray = pixels.ray(x, y);
-            let position = ray.origin + ray.direction * f64::from(t);
-            let label = label(&question.scene, id);
-            say(Ok(Answer { pixel: [x, y], view: pixels.view, id, label, t, position }));
-        }
-        Err(Error::Interrupted) => {}
-        Err(error) => say(Err(error)),
-    }
 }
 
 /// Starts the thread that explains pixels; it says the pixel and the text.
 ///
 /// # Errors
-/// [`Error::Io`] when the system has no thread to give.
+/// Those of [`Worker::start`].
 pub fn start_explain(
-    backend: Backend,
+    device: Device,
     say: impl Fn(Result<([u32; 2], String)>) + Send + 'static,
 ) -> Result<Worker<Question>> {
-    Worker::start("explain", move |question: Question, _: &Turn<Question>| {
-        let explained = explained(&backend, &question);
-        say(explained.map(|text| ([question.x, question.y], text)));
+    Worker::start("explaining", say, move |question: Question, _, say| {
+        let text = match explained(&device, &question) {
+            Ok(text) => text,
+            // A lost device is opened anew.
+            Err(error @ Error::Device(_)) => return Err(error),
+            Err(error) => error.to_string(),
+        };
+        say(([question.x, question.y], text));
+        Ok(())
     })
-    .map_err(Error::io("the explaining thread"))
 }
 
-fn explained(backend: &Backend, question: &Question) -> Result<String> {
+fn explained(device: &Device, question: &Question) -> Result<String> {
     let rays = Rays::Pixels(question.pixel());
     let mut explanation = explain(&question.scene, &rays, Some(DEFAULT_OBJECTS))?;
-    if !backend.on_cpu {
+    if let Some(facts) = device.facts() {
         explanation.add_device(&question.scene, &rays, |prepared, wants| {
-            let (gpu, prepared) = (Arc::clone(&backend.gpu), Arc::clone(prepared));
-            if gpu.facts.check_kernel(prepared.kernel).is_err() {
-                return Ok(None);
+            match facts.check_kernel(prepared.kernel) {
+                Ok(()) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+                Err(_) => Ok(None),
             }
-            Ok(Some(Box::new(GpuTracer::new(gpu, prepared, wants)?) as Box<dyn Tracer>))
         })?;
     }
     Ok(text::text(&explanation))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+    use crate::scene::Camera;
+
+    #[test]
+    fn a_pixel_that_cannot_be_explained_says_why() {
+        let view = View::new(&Camera::new(DVec3::Z, DVec3::ZERO));
+        let (scene, pixels) = (Arc::default(), Pixels::whole(view, 4, 3));
+        let (send, answers) = channel();
+        let explain = start_explain(Device::Cpu, move |answer| send.send(answer).unwrap()).unwrap();
+        explain.ask(Question { scene, pixels, kernel: Kernel::Certified, x: 9, y: 1 });
+        let (pixel, text) = answers.recv().unwrap().expect("words");
+        assert_eq!(pixel, [9, 1]);
+        assert!(text.contains("other rays"), "{text}");
+    }
 }

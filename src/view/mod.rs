@@ -2,7 +2,7 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `app` | the event loop: what comes in, in which order it is done |
+//! | `app` | the event loop: what comes in, in which order it is done; `frame`, what goes out |
 //! | `state` | what is wanted, what is there, what the user is told |
 //! | `controls` | mouse and keys → camera and state |
 //! | `rig` | the camera under the hand: pure arithmetic |

@@ -1,13 +1,13 @@
 //! Numbers as colours. A colour is a word: sRGB bytes, red lowest, then alpha.
 
-use crate::arithmetic::Arithmetic;
-use crate::camera::{Bundle, CameraF32, Lens, Pixels, View};
 use crate::exact::{ExactPixels, signum_of_discriminant};
 use crate::guard::{self, Guard};
 use crate::kernel::RayOf;
+use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::lecture::quadratic;
 use crate::kernel::relative::{RelativeSphere, approach};
 use crate::prepare::{Objects, Prepared};
+use crate::rays::{Bundle, CameraF32, Lens, Pixels, View};
 use crate::scene::{Color, Object, Scene};
 use crate::trace::{Hits, Level};
 use crate::vec3::{Real, Vec3, dot3};
@@ -77,9 +77,9 @@ fn is_front(scene: &Scene, pixels: &Pixels, id: u32) -> bool {
 }
 
 /// A colour with its meaning.
-pub type Entry = (Rgb, &'static str);
+pub type Swatch = (Rgb, &'static str);
 
-const STAGES: [Entry; 3] = [
+const STAGES: [Swatch; 3] = [
     ([0x26, 0x3a, 0x4d], "f32, on the device"),
     ([0xf2, 0xb7, 0x01], "f64, on the CPU"),
     ([0xff, 0x4d, 0x6d], "exact arithmetic"),
@@ -90,20 +90,20 @@ const ONE: Rgb = [0xff, 0xf0, 0x7a];
 const NONE: Rgb = [0x3b, 0x82, 0xc4];
 
 /// Largest error in ulp, colour and meaning.
-const ERRORS: [(f64, Entry); 5] = [
+const ERRORS: [(f64, Swatch); 5] = [
     (0.5, ([0x1d, 0x4d, 0x3a], "t is the nearest f32")),
     (1.0, ([0x3a, 0x9d, 0x74], "t within 1 ulp")),
     (16.0, ([0xa7, 0xc9, 0x57], "t within 16 ulp")),
     (4096.0, ([0xf2, 0xb7, 0x01], "t within 4096 ulp")),
     (f64::INFINITY, ([0xf0, 0x7d, 0x1a], "t is off by more")),
 ];
-const BACKGROUND_RIGHT: Entry = (NOTHING, "background, rightly");
-const OTHER: Entry = ([0xe0, 0x2f, 0x6b], "wrong object");
-const MISSED: Entry = ([0xb0, 0x4c, 0xd8], "object missed");
-const INVENTED: Entry = ([0xff, 0x9e, 0xc4], "hit where nothing is");
+const BACKGROUND_RIGHT: Swatch = (NOTHING, "background, rightly");
+const OTHER: Swatch = ([0xe0, 0x2f, 0x6b], "wrong object");
+const MISSED: Swatch = ([0xb0, 0x4c, 0xd8], "object missed");
+const INVENTED: Swatch = ([0xff, 0x9e, 0xc4], "hit where nothing is");
 
 /// The colours' meanings; empty where the names of the objects say them.
-pub fn legend(show: Show) -> Vec<Entry> {
+pub fn legend(show: Show) -> Vec<Swatch> {
     match show {
         Show::Color | Show::Id => Vec::new(),
         Show::Depth => vec![([0xf4, 0xf4, 0xf4], "near"), ([0x30, 0x30, 0x30], "far")],
@@ -201,7 +201,7 @@ impl<'a> Discriminants<'a> {
             prepared,
             pixels,
             exact: ExactPixels::new(pixels),
-            camera: f32::camera(prepared, pixels),
+            camera: f32::camera(&prepared.coordinates(), pixels),
             guards: prepared.scene.spheres.iter().map(guard).collect(),
         }
     }
@@ -294,9 +294,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::camera::View;
     use crate::control::Control;
     use crate::cpu::CpuTracer;
+    use crate::rays::View;
     use crate::scene::parse_scene;
     use crate::trace::{Kernel, Rays, Wants};
     use crate::tracer::Tracer;

@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use super::paint;
 use super::show::Show;
-use super::tracing::{Backend, Numbers, Picture};
+use super::tracing::{Backend, DevicePicture, hits_of};
 use super::worker::{Turn, Worker};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::{Pool, Words};
 use crate::prepare::Prepared;
+use crate::session::Session;
 use crate::trace::{Hits, Kernel, Rays};
 use crate::verify::Truth;
 
@@ -28,9 +29,9 @@ const BLOCKS: [usize; 4] = [8, 4, 2, 1];
 const RAYS_AT_ONCE: usize = 1 << 12;
 
 /// Something to paint.
-pub struct Job {
+pub struct Painting {
     /// The picture that it belongs to.
-    pub picture: Arc<Picture>,
+    pub picture: Arc<DevicePicture>,
     /// The mode of showing.
     pub show: Show,
 }
@@ -49,20 +50,16 @@ pub struct Painted {
     pub words: Arc<Words>,
 }
 
-/// Starts the thread; `say` is called from it.
+/// Starts the thread.
 ///
 /// # Errors
-/// [`Error::Io`] when the system has no thread to give.
+/// Those of [`Worker::start`].
 pub fn start(
     backend: Backend,
     say: impl Fn(Result<Painted>) + Send + 'static,
-) -> Result<Worker<Job>> {
+) -> Result<Worker<Painting>> {
     let mut painter = Painter { backend, pool: Pool::default() };
-    Worker::start("paint", move |job, turn| match painter.work(&job, turn, &say) {
-        Ok(()) | Err(Error::Interrupted) => {}
-        Err(error) => say(Err(error)),
-    })
-    .map_err(Error::io("the painting thread"))
+    Worker::start("painting", say, move |job, turn, say| painter.work(&job, turn, say))
 }
 
 struct Painter {
@@ -71,25 +68,21 @@ struct Painter {
 }
 
 impl Painter {
-    fn work(&mut self, job: &Job, turn: &Turn<Job>, say: &impl Fn(Result<Painted>)) -> Result<()> {
+    fn work(&mut self, job: &Painting, turn: &Turn<Painting>, say: &dyn Fn(Painted)) -> Result<()> {
         if !turn.rest(REST) {
             return Ok(());
         }
         let order = &job.picture.order;
         // Gone with the job: its room for results is larger than the picture, and painting is rare.
-        let mut numbers = Numbers::new(self.backend.clone());
+        let device = self.backend.device.clone();
+        let mut session = Session::new(Arc::clone(&order.scene), device, Kernel::Certified);
         for (place, &kernel) in order.kernels.iter().enumerate() {
-            let hits = numbers.trace(&order.scene, kernel, order.pixels, &turn.control)?;
-            let words = self.pool.take(&self.backend.gpu, order.pixels.len());
+            let hits = hits_of(&mut session, &order.scene, kernel, order.pixels, &turn.control)?;
+            let words = self.pool.take(&self.backend.screen, order.pixels.len());
             let show = |colors: &[u32], share| {
                 words.write(0, colors);
-                say(Ok(Painted {
-                    serial: order.serial,
-                    show: job.show,
-                    place,
-                    share,
-                    words: Arc::clone(&words),
-                }));
+                let (serial, show, words) = (order.serial, job.show, Arc::clone(&words));
+                say(Painted { serial, show, place, share, words });
             };
             match job.show {
                 Show::Color | Show::Id | Show::Side => {}
@@ -104,7 +97,7 @@ impl Painter {
     }
 }
 
-fn discriminants(job: &Job, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
+fn discriminants(job: &Painting, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
     let order = &job.picture.order;
     let rays = Rays::Pixels(order.pixels);
     let prepared = Prepared::new(Arc::clone(&order.scene), kernel, &rays)?;
@@ -114,7 +107,12 @@ fn discriminants(job: &Job, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
 }
 
 /// Exact arithmetic takes microseconds a ray and object: first coarse, then fine.
-fn errors(job: &Job, hits: &Hits, turn: &Turn<Job>, show: &impl Fn(&[u32], f32)) -> Result<()> {
+fn errors(
+    job: &Painting,
+    hits: &Hits,
+    turn: &Turn<Painting>,
+    show: &impl Fn(&[u32], f32),
+) -> Result<()> {
     let order = &job.picture.order;
     let (width, height) = (order.pixels.width as usize, order.pixels.height as usize);
     let mut colors = vec![0; hits.id.len()];

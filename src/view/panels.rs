@@ -151,7 +151,7 @@ fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
         state.rig.frame(state.extent, state.aspect());
     }
     for (i, axis) in Axis::ALL.into_iter().enumerate() {
-        if item(ui, &format!("from {}", axis.name()), &(i + 1).to_string()) {
+        if item(ui, &format!("from {}", axis.name), &(i + 1).to_string()) {
             state.rig.look_along(axis, state.extent, state.aspect());
         }
     }

@@ -5,21 +5,16 @@
 //! notifications need special care.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
+
+use super::worker::{Turn, Worker};
+use crate::error::Result;
 
 /// Time between two looks.
 const INTERVAL: Duration = Duration::from_millis(250);
 
 /// Time in which a change must have come to rest: some editors write in two steps.
 const REST: Duration = Duration::from_millis(40);
-
-/// A thread that looks at a file.
-pub struct Watch {
-    stop: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
 
 /// The mark that tells one state of a file from the next; `None` while it isn't there.
 type Stamp = Option<(SystemTime, u64, u64)>;
@@ -31,57 +26,48 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 /// The state of a file that has stopped changing, or whose watch is stopped.
-fn at_rest(path: &Path, mut known: Stamp, stopped: &Receiver<()>) -> Stamp {
-    loop {
-        if stopped.recv_timeout(REST) != Err(RecvTimeoutError::Timeout) {
-            return known;
-        }
+fn at_rest(path: &Path, mut known: Stamp, turn: &Turn<()>) -> Stamp {
+    while turn.rest(REST) {
         let now = stamp(path);
         if now == known {
-            return now;
+            break;
         }
         known = now;
     }
+    known
 }
 
-impl Watch {
-    /// Calls `look` at each interval with whether the file has changed since the last change.
-    ///
-    /// # Errors
-    /// The system's, when it has no thread to give.
-    pub fn start(
-        path: PathBuf,
-        mut look: impl FnMut(bool) + Send + 'static,
-    ) -> std::io::Result<Watch> {
-        let (stop, stopped) = channel::<()>();
-        let mut known = stamp(&path);
-        let thread = std::thread::Builder::new().name("watch".into()).spawn(move || {
-            while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+/// Starts a thread that calls `look` at each interval, with true where the file has changed since
+/// the last change. Dropped, it stops.
+///
+/// # Errors
+/// [`crate::Error::Io`] when the system has no thread to give.
+pub fn watch(path: PathBuf, mut look: impl FnMut(bool) + Send + 'static) -> Result<Worker<()>> {
+    let mut known = stamp(&path);
+    let watch = Worker::start(
+        "watching",
+        |_: Result<()>| {},
+        move |(), turn, _| {
+            while turn.rest(INTERVAL) {
                 let mut now = stamp(&path);
                 let changed = now != known;
                 if changed {
-                    now = at_rest(&path, now, &stopped);
+                    now = at_rest(&path, now, turn);
                 }
                 known = now;
                 look(changed);
             }
-        })?;
-        Ok(Watch { stop: Some(stop), thread: Some(thread) })
-    }
-}
-
-impl Drop for Watch {
-    fn drop(&mut self) {
-        drop(self.stop.take());
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
-            let _ = thread.join();
-        }
-    }
+            Ok(())
+        },
+    )?;
+    watch.ask(());
+    Ok(watch)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::channel;
+
     use super::*;
 
     #[test]
@@ -90,7 +76,7 @@ mod tests {
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, "a").unwrap();
         let (send, changes) = channel();
-        let watch = Watch::start(path.clone(), move |changed| {
+        let watch = watch(path.clone(), move |changed| {
             if changed {
                 let _ = send.send(());
             }

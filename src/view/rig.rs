@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use crate::camera::{Lens, View};
+use crate::rays::{Lens, View};
 use crate::scene::{Camera, Projection, Scene};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn
@@ -43,51 +43,25 @@ impl Extent {
     }
 }
 
-/// One of the six views along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// From where x is large.
-    PlusX,
-    /// From where y is large.
-    PlusY,
-    /// From where z is large.
-    PlusZ,
-    /// From where x is small.
-    MinusX,
-    /// From where y is small.
-    MinusY,
-    /// From where z is small.
-    MinusZ,
+/// A view along an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// The side that it looks from.
+    pub name: &'static str,
+    /// From the scene to the eye, a unit vector.
+    to_eye: DVec3,
 }
 
 impl Axis {
     /// In the order of the keys 1 to 6.
-    pub const ALL: [Axis; 6] =
-        [Axis::PlusX, Axis::PlusY, Axis::PlusZ, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
-
-    /// `+x`
-    pub fn name(self) -> &'static str {
-        match self {
-            Axis::PlusX => "+x",
-            Axis::PlusY => "+y",
-            Axis::PlusZ => "+z",
-            Axis::MinusX => "−x",
-            Axis::MinusY => "−y",
-            Axis::MinusZ => "−z",
-        }
-    }
-
-    /// From the scene to the eye.
-    fn to_eye(self) -> DVec3 {
-        match self {
-            Axis::PlusX => DVec3::X,
-            Axis::PlusY => DVec3::Y,
-            Axis::PlusZ => DVec3::Z,
-            Axis::MinusX => DVec3::NEG_X,
-            Axis::MinusY => DVec3::NEG_Y,
-            Axis::MinusZ => DVec3::NEG_Z,
-        }
-    }
+    pub const ALL: [Axis; 6] = [
+        Axis { name: "+x", to_eye: DVec3::X },
+        Axis { name: "+y", to_eye: DVec3::Y },
+        Axis { name: "+z", to_eye: DVec3::Z },
+        Axis { name: "−x", to_eye: DVec3::NEG_X },
+        Axis { name: "−y", to_eye: DVec3::NEG_Y },
+        Axis { name: "−z", to_eye: DVec3::NEG_Z },
+    ];
 }
 
 /// A camera and the point that it turns around.
@@ -203,7 +177,7 @@ impl Rig {
 
     /// Looks along an axis at all of `extent`.
     pub fn look_along(&mut self, axis: Axis, extent: Extent, aspect: f64) {
-        let forward = -axis.to_eye();
+        let forward = -axis.to_eye;
         let is_steep = forward.dot(self.vertical).abs() > STEEPEST.sin();
         // Seen from above, what lay farther away is up in the picture.
         let sideways = [DVec3::NEG_Z, DVec3::X].into_iter().find(|v| v.dot(forward).abs() < 0.5);
@@ -427,7 +401,7 @@ mod tests {
             let mut rig = rig();
             rig.look_along(axis, extent, 1.5);
             let view = rig.view();
-            assert!(view.forward.distance(-axis.to_eye()) < 1e-12, "{axis:?}");
+            assert!(view.forward.distance(-axis.to_eye) < 1e-12, "{axis:?}");
             assert!(view.right.is_finite(), "{axis:?}");
             assert_close(seen_at(&rig, extent.center), SIZE / 2.0);
             // From there, orbiting works and the horizon is level again.

@@ -1,45 +1,64 @@
 //! Saving a picture as `render` would draw it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::thread::JoinHandle;
 
-use super::tracing::Backend;
-use crate::camera::Pixels;
-use crate::control::Control;
-use crate::error::Result;
-use crate::memory::Available;
-use crate::output::{self, OutputFile};
-use crate::picture::{Format, PictureOptions};
-use crate::render::plan;
-use crate::scene::Scene;
+use crate::error::{Error, Result};
 use crate::session::Session;
-use crate::trace::Kernel;
 
-/// The first of `NAME-1.png`, `NAME-2.png`, … in `folder` that isn't there.
-pub fn free_name(folder: &Path, scene: &Path) -> PathBuf {
-    let stem = scene.file_stem().map_or_else(|| "view".into(), |stem| stem.to_string_lossy());
-    let name = |n: u32| folder.join(format!("{stem}-{n}.png"));
-    (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
+/// A picture on its way into a file, on a thread of its own.
+pub struct Save {
+    /// The file.
+    pub path: PathBuf,
+    /// Columns and rows.
+    pub size: [u32; 2],
+    thread: JoinHandle<Result<()>>,
 }
 
-/// Traces `pixels` and writes them as a PNG file.
-///
-/// # Errors
-/// Those of `render`.
-pub fn save(
-    backend: &Backend,
-    scene: &Arc<Scene>,
-    kernel: Kernel,
-    pixels: Pixels,
-    path: &Path,
-    control: &Control,
-) -> Result<()> {
-    let (format, options) = (Format::Png, PictureOptions::default());
-    let plan = plan(format, options, &pixels, scene.n_objects(), Available::now())?;
-    let file = OutputFile::create(path, format.needs_seek())?;
-    let mut session = Session::new(Arc::clone(scene), backend.device(), kernel);
-    let (_, file) = session.draw(&pixels, &plan, file, control)?;
-    output::commit([file], control)
+impl Save {
+    /// Starts to draw what the session's camera sees as a PNG file; `done` is called with its path
+    /// at the end.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system has no thread to give.
+    pub fn start(
+        mut session: Session,
+        path: PathBuf,
+        size: [u32; 2],
+        done: impl FnOnce(PathBuf) + Send + 'static,
+    ) -> Result<Save> {
+        let target = path.clone();
+        let work = move || {
+            let [width, height] = size;
+            let saved = session.render_to_file(&target, width, height);
+            done(target);
+            saved.map(drop)
+        };
+        let thread = std::thread::Builder::new().name("saving".into()).spawn(work);
+        Ok(Save { path, size, thread: thread.map_err(Error::io("the saving thread"))? })
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Errors
+    /// Those of [`Session::render_to_file`].
+    pub fn end(self) -> Result<()> {
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+}
+
+/// The first of `NAME-1.png`, `NAME-2.png`, … in `folder` that isn't there and that none of `saves`
+/// will be.
+pub fn free_name(folder: &Path, scene: &Path, saves: &[Save]) -> PathBuf {
+    let stem = scene.file_stem().map_or_else(|| "view".into(), |stem| stem.to_string_lossy());
+    let mut n = 1;
+    loop {
+        let path = folder.join(format!("{stem}-{n}.png"));
+        if !path.exists() && saves.iter().all(|save| save.path != path) {
+            return path;
+        }
+        n += 1;
+    }
 }
 
 #[cfg(test)]
@@ -50,9 +69,12 @@ mod tests {
     fn no_picture_is_written_over() {
         let folder = tempfile::tempdir().unwrap();
         let scene = Path::new("scenes/ball.toml");
-        let first = free_name(folder.path(), scene);
-        assert_eq!(first, folder.path().join("ball-1.png"));
-        std::fs::write(first, "").unwrap();
-        assert_eq!(free_name(folder.path(), scene), folder.path().join("ball-2.png"));
+        let next = |saves: &[Save]| free_name(folder.path(), scene, saves);
+        let [one, two, three] = [1, 2, 3].map(|n| folder.path().join(format!("ball-{n}.png")));
+        assert_eq!(next(&[]), one);
+        std::fs::write(&one, "").unwrap();
+        assert_eq!(next(&[]), two);
+        let thread = std::thread::spawn(|| Ok(()));
+        assert_eq!(next(&[Save { path: two, size: [1, 1], thread }]), three);
     }
 }

@@ -32,6 +32,7 @@ pub struct Shown<'a> {
 }
 
 /// The panels of a frame.
+#[derive(Default)]
 pub struct Panels {
     /// Triangles.
     pub jobs: Vec<egui::ClippedPrimitive>,

@@ -35,34 +35,31 @@ impl Show {
         Show::Stage,
     ];
 
+    /// The menu's word and one sentence.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Show::Color => ("colour", "The colour of the object that is seen"),
+            Show::Depth => ("depth", "t, the depth along the view axis, on a logarithmic scale"),
+            Show::Normal => ("normal", "The unit normal: x, y, z as red, green, blue"),
+            Show::Id => ("id", "A colour for each object id"),
+            Show::Side => ("side", "The side of the object that is seen"),
+            Show::Discriminant => (
+                "discriminant",
+                "D of the visible sphere, else of the one that the line comes nearest to",
+            ),
+            Show::Error => ("error", "The kernel against exact arithmetic, pixel by pixel"),
+            Show::Stage => ("stage", "The stage that decided which object is seen"),
+        }
+    }
+
     /// As the menu has it.
     pub fn name(self) -> &'static str {
-        match self {
-            Show::Color => "colour",
-            Show::Depth => "depth",
-            Show::Normal => "normal",
-            Show::Id => "id",
-            Show::Side => "side",
-            Show::Discriminant => "discriminant",
-            Show::Error => "error",
-            Show::Stage => "stage",
-        }
+        self.words().0
     }
 
     /// One sentence.
     pub fn explanation(self) -> &'static str {
-        match self {
-            Show::Color => "The colour of the object that is seen",
-            Show::Depth => "t, the depth along the view axis, on a logarithmic scale",
-            Show::Normal => "The unit normal: x, y, z as red, green, blue",
-            Show::Id => "A colour for each object id",
-            Show::Side => "The side of the object that is seen",
-            Show::Discriminant => {
-                "D of the visible sphere, else of the one that the line comes nearest to"
-            }
-            Show::Error => "The kernel against exact arithmetic, pixel by pixel",
-            Show::Stage => "The stage that decided which object is seen",
-        }
+        self.words().1
     }
 
     /// True where single pixels must be painted by the CPU, which happens when the camera rests.

@@ -8,8 +8,8 @@ use super::ask::{Answer, Question};
 use super::painter::Painted;
 use super::rig::{Extent, Rig};
 use super::show::Show;
-use super::tracing::Picture;
-use crate::camera::Pixels;
+use super::tracing::DevicePicture;
+use crate::rays::Pixels;
 use crate::scene::{Camera, Scene};
 use crate::trace::Kernel;
 
@@ -71,7 +71,7 @@ pub struct State {
     /// `lavapipe (software)`
     pub device: String,
     /// The newest picture.
-    pub picture: Option<Arc<Picture>>,
+    pub picture: Option<Arc<DevicePicture>>,
     /// Number of the newest order.
     pub asked: u64,
     /// Paint for its layers.
@@ -148,7 +148,7 @@ impl State {
         if self.kernels[0] == self.kernels[1] {
             self.kernels[0] = match self.kernels[1] {
                 Kernel::Lecture => Kernel::Certified,
-                Kernel::Stable | Kernel::Double | Kernel::Certified => Kernel::Lecture,
+                _ => Kernel::Lecture,
             };
         }
     }
@@ -206,7 +206,7 @@ impl State {
 
     /// True when the newest picture is shown, each pixel of it decided and painted.
     pub fn is_settled(&self) -> bool {
-        let is_decided = |picture: &Arc<Picture>| picture.progress().left == 0;
+        let is_decided = |picture: &Arc<DevicePicture>| picture.progress().left == 0;
         !self.is_waiting()
             && self.picture.as_ref().is_some_and(is_decided)
             && (!self.show.is_painted() || self.painted_share() >= 1.0)

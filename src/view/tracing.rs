@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::worker::{Turn, Worker};
-use crate::camera::Pixels;
 use crate::certify::{self, Decided};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
@@ -12,6 +11,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, GpuTracer, Pool, ProposeResident, Undecided, Words};
 use crate::prepare::Prepared;
+use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
@@ -22,26 +22,21 @@ const BEFORE_SHOWING: Duration = Duration::from_millis(8);
 /// Rays that are decided between two looks at the clock.
 const DECIDE_AT_ONCE: usize = 1024;
 
-/// The tracing side of a window: the device that also shows the pictures, or the CPU.
+/// The device that shows the pictures, and the one that traces them: the same, or the CPU.
 #[derive(Clone)]
 pub struct Backend {
-    /// The device that the pictures lie on.
-    pub gpu: Arc<Gpu>,
-    /// True where the CPU traces.
-    pub on_cpu: bool,
+    /// Pictures lie here.
+    pub screen: Arc<Gpu>,
+    /// Rays are traced here.
+    pub device: Device,
 }
 
 impl Backend {
-    /// The device that traces.
-    pub fn device(&self) -> Device {
-        if self.on_cpu { Device::Cpu } else { Device::Gpu(Arc::clone(&self.gpu)) }
-    }
-
     /// A tracer that leaves its proposals on the device that shows them.
     fn tracer(&self, prepared: &Arc<Prepared>) -> Result<Box<dyn ProposeResident>> {
         let (prepared, wants) = (Arc::clone(prepared), Wants::default());
-        Ok(match self.device() {
-            Device::Gpu(gpu) => Box::new(GpuTracer::new(gpu, prepared, wants)?),
+        Ok(match &self.device {
+            Device::Gpu(gpu) => Box::new(GpuTracer::new(Arc::clone(gpu), prepared, wants)?),
             Device::Cpu => Box::new(CpuTracer::new(prepared, wants)),
         })
     }
@@ -61,7 +56,7 @@ pub struct Order {
 }
 
 /// A picture on the device.
-pub struct Picture {
+pub struct DevicePicture {
     /// The order that it answers.
     pub order: Order,
     /// The ids, one a pixel, of each kernel.
@@ -82,7 +77,7 @@ pub struct Progress {
     pub counts: StageCounts,
 }
 
-impl Picture {
+impl DevicePicture {
     /// How far the CPU is.
     pub fn progress(&self) -> Progress {
         *self.lock()
@@ -96,30 +91,24 @@ impl Picture {
 /// A message of the thread.
 pub enum Traced {
     /// A new picture.
-    Picture(Arc<Picture>),
+    Picture(Arc<DevicePicture>),
     /// More of this picture is decided.
     More,
-    /// It failed.
-    Failed(Error),
 }
 
-/// Starts the thread; `say` is called from it. `closing` stops a trace that would take long.
+/// Starts the thread. `closing` stops a trace that would take long.
 ///
 /// # Errors
-/// Those of compiling, and [`Error::Io`] when the system has no thread to give.
+/// Those of compiling and of [`Worker::start`].
 pub fn start(
     backend: Backend,
     closing: Arc<Control>,
-    say: impl Fn(Traced) + Send + 'static,
+    say: impl Fn(Result<Traced>) + Send + 'static,
 ) -> Result<Worker<Order>> {
-    let undecided = Undecided::new(&backend.gpu)?;
+    let undecided = Undecided::new(&backend.screen)?;
     let mut tracing =
         Tracing { backend, closing, undecided, pool: Pool::default(), tracers: Vec::new() };
-    Worker::start("trace", move |order, turn| match tracing.work(order, turn, &say) {
-        Ok(()) | Err(Error::Interrupted) => {}
-        Err(error) => say(Traced::Failed(error)),
-    })
-    .map_err(Error::io("the tracing thread"))
+    Worker::start("tracing", say, move |order, turn, say| tracing.work(order, turn, say))
 }
 
 struct Tracing {
@@ -132,14 +121,14 @@ struct Tracing {
 }
 
 /// A layer with the rays that are not decided yet.
-struct Open {
+struct OpenLayer {
     prepared: Arc<Prepared>,
     ids: Arc<Words>,
     rays: Vec<u32>,
 }
 
 impl Tracing {
-    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &impl Fn(Traced)) -> Result<()> {
+    fn work(&mut self, order: Order, turn: &Turn<Order>, say: &dyn Fn(Traced)) -> Result<()> {
         let rays = Rays::Pixels(order.pixels);
         let mut time = Duration::ZERO;
         let mut open = Vec::new();
@@ -154,8 +143,8 @@ impl Tracing {
 
         let ids = open.iter().map(|layer| Arc::clone(&layer.ids)).collect();
         let mut picture =
-            Picture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
-        let decide = |some: &[u32], layer: &Open, picture: &Picture| -> Result<()> {
+            DevicePicture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
+        let decide = |some: &[u32], layer: &OpenLayer, picture: &DevicePicture| -> Result<()> {
             let decided = certify::decide(&layer.prepared, &rays, some, &turn.control)?;
             self.undecided.decide(&layer.ids, &decided)?;
             count(&mut picture.lock(), &decided);
@@ -194,7 +183,7 @@ impl Tracing {
         place: usize,
         kernel: Kernel,
         time: &mut Duration,
-    ) -> Result<Open> {
+    ) -> Result<OpenLayer> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
@@ -202,12 +191,12 @@ impl Tracing {
             Some(tracer) => tracer.retarget(Arc::clone(&prepared))?,
             None => self.tracers.push(self.backend.tracer(&prepared)?),
         }
-        let ids = self.pool.take(&self.backend.gpu, pixels.len());
+        let ids = self.pool.take(&self.backend.screen, pixels.len());
         let start = Instant::now();
         self.tracers[place].propose_resident(&rays, &self.closing, &ids)?;
         let rays = certify::undecided(&prepared, &rays, || self.undecided.find(&ids))?;
         *time += start.elapsed();
-        Ok(Open { prepared, ids, rays })
+        Ok(OpenLayer { prepared, ids, rays })
     }
 }
 
@@ -221,36 +210,20 @@ fn count(progress: &mut Progress, decided: &[Decided]) {
     }
 }
 
-/// Traces `t`, normals and stages of parts of pictures: what `render` writes to an EXR file.
-pub struct Numbers {
-    backend: Backend,
-    /// One for all kernels: its room for results is as large as the pictures.
-    session: Option<Session>,
-}
-
-impl Numbers {
-    /// Without anything compiled yet.
-    pub fn new(backend: Backend) -> Numbers {
-        Numbers { backend, session: None }
-    }
-
-    /// Traces `pixels` of the scene with `kernel`.
-    ///
-    /// # Errors
-    /// Those of [`Session::trace`].
-    pub fn trace(
-        &mut self,
-        scene: &Arc<Scene>,
-        kernel: Kernel,
-        pixels: Pixels,
-        control: &Control,
-    ) -> Result<Hits> {
-        let new = || Session::new(Arc::clone(scene), self.backend.device(), kernel);
-        let session = self.session.get_or_insert_with(new);
-        session.set_scene(Arc::clone(scene));
-        session.set_kernel(kernel);
-        let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
-        session.trace(&Rays::Pixels(pixels), wants, control, &mut hits)?;
-        Ok(hits)
-    }
+/// `t`, normals and stages of `pixels`: what `render` writes to an EXR file.
+///
+/// # Errors
+/// Those of [`Session::trace`].
+pub fn hits_of(
+    session: &mut Session,
+    scene: &Arc<Scene>,
+    kernel: Kernel,
+    pixels: Pixels,
+    control: &Control,
+) -> Result<Hits> {
+    session.set_scene(Arc::clone(scene));
+    session.set_kernel(kernel);
+    let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+    session.trace(&Rays::Pixels(pixels), wants, control, &mut hits)?;
+    Ok(hits)
 }

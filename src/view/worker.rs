@@ -5,6 +5,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::control::Control;
+use crate::error::{Error, Result};
 
 /// The thread and its next job.
 pub struct Worker<J> {
@@ -13,11 +14,11 @@ pub struct Worker<J> {
 }
 
 struct Desk<J> {
-    state: Mutex<State<J>>,
+    state: Mutex<Jobs<J>>,
     changed: Condvar,
 }
 
-struct State<J> {
+struct Jobs<J> {
     next: Option<J>,
     closed: bool,
     /// Of the job at work.
@@ -32,8 +33,16 @@ pub struct Turn<'a, J> {
 }
 
 impl<J> Desk<J> {
-    fn lock(&self) -> MutexGuard<'_, State<J>> {
+    fn lock(&self) -> MutexGuard<'_, Jobs<J>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes what comes next, and asks the job at work to stop.
+    fn replace(&self, change: impl FnOnce(&mut Jobs<J>)) {
+        let mut jobs = self.lock();
+        change(&mut jobs);
+        jobs.control.cancel();
+        self.changed.notify_all();
     }
 
     /// The next job, or `None` when there will be none.
@@ -75,50 +84,47 @@ impl<J> Turn<'_, J> {
 }
 
 impl<J: Send + 'static> Worker<J> {
-    /// Starts a thread that calls `work` for each job.
+    /// Starts a thread that calls `work` for each job, with a function that passes an answer to
+    /// `say`. That hears of failures too, but not of interruptions.
     ///
     /// # Errors
-    /// The system's, when it has no thread to give.
-    pub fn start(
+    /// [`Error::Io`] when the system has no thread to give.
+    pub fn start<A>(
         name: &str,
-        mut work: impl FnMut(J, &Turn<J>) + Send + 'static,
-    ) -> std::io::Result<Worker<J>> {
-        let state = State { next: None, closed: false, control: Arc::default() };
+        say: impl Fn(Result<A>) + Send + 'static,
+        mut work: impl FnMut(J, &Turn<J>, &dyn Fn(A)) -> Result<()> + Send + 'static,
+    ) -> Result<Worker<J>> {
+        let state = Jobs { next: None, closed: false, control: Arc::default() };
         let desk = Arc::new(Desk { state: Mutex::new(state), changed: Condvar::new() });
         let seen = Arc::clone(&desk);
-        let thread = std::thread::Builder::new().name(name.into()).spawn(move || {
+        let run = move || {
             while let Some((job, control)) = seen.take() {
-                work(job, &Turn { desk: &seen, control });
+                let turn = Turn { desk: &seen, control };
+                match work(job, &turn, &|answer| say(Ok(answer))) {
+                    Ok(()) | Err(Error::Interrupted) => {}
+                    Err(error) => say(Err(error)),
+                }
             }
-        })?;
+        };
+        let thread = std::thread::Builder::new().name(name.into()).spawn(run);
+        let thread = thread.map_err(Error::io(format!("the {name} thread")))?;
         Ok(Worker { desk, thread: Some(thread) })
     }
 
     /// Hands over a job in place of the one that waits; the one at work is asked to stop.
     pub fn ask(&self, job: J) {
-        let mut state = self.desk.lock();
-        state.next = Some(job);
-        state.control.cancel();
-        self.desk.changed.notify_all();
+        self.desk.replace(|jobs| jobs.next = Some(job));
     }
 
     /// Forgets the job that waits and asks the one at work to stop.
     pub fn stop(&self) {
-        let mut state = self.desk.lock();
-        state.next = None;
-        state.control.cancel();
-        self.desk.changed.notify_all();
+        self.desk.replace(|jobs| jobs.next = None);
     }
 }
 
 impl<J> Drop for Worker<J> {
     fn drop(&mut self) {
-        {
-            let mut state = self.desk.lock();
-            state.closed = true;
-            state.control.cancel();
-            self.desk.changed.notify_all();
-        }
+        self.desk.replace(|jobs| jobs.closed = true);
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has said so itself.
             let _ = thread.join();
@@ -137,10 +143,12 @@ mod tests {
         let (started, at_work) = channel();
         let (go, may_go) = channel::<()>();
         let (done, results) = channel();
-        let worker = Worker::start("test", move |job: u32, turn| {
+        let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
+        let worker = Worker::start("test", say, move |job: u32, turn, say| {
             started.send(job).unwrap();
             may_go.recv().unwrap();
-            done.send((job, turn.is_over())).unwrap();
+            say((job, turn.is_over()));
+            Ok(())
         })
         .unwrap();
         worker.ask(1);
@@ -158,9 +166,11 @@ mod tests {
     fn a_rest_ends_early_for_a_newer_job_and_for_the_end() {
         let (started, at_work) = channel();
         let (done, results) = channel();
-        let worker = Worker::start("test", move |time: Duration, turn| {
+        let say = move |result: Result<_>| done.send(result.unwrap()).unwrap();
+        let worker = Worker::start("test", say, move |time: Duration, turn, say| {
             started.send(()).unwrap();
-            done.send(turn.rest(time)).unwrap();
+            say(turn.rest(time));
+            Ok(())
         })
         .unwrap();
         worker.ask(Duration::from_secs(600));

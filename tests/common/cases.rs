@@ -5,8 +5,8 @@
 use std::fmt::Write as _;
 
 use glam::{DVec3, dvec3};
-use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::{ExactRay, Shape};
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use rand::{Rng, RngExt, SeedableRng};

@@ -9,8 +9,8 @@
 use std::cmp::Ordering;
 
 use glam::DVec3;
-use kugelblitz::camera::{Lens, Pixels};
 use kugelblitz::exact::Shape;
+use kugelblitz::rays::{Lens, Pixels};
 use kugelblitz::trace::Ray;
 use num_bigint::BigInt;
 use num_rational::BigRational;

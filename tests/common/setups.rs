@@ -3,8 +3,8 @@
 #![allow(dead_code)] // each test uses what it needs
 
 use glam::{DVec3, Vec3Swizzles as _, dvec3};
-use kugelblitz::camera::{Lens, Pixels, View};
 use kugelblitz::exact::Shape;
+use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Ray, Rays};
 use rand::{Rng, RngExt, SeedableRng};

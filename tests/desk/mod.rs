@@ -1,5 +1,7 @@
 //! A desktop without a screen, and a window on it.
 
+pub mod usage;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -9,6 +11,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use kugelblitz::scene::{Camera, parse_scene};
+use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use serde_json::Value;
 use tempfile::TempDir;
 use x11rb::connection::Connection;
@@ -67,6 +70,8 @@ impl Desk {
         // The server chooses a free number and tells it.
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            // Else it resets when a window closes, and the next one may come just then.
+            .arg("-noreset")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -115,7 +120,7 @@ impl Image {
     }
 }
 
-/// What `render` draws for a scene seen by another camera.
+/// The picture that `render` draws of a scene seen by another camera.
 pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &str) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let text = with_camera(&fs::read_to_string(scene).unwrap(), camera);
@@ -151,7 +156,7 @@ pub fn log_gpu(test: &str, seen: &Seen) {
     log.write_all(format!("{test} on {adapter} (in a window)\n").as_bytes()).unwrap();
 }
 
-/// What the program says with --log-events; and how many of its name there were.
+/// A line of --log-events; and how many of its name there were.
 #[derive(Clone, Debug)]
 pub struct Event(Value, usize);
 
@@ -368,7 +373,9 @@ impl Seen {
     #[track_caller]
     fn take(&mut self, at: [u32; 2], button: &str) {
         self.point(at);
-        self.drain();
+        // The next frame is then the one of the button: pressed and moved in one, it would drag what
+        // the pointer has come to.
+        self.rest();
         self.xdotool(&["mousedown", button]);
         self.wait(|event| event.name() == "shown");
     }
@@ -386,13 +393,6 @@ impl Seen {
         self.take(from, "1");
         self.pull(from, to);
         self.xdotool(&["mouseup", "1"]);
-    }
-
-    /// Takes note of all that was said so far.
-    fn drain(&mut self) {
-        while let Ok(value) = self.events.try_recv() {
-            self.note(value);
-        }
     }
 
     /// Waits until the picture is the newest and nothing more comes for a moment.
@@ -425,11 +425,17 @@ impl Seen {
         self.rest();
     }
 
-    /// What P prints.
+    /// The camera that P prints.
     #[track_caller]
     pub fn camera(&mut self) -> String {
         self.key("p");
         self.wait(|event| event.name() == "camera").field("toml").to_owned()
+    }
+
+    /// Waits until the status line tells of this.
+    #[track_caller]
+    pub fn hovers(&mut self, text: &str) -> Event {
+        self.wait(|event| event.hover().is_some_and(|shown| shown.contains(text)))
     }
 
     #[track_caller]
@@ -443,7 +449,7 @@ impl Seen {
         self.wait(|event| event.is_settled() && event.area()[2] == width);
     }
 
-    /// What is in the window where the picture is.
+    /// The pixels of the window where the picture is.
     pub fn image(&self) -> Image {
         self.grab(self.area())
     }
@@ -543,7 +549,7 @@ impl Seen {
         panic!("nothing came into the clipboard");
     }
 
-    /// What a click on the window's close button sends.
+    /// Sends what a click on the window's close button does.
     pub fn close(mut self) {
         let atom =
             |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
@@ -614,6 +620,12 @@ impl Seen {
         assert!(printed.is_empty(), "{printed:#?}");
     }
 
+    /// From now on the program can write no file of more than `bytes`.
+    pub fn allow_files_of(&self, bytes: u64) {
+        let limit = Rlimit { current: Some(bytes), maximum: None };
+        prlimit(Some(Pid::from_child(&self.child)), Resource::Fsize, limit).unwrap();
+    }
+
     fn ended(&mut self) -> ExitStatus {
         let end = Instant::now() + PATIENCE;
         loop {
@@ -642,120 +654,4 @@ impl Drop for Seen {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// Most growth of the memory of a window in use, MiB.
-const MOST_GROWTH: f64 = 20.0;
-
-/// The same for some rounds more, MiB: what allocators keep grows a little with each. A picture that
-/// each resize left behind would be 40.
-const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
-
-/// Most memory that use takes in addition to the first picture's, MiB. What allocators keep of pictures,
-/// frames and shaders fills up over some twenty rounds and then stays: 125 to 131 more than the first
-/// picture, with one arena or many. A window that kept what each resize left behind took 251: the bound
-/// is halfway.
-const MOST_IN_USE: f64 = 190.0;
-
-/// Everything that takes memory, several times over, from all kernels and painted modes to resizing
-/// and reloading: use takes a known amount, and more use no more.
-pub fn work_through(rounds: usize) {
-    let desk = Desk::new();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let good = fs::read_to_string(scene("figure1")).unwrap();
-    fs::write(&path, &good).unwrap();
-    let mut seen = Seen::open(&desk, &path, &[]);
-    let first = seen.memory();
-    let mut memory = Vec::new();
-    for round in 0..2 * rounds {
-        for _ in 0..4 {
-            for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "colour")] {
-                seen.key(key);
-                seen.wait(|event| event.is_settled() && event.show() == show);
-            }
-            let kernels = seen.last_shown().kernels().join(" ");
-            seen.key("k");
-            seen.wait(|event| event.is_settled() && event.kernels().join(" ") != kernels);
-        }
-        for n_kernels in [2, 1] {
-            seen.key("c");
-            seen.wait(|event| event.is_settled() && event.kernels().len() == n_kernels);
-        }
-        for (width, height) in [(700, 500), (1000, 640), (1280, 800)] {
-            seen.resize(width, height);
-        }
-        let [middle, aside] = [[200, 150], [330, 200]].map(|[x, y]| seen.at(x, y));
-        seen.drag(middle, aside, 1, None);
-        seen.xdotool(&["click", "1"]);
-        seen.wait(|event| event.name() == "explained");
-        seen.key("Escape");
-        let color = format!("#{:06x}", (round + 1) * 54321 % 0xff_ffff);
-        fs::write(&path, good.replace("#d62728", &color)).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        seen.reset();
-        memory.push(seen.memory());
-    }
-    println!("memory: {first:.1}, then {memory:.1?} MiB");
-    let growth = memory[2 * rounds - 1] - memory[rounds - 1];
-    assert!(
-        growth < MOST_GROWTH_OF_ROUNDS,
-        "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}"
-    );
-    let in_use = memory[2 * rounds - 1] - first;
-    assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
-    seen.quit();
-}
-
-/// Moves, resizes, reloads, asks and compares for a time, with validation on.
-pub fn soak(time: Duration) {
-    let desk = Desk::new();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let good = fs::read_to_string(scene("figure1")).unwrap();
-    fs::write(&path, &good).unwrap();
-    let mut seen =
-        Seen::open_with(&desk, &path, &[], |command| command.env("WGPU_VALIDATION", "1"));
-    let start = Instant::now();
-    let mut round = 0;
-    let mut memory = Vec::new();
-    while start.elapsed() < time {
-        round += 1;
-        let [middle, aside] = [seen.at(200, 150), seen.at(330, 120 + 40 * (round % 3))];
-        seen.drag(middle, aside, 1, None);
-        seen.drag(aside, middle, 2, None);
-        seen.moves(|seen| seen.xdotool(&["click", "4"]));
-        seen.key(["F2", "F3", "F4", "F5", "F6", "F7", "F8"][round as usize % 7]);
-        seen.moves(|seen| seen.key("3"));
-        seen.key("F1");
-        seen.key("c");
-        let (width, height) = [(1100, 760), (700, 500), (900, 640)][round as usize % 3];
-        seen.resize(width, height);
-        seen.key("c");
-        seen.xdotool(&["click", "1"]);
-        seen.wait(|event| event.name() == "explained");
-        seen.key("Escape");
-        let color = format!("#{:06x}", round * 4321 % 0xff_ffff);
-        fs::write(&path, good.replace("#d62728", &color)).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        fs::write(&path, "[camera\n").unwrap();
-        seen.wait(|event| event.name() == "scene_wrong");
-        fs::write(&path, &good).unwrap();
-        seen.wait(|event| event.name() == "reloaded");
-        seen.reset();
-        // Each third round has the same size, and the first minute fills the caches: shaders of
-        // all kernels and modes, glyphs, the allocators' pools.
-        if round % 3 == 0 && start.elapsed() > time / 5 {
-            memory.push(seen.memory());
-            println!(
-                "{:.0} s, round {round}: {:.1} MiB",
-                start.elapsed().as_secs_f64(),
-                seen.memory()
-            );
-        }
-    }
-    assert!(memory.len() >= 3, "too few rounds: {memory:?}");
-    let growth = memory[memory.len() - 1] - memory[0];
-    assert!(growth < MOST_GROWTH, "memory grew by {growth:.1} MiB: {memory:?}");
-    seen.quit();
 }

@@ -56,18 +56,18 @@ pub(super) struct CloudTable {
 
 /// The kind of a file, by its ending.
 #[derive(Clone, Copy)]
-enum Format {
+enum FileKind {
     Npy,
     Csv,
     Xyz,
 }
 
-impl Format {
-    fn of(path: &Path) -> Option<Format> {
+impl FileKind {
+    fn of(path: &Path) -> Option<FileKind> {
         match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
-            "npy" => Some(Format::Npy),
-            "csv" => Some(Format::Csv),
-            "xyz" => Some(Format::Xyz),
+            "npy" => Some(FileKind::Npy),
+            "csv" => Some(FileKind::Csv),
+            "xyz" => Some(FileKind::Xyz),
             _ => None,
         }
     }
@@ -76,8 +76,8 @@ impl Format {
     fn n_passes(self) -> u64 {
         match self {
             // First the lines are counted.
-            Format::Csv => 2,
-            Format::Npy | Format::Xyz => 1,
+            FileKind::Csv => 2,
+            FileKind::Npy | FileKind::Xyz => 1,
         }
     }
 }
@@ -103,9 +103,9 @@ pub(super) fn read_clouds(
         let spheres = &mut scene.spheres;
         let mut cloud = Reading { source, files, eye, control, n_planes, spheres };
         match cloud.source.format {
-            Format::Npy => npy::read(&mut cloud)?,
-            Format::Csv => csv::read(&mut cloud)?,
-            Format::Xyz => xyz::read(&mut cloud)?,
+            FileKind::Npy => npy::read(&mut cloud)?,
+            FileKind::Csv => csv::read(&mut cloud)?,
+            FileKind::Xyz => xyz::read(&mut cloud)?,
         }
         let path = cloud.source.path;
         let n_spheres = scene.spheres.len() - n_before;
@@ -119,13 +119,13 @@ pub(super) fn read_clouds(
 struct Source<'t> {
     table: &'t CloudTable,
     path: PathBuf,
-    format: Format,
+    format: FileKind,
 }
 
 impl<'t> Source<'t> {
     fn new(table: &'t CloudTable, folder: &Path) -> Checked<Source<'t>> {
         let path = folder.join(&table.file.value);
-        match Format::of(&path) {
+        match FileKind::of(&path) {
             Some(format) => Ok(Source { table, path, format }),
             None => Err(Fault::new(
                 table.file.span.clone(),
@@ -144,7 +144,7 @@ impl<'t> Source<'t> {
 /// Characters of what was found that a message tells: a cell or a word may be a whole file.
 const MOST_FOUND: usize = 400;
 
-/// What the spheres of a cloud begin with.
+/// A sphere with what the scene file says for all of a cloud.
 #[derive(Clone, Copy)]
 struct Template {
     sphere: Sphere,

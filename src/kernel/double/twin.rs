@@ -1,41 +1,9 @@
-//! What one would do without this crate's design: the formulas of [`super::relative`] in f64 from
-//! end to end. Twin of `shaders/double.wgsl`.
-//!
-//! More digits make wrong objects rare, but nothing says which rays they are.
+//! Twin of `shaders/double.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::relative::{RelativePlane, RelativeSphere};
-use super::{Hit, RayOf};
+use super::{PlaneDouble, SphereDouble};
+use crate::kernel::relative::{RelativePlane, RelativeSphere};
+use crate::kernel::{Hit, RayOf};
 use crate::vec3::{Vec3, dot3};
-
-/// A sphere as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct SphereDouble {
-    /// Centre relative to the reference point.
-    pub center: [f64; 3],
-    /// Radius.
-    pub radius: f64,
-    /// `l·l − r²` for the reference point.
-    pub k: f64,
-    /// Fills WGSL's 32-byte alignment of the struct.
-    pub padding: [f64; 3],
-}
-
-/// A plane as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct PlaneDouble {
-    /// Point of the plane relative to the reference point.
-    pub offset: [f64; 3],
-    /// `(a − o)·n` for the reference point.
-    pub n_offset: f64,
-    /// Normal, scaled by a power of two to a largest component in `1..2`.
-    pub normal: [f64; 3],
-    /// Fills WGSL's 32-byte alignment of the struct.
-    pub padding: f64,
-}
 
 impl RelativeSphere for SphereDouble {
     type Float = f64;

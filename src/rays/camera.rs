@@ -6,37 +6,12 @@
 
 use glam::DVec3;
 
+use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
 use crate::vec3::Vec3;
 
-/// A ray `origin + t·direction`; the direction is not normalised and not zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Origin, world units.
-    pub origin: DVec3,
-    /// Direction of any length but zero.
-    pub direction: DVec3,
-}
-
-/// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
-/// their spheres are found, and which shader they have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bundle {
-    /// All through one point, where they start: a perspective camera's.
-    Point,
-    /// All along one direction: an orthographic camera's.
-    Parallel,
-    /// Any rays: those of a list.
-    Free,
-}
-
-impl Bundle {
-    /// All bundles.
-    pub const ALL: [Bundle; 3] = [Bundle::Point, Bundle::Parallel, Bundle::Free];
-}
-
-/// What of a pixel's ray its place in the picture decides.
+/// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lens {
     /// The direction.
@@ -70,7 +45,7 @@ pub struct View {
     /// Tangent of half the vertical field of view; of an orthographic camera, half the picture's
     /// height in world units.
     pub h: f64,
-    /// Whether `h` is the one or the other.
+    /// Says which of them `h` is.
     pub lens: Lens,
 }
 
@@ -147,7 +122,7 @@ impl Pixels {
         self.width as usize * self.height as usize
     }
 
-    /// Whether the picture has all pixels of the rectangle.
+    /// True where the picture has all pixels of the rectangle.
     pub fn is_in_picture(&self) -> bool {
         let ends_within =
             |first: u32, n: u32, side| first.checked_add(n).is_some_and(|end| end <= side);
@@ -155,7 +130,7 @@ impl Pixels {
             && ends_within(self.y, self.height, self.image_height)
     }
 
-    /// Whether the rectangle is empty.
+    /// True where the rectangle is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -218,7 +193,7 @@ pub struct CameraF64 {
     pub true_up: Vec3<f64>,
     /// Half a pixel, at distance 1: `h/H`.
     pub step: f64,
-    /// What `step` is a part of.
+    /// Says what `step` is a part of.
     pub lens: Lens,
 }
 
@@ -266,7 +241,7 @@ pub struct CameraF32 {
     pub right_step: Vec3<f32>,
     /// Half a pixel to the top, at distance 1: `(h/H)·true_up`.
     pub true_up_step: Vec3<f32>,
-    /// What a pixel's size is measured in.
+    /// Says what the pixels' steps are added to.
     pub lens: Lens,
 }
 

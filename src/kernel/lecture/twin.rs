@@ -1,37 +1,9 @@
-//! The lecture's formulas, corrected, on world coordinates. Twin of `shaders/lecture.wgsl`.
-//!
-//! This is what everyone copies, kept for teaching and measuring: `b² − 4ac` cancels near the
-//! silhouette, `−b ± √D` near the surface, and world coordinates lose what lies far from the
-//! origin.
+//! Twin of `shaders/lecture.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::{Hit, RayOf};
+use super::{PlaneLecture, SphereLecture};
+use crate::kernel::twin::{Twin, WithTwin};
+use crate::kernel::{Hit, Lists, RayOf};
 use crate::vec3::{Real, Vec3, dot3, facing};
-
-/// A sphere as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct SphereLecture {
-    /// Centre, world units.
-    pub center: [f32; 3],
-    /// Radius, world units.
-    pub radius: f32,
-}
-
-/// A plane as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct PlaneLecture {
-    /// A point of the plane, world units.
-    pub point: [f32; 3],
-    /// Fills WGSL's 16-byte alignment of `vec3f`.
-    pub pad0: f32,
-    /// Normal of any length.
-    pub normal: [f32; 3],
-    /// Fills WGSL's 16-byte alignment of `vec3f`.
-    pub pad1: f32,
-}
 
 /// The numbers of the quadratic equation `a·t² + b·t + k = 0`.
 #[derive(Clone, Copy, Debug)]
@@ -87,17 +59,27 @@ pub fn plane_lecture<R: Real>(o: Vec3<R>, d: Vec3<R>, a: Vec3<R>, n: Vec3<R>) ->
     if t > R::ZERO { t } else { R::ZERO }
 }
 
+/// The nearer of a hit and a sphere.
+#[inline(always)]
+pub fn closer_sphere(ray: &RayOf<f32>, hit: Hit<f32>, sphere: &SphereLecture, id: u32) -> Hit<f32> {
+    hit.closer(sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius), id)
+}
+
+/// The nearer of a hit and a plane.
+#[inline(always)]
+pub fn closer_plane(ray: &RayOf<f32>, hit: Hit<f32>, plane: &PlaneLecture, id: u32) -> Hit<f32> {
+    hit.closer(plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal)), id)
+}
+
 /// The closest hit of a ray.
 #[inline(always)]
 pub fn closest(ray: &RayOf<f32>, spheres: &[SphereLecture], planes: &[PlaneLecture]) -> Hit<f32> {
     let mut hit = Hit::MISS;
     for (i, sphere) in spheres.iter().enumerate() {
-        let t = sphere_lecture(ray.origin, ray.direction, Vec3(sphere.center), sphere.radius);
-        hit = hit.closer(t, i as u32 + 1);
+        hit = closer_sphere(ray, hit, sphere, i as u32 + 1);
     }
     for (i, plane) in planes.iter().enumerate() {
-        let t = plane_lecture(ray.origin, ray.direction, Vec3(plane.point), Vec3(plane.normal));
-        hit = hit.closer(t, (spheres.len() + i) as u32 + 1);
+        hit = closer_plane(ray, hit, plane, (spheres.len() + i) as u32 + 1);
     }
     hit
 }
@@ -116,4 +98,23 @@ pub fn normal_at(
         Some(sphere) => facing(p - Vec3(sphere.center), ray.direction),
         None => facing(Vec3(planes[index - spheres.len()].normal), ray.direction),
     }
+}
+
+struct Lecture<'a>(&'a Lists<SphereLecture, PlaneLecture>);
+
+impl Twin for Lecture<'_> {
+    type Float = f32;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        closest(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
+        normal_at(ray, hit, &self.0.spheres, &self.0.planes)
+    }
+}
+
+/// Does `work` with these objects.
+pub fn with_twin<W: WithTwin>(lists: &Lists<SphereLecture, PlaneLecture>, work: W) -> W::Output {
+    work.with(&Lecture(lists))
 }

@@ -1,18 +1,17 @@
 //! f32 and f64 as a kernel's arithmetic: how rays come into it, and hits out of it.
 
-use crate::camera::{CameraF32, CameraF64, Pixels};
-use crate::kernel::{Hit, RayOf, double};
-use crate::prepare::Prepared;
-use crate::trace::Ray;
+use super::coordinates::Coordinates;
+use super::{Hit, RayOf, double};
+use crate::rays::{CameraF32, CameraF64, Pixels, Ray};
 use crate::vec3::{Real, Vec3};
 
-/// What a backend needs of a kernel's arithmetic. Its twin on the device is the part of
+/// The arithmetic of a kernel, as a backend needs it. Its twin on the device is the part of
 /// `shaders/render.wgsl` that makes rays and stores hits.
 pub trait Arithmetic: Real {
     /// A camera in the kernel's coordinates.
     type Camera: Sync;
     /// The camera of `pixels`.
-    fn camera(prepared: &Prepared, pixels: &Pixels) -> Self::Camera;
+    fn camera(coordinates: &Coordinates, pixels: &Pixels) -> Self::Camera;
     /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     fn pixel_ray(camera: &Self::Camera, i: i64, j: i64) -> RayOf<Self>;
     /// [`Arithmetic::pixel_ray`] of `N` pixels side by side, the first at `(i, j)`.
@@ -21,7 +20,7 @@ pub trait Arithmetic: Real {
         std::array::from_fn(|lane| Self::pixel_ray(camera, i + 2 * lane as i64, j))
     }
     /// A ray of a list, and what its `t` must be multiplied with.
-    fn list_ray(prepared: &Prepared, ray: &Ray) -> (RayOf<Self>, f64);
+    fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<Self>, f64);
     /// The hit as its caller sees it.
     fn seen(hit: Hit<Self>, t_scale: f64) -> Hit<f32>;
     /// The normal as its caller sees it.
@@ -31,8 +30,8 @@ pub trait Arithmetic: Real {
 impl Arithmetic for f32 {
     type Camera = CameraF32;
 
-    fn camera(prepared: &Prepared, pixels: &Pixels) -> CameraF32 {
-        CameraF32 { origin: prepared.camera_origin().into(), ..CameraF32::new(pixels) }
+    fn camera(coordinates: &Coordinates, pixels: &Pixels) -> CameraF32 {
+        CameraF32 { origin: coordinates.camera_origin().into(), ..CameraF32::new(pixels) }
     }
 
     #[inline(always)]
@@ -46,8 +45,8 @@ impl Arithmetic for f32 {
     }
 
     #[inline(always)]
-    fn list_ray(prepared: &Prepared, ray: &Ray) -> (RayOf<f32>, f64) {
-        let (record, exponent) = prepared.ray_record(ray);
+    fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<f32>, f64) {
+        let (record, exponent) = coordinates.ray_record(ray);
         let ray = RayOf::new(Vec3(record.origin), Vec3(record.origin_low), Vec3(record.direction));
         (ray, 2f64.powi(-exponent))
     }
@@ -66,7 +65,7 @@ impl Arithmetic for f32 {
 impl Arithmetic for f64 {
     type Camera = CameraF64;
 
-    fn camera(_: &Prepared, pixels: &Pixels) -> CameraF64 {
+    fn camera(_: &Coordinates, pixels: &Pixels) -> CameraF64 {
         CameraF64::new(pixels)
     }
 
@@ -76,8 +75,8 @@ impl Arithmetic for f64 {
     }
 
     #[inline(always)]
-    fn list_ray(prepared: &Prepared, ray: &Ray) -> (RayOf<f64>, f64) {
-        let record = prepared.ray_record_double(ray);
+    fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<f64>, f64) {
+        let record = coordinates.ray_record_double(ray);
         (RayOf::new(Vec3(record.origin), Vec3::ZERO, Vec3(record.direction)), 1.0)
     }
 

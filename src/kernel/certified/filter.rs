@@ -2,80 +2,12 @@
 //! "undecided" elsewhere. Twin of `shaders/certified.wgsl`; the bounds are derived in
 //! [`crate::guard`].
 
-use bytemuck::{Pod, Zeroable};
-
-use super::RayOf;
+use super::records::{PlaneCertified, SphereCertified};
+use crate::kernel::{PACKET, RayOf};
 use crate::vec3::{Real, Vec3, dot3};
 
 /// The id of a ray that the filter could not decide.
 pub const UNDECIDED: u32 = u32::MAX;
-
-/// A sphere as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct SphereCertified {
-    /// Centre relative to the reference point, high part.
-    pub center: [f32; 3],
-    /// [`crate::guard::Guard::inner2`]
-    pub inner2: f32,
-    /// Centre relative to the reference point, low part.
-    pub center_low: [f32; 3],
-    /// [`crate::guard::Guard::outer2`]
-    pub outer2: f32,
-    /// [`crate::guard::Guard::slack`]
-    pub slack: f32,
-    /// Pixels: lower bound of the magnitude of `q = 1/k`, with the sign of `k = l·l − r²`; 0 on
-    /// the surface.
-    pub q_low: f32,
-    /// Pixels: the same, upper bound; where all spheres are far, the slack is in it. Lists, which
-    /// have no `k` beforehand: `r²`.
-    pub q_high_or_r2: f32,
-    /// Lists: [`crate::guard::Guard::k_error`].
-    pub k_error: f32,
-}
-
-/// A sphere in a leaf of a hierarchy: for rays that start at the reference point, far from it; for
-/// parallel rays, anywhere.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct SphereFar {
-    /// Centre relative to the reference point.
-    pub center: [f32; 3],
-    /// [`crate::guard::Guard::inner2`]
-    pub inner2: f32,
-    /// [`crate::guard::Guard::outer2`]
-    pub outer2: f32,
-    /// Upper bound of `1/k` with the slack in it; for parallel rays
-    /// [`crate::guard::Guard::slack`].
-    pub q_or_slack: f32,
-    /// The object's id.
-    pub id: u32,
-    /// Fills two texels of 16 bytes.
-    pub padding: u32,
-}
-
-/// A plane as the device sees it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct PlaneCertified {
-    /// Point of the plane relative to the reference point, high part.
-    pub offset: [f32; 3],
-    /// Pixels: lower bound of `q = 1/((a − o)·n)`, positive; 0 in the plane.
-    pub q_low: f32,
-    /// Point of the plane relative to the reference point, low part.
-    pub offset_low: [f32; 3],
-    /// Pixels: upper bound of `q`.
-    pub q_high: f32,
-    /// Normal, scaled by a power of two to a largest component in `1..2`; for pixels it points
-    /// away from the eye.
-    pub normal: [f32; 3],
-    /// [`crate::guard::plane_direction_error`]
-    pub direction_error: f32,
-    /// Lists: [`crate::guard::plane_offset_error`].
-    pub n_offset_error: f32,
-    /// Fills WGSL's 16-byte alignment of the struct.
-    pub padding: [f32; 3],
-}
 
 /// Bounds of a visible root's nearness `1/(a·t)`: unlike `t` it needs no division.
 /// `high ≤ 0`: a certain miss. `low ≤ 0`: not certain that there is a root.
@@ -380,18 +312,22 @@ fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
 
 /// The filter of one bundle of rays, on the records of the device's list.
 pub(crate) trait Filter: Sync {
-    /// Whether it is [`far_nearness`], whose lower bounds still lack a factor.
+    /// True for [`far_nearness`], whose lower bounds still lack a factor.
     const IS_FAR: bool = false;
-    /// Whether its steps are the same for all rays, so that they go side by side.
+    /// True where its steps are the same for all rays, so that they go side by side.
     const IS_STRAIGHT: bool = false;
     /// A sphere.
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
     ) -> Nearness<f32>;
     /// A plane.
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32>;
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32>;
 }
 
 /// Rays from the reference point, far from all spheres.
@@ -411,13 +347,21 @@ impl Filter for FarFilter {
     const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
-    fn sphere(ray: &RayOf<f32>, sphere: &SphereCertified, _: &Widening<f32>) -> Nearness<f32> {
+    fn sphere_nearness(
+        ray: &RayOf<f32>,
+        sphere: &SphereCertified,
+        _: &Widening<f32>,
+    ) -> Nearness<f32> {
         let &SphereCertified { center, inner2, outer2, q_high_or_r2, .. } = sphere;
         far_nearness(ray, Vec3(center), inner2, outer2, q_high_or_r2)
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, _: &Widening<f32>) -> Nearness<f32> {
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        _: &Widening<f32>,
+    ) -> Nearness<f32> {
         let q = Nearness { low: plane.q_low, high: plane.q_high };
         plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
     }
@@ -425,7 +369,7 @@ impl Filter for FarFilter {
 
 impl Filter for PointFilter {
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -439,8 +383,12 @@ impl Filter for PointFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
-        FarFilter::plane(ray, plane, widening)
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        FarFilter::plane_nearness(ray, plane, widening)
     }
 }
 
@@ -448,7 +396,7 @@ impl Filter for ParallelFilter {
     const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -457,14 +405,18 @@ impl Filter for ParallelFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
-        FreeFilter::plane(ray, plane, widening)
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
+        FreeFilter::plane_nearness(ray, plane, widening)
     }
 }
 
 impl Filter for FreeFilter {
     #[inline(always)]
-    fn sphere(
+    fn sphere_nearness(
         ray: &RayOf<f32>,
         sphere: &SphereCertified,
         widening: &Widening<f32>,
@@ -475,7 +427,11 @@ impl Filter for FreeFilter {
     }
 
     #[inline(always)]
-    fn plane(ray: &RayOf<f32>, plane: &PlaneCertified, widening: &Widening<f32>) -> Nearness<f32> {
+    fn plane_nearness(
+        ray: &RayOf<f32>,
+        plane: &PlaneCertified,
+        widening: &Widening<f32>,
+    ) -> Nearness<f32> {
         let &PlaneCertified { n_offset_error, direction_error, .. } = plane;
         let normal = Vec3(plane.normal);
         let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
@@ -483,35 +439,35 @@ impl Filter for FreeFilter {
     }
 }
 
-/// The object of a ray, or [`UNDECIDED`].
+/// The nearest of the objects that are tested one after the other. Planes have the ids after those of
+/// `n_spheres`.
 #[inline(always)]
-pub(crate) fn propose<F: Filter>(
+pub(crate) fn nearest_listed<F: Filter>(
     ray: &RayOf<f32>,
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
+    n_spheres: u32,
+    sphere_id: impl Fn(u32) -> u32,
     widening: &Widening<f32>,
-) -> u32 {
+) -> Nearest<f32> {
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
-        nearest = nearest.nearer(F::sphere(ray, sphere, widening), i as u32 + 1);
+        nearest = nearest.nearer(F::sphere_nearness(ray, sphere, widening), sphere_id(i as u32));
     }
     if F::IS_FAR {
         nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
-        let root = F::plane(ray, plane, widening);
-        nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
+        let root = F::plane_nearness(ray, plane, widening);
+        nearest = nearest.nearer(root, n_spheres + i as u32 + 1);
     }
-    nearest.decide()
+    nearest
 }
 
-/// Rays that `propose_packet` takes at a time: two registers of four, or one of eight.
-pub const PACKET: usize = 8;
-
-/// [`propose`] for a packet of pixels' rays. The same operations, ordered so that the compiler finds
+/// The ids of a packet of pixels' rays from [`nearest_listed`]. The same operations, ordered so that the compiler finds
 /// them side by side; a test holds the two against each other.
 #[inline(always)]
-pub(crate) fn propose_packet<F: Filter>(
+pub(crate) fn decide_packet<F: Filter>(
     rays: &[RayOf<f32>; PACKET],
     spheres: &[SphereCertified],
     planes: &[PlaneCertified],
@@ -538,7 +494,7 @@ pub(crate) fn propose_packet<F: Filter>(
                 inv_a: inv_a[lane],
                 ..rays[lane]
             };
-            let root = F::sphere(&ray, &sphere, widening);
+            let root = F::sphere_nearness(&ray, &sphere, widening);
             let nearest = Nearest {
                 low: low[lane],
                 high: high[lane],
@@ -560,7 +516,7 @@ pub(crate) fn propose_packet<F: Filter>(
             id: id[lane],
         };
         for (i, plane) in planes.iter().enumerate() {
-            let root = F::plane(&rays[lane], plane, widening);
+            let root = F::plane_nearness(&rays[lane], plane, widening);
             nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
         }
         nearest.decide()

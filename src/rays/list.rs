@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::Ray;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{FloatTable, Record};
 use crate::output::OutputFile;
 use crate::scene::Watched;
-use crate::trace::{Hits, Ray};
+use crate::trace::Hits;
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;
@@ -20,7 +21,7 @@ const N_COLUMNS: usize = 6;
 /// The path that means standard input.
 pub const STDIN: &str = "-";
 
-/// What messages call it.
+/// Its name in messages.
 const STDIN_IN_WORDS: &str = "standard input";
 
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either

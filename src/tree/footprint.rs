@@ -40,8 +40,8 @@
 
 use glam::DVec3;
 
-use crate::camera::{Lens, Pixels, View};
 use crate::guard::round_down;
+use crate::rays::{Lens, Pixels, View};
 
 /// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
@@ -53,11 +53,14 @@ const GRAZING: f64 = 1.0 / (1u64 << 10) as f64;
 /// What a footprint is widened by on each side before it is rounded to pixels, px: `2¹⁰` times the need.
 const EDGE: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// Columns or rows of cells that a footprint can tell apart.
-const MOST_CELLS: u32 = 1 << 15;
+/// Most columns or rows of cells: 15 bits, without the one that [`Footprint::NONE`] is in.
+const MOST_CELLS: u32 = (1 << 15) - 1;
+
+/// The column and row of no cell.
+const NO_CELL: u16 = MOST_CELLS as u16;
 
 /// A rectangle of cells that holds all pixels that may see a sphere, and a lower bound of its `t`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Zeroable)]
 pub struct Footprint {
     /// First and last column, cells.
     pub columns: [u16; 2],
@@ -68,6 +71,10 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// The footprint of what no pixel sees: it shares a cell with nothing, and changes no union.
+    pub const NONE: Footprint =
+        Footprint { columns: [NO_CELL, 0], rows: [NO_CELL, 0], t: f32::MAX };
+
     /// The smallest footprint that holds both.
     pub fn union(&self, other: &Footprint) -> Footprint {
         let hull = |[a, b]: [u16; 2], [c, d]: [u16; 2]| [a.min(c), b.max(d)];
@@ -132,20 +139,9 @@ impl Projection {
         self.cell_shift
     }
 
-    /// Depth in cells, as many as would look that large there. A perspective camera counts by the
-    /// logarithm.
-    pub(super) fn depth_in_cells(&self, t: f32) -> f64 {
-        // Above 0, also where that underflows.
-        let cell = (2.0 * self.step * f64::from(1u32 << self.cell_shift)).max(f64::MIN_POSITIVE);
-        let depth = match self.lens {
-            Lens::Perspective => f64::from(t.max(f32::MIN_POSITIVE)).ln(),
-            Lens::Orthographic => f64::from(t),
-        };
-        depth / cell
-    }
-
     /// The footprint of the sphere at `l` from the eye with radius `r`; `None` where no pixel sees
     /// it.
+    #[inline(always)]
     pub fn footprint(&self, l: DVec3, r: f64) -> Option<Footprint> {
         let [depth, across, upward] = [self.depth, self.across, self.upward].map(|g| g.dot(l));
         let spare = SPARE * (l.length() + r);
@@ -169,6 +165,7 @@ impl Projection {
     }
 
     /// The cells of the pixels from `first` to `last` that the picture has; `None` for none.
+    #[inline(always)]
     fn cells(&self, first: f64, last: f64, n: u32) -> Option<[u16; 2]> {
         // A bound that is NaN is none.
         let first = (first - EDGE).ceil().max(0.0);
@@ -178,6 +175,7 @@ impl Projection {
 }
 
 /// The least and the largest slope `b/a`, where `a > 0`, in the disc about `(a, b)`.
+#[inline(always)]
 fn slopes(a: f64, b: f64, radius: f64) -> [f64; 2] {
     let distance = (a * a + b * b).sqrt();
     if distance - radius <= GRAZING * distance {

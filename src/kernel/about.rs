@@ -1,0 +1,112 @@
+//! The facts of a kernel that others ask for, in place of asking which kernel it is.
+
+use crate::rays::Bundle;
+
+/// The facts of a kernel.
+pub struct About {
+    /// The name on the command line and in reports.
+    pub name: &'static str,
+    /// The arithmetic.
+    pub float: Float,
+    /// The origin of its coordinates.
+    pub space: Space,
+    /// Its promise.
+    pub promise: Promise,
+    /// Bytes of the numbers of a sphere and of a plane.
+    pub record_bytes: [usize; 2],
+    /// Its shader.
+    pub wgsl: Wgsl,
+}
+
+/// The floating-point numbers of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Float {
+    /// 24 bits.
+    F32,
+    /// 53 bits. Not every device has them.
+    F64,
+}
+
+impl Float {
+    /// The type's name in WGSL.
+    pub fn name(self) -> &'static str {
+        match self {
+            Float::F32 => "f32",
+            Float::F64 => "f64",
+        }
+    }
+}
+
+/// The origin of a kernel's coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// The world's.
+    World,
+    /// A point that suits the rays.
+    Reference,
+}
+
+/// The promise of a kernel.
+pub struct Promise {
+    /// In words.
+    pub words: &'static str,
+    /// The same for a device whose arithmetic is not known to be IEEE 754's.
+    pub words_elsewhere: &'static str,
+    /// The bounds that every device keeps. Without them, devices of IEEE 754's arithmetic are equal bit by bit,
+    /// and no more is promised.
+    pub exact: Option<Exactness>,
+}
+
+/// Exact ids, equal bits on all devices, and these bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Exactness {
+    /// Largest error of `t`, in f32 steps at the exact `t`.
+    pub t_ulp: f64,
+    /// Largest distance of a normal from the exact one.
+    pub normal_distance: f64,
+}
+
+impl Promise {
+    /// Nothing about exactness.
+    pub const PARITY: Promise = Promise {
+        words: "GPU and CPU equal bit by bit; exactness is not promised",
+        words_elsewhere: "nothing on this device, whose arithmetic is not known to be IEEE 754's",
+        exact: None,
+    };
+}
+
+/// The shader of a kernel.
+pub struct Wgsl {
+    /// The names of its records end with this, after `Sphere` and `Plane`.
+    pub records: &'static str,
+    /// The parts that are its own.
+    pub parts: &'static [Part],
+    /// Names and values of the constants in them, for rays that lie so.
+    pub constants: fn(Bundle) -> Vec<(&'static str, String)>,
+}
+
+/// A part of a shader.
+#[derive(Clone, Copy)]
+pub struct Part {
+    /// Its file.
+    pub file: &'static str,
+    /// Its text.
+    pub text: &'static str,
+    /// The Rust file with a function of the same name for each of its functions; none for what a
+    /// device does alone.
+    pub twin: Option<&'static str>,
+}
+
+macro_rules! part {
+    ($name:literal, $twin:literal) => {
+        $crate::kernel::Part { twin: Some($twin), ..$crate::kernel::part!($name) }
+    };
+    ($name:literal) => {
+        $crate::kernel::Part {
+            file: concat!("shaders/", $name),
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
+            twin: None,
+        }
+    };
+}
+pub(crate) use part;

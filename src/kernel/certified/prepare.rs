@@ -1,0 +1,311 @@
+//! Scene → records, with the bounds of each object.
+
+use bytemuck::Zeroable;
+use glam::DVec3;
+
+use super::FEW_SPHERES;
+use super::records::{PlaneCertified, SphereCertified, SphereFar};
+use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
+use crate::guard::{self, Guard, InputError};
+use crate::kernel::Lists;
+use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
+use crate::rays::{Bundle, Lens, Ray, Rays};
+use crate::scene::{Plane, Scene, Sphere};
+
+/// All objects of a scene, for these rays.
+pub fn objects(
+    scene: &Scene,
+    rays: &Rays,
+    reference: DVec3,
+) -> Lists<SphereCertified, PlaneCertified> {
+    Frame::new(rays, reference, scene).objects(scene, scene.spheres.iter())
+}
+
+/// Largest distance of an origin from the reference point.
+pub fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
+    rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
+}
+
+/// The point that the numbers are relative to, and how far the rays are from it.
+pub struct Frame {
+    bundle: Bundle,
+    /// The point.
+    pub reference: DVec3,
+    /// Largest distance of an origin from the reference point.
+    farthest_origin: f64,
+    input: InputError,
+    /// True where the bounds hold for these rays at all.
+    pub in_range: bool,
+    /// True where a ray may start in, on or close to a sphere.
+    pub near: bool,
+}
+
+/// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
+const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// Smallest magnitude of `k` that leaves f32 room above its subnormals.
+const SMALLEST_K: f64 = 1.0 / (1u128 << 100) as f64;
+
+/// Smallest magnitude of `(a − o)·n`: its inverse leaves f32 room for `|n|` and the longest `d`.
+const SMALLEST_OFFSET: f64 = 1.0 / guard::LARGEST_NEARNESS;
+
+/// Largest magnitude of them: that of `k` at the largest distance.
+const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
+
+impl Frame {
+    /// The frame of these rays, in which a scene stands.
+    pub fn new(rays: &Rays, reference: DVec3, scene: &Scene) -> Frame {
+        let bundle = rays.bundle();
+        match rays {
+            Rays::Pixels(pixels) => {
+                let farthest_origin = pixels.spread();
+                let frame = Frame {
+                    bundle,
+                    reference,
+                    farthest_origin,
+                    input: guard::input_of(pixels.view.lens),
+                    in_range: pixels.is_in_range() && farthest_origin <= guard::LARGEST_F32,
+                    near: false,
+                };
+                if pixels.view.lens == Lens::Orthographic {
+                    return frame;
+                }
+                let longest = pixels.longest_direction();
+                let near = scene.spheres.len() > FEW_SPHERES
+                    || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
+                Frame { near, ..frame }
+            }
+            Rays::List(rays) => {
+                let farthest_origin = farthest_origin(rays, reference);
+                Frame {
+                    bundle,
+                    reference,
+                    farthest_origin,
+                    input: guard::LIST,
+                    in_range: farthest_origin <= guard::LARGEST_F32,
+                    near: true,
+                }
+            }
+        }
+    }
+
+    /// Some spheres of a scene, and its planes.
+    pub fn objects<'a>(
+        &self,
+        scene: &Scene,
+        spheres: impl Iterator<Item = &'a Sphere>,
+    ) -> Lists<SphereCertified, PlaneCertified> {
+        Lists {
+            spheres: spheres.map(|sphere| self.sphere(sphere)).collect(),
+            planes: scene.planes.iter().map(|plane| self.plane(plane)).collect(),
+        }
+    }
+
+    /// True where the lean filter suits a sphere; one that is out of range needs the full one, where
+    /// its slack can say so.
+    fn is_far(&self, sphere: &Sphere, longest: f64) -> bool {
+        let r = sphere.radius.abs();
+        let l = sphere.center - self.reference;
+        let distance = guard::length_bound(l);
+        let k = self.sphere_k(sphere, l);
+        r == 0.0
+            || guard::sphere_in_range_f32(r, distance)
+                && k_in_range(k, r + distance)
+                && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
+    }
+
+    /// A sphere as the leaf of a picture's tree; `None` where it doesn't suit one. Parallel rays ask
+    /// that f64 knows `k` of the camera's position well: exact arithmetic should find it once, not once
+    /// a ray.
+    #[inline(always)]
+    pub fn leaf(&self, sphere: &Sphere, id: u32, longest: f64) -> Option<SphereFar> {
+        let r = sphere.radius.abs();
+        let l = sphere.center - self.reference;
+        let distance = guard::length_bound(l) + self.farthest_origin;
+        if r == 0.0 || !guard::sphere_in_range_f32(r, distance) {
+            return None;
+        }
+        let guard = Guard::new(r, distance, guard::UNIT_F32, self.input);
+        let q = match self.bundle {
+            Bundle::Parallel => {
+                guard::k_f64(l, r)?;
+                None
+            }
+            _ => {
+                let k = self.sphere_k(sphere, l);
+                if !(k_in_range(k, r + distance) && guard::is_far(&guard, k, longest)) {
+                    return None;
+                }
+                Some(guard::far_inverse_f32(k))
+            }
+        };
+        let [inner2, outer2, slack, _] = guard.round_to_f32();
+        let (center, q_or_slack) = (l.as_vec3().to_array(), q.unwrap_or(slack));
+        Some(SphereFar { center, inner2, outer2, q_or_slack, id, padding: 0 })
+    }
+
+    /// Any ray, for exact statements about the reference point.
+    fn exact_ray(&self) -> ExactRay {
+        ExactRay::new(&Ray { origin: self.reference, direction: DVec3::X })
+    }
+
+    fn sphere(&self, sphere: &Sphere) -> SphereCertified {
+        let r = sphere.radius.abs();
+        if r == 0.0 {
+            // Seen from outside, where no line comes within −1.
+            return SphereCertified {
+                inner2: -1.0,
+                outer2: -1.0,
+                slack: 1.0,
+                q_low: 1.0,
+                q_high_or_r2: match self.bundle {
+                    Bundle::Point | Bundle::Parallel => 1.0,
+                    Bundle::Free => -1.0,
+                },
+                ..SphereCertified::zeroed()
+            };
+        }
+        let l = sphere.center - self.reference;
+        let distance = guard::length_bound(l) + self.farthest_origin;
+        let (k_or_r2, k_in_range) = match self.bundle {
+            Bundle::Point => {
+                let k = self.sphere_k(sphere, l);
+                (k, k_in_range(k, r + distance))
+            }
+            Bundle::Parallel | Bundle::Free => (r * r, true),
+        };
+        if !(guard::sphere_in_range_f32(r, distance) && k_in_range) {
+            // As seen from outside, this may be nearer than everything; see guard's "Range".
+            return SphereCertified {
+                inner2: -1.0,
+                // Above every `m` of parallel rays, which start beside it.
+                outer2: if self.bundle == Bundle::Parallel { guard::UNKNOWN } else { 0.0 },
+                slack: guard::LARGEST_F32 as f32,
+                q_low: 1.0,
+                q_high_or_r2: guard::LARGEST_F32 as f32,
+                k_error: guard::UNKNOWN,
+                ..SphereCertified::zeroed()
+            };
+        }
+        let (center, center_low) = self.split(l);
+        let [inner2, outer2, slack, k_error] =
+            Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
+        let (q_low, q_high_or_r2) = match self.bundle {
+            Bundle::Point if self.near => guard::inverse_f32(k_or_r2),
+            Bundle::Point => (0.0, guard::far_inverse_f32(k_or_r2)),
+            Bundle::Parallel => (0.0, 0.0),
+            Bundle::Free => (0.0, k_or_r2 as f32),
+        };
+        SphereCertified { center, inner2, center_low, outer2, slack, q_low, q_high_or_r2, k_error }
+    }
+
+    /// High and low part. Parallel rays, whose origins are rounded more than once, take the high
+    /// part alone.
+    fn split(&self, l: DVec3) -> ([f32; 3], [f32; 3]) {
+        match self.bundle {
+            Bundle::Parallel => (l.as_vec3().to_array(), [0.0; 3]),
+            Bundle::Point | Bundle::Free => split(l),
+        }
+    }
+
+    /// `l·l − r²` with exact sign or NaN; in f64 where its error is small enough, else exactly.
+    #[inline(always)]
+    fn sphere_k(&self, sphere: &Sphere, l: DVec3) -> f64 {
+        let (l2, r2) = (l.length_squared(), sphere.radius * sphere.radius);
+        let k = l2 - r2;
+        // l: one rounding, doubled by squaring; three in the dot product, one each in r², k.
+        let error = 4.0 * guard::UNIT_F64 * (l2 + r2);
+        if error <= OFFSET_TOLERANCE * k.abs() {
+            return k;
+        }
+        sphere_numbers(&self.exact_ray(), sphere.center, sphere.radius)
+            .map_or(f64::NAN, |numbers| with_exact_sign(&numbers.k))
+    }
+
+    fn plane(&self, plane: &Plane) -> PlaneCertified {
+        if plane.normal == DVec3::ZERO {
+            return PlaneCertified { n_offset_error: -1.0, ..PlaneCertified::zeroed() };
+        }
+        let exponent = exponent_of(plane.normal);
+        let normal = scale_by_power_of_two(plane.normal, -exponent);
+        let n_length = guard::length_bound(normal);
+        let l = plane.point - self.reference;
+        let distance = guard::length_bound(l) + self.farthest_origin;
+        let n_offset = match self.bundle {
+            Bundle::Point => self.plane_offset(plane, l, normal, exponent),
+            Bundle::Parallel | Bundle::Free => 0.0,
+        };
+        if !(guard::plane_in_range_f32(distance) && offset_in_range(n_offset)) {
+            // As seen along the normal, this may be nearer than everything.
+            return PlaneCertified {
+                q_low: 1.0,
+                q_high: guard::LARGEST_F32 as f32,
+                direction_error: guard::LARGEST_F32 as f32,
+                n_offset_error: guard::UNKNOWN,
+                ..PlaneCertified::zeroed()
+            };
+        }
+        let (offset, offset_low) = self.split(l);
+        let [n_offset_error, direction_error] = [
+            guard::plane_offset_error(
+                n_length,
+                distance,
+                guard::UNIT_F32,
+                self.input,
+                guard::TINY_F32,
+            ),
+            guard::plane_direction_error(n_length, guard::UNIT_F32, self.input),
+        ]
+        .map(guard::round_up);
+        let (q_low, q_high) = guard::inverse_f32(n_offset.abs());
+        let away = if n_offset < 0.0 { -normal } else { normal };
+        PlaneCertified {
+            offset,
+            q_low,
+            offset_low,
+            q_high,
+            normal: away.as_vec3().to_array(),
+            direction_error,
+            n_offset_error,
+            padding: [0.0; 3],
+        }
+    }
+
+    /// `(a − o)·n` with exact sign or NaN; in f64 where its error is small enough, else exactly.
+    fn plane_offset(&self, plane: &Plane, l: DVec3, normal: DVec3, exponent: i32) -> f64 {
+        let n_offset = l.dot(normal);
+        // One rounding in l, three in the dot product; and what underflows.
+        let error = 4.0 * guard::UNIT_F64 * guard::length_bound(l) * guard::length_bound(normal)
+            + f64::MIN_POSITIVE;
+        if error <= OFFSET_TOLERANCE * n_offset.abs() {
+            return n_offset;
+        }
+        // Scaled up, the normal is exact, and rounding the product to f64 costs no digits of it.
+        let (normal, exponent) = if exponent < 0 { (normal, 0) } else { (plane.normal, exponent) };
+        plane_numbers(&self.exact_ray(), plane.point, normal).map_or(f64::NAN, |numbers| {
+            let numerator = with_exact_sign(&numbers.numerator);
+            let scaled = numerator * 2f64.powi(-exponent);
+            if scaled == 0.0 && numerator != 0.0 { f64::NAN } else { scaled }
+        })
+    }
+}
+
+/// The number in f64; NaN where it is not 0 but f64 says so.
+fn with_exact_sign(exact: &Root) -> f64 {
+    match exact.to_f64() {
+        0.0 if exact.signum() != 0 => f64::NAN,
+        rounded => rounded,
+    }
+}
+
+fn offset_in_range(offset: f64) -> bool {
+    offset == 0.0 || (SMALLEST_OFFSET..=LARGEST_OFFSET).contains(&offset.abs())
+}
+
+/// True where neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
+#[inline(always)]
+fn k_in_range(k: f64, reach: f64) -> bool {
+    k == 0.0
+        || (SMALLEST_K..=LARGEST_OFFSET).contains(&k.abs())
+            && reach <= k.abs() * guard::LARGEST_NEARNESS
+}

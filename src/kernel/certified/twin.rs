@@ -1,0 +1,66 @@
+//! The filter with a list of objects: it gives ids, or "undecided".
+
+use std::marker::PhantomData;
+
+use super::filter::{
+    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, decide_packet,
+    nearest_listed,
+};
+use super::records::{PlaneCertified, SphereCertified};
+use crate::guard;
+use crate::kernel::twin::{Twin, WithTwin};
+use crate::kernel::{Hit, Lists, PACKET, RayOf};
+use crate::rays::Bundle;
+use crate::vec3::Vec3;
+
+struct Certified<'a, F> {
+    objects: &'a Lists<SphereCertified, PlaneCertified>,
+    widening: Widening<f32>,
+    filter: PhantomData<F>,
+}
+
+impl<F: Filter> Twin for Certified<'_, F> {
+    type Float = f32;
+    const GIVES_SURFACE: bool = false;
+    const IS_PROVEN: bool = true;
+    #[inline(always)]
+    fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        let Lists { spheres, planes } = self.objects;
+        let n_spheres = spheres.len() as u32;
+        let sphere_id = |index: u32| index + 1;
+        let nearest =
+            nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
+        Hit { id: nearest.decide(), ..Hit::MISS }
+    }
+    #[inline(always)]
+    fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
+        let Lists { spheres, planes } = self.objects;
+        F::IS_STRAIGHT.then(|| decide_packet::<F>(rays, spheres, planes, &self.widening))
+    }
+    #[inline(always)]
+    fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
+        Vec3::ZERO
+    }
+}
+
+/// Does `work` with these objects.
+pub fn with_twin<W: WithTwin>(
+    lists: &Lists<SphereCertified, PlaneCertified>,
+    bundle: Bundle,
+    near: bool,
+    work: W,
+) -> W::Output {
+    match bundle {
+        Bundle::Point if near => with::<PointFilter, W>(lists, work),
+        Bundle::Point => with::<FarFilter, W>(lists, work),
+        Bundle::Parallel => with::<ParallelFilter, W>(lists, work),
+        Bundle::Free => with::<FreeFilter, W>(lists, work),
+    }
+}
+
+fn with<F: Filter, W: WithTwin>(
+    objects: &Lists<SphereCertified, PlaneCertified>,
+    work: W,
+) -> W::Output {
+    work.with(&Certified::<F> { objects, widening: guard::widening_f32(), filter: PhantomData })
+}

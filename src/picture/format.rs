@@ -1,0 +1,186 @@
+//! The picture formats and their names.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+use crate::output::OutputFile;
+use crate::shade::Encoding;
+use crate::trace::Wants;
+
+/// A picture file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Portable Network Graphics: sRGB, 8 or 16 bits a channel.
+    Png,
+    /// OpenEXR: linear colour, depth, id, normal, all in full precision.
+    Exr,
+    /// Portable pixmap (P6): sRGB, 8 or 16 bits a channel.
+    Ppm,
+    /// A structured NumPy array with linear colour, depth, id and normal.
+    Npy,
+}
+
+impl Format {
+    /// All formats, in the order that messages name them.
+    pub const ALL: [Format; 4] = [Format::Png, Format::Exr, Format::Ppm, Format::Npy];
+
+    /// The name on the command line, which is also the file ending.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Png => "png",
+            Format::Exr => "exr",
+            Format::Ppm => "ppm",
+            Format::Npy => "npy",
+        }
+    }
+
+    /// The format that a file name's ending asks for, in upper or lower case.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another ending, for none, and for `-` (standard output).
+    pub fn from_path(path: &Path) -> Result<Format> {
+        if path == Path::new(OutputFile::STDOUT) {
+            return Err(Error::Usage(format!(
+                "standard output has no ending that tells the format; add --format {}",
+                names("|", "|", "")
+            )));
+        }
+        let Some(ending) = path.extension() else {
+            return Err(Error::Usage(format!(
+                "{}: the name has no ending that tells the format; use {}",
+                path.display(),
+                names(", ", " or ", ".")
+            )));
+        };
+        let ending = ending.to_string_lossy();
+        find(&ending).ok_or_else(|| {
+            Error::Usage(format!(
+                "{}: no picture format has the ending .{ending}; use {}{}",
+                path.display(),
+                names(", ", " or ", "."),
+                suggestion(&ending, "."),
+            ))
+        })
+    }
+
+    /// The part of [`Hits`](crate::trace::Hits) that this format writes. `certificates` adds the
+    /// level where the format has a place for it (EXR and NPY).
+    pub fn wants(self, certificates: bool) -> Wants {
+        let surface = match self {
+            Format::Png | Format::Ppm => false,
+            Format::Exr | Format::Npy => true,
+        };
+        Wants { surface, level: surface && certificates }
+    }
+
+    /// How its colours are encoded.
+    pub fn encoding(self, bits: Bits) -> Encoding {
+        match (self, bits) {
+            (Format::Png | Format::Ppm, Bits::Eight) => Encoding::Srgb8,
+            (Format::Png | Format::Ppm, Bits::Sixteen) => Encoding::Srgb16,
+            (Format::Exr | Format::Npy, _) => Encoding::Linear,
+        }
+    }
+
+    /// True where the writer goes back in the file at the end, so that a pipe can't take it
+    /// directly; [`OutputFile::create`] wants to know.
+    pub fn needs_seek(self) -> bool {
+        self == Format::Exr
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Format> {
+        find(name).ok_or_else(|| {
+            Error::Usage(format!(
+                "no picture format is called “{name}”; use {}{}",
+                names(", ", " or ", ""),
+                suggestion(name, ""),
+            ))
+        })
+    }
+}
+
+fn find(name: &str) -> Option<Format> {
+    Format::ALL.into_iter().find(|format| format.name().eq_ignore_ascii_case(name))
+}
+
+/// `png, exr, ppm or npy` with the given separators and prefix.
+fn names(separator: &str, last_separator: &str, prefix: &str) -> String {
+    let mut text = String::new();
+    for (i, format) in Format::ALL.into_iter().enumerate() {
+        if i > 0 {
+            let is_last = i + 1 == Format::ALL.len();
+            text += if is_last { last_separator } else { separator };
+        }
+        text += prefix;
+        text += format.name();
+    }
+    text
+}
+
+/// `; did you mean png?`, or nothing when no name is within one typing slip.
+fn suggestion(name: &str, prefix: &str) -> String {
+    Format::ALL
+        .into_iter()
+        .find(|format| strsim::osa_distance(&name.to_ascii_lowercase(), format.name()) == 1)
+        .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
+}
+
+/// Bits a colour channel in PNG and PPM; EXR and NPY always hold f32.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Bits {
+    /// 8 bits: `#rrggbb` comes out as the scene file names it.
+    #[default]
+    Eight,
+    /// 16 bits, big endian.
+    Sixteen,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn usage(result: Result<impl fmt::Debug>) -> String {
+        match result {
+            Err(Error::Usage(message)) => message,
+            other => panic!("expected wrong usage, got {other:?}"),
+        }
+    }
+
+    #[test]
+    fn endings_name_formats() {
+        for (path, format) in [
+            ("a.png", Format::Png),
+            ("dir.exr/b.PNG", Format::Png),
+            ("x.exr", Format::Exr),
+            ("x.y.ppm", Format::Ppm),
+            ("x.Npy", Format::Npy),
+        ] {
+            assert_eq!(Format::from_path(Path::new(path)).unwrap(), format, "{path}");
+        }
+    }
+
+    #[test]
+    fn unknown_endings_are_told_what_exists() {
+        let message = usage(Format::from_path(Path::new("out.pgn")));
+        assert!(message.contains(".png, .exr, .ppm or .npy"), "{message}");
+        assert!(message.contains("did you mean .png?"), "{message}");
+        let message = usage(Format::from_path(Path::new("out.jpeg")));
+        assert!(!message.contains("did you mean"), "{message}");
+        assert!(usage(Format::from_path(Path::new("out"))).contains("no ending"));
+        assert!(usage(Format::from_path(Path::new("-"))).contains("--format png|exr|ppm|npy"));
+        assert!(usage("expr".parse::<Format>()).contains("did you mean exr?"));
+        assert_eq!("EXR".parse::<Format>().unwrap(), Format::Exr);
+    }
+}

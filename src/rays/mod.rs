@@ -1,0 +1,67 @@
+//! The rays of one call, and how they lie to each other: those of a picture's pixels, and lists.
+
+mod camera;
+mod list;
+
+use glam::DVec3;
+
+pub use camera::{CameraF32, CameraF64, Lens, Pixels, View};
+pub use list::{STDIN, read_rays, read_rays_with, write_hits};
+
+/// A ray `origin + t·direction`; the direction is not normalised and not zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin, world units.
+    pub origin: DVec3,
+    /// Direction of any length but zero.
+    pub direction: DVec3,
+}
+
+/// How rays lie to each other. It decides which filter of the kernel `certified` suits them, how
+/// their spheres are found, and which shader they have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bundle {
+    /// All through one point, where they start: a perspective camera's.
+    Point,
+    /// All along one direction: an orthographic camera's.
+    Parallel,
+    /// Any rays: those of a list.
+    Free,
+}
+
+impl Bundle {
+    /// All bundles.
+    pub const ALL: [Bundle; 3] = [Bundle::Point, Bundle::Parallel, Bundle::Free];
+}
+
+/// The rays of one call.
+#[derive(Clone, Debug)]
+pub enum Rays {
+    /// Centre rays of a rectangle of pixels, row by row.
+    Pixels(Pixels),
+    /// Any rays.
+    List(Vec<Ray>),
+}
+
+impl Rays {
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        match self {
+            Rays::Pixels(pixels) => pixels.len(),
+            Rays::List(rays) => rays.len(),
+        }
+    }
+
+    /// How the rays lie to each other.
+    pub fn bundle(&self) -> Bundle {
+        match self {
+            Rays::Pixels(pixels) => pixels.view.lens.bundle(),
+            Rays::List(_) => Bundle::Free,
+        }
+    }
+
+    /// True where there is no ray at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

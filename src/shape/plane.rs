@@ -1,0 +1,63 @@
+//! A plane, exactly.
+
+use glam::DVec3;
+
+use super::Side;
+use crate::exact::{ExactRay, Real, Root, product3, real3, signum};
+
+/// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
+/// origin and direction.
+fn plane_quotient(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Real, Real)> {
+    let n = real3(normal)?;
+    Some((product3(&ray.to_point(point)?, &n), product3(ray.direction(), &n)))
+}
+
+/// The root `t > 0`: `N/M`, written with a positive denominator. `M > 0` means that the ray runs along
+/// the normal: it meets the back.
+pub(super) fn visible_root(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<(Root, Side)> {
+    let (n, m) = plane_quotient(ray, point, normal)?;
+    match (signum(&n), signum(&m)) {
+        (1, 1) => Some((Root::quotient(n, m, ray.t_factor()), Side::Back)),
+        (-1, -1) => Some((Root::quotient(-n, -m, ray.t_factor()), Side::Front)),
+        _ => None,
+    }
+}
+
+/// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
+pub(super) fn outward_normal(normal: DVec3) -> Option<[Root; 3]> {
+    let n = real3(normal)?;
+    let norm_squared = product3(&n, &n);
+    if signum(&norm_squared) == 0 {
+        return None;
+    }
+    Some(std::array::from_fn(|i| {
+        let radicand = &n[i] * &n[i] * &norm_squared;
+        Root::new(Real::zero(), signum(&n[i]), radicand, norm_squared.clone(), 1)
+    }))
+}
+
+/// The numbers of the plane's quotient, exactly, for the contract's `d`.
+#[derive(Clone, Debug)]
+pub struct PlaneNumbers {
+    /// `(a − o)·n`.
+    pub numerator: Root,
+    /// `d·n`.
+    pub denominator: Root,
+    /// Their quotient, of any sign and size; `None` where `d·n = 0`.
+    pub root: Option<Root>,
+}
+
+/// The numbers of a ray and a plane; `None` where a number is not finite.
+pub fn plane_numbers(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<PlaneNumbers> {
+    let (n, m) = plane_quotient(ray, point, normal)?;
+    let root = match signum(&m) {
+        0 => None,
+        1 => Some(Root::quotient(n.clone(), m.clone(), ray.t_factor())),
+        _ => Some(Root::quotient(-n.clone(), -m.clone(), ray.t_factor())),
+    };
+    Some(PlaneNumbers {
+        numerator: Root::ratio(n, ray.world_scale()),
+        denominator: Root::ratio(m, ray.direction_scale()),
+        root,
+    })
+}

@@ -1,0 +1,145 @@
+//! Which spheres of a scene have a place in its tree.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::guard;
+use crate::memory::Available;
+use crate::random::SplitMix;
+use crate::scene::Sphere;
+
+/// Most spheres of a tree: the places of leaves and the numbers of nodes have 31 bits.
+pub const MOST_SPHERES: usize = 1 << 29;
+
+/// Most bytes a sphere while a tree is built, and while it is seen from a picture.
+const BUILD_BYTES: u64 = 280;
+
+/// Refuses what a tree can't hold or there is no memory for.
+pub(super) fn check_size(n_spheres: usize) -> Result<()> {
+    check_size_in(n_spheres, Available::now())
+}
+
+fn check_size_in(n_spheres: usize, available: Available) -> Result<()> {
+    if n_spheres > MOST_SPHERES {
+        return Err(Error::TooLarge(format!(
+            "{n_spheres} spheres; a hierarchy holds at most {MOST_SPHERES}: split the scene"
+        )));
+    }
+    let needed = n_spheres as u64 * BUILD_BYTES;
+    let most = available.bytes / BUILD_BYTES;
+    let advice = format!("that is enough for {most} spheres; free some, or split the scene");
+    available.require(format!("building the hierarchy over {n_spheres} spheres"), needed, &advice)
+}
+
+/// A point amid the spheres: f32 has most digits near it, and few spheres far away don't move it.
+pub(super) fn reference(spheres: &[Sphere]) -> DVec3 {
+    /// Spheres that are looked at.
+    const SAMPLE: usize = 1023;
+    let step = spheres.len().div_ceil(SAMPLE).max(1);
+    let median = |axis: usize| {
+        let mut at: Vec<f64> = spheres.iter().step_by(step).map(|s| s.center[axis]).collect();
+        let middle = at.len() / 2;
+        match at.is_empty() {
+            true => 0.0,
+            false => *at.select_nth_unstable_by(middle, f64::total_cmp).1,
+        }
+    };
+    DVec3::from_array(std::array::from_fn(median))
+}
+
+/// Indices of the spheres that can be seen: those with a box in f32, and the others. Left out are
+/// spheres with a radius of 0 and those that equal an earlier one, against which they never win.
+pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u32>) {
+    let repeats = repeats(spheres);
+    let has_box = |sphere: &Sphere| {
+        let distance = guard::length_bound(sphere.center - reference);
+        sphere.radius.abs() <= guard::LARGEST_F32 && distance <= guard::LARGEST_F32
+    };
+    (0..spheres.len() as u32)
+        .into_par_iter()
+        .filter(|i| spheres[*i as usize].radius != 0.0)
+        .filter(|i| repeats.is_empty() || repeats.binary_search(i).is_err())
+        .partition(|&i| has_box(&spheres[i as usize]))
+}
+
+/// Indices of the spheres that equal an earlier one, ascending. They need not be all: it saves work.
+fn repeats(spheres: &[Sphere]) -> Vec<u32> {
+    let key = |i: u32| {
+        let Sphere { center, radius, .. } = &spheres[i as usize];
+        [center.x, center.y, center.z, *radius].map(f64::to_bits)
+    };
+    let hash = |i: u32| {
+        let mix = |mixed: u64, word: &u64| {
+            (mixed.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        };
+        SplitMix::new(key(i).iter().fold(0, mix)).next()
+    };
+    // Only what shares its place in a table with others can equal one of them.
+    let n_bits = (16 * spheres.len()).next_power_of_two().max(64);
+    let table = || (0..n_bits / 64).map(|_| AtomicU64::new(0)).collect::<Vec<_>>();
+    let (taken, shared) = (table(), table());
+    let place = |hash: u64| {
+        let bit = hash as usize & (n_bits - 1);
+        (bit / 64, 1 << (bit % 64))
+    };
+    let all = || (0..spheres.len() as u32).into_par_iter();
+    all().for_each(|i| {
+        let (word, bit) = place(hash(i));
+        if taken[word].fetch_or(bit, Ordering::Relaxed) & bit != 0 {
+            shared[word].fetch_or(bit, Ordering::Relaxed);
+        }
+    });
+    let shares = |i: u32| {
+        let hash = hash(i);
+        let (word, bit) = place(hash);
+        (shared[word].load(Ordering::Relaxed) & bit != 0).then_some((hash, i))
+    };
+    let mut sharing: Vec<(u64, u32)> = all().filter_map(shares).collect();
+    sharing.par_sort_unstable();
+    // Where different spheres have one hash, which hardly ever is, a repeat may stay.
+    let repeat = |two: &[(u64, u32)]| (key(two[0].1) == key(two[1].1)).then_some(two[1].1);
+    let mut repeats: Vec<u32> = sharing.windows(2).filter_map(repeat).collect();
+    repeats.par_sort_unstable();
+    repeats
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::Limit;
+
+    /// Against a plain search, over spheres of few values, so that some are equal.
+    #[test]
+    fn repeats_are_all_but_the_first_of_equal_spheres() {
+        let mut random = SplitMix::new(1110);
+        for n in [0, 1, 2, 3, 40, 3000] {
+            let mut number = || (random.next() % 6) as f64;
+            let spheres: Vec<Sphere> = (0..n)
+                .map(|_| Sphere {
+                    center: DVec3::new(number(), number(), number()),
+                    radius: number(),
+                })
+                .collect();
+            let same = |a: &Sphere, b: &Sphere| (a.center, a.radius) == (b.center, b.radius);
+            let is_repeat = |i: &usize| spheres[..*i].iter().any(|s| same(s, &spheres[*i]));
+            let expected: Vec<u32> = (0..n).filter(is_repeat).map(|i| i as u32).collect();
+            assert_eq!(repeats(&spheres), expected, "{n} spheres");
+            assert!(n < 3000 || expected.len() > 1000);
+        }
+    }
+
+    #[test]
+    fn too_many_spheres_are_refused_with_numbers() {
+        let check_size = |n, bytes| check_size_in(n, Available { bytes, limit: Limit::Machine });
+        assert!(check_size(1_000_000, BUILD_BYTES * 1_000_000).is_ok());
+        let too_little = check_size(1_000_000, BUILD_BYTES * 1_000_000 - 1).unwrap_err();
+        assert_eq!(too_little.exit_code(), 7);
+        assert!(too_little.to_string().contains("enough for 999999 spheres"), "{too_little}");
+        let too_many = check_size(MOST_SPHERES + 1, u64::MAX).unwrap_err();
+        assert_eq!(too_many.exit_code(), 7);
+        assert!(too_many.to_string().contains("at most 536870912"), "{too_many}");
+    }
+}

@@ -1,0 +1,154 @@
+//! Use of a window for longer, and the memory that it takes.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+use super::{Desk, Seen, scene};
+
+/// Most growth of the memory of a window in use, MiB.
+const MOST_GROWTH: f64 = 20.0;
+
+/// The same for some rounds more, MiB: what allocators keep grows a little with each. A picture that
+/// each resize left behind would be 40.
+const MOST_GROWTH_OF_ROUNDS: f64 = 30.0;
+
+/// Most memory that use takes in addition to the first picture's, MiB. What allocators keep of pictures,
+/// frames and shaders fills up over some twenty rounds and then stays: 125 to 131 more than the first
+/// picture, with one arena or many. A window that kept what each resize left behind took 251: the bound
+/// is halfway.
+const MOST_IN_USE: f64 = 190.0;
+
+/// A window on a scene file that changes.
+struct Usage {
+    seen: Seen,
+    path: PathBuf,
+    text: String,
+    _folder: TempDir,
+    _desk: Desk,
+}
+
+impl Usage {
+    fn begin(prepare: impl Fn(&mut Command) -> &mut Command) -> Usage {
+        let desk = Desk::new();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        let text = fs::read_to_string(scene("figure1")).unwrap();
+        fs::write(&path, &text).unwrap();
+        let seen = Seen::open_with(&desk, &path, &[], prepare);
+        Usage { seen, path, text, _folder: folder, _desk: desk }
+    }
+
+    /// Drags the picture to the side and so far down.
+    #[track_caller]
+    fn orbit(&mut self, down: u32) {
+        let [middle, aside] = [[200, 150], [330, down]].map(|[x, y]| self.seen.at(x, y));
+        self.seen.drag(middle, aside, 1, None);
+    }
+
+    /// Asks why a pixel is as it is.
+    #[track_caller]
+    fn ask(&mut self) {
+        self.seen.xdotool(&["click", "1"]);
+        self.seen.wait(|event| event.name() == "explained");
+        self.seen.key("Escape");
+    }
+
+    /// Writes the scene file, and waits until the window has read it.
+    #[track_caller]
+    fn write(&mut self, text: &str, event: &str) {
+        fs::write(&self.path, text).unwrap();
+        self.seen.wait(|seen| seen.name() == event);
+    }
+
+    /// Gives the first sphere another colour.
+    #[track_caller]
+    fn recolor(&mut self, n: usize) {
+        let color = format!("#{:06x}", n * 54321 % 0xff_ffff);
+        let text = self.text.replace("#d62728", &color);
+        self.write(&text, "reloaded");
+    }
+}
+
+/// Everything that takes memory, several times over, from all kernels and painted modes to resizing
+/// and reloading: use takes a known amount, and more use no more.
+pub fn work_through(rounds: usize) {
+    let mut usage = Usage::begin(|command| command);
+    let first = usage.seen.memory();
+    let mut memory = Vec::new();
+    for round in 0..2 * rounds {
+        let seen = &mut usage.seen;
+        for _ in 0..4 {
+            for (key, show) in [("F2", "depth"), ("F3", "normal"), ("F1", "colour")] {
+                seen.key(key);
+                seen.wait(|event| event.is_settled() && event.show() == show);
+            }
+            let kernels = seen.last_shown().kernels().join(" ");
+            seen.key("k");
+            seen.wait(|event| event.is_settled() && event.kernels().join(" ") != kernels);
+        }
+        for n_kernels in [2, 1] {
+            seen.key("c");
+            seen.wait(|event| event.is_settled() && event.kernels().len() == n_kernels);
+        }
+        for (width, height) in [(700, 500), (1000, 640), (1280, 800)] {
+            seen.resize(width, height);
+        }
+        usage.orbit(200);
+        usage.ask();
+        usage.recolor(round + 1);
+        usage.seen.reset();
+        memory.push(usage.seen.memory());
+    }
+    println!("memory: {first:.1}, then {memory:.1?} MiB");
+    let growth = memory[2 * rounds - 1] - memory[rounds - 1];
+    assert!(
+        growth < MOST_GROWTH_OF_ROUNDS,
+        "{rounds} more rounds took {growth:.1} MiB: {memory:.1?}"
+    );
+    let in_use = memory[2 * rounds - 1] - first;
+    assert!(in_use < MOST_IN_USE, "use took {in_use:.1} MiB: {first:.1}, then {memory:.1?}");
+    usage.seen.quit();
+}
+
+/// Moves, resizes, reloads, asks and compares for a time, with validation on.
+pub fn soak(time: Duration) {
+    let mut usage = Usage::begin(|command| command.env("WGPU_VALIDATION", "1"));
+    let start = Instant::now();
+    let mut round = 0;
+    let mut memory = Vec::new();
+    while start.elapsed() < time {
+        round += 1;
+        usage.orbit(120 + 40 * (round as u32 % 3));
+        let seen = &mut usage.seen;
+        let [middle, aside] = [seen.at(200, 150), seen.at(330, 180)];
+        seen.drag(aside, middle, 2, None);
+        seen.moves(|seen| seen.xdotool(&["click", "4"]));
+        seen.key(["F2", "F3", "F4", "F5", "F6", "F7", "F8"][round % 7]);
+        seen.moves(|seen| seen.key("3"));
+        seen.key("F1");
+        seen.key("c");
+        let (width, height) = [(1100, 760), (700, 500), (900, 640)][round % 3];
+        seen.resize(width, height);
+        seen.key("c");
+        usage.ask();
+        usage.recolor(round);
+        usage.write("[camera\n", "scene_wrong");
+        usage.write(&usage.text.clone(), "reloaded");
+        usage.seen.reset();
+        // Each third round has the same size, and the first minute fills the caches: shaders of
+        // all kernels and modes, glyphs, the allocators' pools.
+        if round % 3 == 0 && start.elapsed() > time / 5 {
+            memory.push(usage.seen.memory());
+            let (seconds, now) = (start.elapsed().as_secs_f64(), usage.seen.memory());
+            println!("{seconds:.0} s, round {round}: {now:.1} MiB");
+        }
+    }
+    assert!(memory.len() >= 3, "too few rounds: {memory:?}");
+    let growth = memory[memory.len() - 1] - memory[0];
+    assert!(growth < MOST_GROWTH, "memory grew by {growth:.1} MiB: {memory:?}");
+    usage.seen.quit();
+}

@@ -1,0 +1,157 @@
+//! Lists of rays from NumPy's files: in every order and type, and what is wrong said by its row.
+
+use std::path::Path;
+
+use kugelblitz::rays::read_rays;
+use kugelblitz::{Error, Result};
+use npyz::WriterBuilder;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const SEED: u64 = 20_240_611;
+
+fn npy_bytes<T: npyz::Serialize + Copy>(
+    dtype: &str,
+    shape: &[u64],
+    order: npyz::Order,
+    values: &[T],
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = npyz::WriteOptions::new()
+        .dtype(npyz::DType::new_scalar(dtype.parse().unwrap()))
+        .shape(shape)
+        .order(order)
+        .writer(&mut bytes)
+        .begin_nd()
+        .unwrap();
+    writer.extend(values.iter().copied()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<Vec<kugelblitz::trace::Ray>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rays.npy");
+    std::fs::write(&path, bytes).unwrap();
+    read_rays(&path)
+}
+
+#[test]
+fn rays_are_read_in_every_order_and_type() {
+    let rows = [[1.0, 2.0, 3.0, 0.5, 0.25, -8.0], [-1.5, 0.0, 7.0, 0.0, 0.0, 1.0]];
+    let c: Vec<f64> = rows.iter().flatten().copied().collect();
+    let fortran: Vec<f64> = (0..6).flat_map(|column| rows.map(|row| row[column])).collect();
+    let single = |values: &[f64]| values.iter().map(|&v| v as f32).collect::<Vec<f32>>();
+    let files = [
+        npy_bytes("<f8", &[2, 6], npyz::Order::C, &c),
+        npy_bytes(">f8", &[2, 6], npyz::Order::C, &c),
+        npy_bytes("<f8", &[2, 6], npyz::Order::Fortran, &fortran),
+        npy_bytes("<f4", &[2, 6], npyz::Order::C, &single(&c)),
+        npy_bytes(">f4", &[2, 6], npyz::Order::Fortran, &single(&fortran)),
+    ];
+    for bytes in files {
+        let rays = read_bytes(&bytes).unwrap();
+        let found: Vec<[f64; 6]> = rays
+            .iter()
+            .map(|r| {
+                [r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z]
+            })
+            .collect();
+        assert_eq!(found, rows);
+    }
+    let none = npy_bytes::<f64>("<f8", &[0, 6], npyz::Order::C, &[]);
+    assert!(read_bytes(&none).unwrap().is_empty());
+}
+
+#[test]
+fn wrong_rays_are_named() {
+    let order = npyz::Order::C;
+    let ray = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let with = |column: usize, value: f64| {
+        let mut values = [ray, ray].concat();
+        values[6 + column] = value;
+        npy_bytes("<f8", &[2, 6], order, &values)
+    };
+    let good = npy_bytes("<f8", &[1, 6], order, &ray);
+    let longer = [&good[..], &[0]].concat();
+    for (bytes, expected) in [
+        (with(0, f64::NAN), "row 1 (counted from 0) has a number that is not finite"),
+        (with(5, f64::INFINITY), "row 1 (counted from 0) has a number that is not finite"),
+        (with(5, 0.0), "row 1 (counted from 0) has the direction (0, 0, 0)"),
+        (npy_bytes("<f8", &[2, 3], order, &ray), "its shape is (2, 3); expected"),
+        (npy_bytes("<f8", &[6], order, &ray), "it has 1 dimensions; expected"),
+        (npy_bytes("<i4", &[1, 6], order, &[1_i32; 6]), "its dtype is '<i4'; expected"),
+        (good[..good.len() - 1].to_vec(), "47 bytes follow"),
+        (longer, "49 bytes follow"),
+        (b"x,y,z\n1,2,3\n".to_vec(), "not a readable .npy file"),
+        (Vec::new(), "not a readable .npy file"),
+    ] {
+        let error = read_bytes(&bytes).err().unwrap();
+        assert!(matches!(error, Error::Input { .. }), "{error:?}");
+        let message = error.to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    let missing = read_rays(Path::new("no/such/rays.npy"));
+    assert!(matches!(missing, Err(Error::Io { .. })));
+}
+
+#[test]
+fn garbage_is_refused_without_a_panic() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    let good = npy_bytes("<f8", &[2, 6], npyz::Order::C, &[1.0; 12]);
+    let header_length = good.len() - 12 * 8;
+    let interesting = b"{}()[]'\",:<>|=fbuiOUV0123456789xXeEjLN\\ \n\x00\xff-+_.";
+    let (mut n_read, mut n_refused) = (0, 0);
+    for _ in 0..2000 {
+        let mut bytes = good.clone();
+        for _ in 0..rng.random_range(1..6) {
+            let at = rng.random_range(0..header_length);
+            match rng.random_range(0..4) {
+                0 => bytes[at] = rng.random(),
+                1 => bytes[at] = interesting[rng.random_range(0..interesting.len())],
+                2 => bytes.truncate(rng.random_range(0..bytes.len() + 1).max(header_length)),
+                _ => {
+                    let from = rng.random_range(0..header_length);
+                    bytes[at] = bytes[from];
+                }
+            }
+        }
+        // A mutation may be harmless; whatever is read is rays.
+        match read_bytes(&bytes) {
+            Ok(rays) => {
+                assert!(rays.iter().all(|ray| ray.direction.is_finite()));
+                n_read += usize::from(!rays.is_empty());
+            }
+            Err(_) => n_refused += 1,
+        }
+    }
+    assert!(n_read > 20 && n_refused > 1000, "{n_read} read, {n_refused} refused");
+
+    let with_text = |text: String| {
+        let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.bytes());
+        bytes
+    };
+    let header = |shape: &str| {
+        with_text(format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"))
+    };
+    for bytes in [
+        header("(18446744073709551615, 6)"),
+        header("(0xffffffffffffffff, 6)"),
+        header("(3000000000000000000, 6)"),
+        header("(99999999999999, 6)"),
+        header("(4294967296, 4294967296)"),
+        header("(4294967296, 4294967296, 0)"),
+        header("(-1, 6)"),
+        header("(6, '\\N{DIGIT SIX}')"),
+        header(&"(".repeat(5_000)),
+        with_text("[".repeat(100_000)),
+        with_text(String::new()),
+        b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec(),
+        b"\x93NUMPY\x09\x00\x00\x00\x00\x00".to_vec(),
+    ] {
+        let error = read_bytes(&bytes).err().unwrap();
+        assert!(matches!(error, Error::Input { .. }), "{error:?}");
+    }
+}
