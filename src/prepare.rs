@@ -2,6 +2,7 @@
 
 mod hierarchy;
 
+use std::iter;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -15,7 +16,7 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::rays::{Bundle, Ray, Rays, View};
-use crate::scene::Scene;
+use crate::scene::{Scene, Sphere};
 use crate::trace::Wants;
 use crate::tree::Tree;
 
@@ -54,6 +55,9 @@ pub enum Finding {
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
 }
+
+/// A sphere that no ray hits.
+const NOWHERE: Sphere = Sphere { center: DVec3::ZERO, radius: 0.0 };
 
 /// A scene ready to be traced by one kernel along one bundle of rays.
 #[derive(Clone, Debug)]
@@ -162,9 +166,10 @@ impl Prepared {
                 None if is_listed => frame.objects(&scene, scene.spheres.iter()),
                 // The f32 stage has no say about these rays.
                 None => frame.objects(&scene, std::iter::empty()),
-                Some(Hierarchy { rest, .. }) => {
+                Some(hierarchy) => {
                     let sphere = |&id: &u32| &scene.spheres[id as usize - 1];
-                    frame.objects(&scene, rest.iter().map(sphere))
+                    let rest = hierarchy.rest.iter().map(sphere).chain(iter::repeat(&NOWHERE));
+                    frame.objects(&scene, rest.take(hierarchy.n_places_of_rest()))
                 }
             })
         } else {

@@ -92,7 +92,8 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
     globals.insert("ids", Value::Parts(vec![Value::U32(7); rays.len()]));
     if let (Some(hierarchy), Rays::Pixels(pixels)) = (&prepared.hierarchy, rays) {
         let Some(Seen { footprints, far }) = &hierarchy.seen else { panic!("a picture") };
-        let rest = hierarchy.rest.iter().map(|&id| Value::U32(id)).collect();
+        let mut rest: Vec<Value> = hierarchy.rest.iter().map(|&id| Value::U32(id)).collect();
+        rest.resize(hierarchy.n_places_of_rest(), Value::U32(0));
         globals.insert("rest_ids", Value::Parts(rest));
         globals.insert("nodes", texels(bytemuck::cast_slice(&footprints.nodes)));
         globals.insert("far_spheres", texels(bytemuck::cast_slice(far)));

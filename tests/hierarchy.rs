@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::collections::HashSet;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -248,6 +250,37 @@ fn ties_and_extremes() {
     let all = (0..pixels.len()).collect();
     let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
     assert_eq!(compare_to_exact(&hits, &truth).wrong_ids(), 0);
+}
+
+/// A camera that flies through a cloud is close to another number of spheres at each place, but needs
+/// few shaders.
+#[test]
+fn a_flight_through_a_cloud_needs_few_shaders() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    // They touch the way of the camera here and there.
+    let spheres = (0..3000).map(|_| {
+        let (turned, radius) = (rng.random_range(0.0..TAU), rng.random_range(0.05..0.2));
+        let aside = DVec3::new(turned.cos(), turned.sin(), 0.0) * radius;
+        sphere(DVec3::new(0.1, 0.05, rng.random_range(-1.0..1.0)) + aside, radius)
+    });
+    let scene = Arc::new(common::scene(spheres.collect(), vec![]));
+    let (mut numbers, mut keys) = (HashSet::new(), HashSet::new());
+    for step in 0..60 {
+        let along = f64::from(step) / 30.0 - 1.0;
+        let camera = common::camera(DVec3::new(0.1, 0.05, along), DVec3::new(0.3, 0.2, 3.0));
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 24, 16));
+        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let hierarchy = prepared.hierarchy.as_ref().unwrap();
+        let n_places = hierarchy.n_places_of_rest();
+        assert!(n_places >= hierarchy.rest.len() && prepared.n_listed_spheres() == n_places);
+        numbers.insert(hierarchy.rest.len());
+        keys.insert(prepared.shader_key(Wants::default()));
+        if step % 20 == 10 {
+            trace(&scene, &rays, WANTS);
+        }
+    }
+    println!("close to {numbers:?}");
+    assert!(numbers.len() > 5 && keys.len() <= 4, "{} keys for {numbers:?}", keys.len());
 }
 
 #[test]

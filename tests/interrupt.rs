@@ -81,11 +81,19 @@ fn names(folder: &Path) -> Vec<PathBuf> {
     names
 }
 
-/// Sends one signal after `delay`, when the program must still be at work, and looks at its end.
+/// Sends one signal after `delay` and looks at the program's end.
+///
+/// # Returns
+/// False where the program was no more at work.
 #[track_caller]
-fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) {
+#[must_use]
+fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) -> bool {
     std::thread::sleep(delay);
-    assert!(child.try_wait().unwrap().is_none(), "{what}: ended on its own within {delay:?}");
+    if let Some(status) = child.try_wait().unwrap() {
+        println!("{what}: ended on its own within {delay:?}");
+        assert!(status.success(), "{what}: {status}");
+        return false;
+    }
     kill_process(Pid::from_child(&child), signal).unwrap();
     let start = Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -103,19 +111,46 @@ fn ends(mut child: Child, what: &str, delay: Duration, signal: Signal) {
     assert_eq!(output.status.code(), Some(130), "{what}: {} {stderr}", output.status);
     assert!(stderr.contains("no output file was changed"), "{what}: {stderr}");
     assert_eq!(stderr.matches("interrupted").count(), 1, "{what}: {stderr}");
+    true
 }
 
 /// Interrupts a command that has `out` as its output, in a folder of its own.
 #[track_caller]
 fn interrupted(arguments: &[&str], out: &str, delay_ms: u64) {
+    let delay = Duration::from_millis(delay_ms);
+    assert!(is_interrupted(arguments, out, delay), "{arguments:?} ended on its own");
+}
+
+/// Interrupts a command early, amid its work and near its end, however long that takes here.
+#[track_caller]
+fn interrupted_anywhere(arguments: &[&str], out: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let start = Instant::now();
+    assert!(program().args(arguments).current_dir(&folder).status().unwrap().success());
+    let whole = start.elapsed();
+    for part in [0.1, 0.3, 0.5, 0.7] {
+        // Another run may be quicker.
+        let mut delay = whole.mul_f64(part);
+        while !is_interrupted(arguments, out, delay) {
+            delay /= 2;
+            assert!(!delay.is_zero(), "{arguments:?} always ends on its own");
+        }
+    }
+}
+
+#[track_caller]
+fn is_interrupted(arguments: &[&str], out: &str, delay: Duration) -> bool {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(out);
     fs::write(&path, "old").unwrap();
     let child = program().args(arguments).current_dir(&folder).spawn().unwrap();
-    let what = format!("{arguments:?} at {delay_ms} ms");
-    ends(child, &what, Duration::from_millis(delay_ms), Signal::INT);
+    let what = format!("{arguments:?} at {delay:?}");
+    if !ends(child, &what, delay, Signal::INT) {
+        return false;
+    }
     assert_eq!(fs::read(&path).unwrap(), b"old", "{what}");
     assert_eq!(names(folder.path()), [path], "{what}");
+    true
 }
 
 #[test]
@@ -158,18 +193,14 @@ fn the_certified_kernel_over_a_million_spheres() {
 
 #[test]
 fn check_of_a_million_spheres() {
-    for delay_ms in [150, 900] {
-        interrupted(&["check", &large().scene], "other", delay_ms);
-    }
+    interrupted_anywhere(&["check", &large().scene], "other");
 }
 
 #[test]
 fn rays_read_traced_and_written() {
     let Large { scene, rays, .. } = large();
-    for delay_ms in [150, 700, 1500] {
-        let arguments = ["trace", scene, "--rays", rays, "-o", "hits.npy", "--device", "cpu"];
-        interrupted(&arguments, "hits.npy", delay_ms);
-    }
+    let arguments = ["trace", scene, "--rays", rays, "-o", "hits.npy", "--device", "cpu"];
+    interrupted_anywhere(&arguments, "hits.npy");
 }
 
 #[test]
@@ -227,7 +258,8 @@ fn a_driver_that_never_opens() {
             .current_dir(&folder)
             .spawn()
             .unwrap();
-        ends(child, &format!("{arguments:?}"), Duration::from_millis(500), Signal::INT);
+        let delay = Duration::from_millis(500);
+        assert!(ends(child, &format!("{arguments:?}"), delay, Signal::INT));
         assert_eq!(names(folder.path()), [pipe.as_path()]);
     }
 }
@@ -295,5 +327,5 @@ fn sigterm_is_as_good() {
         .current_dir(large().folder.path())
         .spawn()
         .unwrap();
-    ends(child, "SIGTERM", Duration::from_millis(500), Signal::TERM);
+    assert!(ends(child, "SIGTERM", Duration::from_millis(500), Signal::TERM));
 }

@@ -223,6 +223,8 @@ fn others<F: Filter>(
     };
     let n_spheres = prepared.scene.spheres.len() as u32;
     let sphere_id = |index: u32| hierarchy.rest[index as usize];
+    // What follows them is no sphere.
+    let spheres = &spheres[..hierarchy.rest.len()];
     nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, widening)
 }
 

@@ -33,8 +33,10 @@ impl DeviceHierarchy {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let rest_ids = (!hierarchy.rest.is_empty())
-            .then(|| gpu.storage("ids of the rest", bytemuck::cast_slice(&hierarchy.rest)));
+        let mut rest = hierarchy.rest.clone();
+        rest.resize(hierarchy.n_places_of_rest(), 0);
+        let rest_ids =
+            (!rest.is_empty()).then(|| gpu.storage("ids of the rest", bytemuck::cast_slice(&rest)));
         let Footprints { nodes, cell_shift } = footprints;
         let device_hierarchy = DeviceHierarchy {
             walk,

@@ -81,6 +81,13 @@ impl Hierarchy {
         Ok(Hierarchy { tree, seen, rest, build_time: start.elapsed() })
     }
 
+    /// Places of a device for the rest: 0 or a power of 4. A moved camera, which is close to some more
+    /// spheres or some less, hardly ever needs another shader for it.
+    pub fn n_places_of_rest(&self) -> usize {
+        let n = self.rest.len();
+        (0..).map(|k| 4usize.pow(k)).find(|&most| n <= most).filter(|_| n > 0).unwrap_or(0)
+    }
+
     /// Bytes of the nodes and of the spheres' numbers in them.
     pub fn bytes(&self) -> u64 {
         match &self.seen {
