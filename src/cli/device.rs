@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::device::Device;
-use kugelblitz::gpu::Gpu;
-use kugelblitz::prepare::LISTED_SPHERES;
+use kugelblitz::gpu::{Gpu, Pick, has_software_alone};
+use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
@@ -57,8 +57,51 @@ fn filter_line(gpu: &Gpu) -> Result<String> {
     Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
 }
 
-/// Opens what --device asks for to trace a list of rays. Those into many spheres are left to f64 on
-/// the CPU: `auto` takes that, with a line; a device that was asked for gets a warning.
+/// Rays from which on a device in software makes up for the time that it takes to open, with shaders to
+/// be compiled: it saves 5 to 10 ns a ray, for 0.1 to 0.3 s.
+const MANY_RAYS: usize = 1 << 25;
+
+/// Why the CPU traces these rays sooner than a device in software, if it does: over many spheres it is
+/// quicker by itself, and so it is in f64.
+fn why_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
+    if n_spheres > FEW_SPHERES {
+        Some(format!("{n_spheres} spheres"))
+    } else if kernel == Kernel::Double {
+        Some("f64".into())
+    } else if n_rays < MANY_RAYS {
+        Some(format!("{n_rays} rays"))
+    } else {
+        None
+    }
+}
+
+/// Opens what --device asks for to trace these rays: `auto` takes a real GPU, else the quicker one of
+/// the CPU and a device in software.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn open_for(
+    choice: &DeviceChoice,
+    kernel: Kernel,
+    scene: &Scene,
+    n_rays: usize,
+    talk: &TalkArgs,
+) -> Result<Device> {
+    if choice.is_free()
+        && let Some(why) = why_the_cpu(kernel, scene.spheres.len(), n_rays)
+        && has_software_alone()
+    {
+        talk.note(&format!(
+            "tracing on the CPU: there is no GPU in hardware here, and for {why} the CPU is quicker \
+             than a device in software; `--device gpu` takes that"
+        ));
+        return Ok(Device::Cpu);
+    }
+    open(choice, Some(kernel), talk)
+}
+
+/// As [`open_for`], for a list of rays. Those into many spheres are left to f64 on the CPU: `auto` takes
+/// that, with a line; a device that was asked for gets a warning.
 ///
 /// # Errors
 /// Those of [`open`].
@@ -66,6 +109,7 @@ pub fn open_for_list(
     choice: &DeviceChoice,
     kernel: Kernel,
     scene: &Scene,
+    n_rays: usize,
     talk: &TalkArgs,
 ) -> Result<Device> {
     let n_spheres = scene.spheres.len();
@@ -77,7 +121,7 @@ pub fn open_for_list(
         ));
         return Ok(Device::Cpu);
     }
-    let device = open(choice, Some(kernel), talk)?;
+    let device = open_for(choice, kernel, scene, n_rays, talk)?;
     if is_on_cpu && let Device::Gpu(gpu) = &device {
         talk.warn(&format!(
             "the CPU does the work of {}: {n_spheres} spheres are too many for a list of rays \
@@ -86,6 +130,12 @@ pub fn open_for_list(
         ));
     }
     Ok(device)
+}
+
+/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware.
+pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
+    let is_quicker = why_the_cpu(kernel, scene.spheres.len(), usize::MAX).is_some();
+    choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
 }
 
 /// The device for one kernel of several: the CPU, with a warning, where this can't run it.
@@ -111,9 +161,28 @@ fn for_kernel(gpu: Gpu, kernel: Option<Kernel>) -> Result<Gpu> {
 
 #[cfg(test)]
 mod tests {
-    use kugelblitz::gpu::Pick;
-
     use super::*;
+
+    #[test]
+    fn auto_weighs_a_device_in_software_against_the_cpu() {
+        let takes_cpu =
+            |kernel, n_spheres, n_rays| why_the_cpu(kernel, n_spheres, n_rays).is_some();
+        assert!(takes_cpu(Kernel::Certified, 2, 1920 * 1080));
+        assert!(!takes_cpu(Kernel::Certified, 2, MANY_RAYS));
+        assert!(takes_cpu(Kernel::Double, 2, MANY_RAYS));
+        assert!(takes_cpu(Kernel::Certified, FEW_SPHERES + 1, usize::MAX));
+
+        let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let opened = |choice, n_rays| {
+            open_for(&choice, Kernel::Certified, &Scene::default(), n_rays, &talk).unwrap().kind()
+        };
+        let by_default = if has_software_alone() { "cpu" } else { "gpu" };
+        if DeviceChoice::Auto.is_free() {
+            assert_eq!(opened(DeviceChoice::Auto, 1), by_default);
+        }
+        assert_eq!(opened(DeviceChoice::Auto, MANY_RAYS), "gpu");
+        assert_eq!([DeviceChoice::Gpu, DeviceChoice::Cpu].map(|c| opened(c, 1)), ["gpu", "cpu"]);
+    }
 
     /// No adapter here lacks f64, so one is made to.
     #[test]

@@ -101,8 +101,9 @@ pub struct KernelArgs {
 pub struct DeviceArgs {
     /// auto, gpu, cpu, or a part of an adapter's name
     ///
-    /// `auto` takes the best Vulkan adapter and falls back to the CPU where there is none; `gpu`
-    /// never falls back. Both take the adapter that WGPU_ADAPTER_NAME names, where it is set.
+    /// `auto` takes a real GPU; where there is none, the quicker of the CPU and a Vulkan device in
+    /// software (`-v` says why). `gpu` takes the best Vulkan adapter and never falls back. Both take
+    /// the adapter that WGPU_ADAPTER_NAME names, where it is set.
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = DeviceChoice::parse)]
     pub device: DeviceChoice,
 }

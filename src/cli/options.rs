@@ -75,6 +75,12 @@ impl DeviceChoice {
         })
     }
 
+    /// True for `auto` where no adapter is named either.
+    pub fn is_free(&self) -> bool {
+        let is_named = env::var(ADAPTER_VARIABLE).is_ok_and(|name| !name.is_empty());
+        *self == DeviceChoice::Auto && !is_named
+    }
+
     /// The adapter to open; `None` for the CPU.
     pub fn pick(&self) -> Option<Pick> {
         match self {

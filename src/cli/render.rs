@@ -32,7 +32,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
     let kernel = args.kernel.kernel;
-    let device = device::open(&args.device.device, Some(kernel), &args.talk)?;
+    let (choice, n_rays) = (&args.device.device, pixels.len());
+    let device = device::open_for(choice, kernel, &scene, n_rays, &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, kernel);
     let progress = scene::preparing(&scene, kernel, &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;

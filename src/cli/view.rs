@@ -6,6 +6,7 @@ use kugelblitz::Result;
 use kugelblitz::scene::read_scene;
 use kugelblitz::view::{self, Notice, Options};
 
+use super::device;
 use super::options::check_size;
 use super::output::{print_text, printed_line, talk};
 use super::quiet::{self, Quiet};
@@ -17,8 +18,8 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
+        device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
         scene,
-        device: args.device.device.pick(),
         kernel: args.kernel.kernel,
         size,
         control: Arc::clone(&run.control),

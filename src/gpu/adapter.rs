@@ -123,6 +123,19 @@ pub fn list_adapters() -> Vec<AdapterFacts> {
     adapters().into_iter().map(|(_, facts)| facts).collect()
 }
 
+/// True where a Vulkan adapter of this machine could only be a program on the CPU. Where no file of a
+/// graphics card is there, no driver is asked: that alone takes longer than drawing a small picture.
+pub fn has_software_alone() -> bool {
+    let files = ["/dev/dri", "/dev/nvidiactl", "/dev/kfd", "/dev/dxg"];
+    let may_have_hardware =
+        !cfg!(target_os = "linux") || files.iter().any(|path| std::path::Path::new(path).exists());
+    if !may_have_hardware {
+        return true;
+    }
+    let adapters = adapters();
+    !adapters.is_empty() && adapters.iter().all(|(_, facts)| facts.is_software())
+}
+
 /// The adapter that `pick` names.
 ///
 /// # Errors

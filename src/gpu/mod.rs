@@ -19,7 +19,7 @@ mod tracer;
 #[cfg(feature = "view")]
 mod window;
 
-pub use adapter::{AdapterFacts, Pick, list_adapters};
+pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]
