@@ -1,4 +1,5 @@
-// Twin of Footprints::visit in src/bvh/footprints.rs: each ray walks through the footprints alone.
+// Each ray walks through the footprints alone, as src/cpu/walk.rs does with Footprints::visit of
+// src/tree/footprints.rs.
 
 // Member order is checked against src/gpu/layout.rs by a test.
 struct Walk {

@@ -18,7 +18,6 @@ use crate::memory;
 use crate::rays::{Bundle, Ray, Rays, View};
 use crate::scene::{Scene, Sphere};
 use crate::trace::Wants;
-use crate::tree::Tree;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::{
@@ -77,7 +76,7 @@ pub struct Prepared {
     /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those of
-    /// [`Hierarchy::rest`].
+    /// [`Hierarchy::rest`], and behind them [`NOWHERE`] for places that are left.
     pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }
@@ -104,8 +103,7 @@ impl Prepared {
         Prepared::new_with(scene, kernel, rays, &Control::default())
     }
 
-    /// As [`Prepared::new`]; `control` can stop it between two steps. The longest one fits
-    /// the tree over many spheres to a picture, about 0.1 s for a million.
+    /// As [`Prepared::new`]; `control` can stop it between its steps.
     ///
     /// # Errors
     /// [`Error::Interrupted`] as well.
@@ -115,24 +113,19 @@ impl Prepared {
         rays: &Rays,
         control: &Control,
     ) -> Result<Prepared> {
-        Prepared::with_tree(scene, kernel, rays, None, control)
+        Prepared::renewed(None, scene, kernel, rays, control)
     }
 
-    /// The same scene prepared for other rays. What depends on the scene alone stays: the tree over
-    /// many spheres.
+    /// As [`Prepared::new_with`]. What depends on the scene alone is taken from `old` where that is of the
+    /// same scene: the tree over many spheres.
     ///
     /// # Errors
     /// Those of [`Prepared::new_with`].
-    pub fn for_rays(&self, rays: &Rays, control: &Control) -> Result<Prepared> {
-        let tree = self.hierarchy.as_ref().map(|hierarchy| Arc::clone(&hierarchy.tree));
-        Prepared::with_tree(Arc::clone(&self.scene), self.kernel, rays, tree, control)
-    }
-
-    fn with_tree(
+    pub fn renewed(
+        old: Option<&Prepared>,
         scene: Arc<Scene>,
         kernel: Kernel,
         rays: &Rays,
-        tree: Option<Arc<Tree>>,
         control: &Control,
     ) -> Result<Prepared> {
         control.check()?;
@@ -160,6 +153,8 @@ impl Prepared {
             (near, in_range) = (frame.near, frame.in_range);
             let is_listed = scene.spheres.len() <= most_listed(rays);
             if in_range && !is_listed {
+                let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
+                let tree = old.and_then(|old| Some(Arc::clone(&old.hierarchy.as_ref()?.tree)));
                 hierarchy = Some(Hierarchy::new(&frame, rays, &scene, tree, control)?);
             }
             Objects::Certified(match &hierarchy {
@@ -241,7 +236,7 @@ impl Prepared {
         self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none())
     }
 
-    /// Spheres that a device tests one after the other.
+    /// Spheres that a device tests one after the other, with those that stand for none.
     pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
             Objects::Certified(lists) => lists.spheres.len(),

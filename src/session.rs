@@ -126,7 +126,7 @@ impl Session {
     /// needed the same.
     ///
     /// # Errors
-    /// Those of [`Prepared::new_with`] and [`Device::tracer`].
+    /// Those of [`Prepared::renewed`] and [`Device::tracer`].
     pub fn make_ready(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<Making> {
         self.ready(rays, wants, control).map(|(_, making)| making)
     }
@@ -148,10 +148,8 @@ impl Session {
     fn make(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<(Ready, Making)> {
         let start = Instant::now();
         let scene = Arc::clone(&self.scene);
-        let prepared = match &self.ready {
-            Some(old) if old.is_of(&scene, self.kernel) => old.prepared.for_rays(rays, control)?,
-            _ => Prepared::new_with(scene, self.kernel, rays, control)?,
-        };
+        let old = self.ready.as_ref().map(|old| &*old.prepared);
+        let prepared = Prepared::renewed(old, scene, self.kernel, rays, control)?;
         let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
         control.check()?;
         let build = prepared.build_time();
@@ -270,11 +268,10 @@ impl Session {
 
 impl Ready {
     fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
-        self.wants == wants && self.is_of(scene, kernel) && self.prepared.is_for(rays)
-    }
-
-    fn is_of(&self, scene: &Arc<Scene>, kernel: Kernel) -> bool {
-        self.prepared.kernel == kernel && Arc::ptr_eq(&self.prepared.scene, scene)
+        self.wants == wants
+            && self.prepared.kernel == kernel
+            && Arc::ptr_eq(&self.prepared.scene, scene)
+            && self.prepared.is_for(rays)
     }
 }
 

@@ -81,7 +81,7 @@ impl Hits {
 
     /// Makes room for `n` rays. Their levels and counts are as after [`Hits::reset`], all else is yet
     /// to be written.
-    pub fn make_room(&mut self, n: usize, wants: Wants) {
+    pub(crate) fn make_room(&mut self, n: usize, wants: Wants) {
         let n_surface = if wants.surface { n } else { 0 };
         resize(&mut self.id, n);
         resize(&mut self.t, n_surface);

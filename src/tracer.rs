@@ -10,9 +10,9 @@ use crate::trace::{Hits, Rays, Timing, Wants};
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer: Send {
-    /// Writes what the kernel itself sees of all `rays` into `hits`, which it resets. The kernel
-    /// `certified` proposes ids alone, in f32: an object, 0, or
-    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED). Levels and counts are not yet filled in.
+    /// Writes what the kernel itself sees of all `rays` into `hits`. The kernel `certified` proposes ids
+    /// alone, in f32: an object, 0, or [`UNDECIDED`](crate::kernel::certified::UNDECIDED); its `t` and
+    /// normals mean nothing yet. Levels and counts are not yet filled in.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -42,7 +42,7 @@ pub trait Tracer: Send {
         }
     }
 
-    /// Traces all `rays` into `hits`, which it resets.
+    /// Traces all `rays` into `hits`, whose values mean nothing after an error.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the

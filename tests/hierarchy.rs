@@ -11,7 +11,8 @@ use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
-use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Prepared};
+use kugelblitz::kernel::certified::SphereFar;
+use kugelblitz::prepare::{FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Seen};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
@@ -252,6 +253,19 @@ fn ties_and_extremes() {
     assert_eq!(compare_to_exact(&hits, &truth).wrong_ids(), 0);
 }
 
+/// The same numbers, whether the tree was built for them or before.
+fn assert_equals(a: &Prepared, b: &Prepared) {
+    assert_eq!(a.objects.bytes(), b.objects.bytes());
+    let [a, b] = [a, b].map(|prepared| prepared.hierarchy.as_ref().unwrap());
+    assert_eq!((&a.rest, &a.tree.order), (&b.rest, &b.tree.order));
+    let numbers = |hierarchy: &Hierarchy| {
+        let Seen { footprints, far } = hierarchy.seen.clone()?;
+        let bytes = |far: &[SphereFar]| bytemuck::cast_slice::<_, u8>(far).to_vec();
+        Some((footprints.nodes, footprints.cell_shift, bytes(&far)))
+    };
+    assert_eq!(numbers(a), numbers(b));
+}
+
 /// A camera that flies through a cloud is close to another number of spheres at each place, but needs
 /// few shaders.
 #[test]
@@ -264,12 +278,23 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         sphere(DVec3::new(0.1, 0.05, rng.random_range(-1.0..1.0)) + aside, radius)
     });
     let scene = Arc::new(common::scene(spheres.collect(), vec![]));
-    let (mut numbers, mut keys) = (HashSet::new(), HashSet::new());
+    let renewed = |old: Option<&Prepared>, rays: &Rays| {
+        let (scene, control) = (Arc::clone(&scene), Control::default());
+        Prepared::renewed(old, scene, Kernel::Certified, rays, &control).unwrap()
+    };
+    let (mut last, mut numbers, mut keys) = (None, HashSet::new(), HashSet::new());
     for step in 0..60 {
         let along = f64::from(step) / 30.0 - 1.0;
         let camera = common::camera(DVec3::new(0.1, 0.05, along), DVec3::new(0.3, 0.2, 3.0));
         let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 24, 16));
-        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let prepared = renewed(last.as_ref(), &rays);
+        assert_equals(&prepared, &renewed(None, &rays));
+        if step % 20 == 0 {
+            let list = Rays::List(vec![Ray { origin: DVec3::Z, direction: DVec3::X }]);
+            let of_list = renewed(Some(&prepared), &list);
+            assert_equals(&of_list, &renewed(None, &list));
+            assert_equals(&renewed(Some(&of_list), &rays), &prepared);
+        }
         let hierarchy = prepared.hierarchy.as_ref().unwrap();
         let n_places = hierarchy.n_places_of_rest();
         assert!(n_places >= hierarchy.rest.len() && prepared.n_listed_spheres() == n_places);
@@ -278,6 +303,7 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
         if step % 20 == 10 {
             trace(&scene, &rays, WANTS);
         }
+        last = Some(prepared);
     }
     println!("close to {numbers:?}");
     assert!(numbers.len() > 5 && keys.len() <= 4, "{} keys for {numbers:?}", keys.len());
@@ -308,6 +334,18 @@ fn any_rays() {
     let against = compare_to_exact(&hits, &truth);
     assert_eq!((against.wrong_ids(), against.t_ulp_max <= 0.501), (0, true), "{against:?}");
     assert!(hits.n_hits() > 500);
+}
+
+/// The offset of these rays from the spheres is no f64.
+#[test]
+fn rays_from_the_other_end_of_f64() {
+    let spheres = (0..200).map(|i| sphere(DVec3::new(1.5e308, f64::from(i), 0.0), 0.4)).collect();
+    let scene = Arc::new(common::scene(spheres, vec![]));
+    let origin = DVec3::new(-1.5e308, 7.0, 0.0);
+    let rays = vec![Ray { origin, direction: DVec3::X }, Ray { origin, direction: DVec3::NEG_X }];
+    let truth = Truth::of_list(&scene, &rays, &Control::default()).unwrap();
+    let (hits, _) = trace(&scene, &Rays::List(rays), WANTS);
+    assert_eq!(compare_to_exact(&hits, &truth).wrong_ids(), 0, "{hits:?}");
 }
 
 /// A ray along an axis through the very edge of a box is not lost to 0 · ∞.

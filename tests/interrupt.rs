@@ -121,7 +121,7 @@ fn interrupted(arguments: &[&str], out: &str, delay_ms: u64) {
     assert!(is_interrupted(arguments, out, delay), "{arguments:?} ended on its own");
 }
 
-/// Interrupts a command early, amid its work and near its end, however long that takes here.
+/// Interrupts a command at several moments amid its work, however long that takes here.
 #[track_caller]
 fn interrupted_anywhere(arguments: &[&str], out: &str) {
     let folder = tempfile::tempdir().unwrap();

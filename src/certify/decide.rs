@@ -173,6 +173,13 @@ impl Stage<'_> {
         }
         let tree = &*hierarchy.tree;
         let origin = ray.reference - tree.reference;
+        if !origin.is_finite() {
+            // So far away that f64 can't say where.
+            tree.order.iter().for_each(|&index| {
+                consider(index + 1);
+            });
+            return;
+        }
         let direction = DVec3::from_array(ray.ray.direction.0);
         tree.visit(&TreeRay { origin, direction }, |place| {
             t_bound(ray, consider(tree.order[place] + 1))

@@ -61,20 +61,21 @@ pub fn resolve(
     }
     timing.refine = start.elapsed();
 
+    // Exact arithmetic gives the surfaces with the ids; they are not looked for again.
     let mut exact = Vec::new();
     stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
-        if settled.level == Level::Exact {
-            exact.push((ray, settled.id));
+        match wants.surface && settled.level == Level::Exact {
+            true => exact.push((ray, settled)),
+            false => store(settled, ray as usize, wants, hits),
         }
-        store(settled, ray as usize, wants, hits);
     })?;
     if wants.surface {
         let start = Instant::now();
-        // Those have their surfaces.
-        exact.iter().for_each(|&(ray, _)| hits.id[ray as usize] = UNDECIDED);
         stage.fill_surfaces(control, hits)?;
-        exact.iter().for_each(|&(ray, id)| hits.id[ray as usize] = id);
         timing.refine += start.elapsed();
+    }
+    for (ray, settled) in exact {
+        store(settled, ray as usize, wants, hits);
     }
     Ok(timing)
 }

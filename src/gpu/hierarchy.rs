@@ -83,7 +83,7 @@ fn check_limits(gpu: &OpenDevice, n_spheres: usize) -> Result<()> {
     let most = texels / TEXELS_PER_SPHERE;
     if n_spheres > most {
         return Err(Error::TooLarge(format!(
-            "the picture shows {n_spheres} spheres; `{}` takes at most {most}, in a texture of \
+            "the hierarchy has {n_spheres} spheres; `{}` takes at most {most}, in a texture of \
              {} MiB: use fewer spheres, or `--device cpu`",
             gpu.facts.name,
             (texels * TEXEL_BYTES) >> 20

@@ -241,8 +241,7 @@ impl Tracer for GpuTracer {
         Some((&self.prepared, self.wants))
     }
 
-    /// A moved camera costs no new shader while as many spheres are too close to it for the
-    /// hierarchy.
+    /// A moved camera costs no new shader while [`Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;

@@ -1,4 +1,4 @@
-//! The tree over many spheres, and their numbers where a picture sees them.
+//! The tree over many spheres, and their numbers as a picture sees them.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use super::Frame;
 use crate::control::Control;
 use crate::error::Result;
-use crate::kernel::certified::SphereFar;
+use crate::kernel::certified::{LISTED_SPHERES, SphereFar};
+use crate::memory;
 use crate::rays::Pixels;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
@@ -18,7 +19,7 @@ use crate::tree::footprint::{Footprint, Projection};
 use crate::tree::footprints::Footprints;
 
 /// Many spheres: those that are found through the tree, and the rest. Left out are those that can't
-/// be hit, and of a picture those that no pixel sees.
+/// be hit.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     /// The tree over the scene's spheres.
@@ -33,17 +34,22 @@ pub struct Hierarchy {
     pub build_time: Duration,
 }
 
-/// The tree as a picture sees it; all spheres in it are far from a perspective camera's eye.
+/// The tree as a picture sees it. A walk shows only spheres that a pixel may see, all of them far from a
+/// perspective camera's eye.
 #[derive(Clone, Debug)]
 pub struct Seen {
     /// Bounds on the screen.
     pub footprints: Footprints,
-    /// The numbers of the sphere at each place of [`Tree::order`].
+    /// The numbers of the sphere at each place of [`Tree::order`]; zeros where no walk comes.
     pub far: Vec<SphereFar>,
 }
 
 /// Spheres that one thread looks at at a time.
 const RUN: usize = 1024;
+
+/// Bytes a sphere to see a tree from a picture: its numbers, its footprint, and for two nodes hulls and
+/// the nodes themselves.
+const SEEN_BYTES: u64 = 32 + 12 + 2 * 12 + 2 * 16;
 
 impl Hierarchy {
     /// Fits the tree of a scene, if there is one already, to rays.
@@ -62,14 +68,13 @@ impl Hierarchy {
             Some(tree) => tree,
             None => Arc::new(Tree::new(&scene.spheres, control)?),
         };
-        control.check()?;
         let (seen, mut rest) = match rays {
             Rays::Pixels(pixels) => {
-                let (seen, close) = see(frame, pixels, &tree, &scene.spheres);
+                let (seen, close) = see(frame, pixels, &tree, &scene.spheres, control)?;
                 (Some(seen), close)
             }
             Rays::List(_) => {
-                tree.prepare_visits();
+                tree.prepare_visits(control)?;
                 (None, Vec::new())
             }
         };
@@ -81,14 +86,14 @@ impl Hierarchy {
         Ok(Hierarchy { tree, seen, rest, build_time: start.elapsed() })
     }
 
-    /// Places of a device for the rest: 0 or a power of 4. A moved camera, which is close to some more
-    /// spheres or some less, hardly ever needs another shader for it.
+    /// Places of a device for the rest: few different numbers while they are few. So a moved camera,
+    /// which is close to some more spheres or some less, hardly ever needs another shader.
     pub fn n_places_of_rest(&self) -> usize {
         let n = self.rest.len();
-        (0..).map(|k| 4usize.pow(k)).find(|&most| n <= most).filter(|_| n > 0).unwrap_or(0)
+        [0, 1, 4, 16, 64, LISTED_SPHERES].into_iter().find(|&places| n <= places).unwrap_or(n)
     }
 
-    /// Bytes of the nodes and of the spheres' numbers in them.
+    /// Bytes of what a walk looks at: nodes and spheres as a picture sees them, or the tree itself.
     pub fn bytes(&self) -> u64 {
         match &self.seen {
             Some(Seen { footprints, far }) => {
@@ -100,20 +105,34 @@ impl Hierarchy {
 }
 
 /// What a picture sees of the tree, and the indices of the spheres in it that are too close for that.
-fn see(frame: &Frame, pixels: &Pixels, tree: &Tree, spheres: &[Sphere]) -> (Seen, Vec<u32>) {
+fn see(
+    frame: &Frame,
+    pixels: &Pixels,
+    tree: &Tree,
+    spheres: &[Sphere],
+    control: &Control,
+) -> Result<(Seen, Vec<u32>)> {
+    let n_spheres = tree.order.len();
+    memory::require(
+        format!("seeing the hierarchy over {n_spheres} spheres from a camera"),
+        n_spheres as u64 * SEEN_BYTES,
+        "free some, or split the scene",
+    )?;
     let (longest, projection) = (pixels.longest_direction(), Projection::new(pixels));
     let mut far = zeroed_vec(tree.order.len());
     let mut seen_as = zeroed_vec(tree.order.len());
     let runs = tree.order.par_chunks(RUN).zip(far.par_chunks_mut(RUN));
-    let close = runs
+    let close: Vec<Vec<u32>> = runs
         .zip(seen_as.par_chunks_mut(RUN))
-        .flat_map_iter(|((order, far), seen_as)| {
+        .map(|((order, far), seen_as)| {
+            control.check()?;
             let run = Run { frame, projection: &projection, longest, spheres, order, far, seen_as };
-            pulp::Arch::new().dispatch(run)
+            Ok(pulp::Arch::new().dispatch(run))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let footprints = Footprints::new(tree, &seen_as, projection.cell_shift());
-    (Seen { footprints, far }, close)
+    control.check()?;
+    Ok((Seen { footprints, far }, close.concat()))
 }
 
 /// Some places of the tree, compiled for each instruction set that the processor may have.

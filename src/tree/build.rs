@@ -169,6 +169,8 @@ fn boxes(spheres: &[Sphere]) -> Vec<Aabb> {
 fn join(boxes: &[Aabb]) -> Bvh2 {
     let parameters = BvhBuildParams {
         ploc_search_distance: PlocSearchDistance::VeryLow,
+        // The nodes are counted on it.
+        max_prims_per_leaf: 1,
         ..BvhBuildParams::fastest_build()
     };
     let mut build_time = Duration::ZERO;

@@ -14,8 +14,9 @@ use crate::scene::Sphere;
 /// Most spheres of a tree: the places of leaves and the numbers of nodes have 31 bits.
 pub const MOST_SPHERES: usize = 1 << 29;
 
-/// Most bytes a sphere while a tree is built, and while it is seen from a picture.
-const BUILD_BYTES: u64 = 280;
+/// Most bytes a sphere while a tree is built: its place and index as a member, its centre in f32 with its
+/// index, two nodes, and what the runs in work take.
+const BUILD_BYTES: u64 = 4 + 4 + 16 + 2 * 28 + 20;
 
 /// Refuses what a tree can't hold or there is no memory for.
 pub(super) fn check_size(n_spheres: usize) -> Result<()> {

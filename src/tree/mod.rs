@@ -14,17 +14,17 @@ mod wide;
 
 use std::ops::Range;
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
 use crate::control::Control;
 use crate::error::Result;
+use crate::memory;
 use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
 pub use wide::TreeRay;
-use wide::Wide;
+use wide::{WIDE_BYTES, Wide};
 
 /// Set in a leaf's link, on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
@@ -51,8 +51,6 @@ pub struct Tree {
     pub order: Vec<u32>,
     /// Indices of the spheres that f32 has no box for, ascending.
     pub outside: Vec<u32>,
-    /// Time that it took to build.
-    pub build_time: Duration,
     wide: OnceLock<Wide>,
 }
 
@@ -63,20 +61,12 @@ impl Tree {
     /// [`Error::TooLarge`](crate::Error::TooLarge) for more than [`MOST_SPHERES`] or than there is
     /// memory to build over; [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn new(spheres: &[Sphere], control: &Control) -> Result<Tree> {
-        let start = Instant::now();
         members::check_size(spheres.len())?;
         let reference = members::reference(spheres);
         let (inside, outside) = members::members(spheres, reference);
         control.check()?;
         let (nodes, order) = build::build(spheres, reference, inside, control)?;
-        Ok(Tree {
-            reference,
-            nodes,
-            order,
-            outside,
-            build_time: start.elapsed(),
-            wide: OnceLock::new(),
-        })
+        Ok(Tree { reference, nodes, order, outside, wide: OnceLock::new() })
     }
 
     /// Number of nodes. Node 0 is the root.
@@ -84,7 +74,7 @@ impl Tree {
         self.nodes.len()
     }
 
-    /// Bytes of the nodes and of the order.
+    /// Bytes of the nodes, of the order, and of the nodes for rays from anywhere where these are made.
     pub fn bytes(&self) -> u64 {
         let wide = self.wide.get().map_or(0, Wide::bytes);
         (size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])) as u64 + wide
@@ -96,8 +86,20 @@ impl Tree {
     }
 
     /// Makes what [`Tree::visit`] needs, which takes longer than a ray.
-    pub fn prepare_visits(&self) {
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`](crate::Error::TooLarge) where there is no memory for it,
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn prepare_visits(&self, control: &Control) -> Result<()> {
+        control.check()?;
+        let n_spheres = self.order.len();
+        memory::require(
+            format!("boxes of {n_spheres} spheres for any rays"),
+            n_spheres as u64 * WIDE_BYTES,
+            "free some, or split the scene",
+        )?;
         self.wide();
+        control.check()
     }
 
     /// The place of a leaf's sphere.

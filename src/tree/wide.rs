@@ -34,6 +34,10 @@ pub(super) struct Wide {
     root: usize,
 }
 
+/// Most bytes a sphere while the nodes are made: each has two boxes or more, and parts are put together
+/// once they are made.
+pub(super) const WIDE_BYTES: u64 = 2 * size_of::<WideNode>() as u64;
+
 /// Nodes of a subtree that one thread widens at a time.
 const PART: usize = 1 << 14;
 

@@ -106,8 +106,14 @@ pub fn start(
     say: impl Fn(Result<Traced>) + Send + 'static,
 ) -> Result<Worker<Order>> {
     let undecided = Undecided::new(&backend.screen)?;
-    let mut tracing =
-        Tracing { backend, closing, undecided, pool: Pool::default(), tracers: Vec::new() };
+    let mut tracing = Tracing {
+        backend,
+        closing,
+        undecided,
+        pool: Pool::default(),
+        tracers: Vec::new(),
+        last_prepared: None,
+    };
     Worker::start("tracing", say, move |order, turn, say| tracing.work(order, turn, say))
 }
 
@@ -118,6 +124,8 @@ struct Tracing {
     pool: Pool,
     /// One for each place in the window.
     tracers: Vec<Box<dyn ProposeResident>>,
+    /// Has the tree over many spheres.
+    last_prepared: Option<Arc<Prepared>>,
 }
 
 /// A layer with the rays that are not decided yet.
@@ -186,7 +194,12 @@ impl Tracing {
     ) -> Result<OpenLayer> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
-        let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays)?);
+        let old = self.last_prepared.as_deref();
+        let prepared = Prepared::renewed(old, Arc::clone(scene), kernel, &rays, &self.closing)?;
+        let prepared = Arc::new(prepared);
+        if prepared.hierarchy.is_some() {
+            self.last_prepared = Some(Arc::clone(&prepared));
+        }
         match self.tracers.get_mut(place) {
             Some(tracer) => tracer.retarget(Arc::clone(&prepared))?,
             None => self.tracers.push(self.backend.tracer(&prepared)?),
