@@ -76,7 +76,7 @@ pub struct Prepared {
     /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those of
-    /// [`Hierarchy::rest`], and behind them [`NOWHERE`] for places that are left.
+    /// [`Hierarchy::rest`], and behind them spheres that no ray hits, for places that are left.
     pub hierarchy: Option<Hierarchy>,
     made_for: MadeFor,
 }

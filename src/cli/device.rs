@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::device::Device;
-use kugelblitz::gpu::{Gpu, Pick, has_software_alone};
+#[cfg(feature = "view")]
+use kugelblitz::gpu::Pick;
+use kugelblitz::gpu::{Gpu, has_software_alone};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
@@ -133,6 +135,7 @@ pub fn open_for_list(
 }
 
 /// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware.
+#[cfg(feature = "view")]
 pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
     let is_quicker = why_the_cpu(kernel, scene.spheres.len(), usize::MAX).is_some();
     choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
@@ -161,6 +164,8 @@ fn for_kernel(gpu: Gpu, kernel: Option<Kernel>) -> Result<Gpu> {
 
 #[cfg(test)]
 mod tests {
+    use kugelblitz::gpu::Pick;
+
     use super::*;
 
     #[test]
