@@ -30,13 +30,14 @@ pub const MOST_HELD: usize = 1 << 22;
 fn each_ray<T: Send>(
     rays: &[u32],
     control: &Control,
-    work: impl Fn(usize) -> T + Sync,
+    work: impl Fn(usize, &mut Candidates) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let one = |checked: &mut Result<()>, &ray: &u32| {
+    let begin = || (host::check(), Candidates::default());
+    let one = |(checked, candidates): &mut (Result<()>, Candidates), &ray: &u32| {
         std::mem::replace(checked, Ok(()))?;
-        control.check().map(|()| work(ray as usize))
+        control.check().map(|()| work(ray as usize, candidates))
     };
-    rays.par_iter().map_init(host::check, one).collect()
+    rays.par_iter().map_init(begin, one).collect()
 }
 
 fn each_pair<A: Send, T: Send>(
@@ -84,12 +85,14 @@ impl Stage<'_> {
         for rays in undecided.chunks(RAYS_AT_ONCE) {
             let start = Instant::now();
             let room = AtomicUsize::new(self.most_held);
-            let decisions = each_ray(rays, control, |ray| self.decide_f64(ray).hold(&room))?;
+            let decisions = each_ray(rays, control, |ray, candidates| {
+                self.decide_f64(ray, candidates).hold(&room)
+            })?;
             timing.refine += start.elapsed();
 
             let start = Instant::now();
             let settled = each_pair(rays, decisions, control, |ray, decision| {
-                match decision.unwrap_or_else(|| self.decide_f64(ray)) {
+                match decision.unwrap_or_else(|| self.decide_f64(ray, &mut Candidates::default())) {
                     Decision::Decided(id) => self.settle(ray, &[id], Level::F64, wants),
                     Decision::Open(candidates) => {
                         self.settle(ray, &candidates, Level::Exact, wants)
@@ -105,12 +108,12 @@ impl Stage<'_> {
     }
 
     /// The filter again, in f64: keeps the candidates that could be nearest.
-    fn decide_f64(&self, index: usize) -> Decision {
+    fn decide_f64(&self, index: usize, candidates: &mut Candidates) -> Decision {
         let ray = self.ray_f64(index);
         if ray.ray.direction == Vec3::ZERO {
             return Decision::Decided(0);
         }
-        let mut candidates = Candidates::default();
+        candidates.clear();
         let mut consider = |id: u32| {
             if let Some(object) = self.scene.object(id) {
                 candidates.add(id, self.nearness(&ray, id, object));
@@ -134,7 +137,7 @@ impl Stage<'_> {
                 }
             }
         }
-        match self.without_repeats(candidates.finish()).as_slice() {
+        match self.without_repeats(candidates.finish()) {
             [] => Decision::Decided(0),
             [(id, root)] if self.to_f32(&ray, *root).is_some() => Decision::Decided(*id),
             open => Decision::Open(open.iter().map(|(id, _)| *id).collect()),
@@ -142,10 +145,10 @@ impl Stage<'_> {
     }
 
     /// Without candidates that equal an earlier one: of equals, the lowest id wins.
-    fn without_repeats(
+    fn without_repeats<'c>(
         &self,
-        mut candidates: Vec<(u32, Nearness<f64>)>,
-    ) -> Vec<(u32, Nearness<f64>)> {
+        candidates: &'c mut Vec<(u32, Nearness<f64>)>,
+    ) -> &'c [(u32, Nearness<f64>)] {
         if candidates.len() > 1 {
             let mut seen = HashSet::with_capacity(candidates.len());
             candidates
@@ -226,10 +229,16 @@ impl Candidates {
     }
 
     /// Those that still could, in the order of their ids, as ties are decided.
-    fn finish(mut self) -> Vec<(u32, Nearness<f64>)> {
+    fn finish(&mut self) -> &mut Vec<(u32, Nearness<f64>)> {
         self.roots.retain(|(_, root)| root.high >= self.nearest_low);
         self.roots.sort_unstable_by_key(|(id, _)| *id);
-        self.roots
+        &mut self.roots
+    }
+
+    /// None, for another ray.
+    fn clear(&mut self) {
+        self.nearest_low = 0.0;
+        self.roots.clear();
     }
 }
 

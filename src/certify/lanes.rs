@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use bytemuck::Pod;
 
-use super::nearness::{K, Place, PlaneF64};
+use super::nearness::{K, Place};
 use super::surface::{Bounds, Inside, MISS, Outside, PlaneSight, Sight, SphereSight};
 use super::{Stage, StageRays};
 use crate::control::Control;
@@ -80,7 +80,6 @@ struct Run {
 /// Completes one part of the hits after the other.
 pub struct Completer<'a> {
     stage: &'a Stage<'a>,
-    planes: &'a [PlaneF64],
     spheres: SphereRuns,
     outside: Queue<Outside, SPHERE>,
     inside: Queue<Inside, SPHERE>,
@@ -90,10 +89,9 @@ pub struct Completer<'a> {
 }
 
 impl<'a> Completer<'a> {
-    pub fn new(stage: &'a Stage<'a>, planes: &'a [PlaneF64]) -> Box<Completer<'a>> {
+    pub fn new(stage: &'a Stage<'a>) -> Box<Completer<'a>> {
         Box::new(Completer {
             stage,
-            planes,
             spheres: SphereRuns::default(),
             outside: Queue::default(),
             inside: Queue::default(),
@@ -165,7 +163,7 @@ impl<'a> Completer<'a> {
                 continue;
             }
             match (id as usize - 1).checked_sub(n_spheres) {
-                Some(plane) => match self.planes.get(plane) {
+                Some(plane) => match self.stage.planes.get(plane) {
                     Some(plane) => {
                         let ray = stage.ray_f64(part.first + run.at);
                         let sight = PlaneSight::new(plane, &ray, &stage.bounds);

@@ -18,7 +18,7 @@ use crate::exact::{ExactPixels, ExactRay};
 use crate::guard;
 use crate::host;
 use crate::kernel::RayOf;
-use crate::kernel::certified::UNDECIDED;
+use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
 use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
@@ -26,7 +26,7 @@ use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
 use lanes::{Completer, Part};
-use nearness::{K, PlaneF64};
+use nearness::{Foot, K, PlaneF64};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
@@ -191,6 +191,9 @@ struct Stage<'a> {
     /// Whether all rays start at the camera's position.
     has_one_origin: bool,
     bounds: Bounds,
+    /// Few spheres as all rays from the camera's position see them; `None` out of range.
+    feet: Vec<Option<Foot>>,
+    planes: Vec<PlaneF64>,
     /// [`decide::MOST_HELD`]
     most_held: usize,
 }
@@ -255,8 +258,27 @@ impl<'a> Stage<'a> {
         };
         let has_one_origin = prepared.bundle() == Bundle::Point;
         let bounds = Bounds { widening: guard::widening_f64(), input };
-        let most_held = MOST_HELD;
-        Stage { scene, rays, hierarchy, ks, rest_ks, usable, has_one_origin, bounds, most_held }
+        let planes = scene.planes.iter().map(|plane| PlaneF64::new(plane, input)).collect();
+        let mut stage = Stage {
+            scene,
+            rays,
+            hierarchy,
+            ks,
+            rest_ks,
+            usable,
+            has_one_origin,
+            bounds,
+            feet: Vec::new(),
+            planes,
+            most_held: MOST_HELD,
+        };
+        if has_one_origin && scene.spheres.len() <= FEW_SPHERES {
+            let any = RayOf::new(Vec3::ZERO, Vec3::ZERO, Vec3::from(DVec3::X));
+            let any = RayF64 { reference: prepared.reference, ray: any, exponent: 0 };
+            let foot = |(id, sphere)| stage.sphere_foot(&any, id, sphere);
+            stage.feet = (1..).zip(scene.spheres.iter()).map(foot).collect();
+        }
+        stage
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -290,20 +312,15 @@ impl<'a> Stage<'a> {
         }
     }
 
-    fn planes(&self) -> Vec<PlaneF64> {
-        self.scene.planes.iter().map(|plane| PlaneF64::new(plane, self.bounds.input)).collect()
-    }
-
     /// Fills in `t` and normal of all rays but undecided ones.
     fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
-        let planes = self.planes();
         hits.id
             .par_chunks(RAYS_PER_PART)
             .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
             .zip(hits.normal.par_chunks_mut(RAYS_PER_PART))
             .enumerate()
             .try_for_each_init(
-                || Completer::new(self, &planes),
+                || Completer::new(self),
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;

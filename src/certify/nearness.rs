@@ -25,16 +25,21 @@ impl Stage<'_> {
                     let Guard { inner2, outer2, slack, .. } = guard;
                     let guard = GuardOf { inner2, outer2, slack };
                     let K { value, error } = k;
-                    sphere_nearness(&ray.ray, l, &guard, value, error, &guard::widening_f64())
+                    sphere_nearness(&ray.ray, l, &guard, value, error, &self.bounds.widening)
                 }
                 None => Nearness::OPEN,
             },
-            Object::Plane(plane) => self.plane_nearness(ray, plane),
+            Object::Plane(_) => self.plane_nearness(ray, id),
         }
     }
 
-    fn plane_nearness(&self, ray: &RayF64, plane: &Plane) -> Nearness<f64> {
-        let plane = PlaneF64::new(plane, self.bounds.input);
+    /// The numbers of the plane with this id.
+    pub fn plane(&self, id: u32) -> &PlaneF64 {
+        &self.planes[id as usize - 1 - self.scene.spheres.len()]
+    }
+
+    fn plane_nearness(&self, ray: &RayF64, id: u32) -> Nearness<f64> {
+        let plane = self.plane(id);
         let (offset, error) = plane.offset(ray, self.bounds.input);
         plane_nearness_at(
             &ray.ray,
@@ -42,11 +47,14 @@ impl Stage<'_> {
             error,
             plane.normal,
             plane.direction_error,
-            &guard::widening_f64(),
+            &self.bounds.widening,
         )
     }
 
     pub fn sphere_foot(&self, ray: &RayF64, id: u32, sphere: &Sphere) -> Option<Foot> {
+        if let Some(foot) = self.feet.get(id as usize - 1) {
+            return *foot;
+        }
         let r = sphere.radius.abs();
         let distance = ray.distance(sphere.center);
         if !guard::sphere_in_range_f64(r, distance) {
@@ -70,7 +78,7 @@ impl Stage<'_> {
     /// [`t_f32`] of a ray.
     pub fn to_f32(&self, ray: &RayF64, root: Nearness<f64>) -> Option<f32> {
         let scale = ray.scale();
-        let t = t_f32(ray.ray.a, root, scale, &guard::widening_f64());
+        let t = t_f32(ray.ray.a, root, scale, &self.bounds.widening);
         (t > 0.0 && scale.is_normal()).then_some(t)
     }
 }

@@ -226,9 +226,8 @@ impl Stage<'_> {
                     false => Inside(sight).surface(&ray.ray, &bounds),
                 }
             }
-            Object::Plane(plane) => {
-                PlaneSight::new(&PlaneF64::new(plane, bounds.input), ray, &bounds)
-                    .surface(&ray.ray, &bounds)
+            Object::Plane(_) => {
+                PlaneSight::new(self.plane(id), ray, &bounds).surface(&ray.ray, &bounds)
             }
         };
         let (t, normal) = found.to_f32(ray.ray.a, scale, &bounds.widening);

@@ -210,8 +210,7 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
 
             let mut part =
                 Part { first: 0, id: &hits.id, t: &mut hits.t, normal: &mut hits.normal };
-            let planes = stage.planes();
-            let mut completer = Completer::new(&stage, &planes);
+            let mut completer = Completer::new(&stage);
             completer.complete_in_f64(&mut part);
             let mut open = completer.open.clone();
             open.sort_unstable();
