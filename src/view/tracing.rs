@@ -194,6 +194,7 @@ impl Tracing {
     ) -> Result<OpenLayer> {
         let Order { scene, pixels, .. } = order;
         let rays = Rays::Pixels(*pixels);
+        self.last_prepared.take_if(|old| !Arc::ptr_eq(&old.scene, scene));
         let old = self.last_prepared.as_deref();
         let prepared = Prepared::renewed(old, Arc::clone(scene), kernel, &rays, &self.closing)?;
         let prepared = Arc::new(prepared);
