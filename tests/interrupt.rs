@@ -295,15 +295,22 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
     }
 }
 
-/// On a terminal, which `script` makes; with one thread, so that it takes a while everywhere.
+/// On a terminal, which `script` makes; with one thread and so many spheres that it takes several
+/// times the half second that passes without a word, on a fast machine too.
 #[test]
 fn building_a_hierarchy_is_seen_and_told() {
-    let picture = large().folder.path().join("a.png");
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let made = program()
+        .args(["generate", "cloud", "--count", "5000000", "-o", &at("cloud.npy")])
+        .args(["--scene", &at("scene.toml")])
+        .status();
+    assert!(made.unwrap().success());
     let command = format!(
         "{} render {} -o {} --device cpu -v",
         env!("CARGO_BIN_EXE_kugelblitz"),
-        large().scene,
-        picture.display()
+        at("scene.toml"),
+        at("a.png")
     );
     let output = Command::new("script")
         .args(["--quiet", "--return", "--command", &command, "/dev/null"])
@@ -313,7 +320,7 @@ fn building_a_hierarchy_is_seen_and_told() {
         .unwrap();
     let talk = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{talk}");
-    assert!(talk.contains("building the hierarchy over 1000000 spheres"), "{talk}");
+    assert!(talk.contains("building the hierarchy over 5000000 spheres"), "{talk}");
     let lines: Vec<&str> = talk.lines().collect();
     assert!(lines.iter().any(|line| line.contains(" building, ")), "{talk}");
     assert!(lines.iter().any(|line| line.contains("note: ") && line.contains(" built ")), "{talk}");
