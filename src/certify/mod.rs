@@ -80,9 +80,26 @@ pub fn resolve(
     Ok(timing)
 }
 
+/// Leaves all rays of a scene that starts in f64 open, without asking f32.
+///
+/// # Errors
+/// Those of [`Prepared::check`].
+pub fn leave_open(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    hits: &mut Hits,
+) -> Result<()> {
+    prepared.check(rays)?;
+    hits.make_room(rays.len(), wants);
+    control.advance(rays.len() as u64);
+    Ok(())
+}
+
 /// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,
-/// which `listed` gives, and those whose f32 proposal counts for nothing, as its bounds don't hold or
-/// as `t` could leave f32's range because the direction is very short or long.
+/// which `listed` gives, and those whose f32 proposal counts for nothing, as all begin in f64 or as `t`
+/// could leave f32's range because the direction is very short or long.
 ///
 /// # Errors
 /// Those of `listed`.
@@ -94,7 +111,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range {
+    if prepared.starts_in_f64() {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;
