@@ -93,13 +93,14 @@ pub fn leave_open(
 ) -> Result<()> {
     prepared.check(rays)?;
     hits.make_room(rays.len(), wants);
+    hits.id.fill(UNDECIDED);
     control.advance(rays.len() as u64);
     Ok(())
 }
 
 /// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,
-/// which `listed` gives, and those whose f32 proposal counts for nothing, as all begin in f64 or as `t`
-/// could leave f32's range because the direction is very short or long.
+/// which `listed` gives, and those whose f32 proposal counts for nothing, as its bounds don't hold or
+/// as `t` could leave f32's range because the direction is very short or long.
 ///
 /// # Errors
 /// Those of `listed`.
@@ -111,7 +112,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if prepared.starts_in_f64() {
+    if !prepared.in_range {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;
