@@ -103,8 +103,9 @@
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
 //!    `shaders/render.wgsl`, on the CPU the twin in the folder of the [`kernel`], `cpu/tile.rs` for
 //!    many spheres.
-//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, exact
-//!    arithmetic ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
+//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
+//!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
+//!    ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
 //! 6. [`shade::Shader::shade`] makes colours of the hits.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.

@@ -162,8 +162,8 @@ fn a_function_without_its_twin_is_noticed() {
     assert_eq!(faults(&functions(&wgsl), &rust), Vec::<String>::new());
     let sabotages = [
         ("fn far_nearness(", "fn distant_nearness("),
-        ("fn far_nearness(ray: Ray, l: vec3f,", "fn far_nearness(l: vec3f, ray: Ray,"),
-        ("inner2: f32, outer2: f32, q: f32", "outer2: f32, inner2: f32, q: f32"),
+        ("fn far_nearness(ray: Ray, l: Vec3,", "fn far_nearness(l: Vec3, ray: Ray,"),
+        ("inner2: Real, outer2: Real, q: Real", "outer2: Real, inner2: Real, q: Real"),
         ("fn nearer(nearest: Nearest, root: Nearness, id: u32)", "fn nearer(root: f32, n: f32)"),
         ("fn decide(nearest: Nearest)", "fn decide(nearest: Nearest, root: Nearness)"),
         ("//#if far\n", "//#if far\nfn made_up(ray: Ray) -> f32 { return ray.a; }\n"),

@@ -2,6 +2,7 @@
 //! Undecided rays flow one way and never loop back.
 
 mod decide;
+mod in_f64;
 mod lanes;
 mod nearness;
 mod packets;
@@ -26,9 +27,11 @@ use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
+use in_f64::is_ordinary;
+pub(crate) use in_f64::{InF64, ray_record, suits_device};
 use lanes::{Completer, Part};
 use nearness::{Foot, K, PlaneF64};
-use surface::Bounds;
+use surface::{Bounds, MISS};
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.
@@ -37,6 +40,7 @@ pub fn resolve(
     rays: &Rays,
     wants: Wants,
     control: &Control,
+    device: Option<&mut dyn DecideInF64>,
     hits: &mut Hits,
     mut timing: Timing,
 ) -> Result<Timing> {
@@ -53,13 +57,10 @@ pub fn resolve(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    let listed = || {
-        Ok((0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect())
+    let undecided = match device.filter(|_| suits_device(prepared)) {
+        None => open_rays(prepared, rays, hits)?,
+        Some(device) => decide_on_device(prepared, rays, wants, control, device, hits)?,
     };
-    let undecided = undecided(prepared, rays, listed)?;
-    for &ray in &undecided {
-        hits.id[ray as usize] = UNDECIDED;
-    }
     timing.refine = start.elapsed();
 
     // Exact arithmetic gives the surfaces with the ids; they are not looked for again.
@@ -79,6 +80,84 @@ pub fn resolve(
         store(settled, ray as usize, wants, hits);
     }
     Ok(timing)
+}
+
+/// Rays that a device is asked to decide in f64.
+#[derive(Clone, Copy)]
+pub enum Asked<'a> {
+    /// All of them.
+    All,
+    /// Those with these indices.
+    Some(&'a [u32]),
+}
+
+/// A device that runs the filter in f64.
+pub trait DecideInF64 {
+    /// Writes the objects that rays of a scene that [`suits_device`] see into `ids`, or
+    /// [`UNDECIDED`]; false where that is better left to the CPU.
+    ///
+    /// # Errors
+    /// Those of [`crate::tracer::Tracer::trace`].
+    fn decide_in_f64(
+        &mut self,
+        rays: &Rays,
+        asked: Asked,
+        control: &Control,
+        ids: &mut Vec<u32>,
+    ) -> Result<bool>;
+}
+
+fn listed_open(hits: &Hits) -> Vec<u32> {
+    (0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect()
+}
+
+/// The rays that f32 does not decide, which have no id from here on.
+fn open_rays(prepared: &Prepared, rays: &Rays, hits: &mut Hits) -> Result<Vec<u32>> {
+    let undecided = undecided(prepared, rays, || Ok(listed_open(hits)))?;
+    for &ray in &undecided {
+        hits.id[ray as usize] = UNDECIDED;
+    }
+    Ok(undecided)
+}
+
+/// Has a device decide the rays that f32 does not; those that it leaves open.
+fn decide_on_device(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    device: &mut dyn DecideInF64,
+    hits: &mut Hits,
+) -> Result<Vec<u32>> {
+    if let (true, Rays::Pixels(_)) = (prepared.starts_in_f64(), rays)
+        && device.decide_in_f64(rays, Asked::All, control, &mut hits.id)?
+    {
+        hits.level.fill(Level::F64 as u8);
+        let open = listed_open(hits);
+        let n_open = open.len() as u64;
+        hits.counts =
+            StageCounts { f32: n_open, f64: rays.len() as u64 - n_open, ..StageCounts::default() };
+        return Ok(open);
+    }
+    let undecided = open_rays(prepared, rays, hits)?;
+    let suits = |ray: &u32| match rays {
+        Rays::Pixels(_) => true,
+        Rays::List(rays) => is_ordinary(&rays[*ray as usize]),
+    };
+    let (asked, mut left): (Vec<u32>, Vec<u32>) = undecided.iter().partition(|ray| suits(ray));
+    let mut ids = Vec::new();
+    if !device.decide_in_f64(rays, Asked::Some(&asked), control, &mut ids)? {
+        return Ok(undecided);
+    }
+    let (t, normal) = MISS;
+    for (&ray, &id) in asked.iter().zip(&ids) {
+        match id {
+            UNDECIDED => left.push(ray),
+            _ => store(Settled { id, t, normal, level: Level::F64 }, ray as usize, wants, hits),
+        }
+    }
+    left.sort_unstable();
+    Ok(left)
 }
 
 /// Leaves all rays of a scene that starts in f64 open, without asking f32.
@@ -118,10 +197,6 @@ pub fn undecided(
     }
     let mut undecided = listed()?;
     if let Rays::List(rays) = rays {
-        let is_ordinary = |ray: &Ray| {
-            exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT
-                && ray.direction != DVec3::ZERO
-        };
         undecided.extend((0..).zip(rays).filter(|(_, ray)| !is_ordinary(ray)).map(|(at, _)| at));
         undecided.sort_unstable();
         undecided.dedup();

@@ -104,11 +104,13 @@ impl Choices<'_> {
 
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
+    let is_double = key.float == Float::F64;
     let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
     let has_far_filter = match key.spheres {
-        Finding::Listed => false,
+        Finding::Listed | Finding::ListedOutside | Finding::ListedInside => false,
         Finding::ListedFar => key.n_spheres > 0,
-        Finding::Hierarchy => key.bundle == Bundle::Point,
+        // In f64 its spheres are seen as all others are.
+        Finding::Hierarchy => key.bundle == Bundle::Point && !is_double,
     };
     [
         (key.n_spheres > 0, "spheres"),
@@ -117,9 +119,13 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
-        (key.kernel.about().float == Float::F64, "double"),
+        (is_double, "double"),
+        (key.some, "some"),
         (key.kernel == Kernel::Certified, "certified"),
+        (key.n_spheres > 0 || is_by_hierarchy && is_double, "sphere_filter"),
         (has_near_filter, "near"),
+        (has_near_filter && key.spheres != Finding::ListedInside, "outside"),
+        (has_near_filter && key.spheres != Finding::ListedOutside, "inside"),
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
     ]
@@ -134,21 +140,22 @@ fn workgroup() -> String {
 }
 
 fn constants(key: &ShaderKey) -> String {
-    let About { float, wgsl, .. } = key.kernel.about();
+    let ShaderKey { float, .. } = *key;
+    let About { wgsl, .. } = key.kernel.about();
     let mut text = workgroup() + &aliases(float.name());
     for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
         if count > 0 {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
-    let mut constants = (wgsl.constants)(key.bundle);
+    let mut constants = (wgsl.constants)(key.bundle, float);
     if key.spheres == Finding::Hierarchy {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("BORROW", format!("{BORROW}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
-            ("T_ROOM", format!("{:?}f", guard::T_ROOM)),
-            ("LEAST_NEARNESS", format!("{:?}f", guard::LEAST_NEARNESS)),
+            ("T_ROOM", float.literal(guard::T_ROOM.into())),
+            ("LEAST_NEARNESS", float.literal(guard::LEAST_NEARNESS.into())),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);
     }
