@@ -15,6 +15,8 @@ struct Nearest {
     id: u32,
 }
 
+//#if complete
+//#else
 fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     let is_nearer = root.high > nearest.high;
     let farther = select(root.high, nearest.high, is_nearer);
@@ -26,6 +28,7 @@ fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     );
 }
 
+//#end
 //#if far
 // As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
 // lower bound still lacks the factor FAR_NARROWER.
@@ -204,6 +207,8 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
 }
 //#end
 
+//#if complete
+//#else
 //#if spheres
 //#if hierarchy
 //#else
@@ -236,3 +241,4 @@ fn decide(nearest: Nearest) -> u32 {
     let is_decided = nearest.id == 0u || nearest.low > nearest.second_high;
     return select(UNDECIDED, nearest.id, is_decided);
 }
+//#end

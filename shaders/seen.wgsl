@@ -1,7 +1,6 @@
 // Twin of src/kernel/certified/seen.rs.
 
-//#if hierarchy
-//#if double
+//#if of_scene
 // Member order is checked against src/gpu/layout.rs by a test.
 struct SeenFrom {
     reference: vec3<f64>,
@@ -12,7 +11,10 @@ struct SceneSphere {
     center: vec3<f64>,
     radius: f64,
 }
+//#end
 
+//#if hierarchy
+//#if double
 fn sphere_seen(sphere: SceneSphere) -> SphereCertified {
     let l = sphere.center - seen_from.reference;
     let r = abs(sphere.radius);
@@ -30,9 +32,10 @@ fn sphere_seen(sphere: SceneSphere) -> SphereCertified {
     let k_error = K_ERROR * (l2 + r2);
     let q = Nearness(NARROWER / (k + k_error), WIDER / (k - k_error));
     //#else
+    let k_error = K_DISTANCE * (distance * distance) + K_RADIUS * r2;
     let q = Nearness(0.0, 0.0);
     //#end
-    return SphereCertified(l, inner2, Vec3(0.0), outer2, slack, q.low, q.high, 0.0);
+    return SphereCertified(l, inner2, Vec3(0.0), outer2, slack, q.low, q.high, k_error);
 }
 //#end
 //#end

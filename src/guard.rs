@@ -308,8 +308,12 @@ pub struct GuardFactors {
     pub slack_distance: f64,
     /// Of the outer radius in it.
     pub slack_radius: f64,
-    /// Of `l·l + r²` in the error of `k`.
+    /// Of `l·l + r²` in the error of `k` from the reference point.
     pub k_error: f64,
+    /// Of the squared distance in [`Guard::k_error`].
+    pub k_distance: f64,
+    /// Of `r²` in it.
+    pub k_radius: f64,
 }
 
 impl GuardFactors {
@@ -326,6 +330,8 @@ impl GuardFactors {
             slack_distance: steps::CLOSEST + offset + direction + steps::TWO_SUMS,
             slack_radius: steps::HALF_CHORD + direction + steps::TWO_SUMS,
             k_error: K_ERROR * UNIT_F64,
+            k_distance: UNIT_F64 * (steps::DOT + 2.0 * offset + steps::DIFFERENCE),
+            k_radius: UNIT_F64 * steps::R2,
         }
     }
 }
@@ -357,6 +363,39 @@ pub fn most_width(r: f64, l: f64, unit: f64, input: InputError, tolerance: f64) 
     let InputError { offset, direction } = input;
     let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
     tolerance * r - (foot + (steps::CHORD + steps::NORMALIZED + direction) * unit * r)
+}
+
+/// How far the normal of a device in f64 and that of the host, or the exact one, may be from each other,
+/// as factors of what the device knows of a hit.
+///
+/// Each is off as [`most_width`] says: by the chord's error, by that of `P`, and by the rounding of the
+/// rest, for which a device's division and root have constants of their own. The chord's error is at most
+/// the difference `w` of the halves of the chord that the guard's radii give. Let `b` be the difference of
+/// the squared radii. The `m` of the two are off from `p²` by at most `b`, and from each other by no more.
+/// Where `inner2 − m ≥ 3b` on the device, it is at least `1.9b` on the host, and `w`, which grows like the
+/// inverse of the chord, at most `√(3/1.9) < 1.26` times as large there: 2.26 in all.
+/// `w = √(outer2 − m) − √(inner2 − m) ≤ b/(2√(inner2 − m))` does not cancel.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalFactors {
+    /// Of the distance.
+    pub distance: f64,
+    /// Of the radius.
+    pub radius: f64,
+    /// Of `w`.
+    pub chord: f64,
+}
+
+impl NormalFactors {
+    /// For arithmetic of this unit and these inputs.
+    pub fn new(unit: f64, input: InputError) -> NormalFactors {
+        let InputError { offset, direction } = input;
+        let rest = steps::CHORD + steps::NORMALIZED + steps::CHORD_WIDE + steps::NORMALIZED_WIDE;
+        NormalFactors {
+            distance: 2.0 * (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit,
+            radius: (rest + 2.0 * direction) * unit,
+            chord: 2.27,
+        }
+    }
 }
 
 /// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more

@@ -105,7 +105,8 @@
 //!    many spheres.
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
 //!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
-//!    ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
+//!    ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals, or `surface.wgsl` on
+//!    a GPU where it is sure of each byte.
 //! 6. [`shade::Shader::shade`] makes colours of the hits.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.

@@ -326,11 +326,11 @@ fn compare_in_f64(gpu: &Arc<Gpu>, case: &Case) -> Option<Result<Tally, String>> 
     let all: Vec<u32> = (0..twin.len() as u32).collect();
     let some: Vec<u32> = all.iter().copied().filter(|ray| ray % 7 < 2).collect();
     let mut compare_rays = |rays: Option<&[u32]>| {
-        let mut device = Vec::new();
+        let mut device = Hits::default();
         tracer.propose_in_f64(&case.rays, rays, &control, &mut device).unwrap();
         let rays = rays.unwrap_or(&all);
         let twin: Vec<u32> = rays.iter().map(|&ray| twin[ray as usize]).collect();
-        compare(&twin, &device, is_ieee)
+        compare(&twin, &device.id, is_ieee)
             .map_err(|what| format!("{}, {} rays: {what}", case.what, rays.len()))
     };
     Some(compare_rays(Some(&some)).and_then(|_| compare_rays(None)))
@@ -603,10 +603,142 @@ fn sabotage_of_a_shader_in_f64_is_noticed() {
     }
 }
 
+/// What is compared of hits that are complete.
+type Bits = Vec<(u32, u32, [u32; 3])>;
+
+fn bits(hits: &Hits) -> Bits {
+    let surfaces = hits.t.iter().zip(&hits.normal);
+    let words = hits.id.iter().zip(surfaces);
+    words.map(|(&id, (t, normal))| (id, t.to_bits(), normal.map(f32::to_bits))).collect()
+}
+
+/// A device that does in f64 what it can, with other words in the shaders that calculate in it.
+fn always_in_f64(edits: &[(&'static str, &'static str)]) -> Arc<Gpu> {
+    let edits = edits.to_vec();
+    let gpu = Gpu::open(&Pick::Best).unwrap().always_in_f64();
+    Arc::new(gpu.edit_shaders(move |wgsl| match wgsl.contains("alias Real = f64") {
+        true => edits.iter().fold(wgsl.to_string(), |wgsl, (from, to)| wgsl.replace(from, to)),
+        false => wgsl.into(),
+    }))
+}
+
+/// Compares `t` and normals of a device with those of the CPU, byte for byte; the number of hits, and of those
+/// that the device left to the CPU.
+fn compare_surfaces(gpu: &Arc<Gpu>, case: &Case) -> Result<[usize; 2], String> {
+    let (wants, control) = (Wants { surface: true, level: true }, Control::default());
+    let prepared = Arc::new(case.prepared());
+    let mut device = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), wants).unwrap();
+    let mut hits = Hits::default();
+    match prepared.starts_in_f64() {
+        true => device.propose_in_f64(&case.rays, None, &control, &mut hits).unwrap(),
+        false => drop(device.propose(&case.rays, &control, &mut hits).unwrap()),
+    }
+    let is_hit = |ray: &usize| hits.id[*ray] != UNDECIDED && hits.id[*ray] != 0;
+    let decided: Vec<usize> = (0..hits.id.len()).filter(is_hit).collect();
+    let n_left = decided.iter().filter(|&&ray| hits.t[ray] == 0.0).count();
+    let [mut of_device, mut of_cpu] = [Hits::default(), Hits::default()];
+    device.trace(&case.rays, &control, &mut of_device).unwrap();
+    CpuTracer::new(prepared, wants).trace(&case.rays, &control, &mut of_cpu).unwrap();
+    let (of_device, of_cpu) = (bits(&of_device), bits(&of_cpu));
+    match (0..of_cpu.len()).find(|&ray| of_cpu[ray] != of_device[ray]) {
+        Some(ray) => Err(format!(
+            "{}, ray {ray}: {:?} and on the device {:?}",
+            case.what, of_cpu[ray], of_device[ray]
+        )),
+        None => Ok([decided.len(), n_left]),
+    }
+}
+
+fn assert_surfaces(cases: &[Case]) -> [usize; 2] {
+    let gpu = always_in_f64(&[]);
+    let mut all = [0, 0];
+    for case in cases {
+        let one = compare_surfaces(&gpu, case).unwrap_or_else(|what| panic!("{what}"));
+        all = [all[0] + one[0], all[1] + one[1]];
+    }
+    println!("{} of {} hits left to the CPU", all[1], all[0]);
+    all
+}
+
+#[test]
+fn surfaces_of_a_device_are_those_of_the_cpu() {
+    let [hits, left] = assert_surfaces(&scenes_of("scenes"));
+    assert!(hits > 100_000 && left < hits / 20, "{left} of {hits} left to the CPU");
+}
+
+#[test]
+fn surfaces_of_hard_scenes_on_a_device_are_those_of_the_cpu() {
+    let [hits, left] = assert_surfaces(&scenes_of("scenes/hard"));
+    assert!(hits > 100_000 && left < hits / 3, "{left} of {hits} left to the CPU");
+}
+
+#[test]
+fn surfaces_of_clouds_on_a_device_are_those_of_the_cpu() {
+    let mut cases = scenes_of("scenes/clouds");
+    for distribution in Distribution::ALL {
+        let scene = cloud(distribution, 5_000);
+        let planes = vec![plane(scene.spheres[0].center, DVec3::new(0.1, 1.0, 0.2))];
+        cases.extend(views(distribution.name(), Scene { planes, ..scene }));
+    }
+    let [hits, left] = assert_surfaces(&cases);
+    assert!(hits > 100_000 && left < hits / 20, "{left} of {hits} left to the CPU");
+}
+
+/// Two planes, one with its normal toward the eye and one with it away, and what is between them.
+fn two_planes() -> Case {
+    let floor = plane(DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.1, -1.0, 0.2));
+    let ceiling = plane(DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.1, -1.0, 0.1));
+    let ball = sphere(DVec3::new(0.0, 0.5, -5.0), 0.9);
+    let camera = Camera {
+        position: DVec3::ZERO,
+        look_at: DVec3::NEG_Z,
+        up: DVec3::Y,
+        projection: Projection::Perspective { fov_degrees: 60.0 },
+    };
+    let [whole, _] =
+        pictures("two planes", &Arc::new(scene(vec![ball], vec![floor, ceiling])), &camera);
+    whole
+}
+
+#[test]
+fn sabotage_of_surfaces_is_noticed() {
+    let case = two_planes();
+    let [hits, left] = compare_surfaces(&always_in_f64(&[]), &case).unwrap();
+    assert!(hits > 20_000 && left < hits / 100, "{left} of {hits} left to the CPU");
+    for edit in [
+        ("p - chord, -p - chord", "-p - chord, p - chord"),
+        ("return v * (1.0 / sqrt(dot3(v, v)));", "return v * (1.0000001 / sqrt(dot3(v, v)));"),
+        ("bitcast<u32>(t), is_held", "bitcast<u32>(t) + 1u, is_held"),
+        ("unit.xyz ^ vec3u(sign)", "unit.xyz"),
+        ("normals[3u * index + 1u] =", "normals[3u * index + 2u] ="),
+        ("surface.t = INFINITY;", "surface.t = 1u;"),
+    ] {
+        let verdict = compare_surfaces(&always_in_f64(&[edit]), &case);
+        assert!(verdict.is_err(), "{edit:?} is not noticed");
+    }
+}
+
+/// Division may be off by 2.5 units: what another device makes of a normal may round otherwise, and then the
+/// CPU must have it.
+#[test]
+fn a_normal_that_division_may_round_otherwise_is_left_to_the_cpu() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/hard/distant_1e4.toml");
+    let scene = read_scene(&file).unwrap();
+    let camera = scene.camera.clone().unwrap();
+    let [case, _] = pictures("distant spheres", &Arc::new(scene), &camera);
+    // Two units up.
+    let division = ("a, 1.0 / a);", "a, 1.00000000000000044 / a);");
+    let [hits, left] = compare_surfaces(&always_in_f64(&[division]), &case).unwrap();
+    assert!(hits > 1_000 && left > 0 && left < hits / 2, "{left} of {hits} left to the CPU");
+    let unwary = [division, ("let off = (", "let off = 0.0 * (")];
+    let verdict = compare_surfaces(&always_in_f64(&unwary), &case);
+    assert!(verdict.is_err(), "a normal without a bound is not noticed: {verdict:?}");
+}
+
 /// The whole way with f64 on the device gives what the CPU gives, and the device's f64 has a part in it.
 #[test]
 fn a_device_that_decides_in_f64_gives_the_same_hits() {
-    let gpu = Arc::new(Gpu::open(&Pick::Best).unwrap().always_in_f64());
+    let gpu = always_in_f64(&[]);
     let (wants, control) = (Wants { surface: true, level: true }, Control::default());
     let mut cases = scenes_of("scenes/hard");
     cases.retain(|case| case.what.contains("own view"));

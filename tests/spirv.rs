@@ -152,6 +152,12 @@ fn keys_in_f64() -> Vec<ShaderKey> {
     all
 }
 
+/// The shaders that complete hits.
+fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
+    let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
+    keys.map(|key| ShaderKey { surface: true, ..key })
+}
+
 fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
     let shader = compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}"));
     let words = shader.spirv().unwrap();
@@ -160,7 +166,7 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    for key in all_keys() {
+    for key in all_keys().into_iter().chain(keys_of_surfaces()) {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -356,5 +362,17 @@ fn f64_only_where_it_is_asked_for() {
         let (_, words) = shader(&key);
         let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
         assert_eq!(asks, key.float == Float::F64, "{key:?}");
+    }
+}
+
+#[test]
+fn surfaces_are_completed_without_what_finds_objects() {
+    for key in keys_of_surfaces() {
+        let (whole, words) = shader(&key);
+        assert_complete(&whole, &words);
+        assert!(has(&whole, "t_word") && !has(&whole, "nearer") && !has(&whole, "walk"), "{key:?}");
+        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
+        let has_spheres = key.n_spheres > 0 || key.spheres == Finding::Hierarchy;
+        assert_eq!(has(&whole, "sphere_surface"), has_spheres, "{key:?}");
     }
 }

@@ -9,7 +9,9 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 5] = [
+const DEVICE_ALONE: [(&str, &str); 7] = [
+    ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
+    ("shaders/surface.wgsl", "t and normals: tests/proposals.rs compares their bytes"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
     ("shaders/undecided.wgsl", "lists and settles ids: the window's tests"),

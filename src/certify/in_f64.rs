@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::nearness::K;
+use super::nearness::{K, PlaneF64};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{
@@ -112,6 +112,22 @@ impl InF64 {
             n_planes: self.lists.planes.len(),
             surface: false,
         }
+    }
+
+    /// The shader for `t` and normals of hits.
+    pub fn surface_key(&self, prepared: &Prepared) -> ShaderKey {
+        ShaderKey { surface: true, ..self.shader_key(prepared, false) }
+    }
+
+    /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list
+    /// is turned.
+    pub fn units(&self, prepared: &Prepared) -> Vec<[u32; 4]> {
+        let unit = |(plane, listed): (&Plane, &PlaneCertified<f64>)| {
+            let PlaneF64 { normal, unit, .. } = PlaneF64::new(plane, self.frame.input);
+            let [x, y, z] = unit.0.map(|component| (component as f32).to_bits());
+            [x, y, z, u32::from(listed.normal != normal.0)]
+        };
+        prepared.scene.planes.iter().zip(&self.lists.planes).map(unit).collect()
     }
 
     /// What the spheres of a hierarchy are seen from.

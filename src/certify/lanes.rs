@@ -114,6 +114,21 @@ impl<'a> Completer<'a> {
         Ok(())
     }
 
+    /// Fills in those of all rays whose `t` is 0, one by one.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn complete_open(&mut self, part: &mut Part, control: &Control) -> Result<()> {
+        for at in 0..part.id.len() {
+            if part.t[at] == 0.0 && part.id[at] != UNDECIDED {
+                control.check()?;
+                let surface = self.stage.surface(part.first + at, part.id[at]);
+                (part.t[at], part.normal[at]) = surface.unwrap_or(MISS);
+            }
+        }
+        Ok(())
+    }
+
     pub fn complete_in_f64(&mut self, part: &mut Part) {
         let stage = self.stage;
         let mut at = 0;

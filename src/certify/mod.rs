@@ -31,7 +31,7 @@ use in_f64::is_ordinary;
 pub(crate) use in_f64::{InF64, ray_record, suits_device};
 use lanes::{Completer, Part};
 use nearness::{Foot, K, PlaneF64};
-use surface::{Bounds, MISS};
+use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.
@@ -57,7 +57,9 @@ pub fn resolve(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    let undecided = match device.filter(|_| suits_device(prepared)) {
+    let device = device.filter(|_| suits_device(prepared));
+    let is_completed = device.as_ref().is_some_and(|device| device.completes(rays));
+    let undecided = match device {
         None => open_rays(prepared, rays, hits)?,
         Some(device) => decide_on_device(prepared, rays, wants, control, device, hits)?,
     };
@@ -73,7 +75,7 @@ pub fn resolve(
     })?;
     if wants.surface {
         let start = Instant::now();
-        stage.fill_surfaces(control, hits)?;
+        stage.fill_surfaces(is_completed, control, hits)?;
         timing.refine += start.elapsed();
     }
     for (ray, settled) in exact {
@@ -93,7 +95,11 @@ pub enum Asked<'a> {
 
 /// A device that runs the filter in f64.
 pub trait DecideInF64 {
-    /// Writes the objects that rays of a scene that [`suits_device`] see into `ids`, or
+    /// Whether it also gives `t` and normals of the hits that it decides, in f32 or as [`Asked::All`], with
+    /// a `t` of 0 for those that it leaves to the CPU.
+    fn completes(&self, rays: &Rays) -> bool;
+
+    /// Writes the objects that rays of a scene that [`suits_device`] see into `hits`, or
     /// [`UNDECIDED`]; false where that is better left to the CPU.
     ///
     /// # Errors
@@ -103,7 +109,7 @@ pub trait DecideInF64 {
         rays: &Rays,
         asked: Asked,
         control: &Control,
-        ids: &mut Vec<u32>,
+        hits: &mut Hits,
     ) -> Result<bool>;
 }
 
@@ -130,7 +136,7 @@ fn decide_on_device(
     hits: &mut Hits,
 ) -> Result<Vec<u32>> {
     if let (true, Rays::Pixels(_)) = (prepared.starts_in_f64(), rays)
-        && device.decide_in_f64(rays, Asked::All, control, &mut hits.id)?
+        && device.decide_in_f64(rays, Asked::All, control, hits)?
     {
         hits.level.fill(Level::F64 as u8);
         let open = listed_open(hits);
@@ -145,15 +151,14 @@ fn decide_on_device(
         Rays::List(rays) => is_ordinary(&rays[*ray as usize]),
     };
     let (asked, mut left): (Vec<u32>, Vec<u32>) = undecided.iter().partition(|ray| suits(ray));
-    let mut ids = Vec::new();
-    if !device.decide_in_f64(rays, Asked::Some(&asked), control, &mut ids)? {
+    let mut some = Hits::default();
+    if !device.decide_in_f64(rays, Asked::Some(&asked), control, &mut some)? {
         return Ok(undecided);
     }
-    let (t, normal) = MISS;
-    for (&ray, &id) in asked.iter().zip(&ids) {
+    for (&ray, &id) in asked.iter().zip(&some.id) {
         match id {
             UNDECIDED => left.push(ray),
-            _ => store(Settled { id, t, normal, level: Level::F64 }, ray as usize, wants, hits),
+            _ => store(Settled::in_f64(id), ray as usize, wants, hits),
         }
     }
     left.sort_unstable();
@@ -235,6 +240,9 @@ pub fn decide(
     })?;
     Ok(all)
 }
+
+/// One of this many rays may be completed by itself before it pays to complete all side by side.
+const FEW_OPEN: usize = 16;
 
 /// Rays that one thread completes at a time.
 const RAYS_PER_PART: usize = 1 << 13;
@@ -418,8 +426,9 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Fills in `t` and normal of all rays but undecided ones.
-    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
+    /// Fills in `t` and normal of all rays but undecided ones; where hits are completed, of those whose `t`
+    /// is 0.
+    fn fill_surfaces(&self, is_completed: bool, control: &Control, hits: &mut Hits) -> Result<()> {
         hits.id
             .par_chunks(RAYS_PER_PART)
             .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
@@ -430,8 +439,12 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
-                    completer
-                        .complete(&mut Part { first: part * RAYS_PER_PART, id, t, normal }, control)
+                    let mut part = Part { first: part * RAYS_PER_PART, id, t, normal };
+                    let n_open = part.t.iter().filter(|&&t| t == 0.0).count();
+                    match is_completed && n_open < part.t.len() / FEW_OPEN {
+                        true => completer.complete_open(&mut part, control),
+                        false => completer.complete(&mut part, control),
+                    }
                 },
             )
     }

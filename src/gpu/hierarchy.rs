@@ -50,29 +50,14 @@ impl DeviceHierarchy {
     }
 
     /// The same with what f64 needs, for a walk of its own.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`] for more spheres than the device binds at once, or than it has memory for.
-    pub fn in_f64(&self, gpu: &OpenDevice, prepared: &Prepared) -> Result<DeviceHierarchy> {
-        let spheres: &[u8] = bytemuck::cast_slice(&prepared.scene.spheres[..]);
-        let limit = gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes);
-        if spheres.len() as u64 > limit {
-            return Err(Error::TooLarge(format!(
-                "the scene's spheres take {} MiB; `{}` binds at most {} MiB at once: use fewer \
-                 spheres, or `--device cpu`",
-                spheres.len() >> 20,
-                gpu.facts.name,
-                limit >> 20
-            )));
-        }
-        let seen_from = SeenFrom {
-            reference: prepared.reference.to_array(),
-            spread: prepared.farthest_origin(),
-        };
-        let seen_from = uniform(gpu, "seen from", &seen_from);
-        let spheres = gpu.storage("spheres of the scene", spheres);
+    pub fn in_f64(&self, gpu: &OpenDevice, prepared: &Prepared) -> DeviceHierarchy {
         let walk = uniform(gpu, "walk", &Walk::default());
-        Ok(DeviceHierarchy { walk, in_f64: Some([seen_from, spheres]), ..self.clone() })
+        DeviceHierarchy { walk, in_f64: Some(of_scene(gpu, prepared)), ..self.clone() }
+    }
+
+    /// The ids of the spheres that are not in the hierarchy.
+    pub fn rest_ids(&self) -> Option<&wgpu::Buffer> {
+        self.rest_ids.as_ref()
     }
 
     /// Bytes on the device.
@@ -99,6 +84,14 @@ impl DeviceHierarchy {
         let walk = Walk { n_nodes, first_x, first_y, cell_shift };
         gpu.queue.write_buffer(&self.walk, 0, bytemuck::bytes_of(&walk));
     }
+}
+
+/// The spheres of a scene as it has them, behind what they are seen from.
+pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [wgpu::Buffer; 2] {
+    let seen_from =
+        SeenFrom { reference: prepared.reference.to_array(), spread: prepared.farthest_origin() };
+    let spheres = bytemuck::cast_slice(&prepared.scene.spheres[..]);
+    [uniform(gpu, "seen from", &seen_from), gpu.storage("spheres of the scene", spheres)]
 }
 
 /// A buffer that all invocations read.

@@ -116,6 +116,16 @@ impl Gpu {
         Ok(is_wanted && self.begins_in_f64()?)
     }
 
+    /// Whether `t` and normals of hits are found here. Not by a device in software, for the same reason.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic_f64`].
+    pub(super) fn completes(&self) -> Result<bool> {
+        let is_wanted = !self.facts.is_software() || self.always_in_f64;
+        let suits = |found: Arithmetic| found.suits_filter_in_f64() && found.narrows_to_nearest;
+        Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
+    }
+
     /// Takes this for what the device's f32 does.
     #[cfg(test)]
     pub(super) fn tell_arithmetic(self, arithmetic: Arithmetic) -> Gpu {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::clock::Clock;
 use super::compile::WORKGROUP;
-use super::hierarchy::DeviceHierarchy;
+use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
 use super::live::{ProposeResident, Words};
@@ -60,6 +60,8 @@ pub struct GpuTracer {
     /// Takes the certified kernel's f32 stage where the device can't: its arithmetic doesn't suit the
     /// proof, or there is no way to the rays' many spheres.
     cpu_fallback: Option<CpuTracer>,
+    /// Completes hits.
+    surfaces: Option<Surfaces>,
     /// Decide in f64, made when they are first needed: all rays, and some pixels.
     in_f64: [Option<Box<GpuTracer>>; 2],
     /// Time to put together and compile the shader.
@@ -75,6 +77,58 @@ struct Results {
     staging: wgpu::Buffer,
     rays: Option<wgpu::Buffer>,
     bind_group: wgpu::BindGroup,
+    of_surfaces: Option<wgpu::BindGroup>,
+}
+
+/// The second step of a dispatch where hits are completed.
+struct Surfaces {
+    program: Arc<Program>,
+    params: wgpu::Buffer,
+    /// In the order of the shader's bindings, behind the results.
+    objects: Vec<wgpu::Buffer>,
+}
+
+impl Surfaces {
+    /// `None` where the CPU completes hits.
+    fn new(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        wants: Wants,
+        hierarchy: Option<&DeviceHierarchy>,
+    ) -> Result<Option<Surfaces>> {
+        let is_picture = prepared.bundle() != Bundle::Free;
+        let is_wanted = wants.surface && is_picture && certify::suits_device(prepared);
+        if !(is_wanted && fits_in_f64(gpu, prepared) && gpu.completes()?) {
+            return Ok(None);
+        }
+        let numbers = InF64::new(prepared);
+        let mut objects = Vec::new();
+        if !prepared.scene.spheres.is_empty() {
+            objects.extend(of_scene(gpu, prepared));
+        }
+        let (spheres, planes) = numbers.lists.bytes();
+        if !spheres.is_empty() {
+            objects.push(gpu.storage("spheres", spheres));
+            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+        }
+        if !planes.is_empty() {
+            let units = numbers.units(prepared);
+            objects.push(gpu.storage("planes", planes));
+            objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
+        }
+        let program = gpu.program(&numbers.surface_key(prepared))?;
+        Ok(Some(Surfaces { program, params: params_buffer(gpu, Float::F64), objects }))
+    }
+
+    fn bytes(&self) -> u64 {
+        self.params.size() + self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+    }
+}
+
+/// Whether the device takes a scene's own numbers at once.
+fn fits_in_f64(gpu: &Gpu, prepared: &Prepared) -> bool {
+    let bytes = size_of_val(&prepared.scene.spheres[..]) as u64;
+    bytes <= gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes)
 }
 
 /// Bytes of the id, of `t`, and of the normal of one ray.
@@ -99,12 +153,13 @@ impl GpuTracer {
             && certify::suits_device(&prepared)
             && gpu.begins_in_f64()?;
         let start = Instant::now();
-        let program = if begins_in_f64 { None } else { Some(gpu.program(&key)?) };
-        let compile_time = start.elapsed();
-
-        let start = Instant::now();
         let objects = storage(&gpu, prepared.objects.bytes());
         let hierarchy = device_hierarchy(&gpu, &prepared)?;
+        let upload_time = start.elapsed();
+
+        let start = Instant::now();
+        let program = if begins_in_f64 { None } else { Some(gpu.program(&key)?) };
+        let surfaces = Surfaces::new(&gpu, &prepared, wants, hierarchy.as_ref())?;
         let mut tracer = GpuTracer::from_parts(Parts {
             gpu,
             prepared,
@@ -113,9 +168,10 @@ impl GpuTracer {
             program,
             objects,
             hierarchy,
+            surfaces,
             cpu_fallback,
-            compile_time,
-            upload_time: start.elapsed(),
+            compile_time: start.elapsed(),
+            upload_time,
         })?;
         if begins_in_f64 {
             let start = Instant::now();
@@ -131,13 +187,15 @@ impl GpuTracer {
         let numbers = InF64::new(&prepared);
         let key = numbers.shader_key(&prepared, some);
         let hierarchy = self.hierarchy.as_ref();
+        let wants = Wants { surface: self.wants.surface && !some, level: false };
         GpuTracer::from_parts(Parts {
             program: Some(gpu.program(&key)?),
             objects: storage(&gpu, numbers.lists.bytes()),
-            hierarchy: hierarchy.map(|walk| walk.in_f64(&gpu, &prepared)).transpose()?,
+            hierarchy: hierarchy.map(|hierarchy| hierarchy.in_f64(&gpu, &prepared)),
+            surfaces: Surfaces::new(&gpu, &prepared, wants, hierarchy)?,
             gpu,
             prepared,
-            wants: Wants::default(),
+            wants,
             key,
             cpu_fallback: None,
             compile_time: Duration::ZERO,
@@ -159,6 +217,7 @@ impl GpuTracer {
             params,
             objects: parts.objects,
             hierarchy: parts.hierarchy,
+            surfaces: parts.surfaces,
             results: None,
             tile_rays,
             clock: None,
@@ -183,6 +242,7 @@ struct Parts {
     program: Option<Arc<Program>>,
     objects: Vec<wgpu::Buffer>,
     hierarchy: Option<DeviceHierarchy>,
+    surfaces: Option<Surfaces>,
     cpu_fallback: Option<CpuTracer>,
     compile_time: Duration,
     upload_time: Duration,
@@ -347,12 +407,13 @@ impl Tracer for GpuTracer {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        if is_new || hierarchy.is_some() {
+        if is_new || hierarchy.is_some() || self.surfaces.is_some() {
             self.results = None;
         }
         self.key = key;
         self.cpu_fallback = cpu_fallback;
         self.in_f64 = [None, None];
+        self.surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()
@@ -368,6 +429,7 @@ impl Tracer for GpuTracer {
             + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
             + results_bytes
+            + self.surfaces.as_ref().map_or(0, Surfaces::bytes)
             + self.in_f64.iter().flatten().map(|tracer| tracer.bytes_device()).sum::<u64>()
     }
 
@@ -404,21 +466,25 @@ impl<'a> Work<'a> {
 }
 
 impl DecideInF64 for GpuTracer {
+    fn completes(&self, rays: &Rays) -> bool {
+        matches!(rays, Rays::Pixels(_)) && self.cpu_fallback.is_none() && self.surfaces.is_some()
+    }
+
     fn decide_in_f64(
         &mut self,
         rays: &Rays,
         asked: Asked,
         control: &Control,
-        ids: &mut Vec<u32>,
+        hits: &mut Hits,
     ) -> Result<bool> {
         let (some, is_taken) = match asked {
             Asked::All => (None, self.gpu.begins_in_f64()?),
             Asked::Some(some) => (Some(some), self.gpu.decides_in_f64(some.len())?),
         };
-        if self.cpu_fallback.is_some() || !is_taken {
+        if self.cpu_fallback.is_some() || !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
             return Ok(false);
         }
-        self.propose_in_f64(rays, some, control, ids)?;
+        self.propose_in_f64(rays, some, control, hits)?;
         Ok(true)
     }
 }
@@ -437,7 +503,7 @@ struct Tile {
 const LIST_WIDTH: usize = 1 << 13;
 
 impl GpuTracer {
-    /// Writes the objects that rays see in f64 into `ids`, for all rays or those with some indices, or
+    /// Writes the objects that rays see in f64 into `hits`, for all rays or those with some indices, or
     /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED): for a scene that [`propose_in_f64`] takes, which is
     /// the twin of this.
     ///
@@ -450,7 +516,7 @@ impl GpuTracer {
         rays: &Rays,
         some: Option<&[u32]>,
         control: &Control,
-        ids: &mut Vec<u32>,
+        hits: &mut Hits,
     ) -> Result<()> {
         let list = match (rays, some) {
             (Rays::List(rays), Some(some)) => {
@@ -467,11 +533,9 @@ impl GpuTracer {
             Some(tracer) => tracer,
             None => Box::new(self.new_in_f64(place == 1)?),
         };
-        let mut hits = Hits { id: std::mem::take(ids), ..Hits::default() };
-        hits.make_room(work.n_rays(), Wants::default());
-        tracer.trace_tiles(&work, control, &mut Target::Hits(&mut hits))?;
+        hits.make_room(work.n_rays(), Wants { surface: tracer.wants.surface, ..self.wants });
+        tracer.trace_tiles(&work, control, &mut Target::Hits(hits))?;
         self.in_f64[place] = Some(tracer);
-        *ids = hits.id;
         Ok(())
     }
 
@@ -559,6 +623,11 @@ impl GpuTracer {
         pass.set_pipeline(&program.pipeline);
         pass.set_bind_group(0, &results.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
+        if let (Some(surfaces), Some(bind_group)) = (&self.surfaces, &results.of_surfaces) {
+            pass.set_pipeline(&surfaces.program.pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            pass.dispatch_workgroups(x, y, 1);
+        }
         drop(pass);
         if let Some(clock) = &self.clock {
             clock.stop(&mut encoder);
@@ -577,6 +646,10 @@ impl GpuTracer {
             Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
+        if let Some(surfaces) = &self.surfaces {
+            let params = bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() });
+            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
+        }
         self.gpu.submit(self.dispatch(results, &program, [1, 1]).finish());
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
@@ -690,6 +763,10 @@ impl GpuTracer {
             Float::F32 => bytes(&self.params(work, tile)),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
+        if let Some(surfaces) = &self.surfaces {
+            let params = bytes(&self.params_double(work, tile));
+            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
+        }
         if let (Some(hierarchy), Some((_, first))) = (&self.hierarchy, work.first_pixel(tile)) {
             hierarchy.start_at(&self.gpu, first);
         }
@@ -776,7 +853,8 @@ impl GpuTracer {
             })
         };
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let n_results = if self.key.surface { RESULT_BYTES.len() } else { 1 };
+        let n_proposed = if self.key.surface { RESULT_BYTES.len() } else { 1 };
+        let n_results = if self.surfaces.is_some() { RESULT_BYTES.len() } else { n_proposed };
         let device_buffers: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)
@@ -795,14 +873,22 @@ impl GpuTracer {
             };
             buffer("rays", bytes_per_ray, usage)
         });
+        let proposed = &device_buffers[..n_proposed];
         let buffers =
-            std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);
+            std::iter::once(&self.params).chain(proposed).chain(&self.objects).chain(&rays);
         let resources = buffers
             .map(wgpu::Buffer::as_entire_binding)
             .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
         let bind_group = bind_resources(device, &program.bind_group_layout, resources);
+        let of_surfaces = self.surfaces.as_ref().map(|surfaces| {
+            let Surfaces { program, params, objects } = surfaces;
+            let buffers = std::iter::once(params).chain(&device_buffers).chain(objects);
+            let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+            bind_resources(device, &program.bind_group_layout, resources)
+        });
         self.gpu.check()?;
-        self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
+        let device = device_buffers;
+        self.results = Some(Results { n_rays, device, staging, rays, bind_group, of_surfaces });
         Ok(())
     }
 }

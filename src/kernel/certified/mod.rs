@@ -9,7 +9,7 @@ mod seen;
 mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
-use crate::guard::{self, GuardFactors};
+use crate::guard::{self, GuardFactors, NormalFactors};
 use crate::rays::Bundle;
 use crate::vec3::Real;
 
@@ -86,7 +86,10 @@ fn constants(bundle: Bundle, float: Float) -> Vec<(&'static str, String)> {
             slack_distance,
             slack_radius,
             k_error,
+            k_distance,
+            k_radius,
         } = GuardFactors::f64(input);
+        let NormalFactors { distance, radius, chord } = NormalFactors::new(guard::UNIT_F64, input);
         constants.extend([
             ("UNIT", guard::UNIT_F64),
             ("LENGTH_ROOM", length_room),
@@ -97,6 +100,11 @@ fn constants(bundle: Bundle, float: Float) -> Vec<(&'static str, String)> {
             ("SLACK_DISTANCE", slack_distance),
             ("SLACK_RADIUS", slack_radius),
             ("K_ERROR", k_error),
+            ("K_DISTANCE", k_distance),
+            ("K_RADIUS", k_radius),
+            ("NORMAL_DISTANCE", distance),
+            ("NORMAL_RADIUS", radius),
+            ("NORMAL_CHORD", chord),
         ]);
     }
     let literal = |(name, value)| (name, float.literal(value));

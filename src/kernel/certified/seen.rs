@@ -49,12 +49,18 @@ impl SeenFrom {
         let outer2 = (outer * outer + factors.aside * eta * eta) * factors.square_wider;
         let slack =
             guard::UNIT_F64 * (factors.slack_distance * distance + factors.slack_radius * outer);
-        let (mut q_low, mut q_high) = (0.0, 0.0);
-        if self.bundle == Bundle::Point {
-            let k = l2 - r2;
-            let k_error = factors.k_error * (l2 + r2);
-            q_low = self.widening.narrower / (k + k_error);
-            q_high = self.widening.wider / (k - k_error);
+        let (k_error, q_low, q_high);
+        match self.bundle {
+            Bundle::Point => {
+                let k = l2 - r2;
+                k_error = factors.k_error * (l2 + r2);
+                q_low = self.widening.narrower / (k + k_error);
+                q_high = self.widening.wider / (k - k_error);
+            }
+            Bundle::Parallel | Bundle::Free => {
+                k_error = factors.k_distance * (distance * distance) + factors.k_radius * r2;
+                (q_low, q_high) = (0.0, 0.0);
+            }
         }
         SphereCertified {
             center: l.0,
@@ -64,7 +70,7 @@ impl SeenFrom {
             slack,
             q_low,
             q_high_or_r2: q_high,
-            k_error: 0.0,
+            k_error,
         }
     }
 }
