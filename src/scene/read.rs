@@ -183,7 +183,7 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
     }
     let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
     let clouds = top.each("spheres", &SPHERES, read_cloud_table)?;
-    Ok((Scene { background, camera, image, spheres, planes, clouds: Vec::new() }, clouds))
+    Ok((Scene { background, camera, image, spheres, planes, ..Scene::default() }, clouds))
 }
 
 /// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
