@@ -205,7 +205,7 @@ impl<'t> Field<'t> {
         let linear = self.three_numbers(expected)?;
         match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
             Some(part) => Err(self.wrong(format!("{part:?} in a linear colour"), expected)),
-            None => Ok(Color(linear.map(|part| part as f32))),
+            None => Ok(Color(linear)),
         }
     }
 

@@ -102,7 +102,7 @@ impl Shader {
             palette: match encoding {
                 Encoding::Srgb8 => Colors::Srgb8(colors.map(Color::to_srgb8).collect()),
                 Encoding::Srgb16 => Colors::Srgb16(colors.map(Color::to_srgb16).collect()),
-                Encoding::Linear => Colors::Linear(colors.map(|color| color.0).collect()),
+                Encoding::Linear => Colors::Linear(colors.map(Color::to_f32).collect()),
             },
         }
     }
