@@ -1,8 +1,8 @@
 //! Where a ray meets its object, in f64 with a bound of the error.
 
+use super::Stage;
 use super::nearness::Place;
 use super::surface::{PlaneSight, Sight, SphereSight};
-use super::Stage;
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
 use crate::guard::{UNIT_F64, steps};
 use crate::kernel::RayOf;

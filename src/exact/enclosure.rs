@@ -80,8 +80,7 @@ fn quotient(x: &Real, y: &Real, n_bits: usize) -> (Real, Real) {
 fn square_root(x: &Real, n_bits: usize) -> (Real, Real) {
     let mut shift = (2 * n_bits).saturating_sub(x.mantissa.bit_len());
     shift += usize::from((x.exponent - shift as isize) % 2 != 0);
-    let low =
-        Real::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2);
+    let low = Real::new((&x.mantissa << shift).sqrt().into(), (x.exponent - shift as isize) / 2);
     let high = &low + &power_of_two(low.exponent);
     (low, high)
 }

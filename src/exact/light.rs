@@ -217,9 +217,7 @@ impl<'a> ExactBeam<'a> {
             _ => {
                 b.signum() < 0
                     && (&(&b * &b) - &(a * &c)).signum() >= 0
-                    && (self.is_endless
-                        || (a + &b).signum() > 0
-                        || (&(a + &b2) + &c).signum() < 0)
+                    && (self.is_endless || (a + &b).signum() > 0 || (&(a + &b2) + &c).signum() < 0)
             }
         })
     }
@@ -251,5 +249,4 @@ impl ExactCosine<'_> {
         let (low, high) = quotient.map_or((Real::zero(), one.clone()), |e| (e.low, e.high));
         Enclosure::between(low, if high > one { one } else { high })
     }
-
 }

@@ -75,7 +75,13 @@ impl Beam {
         let off = error + UNIT_F64 * (length(position) + distance);
         let is_apart = distance > 4.0 * off && (1.0 / LARGEST..LARGEST).contains(&distance);
         // |w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|
-        is_apart.then(|| Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance))
+        is_apart
+            .then(|| Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance))
+    }
+
+    /// The beam back along a ray whose direction is off by the relative error `turned`.
+    pub fn to_eye(from: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
+        Beam::new(from, -direction, 0.0, 2.0 * turned)
     }
 
     /// The beam against the direction of a sun's light, whose largest component is about 1.
@@ -103,7 +109,8 @@ impl Beam {
     #[inline(always)]
     pub fn meets_sphere(&self, center: Vec3<f64>, r: f64) -> InTheWay {
         let l = center - self.from;
-        let (l2, far) = (dot3(l, l), center.0[0].abs().max(center.0[1].abs()).max(center.0[2].abs()));
+        let (l2, far) =
+            (dot3(l, l), center.0[0].abs().max(center.0[1].abs()).max(center.0[2].abs()));
         let along = dot3(l, self.way);
         let foot = (along * self.inverse).clamp(0.0, if self.is_endless { f64::MAX } else { 1.0 });
         let q = l - self.way * foot;
