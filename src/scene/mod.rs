@@ -136,6 +136,9 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Most samples across and down a pixel.
+    pub const MAX_SAMPLES: u32 = 16;
+
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()
