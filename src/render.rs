@@ -280,7 +280,7 @@ mod tests {
         let pixels = pixels(10, 25);
         let scene = Scene { planes: vec![plane()], ..Scene::default() };
         let mut painter = Painter::Flat(Shader::new(&scene, Encoding::Srgb8));
-        let draw = |cancel_at| {
+        let mut draw = |cancel_at| {
             let mut tracer = Wall { n_calls: 0, cancel_at };
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
