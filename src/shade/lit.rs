@@ -212,8 +212,9 @@ impl Certified<'_> {
                 host::check()?;
                 let first = y * row + number * part;
                 work.find(first, out.len());
+                let (first_sample, n) = (self.job.first_sample(first), out.len());
                 for (at, out) in out.iter_mut().enumerate() {
-                    let bounds = work.bounds(first, at, part.min(row - number * part));
+                    let bounds = work.bounds(first_sample, at, n);
                     *out = pixel(bounds, first + at, &mut work.counts);
                 }
             }
@@ -349,27 +350,27 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Bounds of the mean of a pixel, the one `at` in a part of `n` pixels from `first` on. Each sum of
+    /// Bounds of the mean of a pixel, the one `at` in a part of `n` pixels whose first sample is given. Each sum of
     /// `n` terms, products of three numbers, is off by `n + 4` roundings at most.
-    fn bounds(&self, first: usize, at: usize, n: usize) -> [Interval; 3] {
+    fn bounds(&self, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
         let Certified { job, .. } = self.certified;
         let n_samples = job.lit.n_samples as usize;
         let packs_of_row = (n * n_samples).div_ceil(LANES);
         let mut sums = [Interval::default(); 3];
-        for (k, sample) in job.samples(first + at).enumerate() {
-            let id = job.ids[sample];
-            let color = job.color(id);
-            let in_row = at * n_samples + k % n_samples;
-            for channel in 0..3 {
-                let [low, high] = match (id, &job.lit.lighting) {
-                    (0, _) | (_, None) => [1.0; 2],
-                    _ => {
-                        let pack = &self.light[k / n_samples * packs_of_row + in_row / LANES];
-                        pack[channel].map(|row| row[in_row % LANES])
-                    }
-                };
-                sums[channel].low += color[channel] * low;
-                sums[channel].high += color[channel] * high;
+        for row in 0..n_samples {
+            let start = row * job.row;
+            let light = &self.light[row * packs_of_row.min(self.light.len())..];
+            for column in at * n_samples..(at + 1) * n_samples {
+                let id = job.ids[first_sample + start + column];
+                let color = job.color(id);
+                for channel in 0..3 {
+                    let [low, high] = match (id, &job.lit.lighting) {
+                        (0, _) | (_, None) => [1.0; 2],
+                        _ => light[column / LANES][channel].map(|row| row[column % LANES]),
+                    };
+                    sums[channel].low += color[channel] * low;
+                    sums[channel].high += color[channel] * high;
+                }
             }
         }
         let n_samples = n_samples * n_samples;
