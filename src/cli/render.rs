@@ -107,7 +107,10 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,
     };
-    Ok((format, PictureOptions { bits, certificates: args.certificates }))
+    Ok((
+        format,
+        PictureOptions { bits, certificates: args.certificates, ..PictureOptions::default() },
+    ))
 }
 
 /// `1280×720`, and where it belongs if it is a part.
