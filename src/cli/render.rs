@@ -6,6 +6,7 @@ use std::time::Instant;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render;
 use kugelblitz::trace::Rays;
@@ -25,7 +26,9 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
+    let n_samples = scene.samples.unwrap_or(1);
+    let plan =
+        || render::plan(format, options, n_samples, &pixels, scene.n_objects(), Available::now());
     let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
@@ -38,6 +41,9 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let progress = scene::preparing(&scene, kernel, &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
+    if session.prepared().is_some_and(Prepared::starts_in_f64) {
+        args.talk.note("f32 would leave most of these rays open: all begin in f64");
+    }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
     let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);

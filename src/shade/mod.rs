@@ -1,10 +1,20 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
+mod beam;
+mod lamp;
+mod lit;
+mod mean;
+mod painter;
+mod plain;
+
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
+pub use lamp::{Lamp, Lighting, Origin};
+pub use lit::Lit;
+pub use painter::{LitPainter, Painter};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
