@@ -495,6 +495,16 @@ fn check_says_what_a_scene_costs() {
     assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
     assert_eq!(text.stderr, "");
     assert_eq!(json["clouds"], serde_json::json!([]));
+    assert_eq!((&json["light"], &json["samples"]), (&Value::Null, &1.into()));
+    assert!(!text.text().contains("lit by") && !text.text().contains("samples"));
+
+    let json = run(&["check", &scene("lit/figure1"), "--json"], 0).json();
+    let light = serde_json::json!({"lights": 2, "sky_directions": 0, "ambient": true});
+    assert_eq!((&json["light"], &json["samples"]), (&light, &3.into()));
+    let text = run(&["check", &scene("lit/figure1")], 0).text().to_string();
+    assert!(text.contains("lit by 2 lights, ambient light\nsamples: 3 × 3 a pixel\n"), "{text}");
+    let text = run(&["check", &scene("lit/caffeine")], 0).text().to_string();
+    assert!(text.contains("lit by 1 light, a sky of 64 directions\n"), "{text}");
 }
 
 #[test]
