@@ -507,6 +507,36 @@ fn check_says_what_a_scene_costs() {
     assert!(text.contains("lit by 1 light, a sky of 64 directions\n"), "{text}");
 }
 
+/// A ball's outline in a small picture: as many colours as there are shares of samples in it.
+#[test]
+fn samples_are_those_of_the_command_line_else_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, "ball.toml");
+    let ball = "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[[sphere]]\n\
+                center = [0.1, 0, 0]\nradius = 1\ncolor = \"#ffffff\"\n[image]\n";
+    let out = file(&folder, "out.npy");
+    let reds = |samples: &str, options: &[&str]| -> BTreeSet<u32> {
+        fs::write(&path, format!("{ball}{samples}")).unwrap();
+        let start = ["render", &path, "-o", &out, "--size", "32x18", "--device", "cpu", "-q"];
+        run(&[&start[..], options].concat(), 0);
+        let bytes = fs::read(&out).unwrap();
+        let records = bytes[bytes.len() - 32 * 18 * 32..].chunks_exact(32);
+        records.map(|record| u32::from_le_bytes(record[20..24].try_into().unwrap())).collect()
+    };
+    let hard = BTreeSet::from([0.0_f32.to_bits(), 1.0_f32.to_bits()]);
+    assert_eq!(reds("", &[]), hard);
+    let soft = reds("samples = 2", &[]);
+    let quarters = [0.0_f32, 0.25, 0.5, 0.75, 1.0].map(f32::to_bits);
+    assert!(soft.len() > 3 && soft.is_subset(&BTreeSet::from(quarters)), "{soft:x?}");
+    assert_eq!(reds("", &["--samples", "2"]), soft);
+    assert_eq!(reds("samples = 2", &["--samples", "1"]), hard);
+    assert!(reds("samples = 2", &["--samples", "16"]).len() > 20);
+    for wrong in ["0", "17", "-1", "2.5", "many"] {
+        let ran = run(&["render", &path, "-o", &out, "--samples", wrong], 2);
+        assert!(ran.stderr.contains("--samples"), "{}", ran.stderr);
+    }
+}
+
 #[test]
 fn clouds_are_rendered_checked_and_refused_with_both_places() {
     let folder = tempfile::tempdir().unwrap();

@@ -34,12 +34,15 @@ use kugelblitz::control::Control;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
     DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
     parse_pixel, parse_ray, parse_size,
 };
+
+const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -143,6 +146,9 @@ pub struct RenderArgs {
     /// Also write which level decided each pixel (EXR and NPY)
     #[arg(long)]
     pub certificates: bool,
+    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
+    pub samples: Option<u32>,
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json")]
     pub repeat: Option<u32>,

@@ -26,7 +26,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let n_samples = scene.samples.unwrap_or(1);
+    let n_samples = args.samples.or(scene.samples).unwrap_or(1);
     let plan =
         || render::plan(format, options, n_samples, &pixels, scene.n_objects(), Available::now());
     let wants = plan()?.wants();
