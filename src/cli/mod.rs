@@ -39,7 +39,7 @@ use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
     DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
-    parse_pixel, parse_ray, parse_size,
+    parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
 
 const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
@@ -149,6 +149,9 @@ pub struct RenderArgs {
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
     pub samples: Option<u32>,
+    /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
+    pub epsilon: Option<f64>,
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json")]
     pub repeat: Option<u32>,
