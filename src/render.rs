@@ -18,7 +18,7 @@ use crate::tracer::Tracer;
 const BAND_BYTES: u64 = 16 << 20;
 
 /// How a picture is cut into bands, and what that costs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// The file's format.
     pub format: Format,
@@ -26,6 +26,9 @@ pub struct Plan {
     pub options: PictureOptions,
     /// Samples across and down a pixel.
     pub n_samples: u32,
+    /// How far from a surface shadow rays of kernels without a proof start, world units; 0 unless it is
+    /// changed.
+    pub epsilon: f64,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
@@ -83,7 +86,8 @@ pub fn plan(
         let hits = hits_bytes(n_rays, wants).saturating_add(samples);
         let bytes = writer.saturating_add(colors).saturating_add(hits);
         if bytes <= available.bytes {
-            return Ok(Plan { format, options, n_samples, n_band_rows, bytes });
+            let epsilon = 0.0;
+            return Ok(Plan { format, options, n_samples, epsilon, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(

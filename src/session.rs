@@ -261,14 +261,15 @@ impl Session {
         file: OutputFile,
         control: &Control,
     ) -> Result<(Rendered, OutputFile)> {
-        let Plan { format, options, n_samples, n_band_rows, .. } = *plan;
+        let Plan { format, options, n_samples, epsilon, n_band_rows, .. } = *plan;
         let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, plan.wants(), control)?;
         let (prepared, of_samples) = match of_samples {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
         };
         let encoding = format.encoding(options.bits);
-        let mut painter = Painter::new(prepared, encoding, pixels, (n_samples, 0.0), of_samples);
+        let how = (n_samples, epsilon);
+        let mut painter = Painter::new(prepared, encoding, pixels, how, of_samples);
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
