@@ -6,6 +6,7 @@ mod in_f64;
 mod lanes;
 mod nearness;
 mod packets;
+mod point;
 mod surface;
 
 use std::collections::HashMap;
@@ -27,10 +28,13 @@ use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
+pub(crate) use decide::bits;
 use in_f64::is_ordinary;
 pub(crate) use in_f64::{InF64, ray_record, suits_device};
-use lanes::{Completer, Part};
+pub(crate) use lanes::Completer;
+use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
+pub(crate) use point::{LANES, Pack, Points};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
@@ -264,7 +268,7 @@ fn store(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
 }
 
 /// One ray's result.
-struct Settled {
+pub(crate) struct Settled {
     id: u32,
     /// Like the normal, that of a miss unless exact arithmetic decided.
     t: f32,
@@ -279,7 +283,7 @@ enum StageRays<'a> {
 }
 
 /// The stages after f32 for one scene and its rays.
-struct Stage<'a> {
+pub(crate) struct Stage<'a> {
     scene: &'a Scene,
     rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
@@ -301,7 +305,7 @@ struct Stage<'a> {
 }
 
 /// A ray in f64: `reference + o + 2^−exponent·t·direction`.
-struct RayF64 {
+pub(crate) struct RayF64 {
     /// The camera's position, or the origin of a list's ray.
     reference: DVec3,
     /// Its origin is the zero vector but for parallel rays.
@@ -334,7 +338,7 @@ impl RayF64 {
 }
 
 impl<'a> Stage<'a> {
-    fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
+    pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
         let scene = &*prepared.scene;
         let hierarchy = prepared.hierarchy.as_ref();
         let k = |sphere| K::new(prepared.reference, sphere);
@@ -439,9 +443,11 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
-                    let mut part = Part { first: part * RAYS_PER_PART, id, t, normal };
-                    let n_open = part.t.iter().filter(|&&t| t == 0.0).count();
-                    match is_completed && n_open < part.t.len() / FEW_OPEN {
+                    let n_open = t.iter().filter(|&&t| t == 0.0).count();
+                    let is_nearly_done = is_completed && n_open < t.len() / FEW_OPEN;
+                    let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
+                    let mut part = Part { first, id, out };
+                    match is_nearly_done {
                         true => completer.complete_open(&mut part, control),
                         false => completer.complete(&mut part, control),
                     }

@@ -8,8 +8,8 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render;
-use kugelblitz::trace::Rays;
+use kugelblitz::render::{self, Plan};
+use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 
 use super::device;
@@ -21,12 +21,21 @@ use super::{RenderArgs, Run, scene};
 /// Renders one picture.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let (format, options) = what_to_write(args)?;
+    let epsilon = epsilon(args)?;
 
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
+    if args.epsilon.is_some() && !scene.is_lit() {
+        args.talk.warn("--epsilon changes nothing: the scene has no light");
+    }
+    let n_samples = args.samples.or(scene.samples).unwrap_or(1);
+    let plan = || {
+        let (n_objects, available) = (scene.n_objects(), Available::now());
+        let plan = render::plan(format, options, n_samples, &pixels, n_objects, available)?;
+        Ok::<_, Error>(Plan { epsilon, ..plan })
+    };
     let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
@@ -79,6 +88,18 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     Ok(())
 }
 
+/// How far from a surface shadow rays start.
+fn epsilon(args: &RenderArgs) -> Result<f64> {
+    match args.epsilon {
+        Some(_) if args.kernel.kernel == Kernel::Certified => Err(Error::Usage(
+            "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
+             way, and needs none; leave it out, or choose another --kernel"
+                .into(),
+        )),
+        epsilon => Ok(epsilon.unwrap_or(0.0)),
+    }
+}
+
 /// The format and its options, checked against each other.
 fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
     let output = &args.output;
@@ -111,7 +132,10 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,
     };
-    Ok((format, PictureOptions { bits, certificates: args.certificates }))
+    Ok((
+        format,
+        PictureOptions { bits, certificates: args.certificates, ..PictureOptions::default() },
+    ))
 }
 
 /// `1280×720`, and where it belongs if it is a part.

@@ -2,6 +2,8 @@
 
 mod clouds;
 mod color;
+mod edges;
+mod light;
 mod open;
 mod places;
 mod read;
@@ -17,6 +19,8 @@ use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use edges::Edges;
+pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,
@@ -115,6 +119,14 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The picture size that the file asks for.
     pub image: Option<ImageSize>,
+    /// The samples across and down a pixel that the file asks for.
+    pub samples: Option<u32>,
+    /// Lights, in file order.
+    pub lights: Vec<Light>,
+    /// Light from everywhere.
+    pub sky: Option<Sky>,
+    /// Light that every surface gets, wherever it lies.
+    pub ambient: Option<Color>,
     /// Single spheres in file order, then the spheres of each cloud.
     pub spheres: Spheres,
     /// Planes, in file order.
@@ -124,6 +136,9 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Most samples across and down a pixel.
+    pub const MAX_SAMPLES: u32 = 16;
+
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()
@@ -146,6 +161,11 @@ impl Scene {
             )
             .into()
         })
+    }
+
+    /// True where something lights the objects; else they have their colours as they are.
+    pub fn is_lit(&self) -> bool {
+        !self.lights.is_empty() || self.sky.is_some() || self.ambient.is_some()
     }
 
     /// The object that an id names, or `None` for the background and ids out of range.
