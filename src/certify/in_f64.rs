@@ -5,16 +5,14 @@
 
 use glam::DVec3;
 
-use super::nearness::{K, PlaneF64};
+use super::nearness::K;
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{
     LISTED_SPHERES, PlaneCertified, SeenFrom, SphereCertified, k_in_range, offset_in_range,
 };
-use crate::kernel::{Float, Kernel, Lists};
-use crate::prepare::{
-    Finding, Prepared, RayRecordDouble, ShaderKey, exponent_of, scale_by_power_of_two,
-};
+use crate::kernel::{Kernel, Lists};
+use crate::prepare::{Prepared, RayRecordDouble, exponent_of, scale_by_power_of_two};
 use crate::rays::{Bundle, Ray};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::dot3;
@@ -23,20 +21,17 @@ use crate::vec3::dot3;
 pub struct InF64 {
     /// The objects that are tested one after the other.
     pub lists: Lists<SphereCertified<f64>, PlaneCertified<f64>>,
-    /// True where all rays start in none of these spheres, and where they start in each of them.
-    is_outside: bool,
-    is_inside: bool,
-    frame: Frame,
+    pub(super) frame: Frame,
 }
 
 /// The rays, and the point that the numbers are relative to.
 #[derive(Clone, Copy)]
-struct Frame {
-    bundle: Bundle,
+pub(super) struct Frame {
+    pub(super) bundle: Bundle,
     reference: DVec3,
     /// Largest distance of an origin from there.
     farthest_origin: f64,
-    input: InputError,
+    pub(super) input: InputError,
 }
 
 /// Whether the filter in f64 on a device has a way to all objects of a scene.
@@ -84,50 +79,12 @@ impl InF64 {
         };
         spheres.resize(prepared.n_listed_spheres(), SphereCertified::never(bundle));
         InF64 {
-            is_outside: spheres.iter().all(|sphere| sphere.q_low > 0.0),
-            is_inside: spheres.iter().all(|sphere| sphere.q_low < 0.0),
             lists: Lists {
                 spheres,
                 planes: scene.planes.iter().map(|plane| frame.plane(plane)).collect(),
             },
             frame,
         }
-    }
-
-    /// The shader for all rays, or for some pixels that come as a list.
-    pub fn shader_key(&self, prepared: &Prepared, some: bool) -> ShaderKey {
-        let Frame { bundle, .. } = self.frame;
-        ShaderKey {
-            kernel: Kernel::Certified,
-            float: Float::F64,
-            bundle,
-            some: some && bundle != Bundle::Free,
-            spheres: match &prepared.hierarchy {
-                Some(_) => Finding::Hierarchy,
-                None if bundle == Bundle::Point && self.is_outside => Finding::ListedOutside,
-                None if bundle == Bundle::Point && self.is_inside => Finding::ListedInside,
-                None => Finding::Listed,
-            },
-            n_spheres: self.lists.spheres.len(),
-            n_planes: self.lists.planes.len(),
-            surface: false,
-        }
-    }
-
-    /// The shader for `t` and normals of hits.
-    pub fn surface_key(&self, prepared: &Prepared) -> ShaderKey {
-        ShaderKey { surface: true, ..self.shader_key(prepared, false) }
-    }
-
-    /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list
-    /// is turned.
-    pub fn units(&self, prepared: &Prepared) -> Vec<[u32; 4]> {
-        let unit = |(plane, listed): (&Plane, &PlaneCertified<f64>)| {
-            let PlaneF64 { normal, unit, .. } = PlaneF64::new(plane, self.frame.input);
-            let [x, y, z] = unit.0.map(|component| (component as f32).to_bits());
-            [x, y, z, u32::from(listed.normal != normal.0)]
-        };
-        prepared.scene.planes.iter().zip(&self.lists.planes).map(unit).collect()
     }
 
     /// What the spheres of a hierarchy are seen from.

@@ -7,6 +7,8 @@ mod lanes;
 mod nearness;
 mod packets;
 mod point;
+#[cfg(feature = "gpu")]
+mod shaders;
 mod surface;
 
 use std::collections::HashMap;
@@ -88,30 +90,21 @@ pub fn resolve(
     Ok(timing)
 }
 
-/// Rays that a device is asked to decide in f64.
-#[derive(Clone, Copy)]
-pub enum Asked<'a> {
-    /// All of them.
-    All,
-    /// Those with these indices.
-    Some(&'a [u32]),
-}
-
 /// A device that runs the filter in f64.
 pub trait DecideInF64 {
-    /// Whether it also gives `t` and normals of the hits that it decides, in f32 or as [`Asked::All`], with
+    /// Whether it also gives `t` and normals of the hits that it decides in f32, and where it decides all, with
     /// a `t` of 0 for those that it leaves to the CPU.
     fn completes(&self, rays: &Rays) -> bool;
 
     /// Writes the objects that rays of a scene that [`suits_device`] see into `hits`, or
-    /// [`UNDECIDED`]; false where that is better left to the CPU.
+    /// [`UNDECIDED`]: of all rays, or of those with some indices. False where that is better left to the CPU.
     ///
     /// # Errors
     /// Those of [`crate::tracer::Tracer::trace`].
     fn decide_in_f64(
         &mut self,
         rays: &Rays,
-        asked: Asked,
+        some: Option<&[u32]>,
         control: &Control,
         hits: &mut Hits,
     ) -> Result<bool>;
@@ -140,7 +133,7 @@ fn decide_on_device(
     hits: &mut Hits,
 ) -> Result<Vec<u32>> {
     if let (true, Rays::Pixels(_)) = (prepared.starts_in_f64(), rays)
-        && device.decide_in_f64(rays, Asked::All, control, hits)?
+        && device.decide_in_f64(rays, None, control, hits)?
     {
         hits.level.fill(Level::F64 as u8);
         let open = listed_open(hits);
@@ -155,11 +148,11 @@ fn decide_on_device(
         Rays::List(rays) => is_ordinary(&rays[*ray as usize]),
     };
     let (asked, mut left): (Vec<u32>, Vec<u32>) = undecided.iter().partition(|ray| suits(ray));
-    let mut some = Hits::default();
-    if !device.decide_in_f64(rays, Asked::Some(&asked), control, &mut some)? {
+    let mut answers = Hits::default();
+    if !device.decide_in_f64(rays, Some(&asked), control, &mut answers)? {
         return Ok(undecided);
     }
-    for (&ray, &id) in asked.iter().zip(&some.id) {
+    for (&ray, &id) in asked.iter().zip(&answers.id) {
         match id {
             UNDECIDED => left.push(ray),
             _ => store(Settled::in_f64(id), ray as usize, wants, hits),

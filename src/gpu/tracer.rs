@@ -13,7 +13,7 @@ use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
-use crate::certify::{self, Asked, DecideInF64, InF64};
+use crate::certify::{self, DecideInF64, InF64};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
@@ -473,13 +473,13 @@ impl DecideInF64 for GpuTracer {
     fn decide_in_f64(
         &mut self,
         rays: &Rays,
-        asked: Asked,
+        some: Option<&[u32]>,
         control: &Control,
         hits: &mut Hits,
     ) -> Result<bool> {
-        let (some, is_taken) = match asked {
-            Asked::All => (None, self.gpu.begins_in_f64()?),
-            Asked::Some(some) => (Some(some), self.gpu.decides_in_f64(some.len())?),
+        let is_taken = match some {
+            None => self.gpu.begins_in_f64()?,
+            Some(some) => self.gpu.decides_in_f64(some.len())?,
         };
         if self.cpu_fallback.is_some() || !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
             return Ok(false);
