@@ -168,8 +168,7 @@ impl Recipe {
                 control.check()?;
             }
             let [x, y, z, radius, color @ ..] = rows();
-            let color = Color(color.map(|part| part as f32));
-            spheres.push(Sphere { center: DVec3::new(x, y, z), radius }, color);
+            spheres.push(Sphere { center: DVec3::new(x, y, z), radius }, Color(color));
         }
         Ok(Scene { camera: Some(self.camera()), spheres, ..Scene::default() })
     }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Colors, Shader};
+use crate::shade::{Colors, Painter, Shader};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -24,6 +24,8 @@ pub struct Plan {
     pub format: Format,
     /// How it is written.
     pub options: PictureOptions,
+    /// Samples across and down a pixel.
+    pub n_samples: u32,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
@@ -61,19 +63,27 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
 pub fn plan(
     format: Format,
     options: PictureOptions,
+    n_samples: u32,
     pixels: &Pixels,
     n_objects: usize,
     available: Available,
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
     let mut n_band_rows = band_rows(pixels, wants);
+    if n_samples > 1 {
+        let of_samples = band_rows(&pixels.samples(n_samples), Wants::default());
+        n_band_rows = n_band_rows.min(of_samples / n_samples).max(1);
+    }
+    let n_rays_each = if n_samples > 1 { u64::from(n_samples).pow(2) } else { 0 };
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
-        let bytes = writer.saturating_add(colors).saturating_add(hits_bytes(n_rays, wants));
+        let samples = hits_bytes(n_rays.saturating_mul(n_rays_each), Wants::default());
+        let hits = hits_bytes(n_rays, wants).saturating_add(samples);
+        let bytes = writer.saturating_add(colors).saturating_add(hits);
         if bytes <= available.bytes {
-            return Ok(Plan { format, options, n_band_rows, bytes });
+            return Ok(Plan { format, options, n_samples, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
@@ -107,6 +117,8 @@ pub struct Rendered {
     pub counts: StageCounts,
     /// Time in the stages of tracing.
     pub timing: Timing,
+    /// How many ways from samples to lamps each stage decided.
+    pub shadow_rays: StageCounts,
     /// Time for colours.
     pub shade: Duration,
     /// Time for encoding and writing.
@@ -117,11 +129,11 @@ pub struct Rendered {
 /// ends the picture with [`PictureWriter::finish`].
 ///
 /// # Errors
-/// Those of [`Tracer::trace`], [`Shader::shade`] and [`PictureWriter::rows`];
+/// Those of [`Tracer::trace`], [`Painter::paint`] and [`PictureWriter::rows`];
 /// [`Error::Interrupted`] between bands as well.
 pub fn render<W: Write + Seek>(
     tracer: &mut dyn Tracer,
-    shader: &Shader,
+    painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
     writer: &mut PictureWriter<W>,
@@ -129,12 +141,10 @@ pub fn render<W: Write + Seek>(
 ) -> Result<Rendered> {
     let mut rendered = Rendered::default();
     let mut hits = Hits::default();
-    let mut colors = Colors::new(shader.encoding());
+    let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        let start = Instant::now();
-        shader.shade(&hits, &mut colors)?;
-        rendered.shade += start.elapsed();
+        painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
         let start = Instant::now();
         writer.rows(&colors, &hits, band.height)?;
         rendered.write += start.elapsed();
@@ -246,7 +256,8 @@ mod tests {
         let huge = pixels(32768, 32768);
         assert_eq!(band_rows(&huge, Wants::default()), 128);
         for format in Format::ALL {
-            let plan = plan(format, PictureOptions::default(), &huge, 9, room(u64::MAX)).unwrap();
+            let plan =
+                plan(format, PictureOptions::default(), 1, &huge, 9, room(u64::MAX)).unwrap();
             assert!(plan.bytes < 256 << 20, "{format}: {plan:?}");
         }
     }
@@ -254,7 +265,7 @@ mod tests {
     #[test]
     fn little_memory_means_small_bands_and_too_little_is_refused() {
         let pixels = pixels(1000, 1000);
-        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), &pixels, 9, room(bytes));
+        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), 1, &pixels, 9, room(bytes));
         let all = plan(u64::MAX).unwrap();
         assert_eq!(all.n_band_rows, 838);
         let half = plan(all.bytes / 2).unwrap();
@@ -268,13 +279,13 @@ mod tests {
     fn sums_are_of_all_bands_and_a_cancelled_run_stops_between_two() {
         let pixels = pixels(10, 25);
         let scene = Scene { planes: vec![plane()], ..Scene::default() };
-        let shader = Shader::new(&scene, Encoding::Srgb8);
-        let draw = |cancel_at| {
+        let mut painter = Painter::Flat(Shader::new(&scene, Encoding::Srgb8));
+        let mut draw = |cancel_at| {
             let mut tracer = Wall { n_calls: 0, cancel_at };
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
             let control = Control::default();
-            let rendered = render(&mut tracer, &shader, &pixels, 10, &mut writer, &control)?;
+            let rendered = render(&mut tracer, &mut painter, &pixels, 10, &mut writer, &control)?;
             writer.finish()?;
             Ok(rendered)
         };

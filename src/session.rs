@@ -14,7 +14,7 @@ use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
-use crate::shade::{Encoding, Shader};
+use crate::shade::{Colors, Encoding, Painter, Shader};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -35,6 +35,8 @@ pub struct Session {
     device: Device,
     kernel: Kernel,
     ready: Option<Ready>,
+    /// For the samples of pixels, where there are several.
+    of_samples: Option<Ready>,
 }
 
 /// The tracer, and what it was made for.
@@ -74,7 +76,14 @@ impl Session {
     /// A session that has made nothing yet. The scene's camera is its camera.
     pub fn new(scene: impl Into<Arc<Scene>>, device: Device, kernel: Kernel) -> Session {
         let scene = scene.into();
-        Session { camera: scene.camera.clone(), scene, device, kernel, ready: None }
+        Session {
+            camera: scene.camera.clone(),
+            scene,
+            device,
+            kernel,
+            ready: None,
+            of_samples: None,
+        }
     }
 
     /// The scene.
@@ -137,31 +146,31 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<(&mut Ready, Making)> {
-        let suits = |ready: &Ready| ready.suits(&self.scene, self.kernel, rays, wants);
-        let (ready, making) = match self.ready.take_if(|ready| suits(ready)) {
-            Some(ready) => (ready, Making::default()),
-            None => self.make(rays, wants, control)?,
-        };
+        let source = (&self.scene, &self.device, self.kernel);
+        let (ready, making) = Ready::renewed(&mut self.ready, None, source, rays, wants, control)?;
         Ok((self.ready.insert(ready), making))
     }
 
-    fn make(&mut self, rays: &Rays, wants: Wants, control: &Control) -> Result<(Ready, Making)> {
-        let start = Instant::now();
-        let scene = Arc::clone(&self.scene);
-        let old = self.ready.as_ref().map(|old| &*old.prepared);
-        let prepared = Prepared::renewed(old, scene, self.kernel, rays, control)?;
-        let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
-        control.check()?;
-        let build = prepared.build_time();
-        let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
-        if let Some(Ready { mut tracer, .. }) = self.ready.take_if(|old| old.wants == wants) {
-            let start = Instant::now();
-            tracer.retarget(Arc::clone(&prepared))?;
-            let upload = start.elapsed();
-            return Ok((Ready { prepared, wants, tracer }, Making { upload, ..making }));
+    /// As [`Session::ready`] for pixels, and for their samples where there are several.
+    fn ready_to_draw(
+        &mut self,
+        pixels: &Pixels,
+        n_samples: u32,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<(&mut Ready, Option<&mut Ready>)> {
+        let source = (&self.scene, &self.device, self.kernel);
+        let rays = Rays::Pixels(*pixels);
+        let (ready, _) = Ready::renewed(&mut self.ready, None, source, &rays, wants, control)?;
+        let ready = self.ready.insert(ready);
+        if n_samples == 1 {
+            return Ok((ready, None));
         }
-        let Made { tracer, compile, upload } = self.device.tracer(&prepared, wants)?;
-        Ok((Ready { prepared, wants, tracer }, Making { compile, upload, ..making }))
+        let rays = Rays::Pixels(pixels.samples(n_samples));
+        // The tree is there already.
+        let (slot, tree, wants) = (&mut self.of_samples, Some(&*ready.prepared), Wants::default());
+        let (of_samples, _) = Ready::renewed(slot, tree, source, &rays, wants, control)?;
+        Ok((ready, Some(self.of_samples.insert(of_samples))))
     }
 
     /// Traces any rays, or pixels of a picture.
@@ -193,8 +202,26 @@ impl Session {
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
-        let srgb8 = Shader::srgb8(&self.scene, &hits)?;
+        let srgb8 = self.colors(&pixels, &hits)?;
         Ok(Picture { width, height, hits, srgb8 })
+    }
+
+    /// The colours of a picture whose hits are there.
+    fn colors(&mut self, pixels: &Pixels, hits: &Hits) -> Result<Vec<[u8; 3]>> {
+        let (n_samples, control) = (self.scene.samples.unwrap_or(1), Control::default());
+        let wants = Wants { surface: true, level: true };
+        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, wants, &control)?;
+        let (prepared, of_samples) = match of_samples {
+            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
+            None => (&ready.prepared, None),
+        };
+        let mut painter = Painter::new(prepared, Encoding::Srgb8, pixels, n_samples, of_samples);
+        let mut colors = Colors::new(Encoding::Srgb8);
+        painter.paint(pixels, hits, &control, &mut colors, &mut Rendered::default())?;
+        match colors {
+            Colors::Srgb8(pixels) => Ok(pixels),
+            Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
+        }
     }
 
     /// Draws a picture into a file; the name's ending tells the format.
@@ -212,7 +239,9 @@ impl Session {
         let (format, control) = (Format::from_path(path)?, Control::default());
         let pixels = self.pixels(width, height)?;
         let options = PictureOptions::default();
-        let plan = plan(format, options, &pixels, self.scene.n_objects(), Available::now())?;
+        let n_samples = self.scene.samples.unwrap_or(1);
+        let n_objects = self.scene.n_objects();
+        let plan = plan(format, options, n_samples, &pixels, n_objects, Available::now())?;
         let file = OutputFile::create(path, format.needs_seek())?;
         let (rendered, file) = self.draw(&pixels, &plan, file, &control)?;
         output::commit([file], &control)?;
@@ -231,15 +260,20 @@ impl Session {
         file: OutputFile,
         control: &Control,
     ) -> Result<(Rendered, OutputFile)> {
-        let Plan { format, options, n_band_rows, .. } = *plan;
-        let shader = Shader::new(&self.scene, format.encoding(options.bits));
-        let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
+        let Plan { format, options, n_samples, n_band_rows, .. } = *plan;
+        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, plan.wants(), control)?;
+        let (prepared, of_samples) = match of_samples {
+            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
+            None => (&ready.prepared, None),
+        };
+        let encoding = format.encoding(options.bits);
+        let mut painter = Painter::new(prepared, encoding, pixels, n_samples, of_samples);
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
         let begin = start.elapsed();
         let tracer = &mut *ready.tracer;
-        let mut rendered = render(tracer, &shader, pixels, n_band_rows, &mut writer, control)?;
+        let mut rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut writer, control)?;
         let start = Instant::now();
         let file = writer.finish()?;
         rendered.write += begin + start.elapsed();
@@ -267,6 +301,36 @@ impl Session {
 }
 
 impl Ready {
+    /// Takes what there is where it suits, else makes another: with the tree of `tree` or of the old one
+    /// where these are of the same scene.
+    fn renewed(
+        old: &mut Option<Ready>,
+        tree: Option<&Prepared>,
+        (scene, device, kernel): (&Arc<Scene>, &Device, Kernel),
+        rays: &Rays,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<(Ready, Making)> {
+        if let Some(ready) = old.take_if(|ready| ready.suits(scene, kernel, rays, wants)) {
+            return Ok((ready, Making::default()));
+        }
+        let start = Instant::now();
+        let tree = tree.or(old.as_ref().map(|old| &*old.prepared));
+        let prepared = Prepared::renewed(tree, Arc::clone(scene), kernel, rays, control)?;
+        let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
+        control.check()?;
+        let build = prepared.build_time();
+        let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
+        if let Some(Ready { mut tracer, .. }) = old.take_if(|old| old.wants == wants) {
+            let start = Instant::now();
+            tracer.retarget(Arc::clone(&prepared))?;
+            let upload = start.elapsed();
+            return Ok((Ready { prepared, wants, tracer }, Making { upload, ..making }));
+        }
+        let Made { tracer, compile, upload } = device.tracer(&prepared, wants)?;
+        Ok((Ready { prepared, wants, tracer }, Making { compile, upload, ..making }))
+    }
+
     fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
         self.wants == wants
             && self.prepared.kernel == kernel

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::gpu;
+use kugelblitz::scene::{Color, Sphere};
 use program::{finish, program, run, scene_file as scene};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -504,7 +505,7 @@ fn clouds_are_rendered_checked_and_refused_with_both_places() {
     let file = caffeine.replace("toml", "xyz");
     let expected = serde_json::json!([{"file": file, "spheres": 24, "first_id": 1}]);
     assert_eq!(json["clouds"], expected);
-    let sphere_bytes = size_of::<kugelblitz::scene::Sphere>() + size_of::<[f32; 3]>();
+    let sphere_bytes = size_of::<Sphere>() + size_of::<Color>();
     assert_eq!(json["bytes_scene"], 24 * sphere_bytes);
     let text = run(&["check", &caffeine], 0);
     assert!(text.text().contains(&format!("{file}: 24 spheres, from id 1")), "{}", text.text());

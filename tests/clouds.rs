@@ -55,8 +55,8 @@ fn both() -> String {
 /// A sphere and its colour.
 type Colored = (Sphere, Color);
 
-fn sphere(x: f64, y: f64, z: f64, radius: f64, color: [f32; 3]) -> Colored {
-    (Sphere { center: DVec3::new(x, y, z), radius }, Color(color))
+fn sphere(x: f64, y: f64, z: f64, radius: f64, color: impl Into<Color>) -> Colored {
+    (Sphere { center: DVec3::new(x, y, z), radius }, color.into())
 }
 
 /// Numbers that f32 holds, so that all formats can have the same spheres.
@@ -66,7 +66,7 @@ fn some_spheres(n: usize, seed: u64) -> Vec<Colored> {
     (0..n)
         .map(|_| {
             let center = DVec3::from_array(std::array::from_fn(|_| number(-1e3, 1e3)));
-            let color = std::array::from_fn(|_| number(0.0, 1.0) as f32);
+            let color = std::array::from_fn(|_| number(0.0, 1.0));
             (Sphere { center, radius: number(1e-3, 10.0) }, Color(color))
         })
         .collect()
@@ -74,8 +74,7 @@ fn some_spheres(n: usize, seed: u64) -> Vec<Colored> {
 
 /// The first `n_columns` of x, y, z, r, red, green, blue.
 fn columns((sphere, color): &Colored, n_columns: usize) -> Vec<f64> {
-    let color = color.0.map(f64::from);
-    let all = [&sphere.center.to_array()[..], &[sphere.radius], &color].concat();
+    let all = [&sphere.center.to_array()[..], &[sphere.radius], &color.0].concat();
     all[..n_columns].to_vec()
 }
 
@@ -95,7 +94,7 @@ fn npy_of_every_type_order_and_shape_is_read_as_it_is_written() {
             spheres.iter_mut().for_each(|(_, color)| *color = Color([0.25, 0.5, 1.0]));
         }
         let spheres = Spheres::from_iter(spheres);
-        let sphere_bytes = if n_columns < 7 { 32 } else { 44 };
+        let sphere_bytes = if n_columns < 7 { 32 } else { 56 };
         assert_eq!(spheres.bytes(), 1000 * sphere_bytes);
         for value in ["<f4", ">f4", "<f8", ">f8"] {
             for fortran in [false, true] {
@@ -155,7 +154,7 @@ fn xyz_has_radius_and_colour_by_element() {
     let text = "5\nany text, also none\nH 0 0 0\n  c  1 2.5 -3e0  0.17 # charge\nO\t1 1 1\r\n\
                 CL 0 0 9\nfe 0 0 -9\n\n";
     let scene = folder.cloud("a.xyz", text, "").unwrap();
-    let srgb = |bytes| Color::from_srgb8(bytes).0;
+    let srgb = Color::from_srgb8;
     let expected = [
         sphere(0.0, 0.0, 0.0, 1.20, srgb([255, 255, 255])),
         sphere(1.0, 2.5, -3.0, 1.77, srgb([0x90, 0x90, 0x90])),

@@ -66,7 +66,7 @@ fn expected(language: Language, scene: &Scene, view: &View, [w, h]: [u32; 2]) ->
         Language::Tachyon => [v.x, v.y, -v.z],
     };
     let color = |color: Color| match language {
-        Language::Pov => color.0.map(f64::from),
+        Language::Pov => color.0,
         Language::Tachyon => color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0),
     };
     let line = |kind, parts: &[&[f64]]| (kind, bits(parts.concat()));

@@ -22,9 +22,9 @@ use rand_chacha::ChaCha8Rng;
 const SEED: u64 = 20_240_611;
 
 /// The sRGB curve from its standard, in the other direction than the writer's.
-fn linear(byte: u8) -> f32 {
+fn linear(byte: u8) -> f64 {
     let v = f64::from(byte) / 255.0;
-    (if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }) as f32
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 /// All pixels of a picture.
@@ -200,7 +200,7 @@ fn read_exr(bytes: &[u8]) -> exr::error::Result<ExrFile> {
 /// The channels of an EXR as they must be, bit for bit.
 fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String, Vec<u32>)> {
     let rgb = |i: usize| {
-        let color = |&id: &u32| palette[id as usize].0[i].to_bits();
+        let color = |&id: &u32| (palette[id as usize].0[i] as f32).to_bits();
         hits.id.iter().map(color).collect::<Vec<u32>>()
     };
     let normal = |i: usize| hits.normal.iter().map(|n| n[i].to_bits()).collect();
@@ -223,7 +223,7 @@ fn expected_channels(hits: &Hits, palette: &[Color], level: bool) -> Vec<(String
 
 /// Ids beyond 2¹⁶, which neither u16 nor a half float would hold.
 fn large_palette() -> Vec<Color> {
-    (0..70_000).map(|i| Color([i as f32 / 70_000.0, 0.25, 1.0])).collect()
+    (0..70_000).map(|i| Color([f64::from(i) / 70_000.0, 0.25, 1.0])).collect()
 }
 
 #[test]
@@ -291,7 +291,7 @@ fn npy_holds_every_value_bit_for_bit() {
         assert_eq!(records.len(), 13 * 9 * record_bytes);
         for (i, record) in records.chunks_exact(record_bytes).enumerate() {
             let mut expected = hits.id[i].to_le_bytes().to_vec();
-            let color = palette[hits.id[i] as usize].0;
+            let color = palette[hits.id[i] as usize].to_f32();
             for value in [hits.t[i]].iter().chain(&hits.normal[i]).chain(&color) {
                 expected.extend(value.to_le_bytes());
             }

@@ -4,9 +4,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, Projection, Scene, parse_scene, read_scene};
+use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, parse_scene, read_scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -33,6 +34,10 @@ const SPHERE: &str = "[[sphere]]\ncenter = [0, 1, -4]\nradius = 2\ncolor = \"#d6
 const PLANE: &str = "[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\ncolor = [0.5, 0, 1]\n";
 const CLOUD: &str = "[[spheres]]\nfile = \"missing.npy\"\nradius = 0.01\ncolor = \"#1f77b4\"\n";
 const IMAGE: &str = "[image]\nwidth = 1280\nheight = 720\n";
+const POINT: &str = "[[light]]\nposition = [4, 6, 3]\ncolor = [1, 0.5, 0]\nintensity = 0.9\n\
+                     shadows = false\n";
+const SUN: &str = "[[light]]\ndirection = [-1, -2, -1]\n";
+const SKY: &str = "[sky]\nintensity = 0.5\ndirections = 16\n";
 
 /// A whole text with `‹` before and `›` behind the bytes that the error must be about (neither is
 /// part of the file), and words that the message and the help must have.
@@ -60,7 +65,7 @@ fn cases() -> Vec<Case> {
         case(SPHERE, "= 2", "= ‹2x›", &["TOML"], &[]),
         // unknown keys at every level
         top("‹backgroud› = \"#000000\"\n", &["unknown key `backgroud`", "top of the file"], &["did you mean `background`?"]),
-        top("‹ambient› = 1\n", &["unknown key `ambient`"], &["background, camera, image, sphere, spheres, plane"]),
+        top("‹fog› = 1\n", &["unknown key `fog`"], &["background, ambient, camera, image, light, sky, sphere, spheres, plane"]),
         top("[‹image1›]\n", &["unknown key `image1`"], &["`image`"]),
         case(CAMERA, "look_at", "‹lookat›", &["`lookat`", "[camera]"], &["did you mean `look_at`?"]),
         case(CAMERA, "[camera]", "[camera]\n‹background› = \"#ffffff\"", &["unknown key"], &["`background` belongs to the top of the file"]),
@@ -160,6 +165,47 @@ fn cases() -> Vec<Case> {
         case(CLOUD, "\"#1f77b4\"", "‹\"blue\"›", &["\"blue\" is not a colour"], &["#rrggbb"]),
         case(CLOUD, "color", "‹colour›", &["`colour`", "[[spheres]]"], &["`color`"]),
         case(SPHERE, "radius = 2", "radius = 2\n‹file› = \"a.npy\"", &["`file`", "[[sphere]]"], &["`file` belongs to [[spheres]]"]),
+        // lights, sky, ambient light and samples
+        case(POINT, "[[light]]\nposition = [4, 6, 3]", "‹[[light]]›", &["`position` or `direction` is missing", "[[light]]"], &["position = [", "direction = ["]),
+        case(POINT, "[4, 6, 3]", "[4, 6, 3]\ndirection = ‹[0, -1, 0]›", &["both `position` and `direction`"], &["sun", "remove one"]),
+        case(POINT, "[4, 6, 3]", "‹\"camera\"›", &["`position` is \"camera\""], &["three numbers", "\"eye\""]),
+        case(POINT, "[4, 6, 3]", "‹[4, 6]›", &["2 values", "`position`"], &["three numbers", "position = [4.0, 6.0, 3.0]"]),
+        case(POINT, "[4, 6, 3]", "‹true›", &["boolean", "`position`"], &["three numbers"]),
+        case(POINT, "[4, 6, 3]", "[4, ‹inf›, 3]", &["`position`", "not a finite number"], &[]),
+        (format!("[camera]\nposition = [0, 0, -1e308]\nlook_at = [0, 0, 0]\n{}", POINT.replace("[4, 6, 3]", "‹[0, 0, 1e308]›")), &["`position`", "too far"], &["1.8e308"]),
+        case(SUN, "[-1, -2, -1]", "‹[0, -0.0, 0]›", &["`direction` is the zero vector"], &["any length but zero"]),
+        case(SUN, "[-1, -2, -1]", "[-1, ‹nan›, -1]", &["`direction`", "not a finite number"], &[]),
+        case(SUN, "[-1, -2, -1]", "‹\"eye\"›", &["string", "`direction`"], &["three numbers"]),
+        case(POINT, "[1, 0.5, 0]", "‹\"yellow\"›", &["\"yellow\" is not a colour"], &["#rrggbb"]),
+        case(POINT, "[1, 0.5, 0]", "‹[1, 0.5, 2]›", &["2.0", "linear"], &["0 to 1"]),
+        case(POINT, "0.9", "‹-0.9›", &["`intensity` is -0.9"], &["not negative", "intensity = 0.9"]),
+        case(POINT, "0.9", "‹1e999›", &["`intensity`", "not a finite number"], &[]),
+        case(POINT, "0.9", "‹\"0.9\"›", &["string", "`intensity`"], &["number"]),
+        case(POINT, "false", "‹0›", &["integer", "`shadows`"], &["true or false", "shadows = true"]),
+        case(POINT, "intensity", "‹intensty›", &["`intensty`", "[[light]]"], &["did you mean `intensity`?"]),
+        case(POINT, "shadows", "‹shadow›", &["`shadow`", "[[light]]"], &["did you mean `shadows`?"]),
+        case(POINT, "position", "‹center›", &["`center`", "[[light]]"], &["`center` belongs to [[sphere]]"]),
+        ("‹[light]›\nposition = [4, 6, 3]\n".into(), &["table", "`light`"], &["list", "[[light]]"]),
+        ("[[‹lights›]]\nposition = [4, 6, 3]\n".into(), &["`lights`"], &["did you mean `light`?"]),
+        case(SKY, "[sky]\nintensity = 0.5", "‹[sky]›", &["`intensity` is missing", "[sky]"], &["intensity = 0.5"]),
+        case(SKY, "0.5", "‹-1›", &["`intensity` is -1.0"], &["not negative"]),
+        case(SKY, "16", "‹0›", &["`directions` is 0"], &["directions from 1 to 65536"]),
+        case(SKY, "16", "‹65537›", &["`directions` is 65537"], &["1 to 65536"]),
+        case(SKY, "16", "‹16.0›", &["float", "`directions`"], &["whole number"]),
+        case(SKY, "directions", "‹direction›", &["`direction`", "[sky]"], &["`direction` belongs to [[light]]"]),
+        case(SKY, "intensity", "‹color› = \"#ffffff\"\nintensity", &["`color`", "[sky]"], &["belongs to"]),
+        ("‹[[sky]]›\nintensity = 1\n".into(), &["list", "`sky`"], &["one table", "[sky]"]),
+        top("ambient = ‹-0.1›\n", &["`ambient` is -0.1"], &["not negative", "ambient = 0.1"]),
+        top("ambient = ‹inf›\n", &["`ambient`", "not a finite number"], &[]),
+        top("ambient = ‹\"dim\"›\n", &["\"dim\" is not a colour"], &["#rrggbb"]),
+        top("ambient = ‹true›\n", &["boolean", "`ambient`"], &["#rrggbb"]),
+        top("ambient = ‹[0.1, 0.1, 1.5]›\n", &["1.5", "linear"], &["0 to 1"]),
+        ("[image]\nsamples = ‹0›\n".into(), &["`samples` is 0"], &["samples from 1 to 16"]),
+        ("[image]\nsamples = ‹17›\n".into(), &["`samples` is 17"], &["1 to 16"]),
+        ("[image]\nsamples = ‹2.0›\n".into(), &["float", "`samples`"], &["whole number of samples"]),
+        ("[image]\n‹sample› = 4\n".into(), &["`sample`", "[image]"], &["did you mean `samples`?"]),
+        ("‹[image]›\nsamples = 4\nwidth = 640\n".into(), &["`height` is missing"], &["height = 720"]),
+        case(CAMERA, "[camera]", "[camera]\n‹samples› = 4", &["`samples`", "[camera]"], &["`samples` belongs to [image]"]),
     ]
 }
 
@@ -210,7 +256,7 @@ fn each_error_has_its_place_its_finding_and_its_advice() {
 
 #[test]
 fn the_tables_of_the_cases_are_right_as_they_stand() {
-    for text in [CAMERA, SPHERE, PLANE, IMAGE] {
+    for text in [CAMERA, SPHERE, PLANE, IMAGE, POINT, SUN, SKY] {
         parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"));
     }
 }
@@ -240,6 +286,50 @@ fn a_scene_is_read_as_it_is_written() {
     assert_eq!(scene.planes[0].normal.to_array(), [0.0, 1.0, 0.0]);
     assert_eq!(scene.planes[0].color, Color([0.5, 0.0, 1.0]));
     assert_eq!(scene.n_objects(), 3);
+}
+
+#[test]
+fn lights_are_read_as_they_are_written() {
+    let text = format!("ambient = 0.1\n[image]\nsamples = 3\n{POINT}{SUN}{SKY}");
+    let scene = parse(&text).unwrap();
+    let color = Color([1.0, 0.5, 0.0]);
+    let point = Source::Point(DVec3::new(4.0, 6.0, 3.0));
+    let white = Color([1.0; 3]);
+    let sun = Source::Sun(DVec3::new(-1.0, -2.0, -1.0));
+    assert_eq!(
+        scene.lights,
+        [
+            Light { source: point, color, intensity: 0.9, shadows: false },
+            Light { source: sun, color: white, intensity: 1.0, shadows: true },
+        ]
+    );
+    assert_eq!(scene.sky, Some(Sky { intensity: 0.5, directions: 16 }));
+    assert_eq!(scene.ambient, Some(Color([0.1; 3])));
+    assert_eq!((scene.image, scene.samples), (None, Some(3)));
+    assert!(scene.is_lit());
+
+    let scene = parse("ambient = \"#808080\"\n[[light]]\nposition = \"eye\"\n").unwrap();
+    assert_eq!(scene.lights[0].source, Source::Eye);
+    assert_eq!(scene.ambient, Some(Color::from_srgb8([0x80; 3])));
+    let scene = parse("ambient = [0, 0.25, 1]\n[sky]\nintensity = 0\n").unwrap();
+    assert_eq!(scene.ambient, Some(Color([0.0, 0.25, 1.0])));
+    assert_eq!(scene.sky, Some(Sky { intensity: 0.0, directions: 64 }));
+    assert_eq!(parse("ambient = 7").unwrap().ambient, Some(Color([7.0; 3])));
+    let most = parse(
+        "[image]\nwidth = 2\nheight = 3\nsamples = 16\n[sky]\nintensity = 1\ndirections = 65536",
+    )
+    .unwrap();
+    assert_eq!((most.samples, most.sky.unwrap().directions), (Some(16), 65536));
+    assert_eq!(most.image.map(|i| (i.width, i.height)), Some((2, 3)));
+    let unlit = parse(&format!("{IMAGE}{SPHERE}")).unwrap();
+    assert!(!unlit.is_lit() && unlit.samples.is_none());
+}
+
+/// Linear colours have all digits that f64 has.
+#[test]
+fn linear_colours_are_f64() {
+    let scene = parse(&PLANE.replace("[0.5, 0, 1]", "[0.1, 0.3, 1]")).unwrap();
+    assert_eq!(scene.planes[0].color, Color([0.1, 0.3, 1.0]));
 }
 
 #[test]
@@ -340,6 +430,10 @@ fn a_key_is_suggested_where_one_is_near_and_not_elsewhere() {
                 ("speres", "spheres"),
                 ("planes", "plane"),
                 ("palne", "plane"),
+                ("lights", "light"),
+                ("lihgt", "light"),
+                ("ambiant", "ambient"),
+                ("Sky", "sky"),
             ][..],
         ),
         (
@@ -354,7 +448,20 @@ fn a_key_is_suggested_where_one_is_near_and_not_elsewhere() {
                 ("Up", "up"),
             ],
         ),
-        ("[image]", &[("widht", "width"), ("heigth", "height"), ("hight", "height")]),
+        (
+            "[image]",
+            &[("widht", "width"), ("heigth", "height"), ("hight", "height"), ("sample", "samples")],
+        ),
+        (
+            "[[light]]",
+            &[
+                ("pos", "position"),
+                ("dir", "direction"),
+                ("colour", "color"),
+                ("shadow", "shadows"),
+            ],
+        ),
+        ("[sky]", &[("intensty", "intensity"), ("directons", "directions")]),
         (
             "[[sphere]]",
             &[
@@ -375,9 +482,9 @@ fn a_key_is_suggested_where_one_is_near_and_not_elsewhere() {
         }
     }
     let far = [
-        ("", "ambient light sky fog scene title version objects box cube s a material torus"),
+        ("", "sun lamp fog scene title version objects box cube s a material torus"),
         ("[camera]", "target eye aspect near far direction focus size"),
-        ("[image]", "samples dpi format w x"),
+        ("[image]", "aa dpi format w x"),
         ("[[sphere]]", "shine material mass texture velocity r c reflectivity"),
         ("[[plane]]", "d offset distance size texture"),
         ("[[spheres]]", "count scale path url"),
@@ -390,7 +497,7 @@ fn a_key_is_suggested_where_one_is_near_and_not_elsewhere() {
         }
     }
     // Of an unknown shape, the known ones are told.
-    for shape in ["triangle", "box", "cone", "cylinder", "torus", "mesh", "disk", "cube", "light"] {
+    for shape in ["triangle", "box", "cone", "cylinder", "torus", "mesh", "disk", "cube", "lamp"] {
         for text in [format!("[[{shape}]]\nsize = 1\n"), format!("[{shape}]\nsize = 1\n")] {
             assert_eq!(suggestion(&text), None, "{text}{}", help(&text));
             let shapes = "the objects are [[sphere]], [[spheres]] and [[plane]]";

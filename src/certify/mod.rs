@@ -4,6 +4,7 @@
 mod decide;
 mod lanes;
 mod nearness;
+mod point;
 mod surface;
 
 use std::collections::HashMap;
@@ -27,6 +28,7 @@ use crate::vec3::Vec3;
 use decide::MOST_HELD;
 use lanes::{Completer, Part};
 use nearness::{Foot, K, PlaneF64};
+pub(crate) use point::PointF64;
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
@@ -162,7 +164,7 @@ fn store(settled: Settled, index: usize, wants: Wants, hits: &mut Hits) {
 }
 
 /// One ray's result.
-struct Settled {
+pub(crate) struct Settled {
     id: u32,
     /// Like the normal, that of a miss unless exact arithmetic decided.
     t: f32,
@@ -177,7 +179,7 @@ enum StageRays<'a> {
 }
 
 /// The stages after f32 for one scene and its rays.
-struct Stage<'a> {
+pub(crate) struct Stage<'a> {
     scene: &'a Scene,
     rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
@@ -199,7 +201,7 @@ struct Stage<'a> {
 }
 
 /// A ray in f64: `reference + o + 2^−exponent·t·direction`.
-struct RayF64 {
+pub(crate) struct RayF64 {
     /// The camera's position, or the origin of a list's ray.
     reference: DVec3,
     /// Its origin is the zero vector but for parallel rays.
@@ -229,7 +231,7 @@ impl RayF64 {
 }
 
 impl<'a> Stage<'a> {
-    fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
+    pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
         let scene = &*prepared.scene;
         let hierarchy = prepared.hierarchy.as_ref();
         let k = |sphere| K::new(prepared.reference, sphere);

@@ -48,6 +48,20 @@ pub struct Found {
 }
 
 impl Found {
+    /// Bounds of `t`; `None` where there are none.
+    #[inline(always)]
+    pub fn t(&self, a: f64, widening: &Widening<f64>) -> Option<(f64, f64)> {
+        let Nearness { low, high } = self.root;
+        let t = (widening.narrower / (a * high), widening.wider / (a * low));
+        (low > 0.0 && t.0 > 0.0 && t.1 < f64::INFINITY).then_some(t)
+    }
+
+    /// The normal, certain or not.
+    #[inline(always)]
+    pub fn normal(&self) -> Vec3<f64> {
+        self.normal
+    }
+
     /// `t`, multiplied with `scale`, and the normal; a `t` of 0 where they are not certain.
     #[inline(always)]
     pub fn to_f32(&self, a: f64, scale: f64, widening: &Widening<f64>) -> Surface {
@@ -102,6 +116,20 @@ impl SphereSight {
             q_high: q.high,
             k: if is_certain { k.value } else { 0.0 },
         }
+    }
+
+    /// A hit that is known to exist, and a bound of the error of its normal: that of
+    /// [`guard::most_width`], for the width that it has. `None` where nothing is certain.
+    pub fn seen(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Option<(Found, f64)> {
+        let is_outside = self.k > 0.0;
+        let found = match is_outside {
+            true => Outside(*self).surface(ray, bounds),
+            false => Inside(*self).surface(ray, bounds),
+        };
+        let chords = self.chords(ray, is_outside);
+        let width = (chords.outer - chords.inner) * ray.a.sqrt();
+        let error = NORMAL_TOLERANCE + (width - self.most_width) / self.r;
+        (self.k != 0.0).then_some((found, 1.01 * error))
     }
 
     /// Half the chords of a ray: of the inner radius, of the outer one, and the normal from that of

@@ -89,7 +89,14 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         let mut bytes_memory = BTreeMap::new();
         for format in Format::ALL {
             let options = PictureOptions::default();
-            match plan(format, options, &pixels, scene.n_objects(), available) {
+            match plan(
+                format,
+                options,
+                scene.samples.unwrap_or(1),
+                &pixels,
+                scene.n_objects(),
+                available,
+            ) {
                 Ok(plan) => drop(bytes_memory.insert(format.name(), plan.bytes)),
                 // A format that can't hold the picture is left out.
                 Err(Error::TooLarge(_)) => {}

@@ -25,7 +25,9 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let plan = || render::plan(format, options, &pixels, scene.n_objects(), Available::now());
+    let n_samples = scene.samples.unwrap_or(1);
+    let plan =
+        || render::plan(format, options, n_samples, &pixels, scene.n_objects(), Available::now());
     let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.

@@ -9,12 +9,16 @@
 //! [`ExactRay`] is a ray, [`nearest`] the visible one of several [shapes](crate::shape), and
 //! [`ExactHit`] what is seen there, with `t` and the normal correctly rounded.
 
+mod enclosure;
+mod light;
 mod number;
 mod ray;
 mod root;
 
 use std::cmp::Ordering;
 
+pub use enclosure::Enclosure;
+pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Real, real, signum};
 pub(crate) use number::{double, integer, product3, real3};
 pub use ray::{ExactPixels, ExactRay};

@@ -20,8 +20,8 @@ use glam::DVec3;
 /// of the polynomials here stay within `±2^20`, so sums of exponents can't overflow.
 #[derive(Clone, Debug)]
 pub struct Real {
-    mantissa: IBig,
-    exponent: isize,
+    pub(super) mantissa: IBig,
+    pub(super) exponent: isize,
 }
 
 /// The exact value of an f64, or `None` if it is not finite.

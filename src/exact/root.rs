@@ -299,7 +299,7 @@ fn lowest(last: u64, holds: impl Fn(u64) -> bool) -> u64 {
 ///
 /// If `p` is 0 or has the sign `s`, that is the sign; else the larger magnitude decides, and
 /// magnitudes compare as their squares do: `p²` with `x`.
-fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
+pub(super) fn sign_of_sum(p: &Real, s: i32, x: &Real) -> i32 {
     let sign_p = signum(p);
     if s == 0 || sign_p == s {
         return sign_p;

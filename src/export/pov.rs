@@ -61,5 +61,5 @@ impl std::fmt::Display for Vector {
 }
 
 fn rgb(color: Color) -> String {
-    format!("rgb <{}>", Numbers { numbers: color.0.map(f64::from), separator: ", " })
+    format!("rgb <{}>", Numbers { numbers: color.0, separator: ", " })
 }

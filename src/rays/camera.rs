@@ -104,6 +104,20 @@ pub struct Pixels {
 }
 
 impl Pixels {
+    /// The samples of these pixels, `n` × `n` each, as pixels of a picture `n` times as large: its centre
+    /// rays are those through `x + (i + ½)/n`, `y + (j + ½)/n`.
+    pub fn samples(&self, n: u32) -> Pixels {
+        Pixels {
+            view: self.view,
+            image_width: self.image_width * n,
+            image_height: self.image_height * n,
+            x: self.x * n,
+            y: self.y * n,
+            width: self.width * n,
+            height: self.height * n,
+        }
+    }
+
     /// All pixels of a picture.
     pub fn whole(view: View, image_width: u32, image_height: u32) -> Pixels {
         Pixels {

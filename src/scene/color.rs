@@ -1,12 +1,20 @@
 //! Linear colour and its sRGB encoding: the only home of the transfer function.
 
+use super::Edges;
+
 /// Linear RGB, each component in `0..=1`; black by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Color(pub [f32; 3]);
+pub struct Color(pub [f64; 3]);
+
+impl From<[f64; 3]> for Color {
+    fn from(linear: [f64; 3]) -> Color {
+        Color(linear)
+    }
+}
 
 impl From<[f32; 3]> for Color {
     fn from(linear: [f32; 3]) -> Color {
-        Color(linear)
+        Color(linear.map(f64::from))
     }
 }
 
@@ -16,7 +24,7 @@ impl Color {
 
     /// The linear colour of 8-bit sRGB; [`Color::to_srgb8`] gives the same bytes back.
     pub fn from_srgb8(srgb: [u8; 3]) -> Color {
-        Color(srgb.map(|byte| linear_from_srgb(f64::from(byte) / 255.0) as f32))
+        Color(srgb.map(|byte| linear_from_srgb(f64::from(byte) / 255.0)))
     }
 
     /// Reads `#rrggbb` (sRGB, either case); `None` for any other text.
@@ -29,29 +37,35 @@ impl Color {
         Some(Color::from_srgb8([red, green, blue]))
     }
 
-    /// 8-bit sRGB, rounded to nearest; components outside `0..=1` are clamped.
+    /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`Edges`].
     pub fn to_srgb8(self) -> [u8; 3] {
-        self.0.map(|linear| encode(linear, 255.0) as u8)
+        self.0.map(|linear| Edges::srgb8().number(linear) as u8)
     }
 
-    /// 16-bit sRGB, rounded to nearest; components outside `0..=1` are clamped.
+    /// 16-bit sRGB: the numbers whose ranges hold the components, by their [`Edges`].
     pub fn to_srgb16(self) -> [u16; 3] {
-        self.0.map(|linear| encode(linear, 65535.0) as u16)
+        self.0.map(|linear| Edges::srgb16().number(linear))
+    }
+
+    /// The nearest f32 of each component.
+    pub fn to_f32(self) -> [f32; 3] {
+        self.0.map(|linear| linear as f32)
     }
 }
 
-fn encode(linear: f32, largest: f64) -> f64 {
-    (srgb_from_linear(f64::from(linear).clamp(0.0, 1.0)) * largest).round()
-}
-
-/// The sRGB transfer function (IEC 61966-2-1): linear light to encoded value, both in `0..=1`.
+/// The sRGB transfer function (IEC 61966-2-1): linear light to encoded value, both in `0..=1`. The
+/// same f64 on every machine.
 pub fn srgb_from_linear(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
+    }
 }
 
 /// The inverse of [`srgb_from_linear`].
 pub fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]
@@ -81,7 +95,7 @@ mod tests {
 
     #[test]
     fn out_of_range_is_clamped() {
-        let color = Color([-0.5, 1.5, f32::NAN]);
+        let color = Color([-0.5, 1.5, f64::NAN]);
         assert_eq!(color.to_srgb8(), [0, 255, 0]);
         assert_eq!(color.to_srgb16(), [0, 65535, 0]);
     }

@@ -39,6 +39,9 @@ pub struct Sky {
 }
 
 impl Sky {
+    /// Suns of a sky whose scene file does not say how many.
+    pub const DIRECTIONS: u32 = 64;
+
     /// Most suns.
     pub const MAX_DIRECTIONS: u32 = 65536;
 

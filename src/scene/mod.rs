@@ -2,6 +2,7 @@
 
 mod clouds;
 mod color;
+mod edges;
 mod light;
 mod open;
 mod places;
@@ -18,6 +19,7 @@ use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use edges::Edges;
 pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
@@ -134,6 +136,9 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Most samples across and down a pixel.
+    pub const MAX_SAMPLES: u32 = 16;
+
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()

@@ -9,7 +9,9 @@ use super::clouds::{CloudTable, Given, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
-use super::{Camera, Color, ImageSize, Plane, Projection, Scene, Sphere, Spheres};
+use super::{
+    Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
+};
 use crate::control::Control;
 use crate::error::{Result, SceneError};
 use crate::memory;
@@ -118,8 +120,11 @@ const TOP: Kind = Kind {
     header: "the top of the file",
     keys: &[
         ("background", "\"#20242c\""),
+        ("ambient", "0.1"),
         ("camera", ""),
         ("image", ""),
+        ("light", ""),
+        ("sky", ""),
         ("sphere", ""),
         ("spheres", ""),
         ("plane", ""),
@@ -135,7 +140,19 @@ const CAMERA: Kind = Kind {
         ("height", "4.0"),
     ],
 };
-const IMAGE: Kind = Kind { header: "[image]", keys: &[("width", "1280"), ("height", "720")] };
+const IMAGE: Kind =
+    Kind { header: "[image]", keys: &[("width", "1280"), ("height", "720"), ("samples", "4")] };
+const LIGHT: Kind = Kind {
+    header: "[[light]]",
+    keys: &[
+        ("position", "[4.0, 6.0, 3.0]"),
+        ("direction", "[-1.0, -2.0, -1.0]"),
+        ("color", "\"#ffffff\""),
+        ("intensity", "0.9"),
+        ("shadows", "true"),
+    ],
+};
+const SKY: Kind = Kind { header: "[sky]", keys: &[("intensity", "0.5"), ("directions", "64")] };
 const SPHERE: Kind = Kind {
     header: "[[sphere]]",
     keys: &[
@@ -159,7 +176,10 @@ const SPHERES: Kind = Kind {
     keys: &[("file", "\"cloud.npy\""), ("radius", "0.01"), ("color", "\"#1f77b4\"")],
 };
 /// All kinds, to tell where a key that is known elsewhere belongs.
-pub(super) const KINDS: [&Kind; 6] = [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES];
+pub(super) const KINDS: [&Kind; 8] =
+    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY];
+/// Those of objects.
+pub(super) const OBJECTS: [&Kind; 3] = [&SPHERE, &PLANE, &SPHERES];
 
 /// The scene without its clouds, and what the file says about them.
 fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
@@ -170,8 +190,14 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
         None => Color::BLACK,
     };
     let camera = top.get("camera").map(|field| read_camera(&field.table(&CAMERA)?)).transpose()?;
-    let image = top.get("image").map(|field| read_image(&field.table(&IMAGE)?)).transpose()?;
+    let (image, samples) = match top.get("image") {
+        Some(field) => read_image(&field.table(&IMAGE)?)?,
+        None => (None, None),
+    };
+    let ambient = top.get("ambient").map(|field| read_ambient(&field)).transpose()?;
     let eye = camera.as_ref().map_or(DVec3::ZERO, |camera| camera.position);
+    let lights = top.each("light", &LIGHT, |table| read_light(table, eye))?;
+    let sky = top.get("sky").map(|field| read_sky(&field.table(&SKY)?)).transpose()?;
     let mut spheres = Spheres::default();
     for (index, (sphere, color, name)) in
         (0..).zip(top.each("sphere", &SPHERE, |table| read_sphere(table, eye))?)
@@ -183,7 +209,19 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
     }
     let planes = top.each("plane", &PLANE, |table| read_plane(table, eye))?;
     let clouds = top.each("spheres", &SPHERES, read_cloud_table)?;
-    Ok((Scene { background, camera, image, spheres, planes, ..Scene::default() }, clouds))
+    let scene = Scene {
+        background,
+        camera,
+        image,
+        samples,
+        lights,
+        sky,
+        ambient,
+        spheres,
+        planes,
+        clouds: Vec::new(),
+    };
+    Ok((scene, clouds))
 }
 
 /// The sine between `up` and the view axis above which `right` has a direction. Its f64 value is
@@ -255,10 +293,60 @@ fn read_camera(table: &Table) -> Checked<Camera> {
     }
 }
 
-fn read_image(table: &Table) -> Checked<ImageSize> {
-    Ok(ImageSize {
-        width: table.require("width")?.side()?,
-        height: table.require("height")?.side()?,
+/// The size, of which the file gives both sides or none, and the samples.
+fn read_image(table: &Table) -> Checked<(Option<ImageSize>, Option<u32>)> {
+    let side = |key| table.require(key)?.whole_number("pixels", ImageSize::MAX_SIDE);
+    let size = match (table.get("width"), table.get("height")) {
+        (None, None) => None,
+        _ => Some(ImageSize { width: side("width")?, height: side("height")? }),
+    };
+    let samples = |field: Field| field.whole_number("samples", Scene::MAX_SAMPLES);
+    Ok((size, table.get("samples").map(samples).transpose()?))
+}
+
+/// A number for all three channels, or a colour.
+fn read_ambient(field: &Field) -> Checked<Color> {
+    match field.is_number() {
+        true => field.not_negative().map(|light| Color([light; 3])),
+        false => field.color(),
+    }
+}
+
+fn read_light(table: &Table, eye: DVec3) -> Checked<Light> {
+    let source = match (table.get("position"), table.get("direction")) {
+        (Some(field), None) if field.is_text() => {
+            field.require_word("eye", "a point of three numbers, or \"eye\" for the camera")?;
+            Source::Eye
+        }
+        (Some(field), None) => {
+            let position = field.vector()?;
+            finite_difference(&field, position, eye)?;
+            Source::Point(position)
+        }
+        (None, Some(field)) => Source::Sun(field.nonzero_vector()?),
+        (None, None) => return Err(table.lacks(["position", "direction"])),
+        (Some(_), Some(field)) => {
+            return Err(Fault::new(
+                field.span(),
+                "the light has both `position` and `direction`",
+                "`position` is for a light at a point, `direction` for a sun: the way its light \
+                 travels; remove one of them",
+            ));
+        }
+    };
+    Ok(Light {
+        source,
+        color: table.get("color").map_or(Ok(Color([1.0; 3])), |field| field.color())?,
+        intensity: table.get("intensity").map_or(Ok(1.0), |field| field.not_negative())?,
+        shadows: table.get("shadows").map_or(Ok(true), |field| field.flag())?,
+    })
+}
+
+fn read_sky(table: &Table) -> Checked<Sky> {
+    let directions = |field: Field| field.whole_number("directions", Sky::MAX_DIRECTIONS);
+    Ok(Sky {
+        intensity: table.require("intensity")?.not_negative()?,
+        directions: table.get("directions").map_or(Ok(Sky::DIRECTIONS), directions)?,
     })
 }
 

@@ -308,7 +308,7 @@ mod tests {
         assert_eq!(spheres.bytes(), 3200);
         let colors = vec![[0.25, 0.5, 1.0]; 100];
         let colored = spheres.with_colors(colors).unwrap();
-        assert_eq!((colored.rows().as_ptr(), colored.bytes()), (at, 4400));
+        assert_eq!((colored.rows().as_ptr(), colored.bytes()), (at, 5600));
         assert_eq!(colored.color(99), Some(Color([0.25, 0.5, 1.0])));
         assert_eq!((colored.color(100), colored.name(0)), (None, None));
     }
@@ -358,7 +358,7 @@ mod tests {
         let before = spheres.clone();
         spheres.push(sphere(2.0), blue);
         spheres.set_name(2, "last");
-        assert_eq!(spheres.bytes(), 3 * 44);
+        assert_eq!(spheres.bytes(), 3 * 56);
         assert!(spheres.colors().eq([red, red, blue]));
         assert_eq!((spheres.name(1), spheres.name(2)), (None, Some("last")));
         assert_eq!((before.len(), before.color(1), before.color(2)), (2, Some(red), None));

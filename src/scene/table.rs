@@ -6,9 +6,9 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::Color;
 use super::places::{Fault, char_start, quoted};
-use super::read::KINDS;
-use super::{Color, ImageSize};
+use super::read::{KINDS, OBJECTS};
 
 pub(super) type Checked<T> = std::result::Result<T, Fault>;
 
@@ -58,14 +58,27 @@ impl<'t> Table<'t> {
 
     pub fn require(&self, key: &str) -> Checked<Field<'t>> {
         self.get(key).ok_or_else(|| {
-            let keys = self.kind.keys.iter();
-            let example = keys.filter(|(name, _)| *name == key).map(|(_, e)| *e);
             Fault::new(
                 self.span.clone(),
                 format!("`{key}` is missing in this {}", self.kind.header),
-                format!("add for example `{key} = {}`", example.collect::<String>()),
+                format!("add for example {}", self.example(key)),
             )
         })
+    }
+
+    /// The fault that a table has where it has none of two keys.
+    pub fn lacks(&self, [one, other]: [&str; 2]) -> Fault {
+        Fault::new(
+            self.span.clone(),
+            format!("`{one}` or `{other}` is missing in this {}", self.kind.header),
+            format!("add for example {} or {}", self.example(one), self.example(other)),
+        )
+    }
+
+    fn example(&self, key: &str) -> String {
+        let keys = self.kind.keys.iter();
+        let example = keys.filter(|(name, _)| *name == key).map(|(_, e)| *e);
+        format!("`{key} = {}`", example.collect::<String>())
     }
 
     /// Reads each table of the array `key`; none where the key is absent.
@@ -132,6 +145,29 @@ impl<'t> Field<'t> {
         }
     }
 
+    pub fn is_text(&self) -> bool {
+        matches!(self.value.get_ref(), DeValue::String(_))
+    }
+
+    pub fn is_number(&self) -> bool {
+        matches!(self.value.get_ref(), DeValue::Float(_) | DeValue::Integer(_))
+    }
+
+    pub fn flag(&self) -> Checked<bool> {
+        match self.value.get_ref() {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(self.wrong_type("true or false")),
+        }
+    }
+
+    /// A text that is this word, and nothing else.
+    pub fn require_word(&self, word: &str, expected: &str) -> Checked<()> {
+        match self.text()? {
+            text if text == word => Ok(()),
+            text => Err(self.wrong(format!("`{}` is {:?}", self.key, quoted(&text)), expected)),
+        }
+    }
+
     pub fn text(&self) -> Checked<String> {
         match self.value.get_ref() {
             DeValue::String(text) => Ok(text.to_string()),
@@ -163,6 +199,17 @@ impl<'t> Field<'t> {
                 .integer("a number; one beyond 64 bits is written as a float like 1e20")
                 .map(|integer| integer as f64),
             _ => Err(self.wrong_type("a number")),
+        }
+    }
+
+    /// A finite number that is not negative.
+    pub fn not_negative(&self) -> Checked<f64> {
+        match self.number()? {
+            number if number >= 0.0 => Ok(number),
+            number => {
+                let found = format!("`{}` is {number:?}", self.key);
+                Err(self.wrong(found, "a number that is not negative"))
+            }
         }
     }
 
@@ -205,16 +252,16 @@ impl<'t> Field<'t> {
         let linear = self.three_numbers(expected)?;
         match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
             Some(part) => Err(self.wrong(format!("{part:?} in a linear colour"), expected)),
-            None => Ok(Color(linear.map(|part| part as f32))),
+            None => Ok(Color(linear)),
         }
     }
 
-    /// Width or height of the picture.
-    pub fn side(&self) -> Checked<u32> {
-        let expected = format!("a whole number of pixels from 1 to {}", ImageSize::MAX_SIDE);
+    /// A number of `things`, from 1 to `most`.
+    pub fn whole_number(&self, things: &str, most: u32) -> Checked<u32> {
+        let expected = format!("a whole number of {things} from 1 to {most}");
         let found = self.integer(&expected)?;
         match u32::try_from(found) {
-            Ok(side @ 1..=ImageSize::MAX_SIDE) => Ok(side),
+            Ok(number) if (1..=most).contains(&number) => Ok(number),
             _ => Err(self.wrong(format!("`{}` is {found}", self.key), expected)),
         }
     }
@@ -262,7 +309,7 @@ fn unknown_key(kind: &Kind, key: &str, is_table: bool, span: Range<usize>) -> Fa
 fn shapes(kind: &Kind) -> String {
     let headers = kind.keys.iter().map(|(name, _)| format!("[[{name}]]"));
     let shapes: Vec<String> =
-        headers.filter(|header| KINDS.iter().any(|kind| kind.header == header)).collect();
+        headers.filter(|header| OBJECTS.iter().any(|kind| kind.header == header)).collect();
     match &shapes[..] {
         [] => String::new(),
         [only] => format!("the objects are {only}; "),

@@ -10,6 +10,7 @@ mod build;
 pub mod footprint;
 pub mod footprints;
 mod members;
+mod segment;
 mod wide;
 
 use std::ops::Range;
@@ -23,6 +24,7 @@ use crate::memory;
 use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
+pub use segment::Segment;
 pub use wide::TreeRay;
 use wide::{WIDE_BYTES, Wide};
 

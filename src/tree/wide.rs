@@ -14,12 +14,12 @@ type Lanes<T> = [T; WIDTH];
 /// Boxes, and what is in each.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
-struct WideNode {
+pub(super) struct WideNode {
     low: [Lanes<f32>; 3],
     high: [Lanes<f32>; 3],
     /// The place of a sphere, with [`IS_LEAF`], or the number of a node.
-    links: Lanes<u32>,
-    n_boxes: usize,
+    pub links: Lanes<u32>,
+    pub n_boxes: usize,
 }
 
 impl WideNode {
@@ -30,8 +30,8 @@ impl WideNode {
 /// The nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Wide {
-    nodes: Vec<WideNode>,
-    root: usize,
+    pub nodes: Vec<WideNode>,
+    pub root: usize,
 }
 
 /// Most bytes a sphere while the nodes are made: each has two boxes or more, and parts are put together
@@ -142,14 +142,15 @@ impl Tree {
     /// origin's distance what rounds in that.
     #[inline(always)]
     pub fn visit(&self, ray: &TreeRay, visit: impl FnMut(usize) -> f64) {
-        let walk = Walk { wide: self.wide(), slabs: Slab::of(ray), visit };
+        let slabs = Slab::new(ray.origin, ray.direction, 0.0);
+        let walk = Walk { wide: self.wide(), slabs, visit };
         pulp::Arch::new().dispatch(walk);
     }
 }
 
 /// A ray along one axis.
 #[derive(Clone, Copy)]
-struct Slab {
+pub(super) struct Slab {
     origin: f64,
     slack: f64,
     direction: f64,
@@ -158,15 +159,16 @@ struct Slab {
 }
 
 impl Slab {
-    fn of(ray: &TreeRay) -> [Slab; 3] {
+    /// Of a ray that may lie up to `slack` beside the true one.
+    pub fn new(origin: DVec3, direction: DVec3, slack: f64) -> [Slab; 3] {
         // 2⁸ times the rounding of the offset to the origin.
         const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
-        let slack = ray.origin.abs().max_element() * SLACK;
-        let inverse = ray.direction.recip();
+        let slack = slack + origin.abs().max_element() * SLACK;
+        let inverse = direction.recip();
         std::array::from_fn(|axis| Slab {
-            origin: ray.origin[axis],
+            origin: origin[axis],
             slack,
-            direction: ray.direction[axis],
+            direction: direction[axis],
             inverse: inverse[axis],
         })
     }
@@ -216,7 +218,7 @@ impl<V: FnMut(usize) -> f64> pulp::WithSimd for Walk<'_, V> {
 /// `t_max`.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
-fn enter(node: &WideNode, slabs: &[Slab; 3], t_max: f64) -> (Lanes<f64>, Lanes<bool>) {
+pub(super) fn enter(node: &WideNode, slabs: &[Slab; 3], t_max: f64) -> (Lanes<f64>, Lanes<bool>) {
     // Three roundings, of the difference, of the inverse and of the product.
     const WIDER: f64 = 1.0 + 4.0 * f64::EPSILON;
     const NARROWER: f64 = 1.0 - 4.0 * f64::EPSILON;

@@ -119,7 +119,7 @@ impl Columns {
             sphere.radius = number(column)?;
         }
         for (channel, &column) in self.color.iter().flatten().enumerate() {
-            color.0[channel] = number(column)? as f32;
+            color.0[channel] = number(column)?;
         }
         Ok((sphere, color))
     }

@@ -21,7 +21,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let read = table.read(|row, column, value| match column {
         0..3 => spheres[row].center[column] = value,
         3 => spheres[row].radius = value,
-        _ => colors[row].0[column - 4] = value as f32,
+        _ => colors[row].0[column - 4] = value,
     });
     read.map_err(|error| stop(cloud, error))?;
     let colors = cloud.spheres.colors().skip(first);

@@ -1,10 +1,19 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
+mod beam;
+mod lamp;
+mod lit;
+mod mean;
+mod painter;
+
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
+pub use lamp::{Lamp, Lighting, Origin};
+pub use lit::Lit;
+pub use painter::{LitPainter, Painter};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,7 +111,7 @@ impl Shader {
             palette: match encoding {
                 Encoding::Srgb8 => Colors::Srgb8(colors.map(Color::to_srgb8).collect()),
                 Encoding::Srgb16 => Colors::Srgb16(colors.map(Color::to_srgb16).collect()),
-                Encoding::Linear => Colors::Linear(colors.map(|color| color.0).collect()),
+                Encoding::Linear => Colors::Linear(colors.map(Color::to_f32).collect()),
             },
         }
     }

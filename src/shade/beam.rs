@@ -1,0 +1,158 @@
+//! The way from a point to a lamp in f64, with bounds: how steep the light falls, and what is in its
+//! way.
+//!
+//! # What is in the way of a beam
+//! The true beam is `p + s·w`, `0 < s < 1`, or `0 < s` for a sun. The computed one lies within `E` of it,
+//! point by point, where `E` bounds what both ends, the object's place and the operations are off by.
+//! So distances from a centre along it are off by at most `E`, and with `q(s)` the computed distance,
+//! `q₀` and `q₁` at its ends and `q_min` the least of all:
+//! - `q_min > r + E`: nothing is in the way.
+//! - `q₀ < r − E` and `q₁ < r − E`: a ball is convex, the beam stays inside, nothing is in the way.
+//! - one of `q₀`, `q₁`, `q_min` is below `r − E` and one of `q₀`, `q₁` above `r + E`: the beam goes
+//!   through the surface, and it is in the way. A sun's beam ends beyond everything: `q₁ = ∞`.
+//! - else it is open.
+//!
+//! With `ε = 2⁻⁵²`, the unit of [`crate::guard`], and `l` the computed offset of the centre `c` from `p`
+//! (both relative to the reference point), `E` sums up:
+//! - the point's own error, which at the far end is the same or less;
+//! - `ε|c|` and `ε|L|` for the differences of centre and light to the reference point, `ε|w|` for
+//!   `w = L − p`, `ε|l|` for `l = c − p`;
+//! - `q = l − s·w`: the product is off by `ε|s·w|`, the difference by `ε|q|`, and `|s·w|` is at most
+//!   `|l|` at the foot and `|w|` at the end: `2ε(|l| + |w|)`;
+//! - `s` itself, at the foot, by `9.51ε|l|/|w|` (step 2 of [`crate::guard`]): what it moves along the
+//!   beam, up to `9.51ε|l|`, lengthens `q_min` by no more.
+//!
+//! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
+//! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
+
+use crate::guard::UNIT_F64;
+use crate::vec3::{Vec3, dot3};
+
+/// What a squared distance and the square that it is compared with are off by together, relative.
+const RELATIVE: f64 = 8.0 * UNIT_F64;
+
+/// Numbers up to this and above its inverse have squares in range.
+const LARGEST: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+
+/// What f64 knows of an object in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InTheWay {
+    /// It is not.
+    No,
+    /// It is.
+    Yes,
+    /// One or the other.
+    Open,
+}
+
+/// The way from a point to a lamp.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Where it starts, relative to the reference point.
+    pub from: Vec3<f64>,
+    /// To the lamp; of any length for a sun.
+    pub way: Vec3<f64>,
+    /// `way·way`, and its inverse.
+    square: f64,
+    inverse: f64,
+    /// The part of `E` that is the same for all objects.
+    pub error: f64,
+    /// Whether it goes on for ever.
+    pub is_endless: bool,
+    /// Bound of the angle between the true and the computed way.
+    pub turned: f64,
+}
+
+fn length(v: Vec3<f64>) -> f64 {
+    dot3(v, v).sqrt()
+}
+
+impl Beam {
+    /// The beam from a point that is off by `error` to a lamp at `position`. `None` where the two are too close.
+    pub fn to_point(from: Vec3<f64>, error: f64, position: Vec3<f64>) -> Option<Beam> {
+        let way = position - from;
+        let distance = length(way);
+        let off = error + UNIT_F64 * (length(position) + distance);
+        let is_apart = distance > 4.0 * off && (1.0 / LARGEST..LARGEST).contains(&distance);
+        // |w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|
+        is_apart
+            .then(|| Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance))
+    }
+
+    /// The beam back along a ray whose direction is off by the relative error `turned`.
+    pub fn to_eye(from: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
+        Beam::new(from, -direction, 0.0, 2.0 * turned)
+    }
+
+    /// The beam against the direction of a sun's light, whose largest component is about 1.
+    pub fn to_sun(from: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
+        Beam { is_endless: true, ..Beam::new(from, -direction, error, 0.0) }
+    }
+
+    fn new(from: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
+        let square = dot3(way, way);
+        Beam { from, way, square, inverse: 1.0 / square, error, is_endless: false, turned }
+    }
+
+    /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
+    /// to be positive.
+    ///
+    /// Three roundings of a dot product of vectors of length 1 and [`crate::guard::steps::NORMALIZED`] of
+    /// one of them: below 8 units.
+    pub fn cosine(&self, normal: Vec3<f64>, normal_error: f64) -> (f64, f64) {
+        let cosine = dot3(normal, self.way) * (1.0 / self.square.sqrt());
+        let error = 1.01 * (normal_error + self.turned) + 8.0 * UNIT_F64;
+        ((cosine - error).max(0.0), (cosine + error).clamp(0.0, 1.0))
+    }
+
+    /// Whether a sphere is in the way, its centre relative to the reference point.
+    #[inline(always)]
+    pub fn meets_sphere(&self, center: Vec3<f64>, r: f64) -> InTheWay {
+        let l = center - self.from;
+        let (l2, far) =
+            (dot3(l, l), center.0[0].abs().max(center.0[1].abs()).max(center.0[2].abs()));
+        let along = dot3(l, self.way);
+        let foot = (along * self.inverse).clamp(0.0, if self.is_endless { f64::MAX } else { 1.0 });
+        let q = l - self.way * foot;
+        let e = self.error + UNIT_F64 * (1.75 * far + 14.0 * l2.sqrt());
+        let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
+        let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
+        let outer2 = outer * outer * (1.0 + RELATIVE);
+        let end = l - self.way;
+        let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
+        let in_range = l2 < LARGEST && r < LARGEST && r > 1.0 / LARGEST && e < LARGEST;
+        let is_outside = (l2 > outer2) | (end2 > outer2);
+        if !in_range {
+            InTheWay::Open
+        } else if least2 > outer2 || (l2 < inner2) & (end2 < inner2) {
+            InTheWay::No
+        } else if (least2 < inner2) & is_outside {
+            InTheWay::Yes
+        } else {
+            InTheWay::Open
+        }
+    }
+
+    /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
+    /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the way where their
+    /// signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for the dot product. A
+    /// sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone.
+    pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> InTheWay {
+        let l = point - self.from;
+        let end = l - self.way;
+        let (n, way) = (length(normal), self.square.sqrt());
+        let e = self.error + UNIT_F64 * (length(point) + 5.0 * (length(l) + way));
+        let start = dot3(normal, l);
+        let (stop, stop_error) = match self.is_endless {
+            true => (-dot3(normal, self.way), 4.0 * UNIT_F64 * n * way),
+            false => (dot3(normal, end), 1.01 * n * e),
+        };
+        let start_error = 1.01 * n * e;
+        let are_known = start.abs() > start_error && stop.abs() > stop_error && e < LARGEST;
+        match (are_known, (start > 0.0) == (stop > 0.0)) {
+            (false, _) => InTheWay::Open,
+            (true, true) => InTheWay::No,
+            (true, false) => InTheWay::Yes,
+        }
+    }
+}

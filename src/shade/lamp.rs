@@ -1,0 +1,91 @@
+//! What lights a scene, as its pixels' points see it.
+
+use glam::DVec3;
+
+use crate::exact::{Real, integer, real};
+use crate::rays::{Lens, View};
+use crate::scene::{Color, Light, Scene, Source};
+
+/// Where a lamp's light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// The point that all rays start from. What is seen from there is lit from there.
+    Eye,
+    /// A point, world units.
+    Point(DVec3),
+    /// A sun: the direction that its light travels.
+    Sun(DVec3),
+}
+
+/// A light, or a part of the sky.
+#[derive(Clone, Debug)]
+pub struct Lamp {
+    /// Where its light comes from.
+    pub origin: Origin,
+    /// Linear light that a surface across its rays gets, within 2 units `2⁻⁵²`.
+    pub weight: [f64; 3],
+    /// The same exactly, times [`Lighting::n_shares`].
+    pub exact_weight: [Real; 3],
+    /// Whether objects are in its way.
+    pub shadows: bool,
+}
+
+/// All that lights a scene.
+#[derive(Clone, Debug)]
+pub struct Lighting {
+    /// Lights, then the sky's suns.
+    pub lamps: Vec<Lamp>,
+    /// Light from nowhere.
+    pub ambient: [f64; 3],
+    /// The exact weights are multiplied by it, so that they are dyadic: the number of the sky's suns.
+    pub n_shares: u32,
+}
+
+impl Lighting {
+    /// The lighting of a scene, `None` for one that shows colours as they are.
+    pub fn new(scene: &Scene, view: &View) -> Option<Lighting> {
+        if !scene.is_lit() {
+            return None;
+        }
+        let n_shares = scene.sky.map_or(1, |sky| sky.directions.max(1));
+        let shares = integer(n_shares.into());
+        let lights = scene.lights.iter().map(|light| {
+            let Light { color, intensity, shadows, .. } = *light;
+            let exact = color.0.map(|part| exact(part.into()) * exact(intensity) * &shares);
+            let weight = color.0.map(|part| f64::from(part) * intensity);
+            Lamp { origin: origin_of(light, view), weight, exact_weight: exact, shadows }
+        });
+        let suns = scene.sky.iter().flat_map(|sky| {
+            let weight = [4.0 * sky.intensity / f64::from(n_shares); 3];
+            let four = integer(4) * exact(sky.intensity);
+            let exact_weight = [four.clone(), four.clone(), four];
+            sky.suns().into_iter().map(move |direction| Lamp {
+                origin: Origin::Sun(direction),
+                weight,
+                exact_weight: exact_weight.clone(),
+                shadows: true,
+            })
+        });
+        let gives_light = |lamp: &Lamp| lamp.weight != [0.0; 3];
+        Some(Lighting {
+            lamps: lights.chain(suns).filter(gives_light).collect(),
+            ambient: scene.ambient.unwrap_or(Color::BLACK).0.map(f64::from),
+            n_shares,
+        })
+    }
+}
+
+fn origin_of(light: &Light, view: &View) -> Origin {
+    match (light.source, view.lens) {
+        (Source::Point(position), Lens::Perspective) if position == view.position => Origin::Eye,
+        (Source::Point(position), _) => Origin::Point(position),
+        (Source::Sun(direction), _) => Origin::Sun(direction),
+        (Source::Eye, Lens::Perspective) => Origin::Eye,
+        (Source::Eye, Lens::Orthographic) => Origin::Sun(view.forward),
+    }
+}
+
+/// A scene's numbers are finite.
+fn exact(x: f64) -> Real {
+    real(x).unwrap_or_else(Real::zero)
+}

@@ -1,0 +1,123 @@
+//! The exact colour of a pixel: the mean of its samples, as a sum that is enclosed as narrowly as a
+//! question asks for.
+
+use std::cell::RefCell;
+use std::cmp::Ordering;
+
+use crate::exact::{Enclosure, ExactCosine, Real, integer, real};
+
+/// Bits of the first enclosure.
+const FEWEST_BITS: usize = 64;
+
+/// Bits of the last one: what it doesn't tell apart counts as equal.
+const MOST_BITS: usize = 4096;
+
+/// A mean of colours, each an exact part and cosines times weights.
+#[derive(Debug)]
+pub struct ExactMean<'a> {
+    divisor: Real,
+    known: [Real; 3],
+    terms: Vec<(ExactCosine<'a>, [Real; 3])>,
+    /// The sums enclosed so far, with their bits, ever narrower.
+    enclosed: RefCell<Vec<[Enclosure; 3]>>,
+}
+
+impl<'a> ExactMean<'a> {
+    /// Nothing yet, of sums that will be divided by `divisor`.
+    pub fn new(divisor: u64) -> ExactMean<'a> {
+        ExactMean {
+            divisor: integer(divisor as i64),
+            known: std::array::from_fn(|_| Real::zero()),
+            terms: Vec::new(),
+            enclosed: RefCell::default(),
+        }
+    }
+
+    /// Adds what is known exactly.
+    pub fn add(&mut self, channel: usize, value: &Real) {
+        self.known[channel] = &self.known[channel] + value;
+    }
+
+    /// Adds a cosine times its weights, which are at least 0.
+    pub fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Real; 3]) {
+        self.terms.push((cosine, weights));
+    }
+
+    /// The order of a channel and `x`, which is at least 0: equal also where [`MOST_BITS`] bits don't
+    /// tell them apart.
+    pub fn compare(&self, channel: usize, x: f64) -> Ordering {
+        let Some(x) = real(x) else { return Ordering::Less };
+        let x = x * &self.divisor;
+        if self.terms.is_empty() {
+            return self.known[channel].cmp(&x);
+        }
+        let mut n_bits = FEWEST_BITS;
+        for step in 0.. {
+            let mut enclosed = self.enclosed.borrow_mut();
+            if enclosed.len() == step {
+                enclosed.push(self.enclose(n_bits));
+            }
+            let Enclosure { low, high } = &enclosed[step][channel];
+            if *low > x {
+                return Ordering::Greater;
+            }
+            if *high < x {
+                return Ordering::Less;
+            }
+            n_bits *= 2;
+            if n_bits > MOST_BITS {
+                break;
+            }
+        }
+        Ordering::Equal
+    }
+
+    fn enclose(&self, n_bits: usize) -> [Enclosure; 3] {
+        let mut sums = std::array::from_fn(|channel| Enclosure::of(&self.known[channel]));
+        for (cosine, weights) in &self.terms {
+            let cosine = cosine.enclose(n_bits);
+            for (sum, weight) in sums.iter_mut().zip(weights) {
+                let term = cosine.times(&Enclosure::of(weight), n_bits);
+                *sum = sum.plus(&term);
+            }
+        }
+        sums
+    }
+
+    /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a
+    /// code's range. What is on an edge goes up.
+    pub fn code(&self, channel: usize, guess: u16, most: u16, edge: impl Fn(u16) -> f64) -> u16 {
+        let reaches = |code: u16| self.compare(channel, edge(code)) != Ordering::Less;
+        let mut code = guess;
+        while code < most && reaches(code + 1) {
+            code += 1;
+        }
+        while code > 0 && !reaches(code) {
+            code -= 1;
+        }
+        code
+    }
+
+    /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from
+    /// `2^128 − 2^103` on.
+    pub fn nearest_f32(&self, channel: usize, guess: f32) -> f32 {
+        let middle = |low: f32| match low {
+            f32::MAX => 2f64.powi(128) - 2f64.powi(103),
+            _ => (f64::from(low) + f64::from(low.next_up())) / 2.0,
+        };
+        // Whether the value rounds to a number above `low`.
+        let is_above = |low: f32| match self.compare(channel, middle(low)) {
+            Ordering::Less => false,
+            Ordering::Equal => low.to_bits() & 1 == 1,
+            Ordering::Greater => true,
+        };
+        let mut nearest = guess.clamp(0.0, f32::INFINITY);
+        while nearest.is_finite() && is_above(nearest) {
+            nearest = nearest.next_up();
+        }
+        while nearest > 0.0 && !is_above(nearest.next_down()) {
+            nearest = nearest.next_down();
+        }
+        nearest
+    }
+}
