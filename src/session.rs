@@ -215,7 +215,8 @@ impl Session {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
         };
-        let mut painter = Painter::new(prepared, Encoding::Srgb8, pixels, n_samples, of_samples);
+        let mut painter =
+            Painter::new(prepared, Encoding::Srgb8, pixels, (n_samples, 0.0), of_samples);
         let mut colors = Colors::new(Encoding::Srgb8);
         painter.paint(pixels, hits, &control, &mut colors, &mut Rendered::default())?;
         match colors {
@@ -267,7 +268,7 @@ impl Session {
             None => (&ready.prepared, None),
         };
         let encoding = format.encoding(options.bits);
-        let mut painter = Painter::new(prepared, encoding, pixels, n_samples, of_samples);
+        let mut painter = Painter::new(prepared, encoding, pixels, (n_samples, 0.0), of_samples);
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;

@@ -21,6 +21,10 @@ pub trait Arithmetic: Real {
     }
     /// A ray of a list, and what its `t` must be multiplied with.
     fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<Self>, f64);
+    /// The nearest number.
+    fn from_f64(x: f64) -> Self;
+    /// The number itself.
+    fn to_f64(self) -> f64;
     /// The hit as its caller sees it.
     fn seen(hit: Hit<Self>, t_scale: f64) -> Hit<f32>;
     /// The normal as its caller sees it.
@@ -52,6 +56,16 @@ impl Arithmetic for f32 {
     }
 
     #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x as f32
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+
+    #[inline(always)]
     fn seen(hit: Hit<f32>, t_scale: f64) -> Hit<f32> {
         Hit { t: (f64::from(hit.t) * t_scale) as f32, id: hit.id }
     }
@@ -78,6 +92,16 @@ impl Arithmetic for f64 {
     fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<f64>, f64) {
         let record = coordinates.ray_record_double(ray);
         (RayOf::new(Vec3(record.origin), Vec3::ZERO, Vec3(record.direction)), 1.0)
+    }
+
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
     }
 
     #[inline(always)]

@@ -25,6 +25,14 @@ impl Coordinates {
         }
     }
 
+    /// A point of the world.
+    pub fn of(&self, point: DVec3) -> DVec3 {
+        match self.kernel.about().space {
+            Space::World => point,
+            Space::Reference => point - self.reference,
+        }
+    }
+
     /// A ray of a list for a kernel in f64.
     pub fn ray_record_double(&self, ray: &Ray) -> RayRecordDouble {
         RayRecordDouble {

@@ -10,13 +10,14 @@ use rayon::prelude::*;
 use super::beam::{Beam, InTheWay};
 use super::lamp::{Lamp, Lighting, Origin};
 use super::mean::ExactMean;
-use super::{Colors, PIXELS_AT_ONCE};
+use super::{Colors, PIXELS_AT_ONCE, plain};
 use crate::certify::{PointF64, Stage};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactBeam, ExactPoint, Real, Shape, integer, is_outside, real};
 use crate::guard::UNIT_F64;
 use crate::host;
+use crate::kernel::Kernel;
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Object, Scene, Sphere};
@@ -28,9 +29,11 @@ use crate::vec3::Vec3;
 #[derive(Debug)]
 pub struct Lit {
     scene: Arc<Scene>,
-    lighting: Option<Lighting>,
+    pub(super) lighting: Option<Lighting>,
     /// Samples across and down a pixel.
-    n_samples: u32,
+    pub(super) n_samples: u32,
+    /// How far shadow rays of kernels without a proof start from a surface, world units.
+    epsilon: f64,
 }
 
 /// Bounds of a number.
@@ -63,8 +66,10 @@ struct Finder<'a> {
 
 impl Lit {
     /// A shader for a scene with light, or for pixels of `n_samples` × `n_samples` samples.
-    pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, n_samples: u32) -> Lit {
-        Lit { scene, lighting, n_samples }
+    /// `epsilon` is for kernels without a proof: how far from a surface their shadow rays start, world
+    /// units.
+    pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, n_samples: u32, epsilon: f64) -> Lit {
+        Lit { scene, lighting, n_samples, epsilon }
     }
 
     /// Samples across and down a pixel.
@@ -88,24 +93,42 @@ impl Lit {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<StageCounts> {
+        let n_pixels = ids.len() / (self.n_samples * self.n_samples) as usize;
+        let job = Job { lit: self, ids, row: samples.width as usize };
+        if prepared.kernel != Kernel::Certified {
+            return plain::with_means(&job, prepared, samples, self.epsilon, |mean| {
+                let code = |edges: &Edges, at| mean(at).map(|x| edges.number(x));
+                let (srgb8, srgb16) = (Edges::srgb8(), Edges::srgb16());
+                match colors {
+                    Colors::Srgb8(out) => job.run(n_pixels, control, out, |at, _| {
+                        code(srgb8, at).map(|code| code as u8)
+                    }),
+                    Colors::Srgb16(out) => {
+                        job.run(n_pixels, control, out, |at, _| code(srgb16, at))
+                    }
+                    Colors::Linear(out) => {
+                        job.run(n_pixels, control, out, |at, _| mean(at).map(|x| x as f32))
+                    }
+                }?;
+                Ok(plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double))
+            });
+        }
         let rays = Rays::Pixels(*samples);
         let finder = Finder::new(prepared, &rays);
-        let n_pixels = ids.len() / (self.n_samples * self.n_samples) as usize;
-        let job = Job { lit: self, finder: &finder, ids, row: samples.width as usize };
+        let job = Certified { job, finder: &finder };
         match colors {
-            Colors::Srgb8(out) => job.run(n_pixels, control, out, |at, n| job.srgb8(at, n)),
-            Colors::Srgb16(out) => job.run(n_pixels, control, out, |at, n| job.srgb16(at, n)),
-            Colors::Linear(out) => job.run(n_pixels, control, out, |at, n| job.linear(at, n)),
+            Colors::Srgb8(out) => job.job.run(n_pixels, control, out, |at, n| job.srgb8(at, n)),
+            Colors::Srgb16(out) => job.job.run(n_pixels, control, out, |at, n| job.srgb16(at, n)),
+            Colors::Linear(out) => job.job.run(n_pixels, control, out, |at, n| job.linear(at, n)),
         }
     }
 }
 
 /// The pixels of one call.
 #[derive(Clone, Copy)]
-struct Job<'a> {
-    lit: &'a Lit,
-    finder: &'a Finder<'a>,
-    ids: &'a [u32],
+pub(super) struct Job<'a> {
+    pub lit: &'a Lit,
+    pub ids: &'a [u32],
     /// Samples of a row.
     row: usize,
 }
@@ -141,6 +164,35 @@ impl Job<'_> {
             })
     }
 
+    /// Indices of a pixel's samples.
+    pub fn samples(&self, pixel: usize) -> impl Iterator<Item = usize> {
+        let (n, row) = (self.lit.n_samples as usize, self.row);
+        let n_columns = row / n;
+        let first = pixel / n_columns * n * row + pixel % n_columns * n;
+        (0..n * n).map(move |sample| first + sample / n * row + sample % n)
+    }
+
+    pub fn color(&self, id: u32) -> [f64; 3] {
+        let scene = &self.lit.scene;
+        let color = match (id as usize).checked_sub(1) {
+            None => Some(scene.background),
+            Some(index) => scene
+                .spheres
+                .color(index)
+                .or_else(|| scene.planes.get(index - scene.spheres.len()).map(|plane| plane.color)),
+        };
+        color.unwrap_or(Color::BLACK).0
+    }
+}
+
+/// The pixels of the kernel `certified`.
+#[derive(Clone, Copy)]
+struct Certified<'a> {
+    job: Job<'a>,
+    finder: &'a Finder<'a>,
+}
+
+impl Certified<'_> {
     fn srgb8(&self, pixel: usize, counts: &mut StageCounts) -> [u8; 3] {
         self.code(pixel, Edges::srgb8(), 255, counts).map(|code| code as u8)
     }
@@ -169,24 +221,16 @@ impl Job<'_> {
         self.exact(pixel, counts, |mean, channel| mean.nearest_f32(channel, low[channel]))
     }
 
-    /// Indices of a pixel's samples.
-    fn samples(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        let (n, row) = (self.lit.n_samples as usize, self.row);
-        let n_columns = row / n;
-        let first = pixel / n_columns * n * row + pixel % n_columns * n;
-        (0..n * n).map(move |sample| first + sample / n * row + sample % n)
-    }
-
     /// Bounds of a pixel's mean. Each sum of `n` terms, products of three numbers, is off by `n + 4`
     /// roundings at most.
     fn bounds(&self, pixel: usize, counts: &mut StageCounts) -> [Interval; 3] {
         let mut sums = [Interval::default(); 3];
         let mut n_terms = 8;
-        for sample in self.samples(pixel) {
-            let id = self.ids[sample];
-            let color = self.color(id);
+        for sample in self.job.samples(pixel) {
+            let id = self.job.ids[sample];
+            let color = self.job.color(id);
             n_terms += 1;
-            let light = match &self.lit.lighting {
+            let light = match &self.job.lit.lighting {
                 Some(lighting) if id != 0 => {
                     n_terms += lighting.lamps.len() + 1;
                     self.light(lighting, sample, id, counts)
@@ -198,9 +242,9 @@ impl Job<'_> {
                 sums[channel].high += color[channel] * light[channel].high;
             }
         }
-        let n = f64::from(self.lit.n_samples * self.lit.n_samples);
+        let n = f64::from(self.job.lit.n_samples * self.job.lit.n_samples);
         // A flat colour of one sample is what it is.
-        let error = match (&self.lit.lighting, self.lit.n_samples) {
+        let error = match (&self.job.lit.lighting, self.job.lit.n_samples) {
             (None, 1) => 0.0,
             _ => n_terms as f64 * UNIT_F64,
         };
@@ -208,18 +252,6 @@ impl Job<'_> {
             low: low / n * (1.0 - error),
             high: high / n * (1.0 + error),
         })
-    }
-
-    fn color(&self, id: u32) -> [f64; 3] {
-        let scene = &self.lit.scene;
-        let color = match (id as usize).checked_sub(1) {
-            None => Some(scene.background),
-            Some(index) => scene
-                .spheres
-                .color(index)
-                .or_else(|| scene.planes.get(index - scene.spheres.len()).map(|plane| plane.color)),
-        };
-        color.unwrap_or(Color::BLACK).0
     }
 
     /// Bounds of the light that a hit gets.
@@ -252,12 +284,13 @@ impl Job<'_> {
         counts: &mut StageCounts,
         decide: impl Fn(&ExactMean, usize) -> T,
     ) -> [T; 3] {
-        let lighting = self.lit.lighting.as_ref();
+        let lighting = self.job.lit.lighting.as_ref();
         let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
-        let n_samples = u64::from(self.lit.n_samples).pow(2);
+        let n_samples = u64::from(self.job.lit.n_samples).pow(2);
         let samples: Vec<(usize, u32, Option<(ExactPoint, Shape)>)> = self
+            .job
             .samples(pixel)
-            .map(|at| (at, self.ids[at]))
+            .map(|at| (at, self.job.ids[at]))
             .map(|(at, id)| {
                 let point = lighting.and_then(|_| self.finder.stage.exact_point(at, id));
                 (at, id, point)
@@ -266,7 +299,7 @@ impl Job<'_> {
         let mut mean = ExactMean::new(n_samples * u64::from(n_shares));
         let shares = integer(n_shares.into());
         for (at, id, point) in &samples {
-            let color = self.color(*id).map(exact);
+            let color = self.job.color(*id).map(exact);
             match (lighting, point) {
                 (Some(lighting), Some((point, shape))) => {
                     for channel in 0..3 {

@@ -5,6 +5,7 @@ mod lamp;
 mod lit;
 mod mean;
 mod painter;
+mod plain;
 
 use rayon::prelude::*;
 

@@ -32,14 +32,14 @@ pub struct LitPainter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    /// Paints pixels of `n_samples` × `n_samples` samples, seen by a scene's certified kernel.
+    /// Paints pixels of `n_samples` × `n_samples` samples, with the `epsilon` of [`Lit::new`].
     /// `prepared` is of the picture whose pixels are the samples, [`Pixels::samples`], and `tracer`
     /// traces it; with one sample a pixel it is the picture itself, which needs no second tracer.
     pub fn new(
         prepared: &Arc<Prepared>,
         encoding: Encoding,
         pixels: &Pixels,
-        n_samples: u32,
+        (n_samples, epsilon): (u32, f64),
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
@@ -48,7 +48,7 @@ impl<'a> Painter<'a> {
             return Painter::Flat(Shader::new(scene, encoding));
         }
         Painter::Lit(Box::new(LitPainter {
-            lit: Lit::new(Arc::clone(scene), lighting, n_samples),
+            lit: Lit::new(Arc::clone(scene), lighting, n_samples, epsilon),
             encoding,
             prepared: Arc::clone(prepared),
             tracer,
