@@ -295,6 +295,11 @@ impl Session {
         trace_only(&mut *ready.tracer, pixels, plan.n_band_rows, control)
     }
 
+    /// What the last rays were prepared as.
+    pub fn prepared(&self) -> Option<&Prepared> {
+        self.ready.as_ref().map(|ready| &*ready.prepared)
+    }
+
     /// Bytes held on the device for the scene; 0 before anything was made.
     pub fn bytes_device(&self) -> u64 {
         self.ready.as_ref().map_or(0, |ready| ready.tracer.bytes_device())

@@ -6,6 +6,7 @@ use std::time::Instant;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render;
 use kugelblitz::trace::Rays;
@@ -40,6 +41,9 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let progress = scene::preparing(&scene, kernel, &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
+    if session.prepared().is_some_and(Prepared::starts_in_f64) {
+        args.talk.note("f32 would leave most of these rays open: all begin in f64");
+    }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
     let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
