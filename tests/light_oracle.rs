@@ -1,5 +1,5 @@
 //! The oracle of light and colour (`common/light_oracle.rs`) against closed forms, and against the
-//! rational oracle where the hit point is rational.
+//! rational oracle where the hit point is rational; and the crate against the oracle in all of these.
 //!
 //! Random cases are seeded: `KUGELBLITZ_SEED=n cargo test --release --test light_oracle` repeats one.
 
@@ -7,6 +7,8 @@
 mod cases;
 #[path = "common/enclosure.rs"]
 mod enclosure;
+#[path = "common/light_judge.rs"]
+mod light_judge;
 #[path = "common/light_oracle.rs"]
 mod light_oracle;
 #[path = "common/oracle.rs"]
@@ -15,6 +17,7 @@ mod oracle;
 use std::cmp::Ordering;
 
 use glam::{DVec3, dvec3};
+use kugelblitz::device::Device;
 use kugelblitz::exact::Shape;
 use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{
@@ -26,6 +29,7 @@ use rand_chacha::ChaCha8Rng;
 
 use cases::{any_vector, integer_frame, integer_vector, nonzero, seed};
 use enclosure::{Big, Narrow, Number, Undecided};
+use light_judge::{LightCase, judge};
 use light_oracle::{Answer, Oracle, Truth, edges};
 use oracle::{OracleRay, OracleRoot, Q, q};
 
@@ -68,12 +72,22 @@ fn view_along(origin: DVec3, direction: DVec3) -> View {
     }
 }
 
-/// The pixel of one ray.
+/// The pixel of one ray. The crate's must be the same.
+#[track_caller]
 fn along(scene: &Scene, origin: DVec3, direction: DVec3) -> Truth {
-    Oracle::with_view(scene, view_along(origin, direction), 1, 1, 1).pixel(0, 0)
+    one_pixel(scene, view_along(origin, direction), 1)
+}
+
+#[track_caller]
+fn one_pixel(scene: &Scene, view: View, n_samples: u32) -> Truth {
+    let case = LightCase::new(scene.clone(), Pixels::whole(view, 1, 1), n_samples);
+    let judged = judge(&case, &case.paint(&Device::Cpu), 1);
+    judged.unwrap_or_else(|what| panic!("the crate, not the oracle: {what}"));
+    case.oracle().pixel(0, 0)
 }
 
 /// Sees `target` from `eye`.
+#[track_caller]
 fn from_to(scene: &Scene, eye: DVec3, target: DVec3) -> Truth {
     along(scene, eye, target - eye)
 }
@@ -484,7 +498,7 @@ fn without_light_colors_are_as_they_are() {
     scene.spheres = [(Sphere { center: DVec3::ZERO, radius: 1.0 }, red)].into_iter().collect();
     scene.background = Color([0.1, 0.2, 0.3]);
     let seen = from_to(&scene, DVec3::Z * 3.0, DVec3::ZERO);
-    assert_eq!((seen.srgb8(), seen.linear(), seen.id), ([0xd6, 0x27, 0x28], red.0, 1));
+    assert_eq!((seen.srgb8(), seen.linear(), seen.id), ([0xd6, 0x27, 0x28], red.to_f32(), 1));
     assert_eq!(seen.srgb16(), [0xd6d6, 0x2727, 0x2828]);
     let missed = along(&scene, DVec3::Z * 3.0, DVec3::Z);
     assert_eq!((missed.linear(), missed.id), ([0.1, 0.2, 0.3], 0));
@@ -501,12 +515,10 @@ fn without_light_colors_are_as_they_are() {
 
 #[test]
 fn samples_are_averaged() {
-    // A wall of two halves: right of x = 0 lies a red plane before it... the sphere's edge instead
-    // would not be rational. The line is between the columns of samples.
+    // Two walls that meet in the middle of the pixel.
     let mut scene = white(&[], &[(DVec3::ZERO, DVec3::Z), (DVec3::ZERO, DVec3::X)], &[]);
     scene.planes[0].color = Color([1.0, 0.0, 0.0]);
     scene.planes[1].color = Color([0.0, 1.0, 0.0]);
-    let projection = Projection::Orthographic { height: 2.0 };
     // Rays along (−1, 0, −1): those with x > z meet z = 0 first.
     let view = View {
         position: dvec3(4.0, 0.0, 4.0),
@@ -516,18 +528,17 @@ fn samples_are_averaged() {
         h: 1.0,
         lens: Lens::Orthographic,
     };
-    assert!(matches!(projection, Projection::Orthographic { .. }));
     // One pixel, samples 4 across: two of them on each side.
-    let truth = Oracle::with_view(&scene, view, 1, 1, 4).pixel(0, 0);
+    let truth = one_pixel(&scene, view, 4);
     assert_eq!(truth.linear(), [0.5, 0.5, 0.0]);
     // Three: the middle column meets both at once, and the lower id wins.
-    let truth = Oracle::with_view(&scene, view, 1, 1, 3).pixel(0, 0);
+    let truth = one_pixel(&scene, view, 3);
     assert_eq!((truth.id, truth.n_hits), (1, 9));
     let third = 2.0 / 3.0;
     assert_eq!(truth.linear(), [third as f32, (1.0 - third) as f32, 0.0]);
     let uneven = View { position: dvec3(4.25, 0.0, 4.0), ..view };
     // Shifted by 1/8 of the picture's half width along `right`: 5 samples of 8 are on the red side.
-    let truth = Oracle::with_view(&scene, uneven, 1, 1, 8).pixel(0, 0);
+    let truth = one_pixel(&scene, uneven, 8);
     assert_eq!(truth.linear()[0], 5.0 / 8.0, "{truth:?}");
 }
 

@@ -111,13 +111,21 @@ impl<'a> ExactMean<'a> {
             Ordering::Equal => low.to_bits() & 1 == 1,
             Ordering::Greater => true,
         };
-        let mut nearest = guess.clamp(0.0, f32::INFINITY);
-        while nearest.is_finite() && is_above(nearest) {
-            nearest = nearest.next_up();
+        let guess = guess.max(0.0); // also where it is no number
+        if !(guess.is_finite() && is_above(guess)) && !(guess > 0.0 && !is_above(guess.next_down()))
+        {
+            return guess;
         }
-        while nearest > 0.0 && !is_above(nearest.next_down()) {
-            nearest = nearest.next_down();
+        // The guess may be as far off as f64 knew nothing: bits of floats are in the floats' order.
+        let (mut low, mut high) = (0, f32::INFINITY.to_bits());
+        while low < high {
+            let middle = low.midpoint(high);
+            if is_above(f32::from_bits(middle)) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
         }
-        nearest
+        f32::from_bits(low)
     }
 }

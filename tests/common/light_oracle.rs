@@ -386,7 +386,7 @@ impl<'a> Oracle<'a> {
         offset: [f64; 2],
     ) -> Result<(u32, [Big; 3]), Undecided> {
         let bits = model.bits;
-        let number = |x: f32| N::new(f64::from(x), 0, bits);
+        let number = |x: f64| N::new(x, 0, bits);
         let to_big = |rgb: [N; 3]| -> Result<[Big; 3], Undecided> {
             let [red, green, blue] = rgb;
             Ok([red.to_big(bits)?, green.to_big(bits)?, blue.to_big(bits)?])
@@ -589,7 +589,7 @@ impl<N: Number> Model<N> {
                 1 => first.times(&second),
                 _ => first.times(&second).over(&divisor).unwrap_or_else(|_| unreachable!("n > 0")),
             };
-            let strength = lamp.color.0.map(|color| number(f64::from(color)).times(&intensity));
+            let strength = lamp.color.0.map(|color| number(color).times(&intensity));
             LampNumbers { place, is_point, strength }
         });
         Model { bits, spheres: spheres.collect(), planes: planes.collect(), lamps: lamps.collect() }
