@@ -4,7 +4,8 @@
 //! Every run draws a fresh seed and prints it; `KUGELBLITZ_SEED=n` repeats one. The short campaign
 //! runs with the other tests; the long one by
 //! `KUGELBLITZ_SAMPLES=10000000 cargo test --release --test light_campaign -- --ignored --nocapture`.
-//! Both judge one pixel in [`JUDGED`] of each picture, and so does every 61st picture on the GPU.
+//! Of each picture, all pixels that a light is aimed at are judged, and a share of the others: a third in
+//! the short campaign, one in 29 in the long one. Every 61st picture is painted on the GPU as well.
 
 #[path = "common/cases.rs"]
 mod cases;
@@ -32,14 +33,11 @@ use light_cases::light_case;
 use light_judge::{Tally, judge};
 use setups::FAMILIES;
 
-/// One pixel in so many is judged: a prime, so that it meets every column.
-const JUDGED: usize = 3;
-
 /// One picture in so many is painted on the GPU as well: a prime, so that it meets every family.
 const GPU_STEP: u64 = 61;
 
-/// Pictures before the next word on progress.
-const PICTURES_PER_ROUND: u64 = 26 * 16;
+/// Pictures before the next word on progress: whole turns through the families and both lenses.
+const PICTURES_PER_ROUND: u64 = 2 * FAMILIES.len() as u64 * 8;
 
 type Tallies = BTreeMap<&'static str, Tally>;
 
@@ -57,9 +55,9 @@ fn total(tallies: &Tallies) -> Tally {
 }
 
 /// The samples of a picture, and what was judged of it.
-fn run(seed: u64, index: u64, device: &Device) -> Result<(u64, Tallies), String> {
+fn run(seed: u64, index: u64, device: &Device, step: usize) -> Result<(u64, Tallies), String> {
     let (family, case) = light_case(seed, index);
-    let judged = judge(&case, &case.paint(device), JUDGED);
+    let judged = judge(&case, &case.paint(device), step);
     let tally = judged.map_err(|what| {
         let on = device.kind();
         format!("seed {seed}, case {index} ({family}) on the {on}: {what}")
@@ -68,7 +66,8 @@ fn run(seed: u64, index: u64, device: &Device) -> Result<(u64, Tallies), String>
     Ok((n_samples, Tallies::from([(family, tally)])))
 }
 
-fn campaign(n_samples: u64) {
+/// Judges one pixel in `step`, and all that are aimed at.
+fn campaign(n_samples: u64, step: usize) {
     let seed = cases::seed();
     println!("seed {seed}: KUGELBLITZ_SEED={seed} repeats this run");
     let start = Instant::now();
@@ -80,12 +79,12 @@ fn campaign(n_samples: u64) {
         let of_round = round
             .clone()
             .into_par_iter()
-            .map(|index| run(seed, index, &Device::Cpu))
+            .map(|index| run(seed, index, &Device::Cpu, step))
             .try_reduce(none, |a, b| Ok((a.0 + b.0, add(a.1, b.1))));
         let (n, of_round) = of_round.unwrap_or_else(|what| panic!("{what}"));
         (samples, tallies) = (samples + n, add(tallies, of_round));
         for index in round.filter(|index| index % GPU_STEP == 0) {
-            let (_, tally) = run(seed, index, &gpu).unwrap_or_else(|what| panic!("{what}"));
+            let (_, tally) = run(seed, index, &gpu, step).unwrap_or_else(|what| panic!("{what}"));
             on_gpu = add(on_gpu, tally);
         }
         let seconds = start.elapsed().as_secs_f64();
@@ -127,7 +126,7 @@ fn check_not_vacuous(tallies: &Tallies) {
 
 #[test]
 fn short_campaign() {
-    campaign(40_000);
+    campaign(20_000, 3);
 }
 
 #[test]
@@ -135,5 +134,5 @@ fn short_campaign() {
 fn long_campaign() {
     let samples = std::env::var("KUGELBLITZ_SAMPLES")
         .map_or(10_000_000, |text| text.parse().expect("KUGELBLITZ_SAMPLES is a number"));
-    campaign(samples);
+    campaign(samples, 29);
 }

@@ -664,7 +664,7 @@ fn lit_or_not_is_what_rationals_say() {
     let seed = seed();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut lit, mut dark, mut on_spheres, mut hard) = (0, 0, 0, 0);
-    for round in 0..6000 {
+    for round in 0..2000 {
         // A rational point on a surface that comes first, and a ray through it.
         let (eye, direction, first): (DVec3, DVec3, Result<Sphere, Plane>) = if rng.random() {
             let ([u, ..], radius) = integer_frame(&mut rng, 3);
@@ -727,7 +727,7 @@ fn lit_or_not_is_what_rationals_say() {
         hard += usize::from(truth.bits > 53);
     }
     println!("{lit} lit, {dark} dark, {on_spheres} on spheres, {hard} of more than 53 bits");
-    assert!(lit > 500 && dark > 500 && on_spheres > 500 && hard > 100, "seed {seed}");
+    assert!(lit > 200 && dark > 200 && on_spheres > 200 && hard > 100, "seed {seed}");
 }
 
 #[test]

@@ -88,14 +88,22 @@ impl<'a> ExactMean<'a> {
     /// code's range. What is on an edge goes up.
     pub fn code(&self, channel: usize, guess: u16, most: u16, edge: impl Fn(u16) -> f64) -> u16 {
         let reaches = |code: u16| self.compare(channel, edge(code)) != Ordering::Less;
-        let mut code = guess;
-        while code < most && reaches(code + 1) {
-            code += 1;
+        let holds =
+            |code: u16| (code == most || !reaches(code + 1)) && (code == 0 || reaches(code));
+        if holds(guess) {
+            return guess;
         }
-        while code > 0 && !reaches(code) {
-            code -= 1;
+        // The guess may be as far off as f64 knew nothing.
+        let (mut low, mut high) = (0, most);
+        while low < high {
+            let middle = high - (high - low) / 2;
+            if reaches(middle) {
+                low = middle;
+            } else {
+                high = middle - 1;
+            }
         }
-        code
+        low
     }
 
     /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from

@@ -3,6 +3,8 @@
 //! and what these take.
 #![allow(dead_code)] // each test uses what it needs
 
+use std::sync::Arc;
+
 use glam::{DVec3, dvec3};
 use kugelblitz::exact::Shape;
 use kugelblitz::rays::Pixels;
@@ -36,8 +38,8 @@ pub fn light_case(seed: u64, index: u64) -> (&'static str, LightCase) {
         1 | 2 => 2,
         _ => 1,
     };
-    let scene = lit(&mut rng, scene, &pixels);
-    let mut case = LightCase::new(scene, pixels, n_samples);
+    let mut case = LightCase::new(Scene::default(), pixels, n_samples);
+    light_up(&mut rng, scene, &mut case);
     if rng.random_bool(0.25) {
         onto_edge(&mut rng, &mut case);
     }
@@ -74,7 +76,7 @@ fn color(rng: &mut impl Rng) -> Color {
     }
 }
 
-/// A point that a pixel sees, to f64, with the direction of the ray and the object.
+/// A point that a sample sees, to f64, with the direction of the ray and the object.
 struct Seen {
     point: DVec3,
     direction: DVec3,
@@ -91,14 +93,22 @@ fn seen(scene: &Scene, pixels: &Pixels, index: usize) -> Option<Seen> {
     Some(Seen { point: f64s(ray.at(&root.below(70))), direction: f64s(ray.direction), id })
 }
 
-/// The scene with lights, and its objects with colours.
-fn lit(rng: &mut impl Rng, mut scene: Scene, pixels: &Pixels) -> Scene {
+/// Gives the case the scene with lights, and its objects colours.
+fn light_up(rng: &mut impl Rng, mut scene: Scene, case: &mut LightCase) {
     let spheres: Vec<_> = scene.spheres.iter().map(|sphere| (*sphere, color(rng))).collect();
     scene.spheres = spheres.into_iter().collect();
     scene.planes.iter_mut().for_each(|plane| plane.color = color(rng));
     scene.background = color(rng);
-    let targets: Vec<Seen> =
-        (0..8).filter_map(|_| seen(&scene, pixels, rng.random_range(0..pixels.len()))).collect();
+    let (pixels, n) = (&case.pixels, case.n_samples);
+    let samples = pixels.samples(n);
+    let targets: Vec<Seen> = (0..8)
+        .filter_map(|_| {
+            let index = rng.random_range(0..samples.len());
+            let (x, y) = samples.xy(index);
+            case.aims.push(((y / n - pixels.y) * pixels.width + x / n - pixels.x) as usize);
+            seen(&scene, &samples, index)
+        })
+        .collect();
     let n_lights = rng.random_range(1..4);
     scene.lights = (0..n_lights)
         .map(|_| {
@@ -112,7 +122,13 @@ fn lit(rng: &mut impl Rng, mut scene: Scene, pixels: &Pixels) -> Scene {
                 2..8 => 1.0,
                 _ => power_of_ten(rng, -2.0, 1.0),
             };
-            let source = source(rng, &scene, pixels, target);
+            let source = match source(rng, &scene, &samples, target) {
+                Source::Point(at) if !at.is_finite() => Source::Eye,
+                Source::Sun(direction) if !direction.is_finite() || direction == DVec3::ZERO => {
+                    Source::Eye
+                }
+                source => source,
+            };
             Light { source, color: color(rng), intensity, shadows: rng.random_bool(0.9) }
         })
         .collect();
@@ -123,7 +139,7 @@ fn lit(rng: &mut impl Rng, mut scene: Scene, pixels: &Pixels) -> Scene {
         let (intensity, directions) = (rng.random_range(0.1..1.0), rng.random_range(1..12));
         scene.sky = Some(Sky { intensity, directions });
     }
-    scene
+    case.scene = Arc::new(scene);
 }
 
 /// Where the points of the scene are, and how large it is.
@@ -257,5 +273,6 @@ fn onto_edge(rng: &mut impl Rng, case: &mut LightCase) {
     scene.lights.iter_mut().for_each(|light| light.intensity *= factor);
     scene.sky.iter_mut().for_each(|sky| sky.intensity *= factor);
     scene.ambient = scene.ambient.map(|Color(light)| Color(light.map(|x| x * factor)));
-    *case = LightCase::new(scene, case.pixels, case.n_samples);
+    case.scene = Arc::new(scene);
+    case.aims.push(index);
 }

@@ -3,6 +3,7 @@
 //! as its modules `enclosure` and `light_oracle`.
 #![allow(dead_code)] // each test uses what it needs
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
@@ -25,6 +26,8 @@ pub struct LightCase {
     pub scene: Arc<Scene>,
     pub pixels: Pixels,
     pub n_samples: u32,
+    /// Indices of pixels where something is aimed at: these are judged whatever the share of others.
+    pub aims: Vec<usize>,
 }
 
 /// All numbers of a picture's pixels.
@@ -66,7 +69,7 @@ impl Tally {
 
 impl LightCase {
     pub fn new(scene: Scene, pixels: Pixels, n_samples: u32) -> LightCase {
-        LightCase { scene: Arc::new(scene), pixels, n_samples }
+        LightCase { scene: Arc::new(scene), pixels, n_samples, aims: Vec::new() }
     }
 
     pub fn oracle(&self) -> Oracle<'_> {
@@ -129,7 +132,7 @@ impl LightCase {
     }
 }
 
-/// Every `step`-th pixel must have the oracle's id, bytes and floats.
+/// Every `step`-th pixel, and those aimed at, must have the oracle's id, bytes and floats.
 pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, String> {
     let n_pixels = case.pixels.len();
     let Painted { ids, srgb8, srgb16, linear, shadow_rays } = painted;
@@ -139,8 +142,9 @@ pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, 
     let oracle = case.oracle();
     let n_samples = u64::from(case.n_samples).pow(2);
     let mut tally = Tally { shadow_rays: *shadow_rays, ..Tally::default() };
-    // Not the same columns of all rows.
-    for i in (0..n_pixels).step_by(step) {
+    let judged: BTreeSet<usize> =
+        (0..n_pixels).step_by(step).chain(case.aims.iter().copied()).collect();
+    for i in judged {
         let (x, y) = case.pixels.xy(i);
         let truth = oracle.pixel(x, y);
         let say = |what: String| Err(format!("{what}\n{truth:?}\n{}", case.paste(i)));
