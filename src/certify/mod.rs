@@ -27,9 +27,11 @@ use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
-use lanes::{Completer, Part};
+pub(crate) use decide::bits;
+pub(crate) use lanes::Completer;
+use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
-pub(crate) use point::PointF64;
+pub(crate) use point::{LANES, Pack, Points};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
@@ -357,8 +359,8 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
-                    completer
-                        .complete(&mut Part { first: part * RAYS_PER_PART, id, t, normal }, control)
+                    let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
+                    completer.complete(&mut Part { first, id, out }, control)
                 },
             )
     }

@@ -1,6 +1,7 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
 mod beam;
+mod finder;
 mod lamp;
 mod lit;
 mod mean;
@@ -14,7 +15,7 @@ use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
-pub use painter::{LitPainter, Painter};
+pub use painter::{Background, LitPainter, Painter, Style};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
