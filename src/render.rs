@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Colors, Painter, Shader};
+use crate::shade::{Colors, Encoding, Misses, Painter, Shader};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -39,6 +39,15 @@ impl Plan {
     /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)
+    }
+
+    /// What becomes of samples that hit nothing.
+    pub fn misses(&self) -> Misses {
+        match (self.options.transparent, self.format.encoding(self.options.bits)) {
+            (false, _) => Misses::Background,
+            (true, Encoding::Linear) => Misses::Black,
+            (true, Encoding::Srgb8 | Encoding::Srgb16) => Misses::LeftOut,
+        }
     }
 }
 
@@ -83,7 +92,8 @@ pub fn plan(
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let samples = hits_bytes(n_rays.saturating_mul(n_rays_each), Wants::default());
-        let hits = hits_bytes(n_rays, wants).saturating_add(samples);
+        let coverage = if options.transparent { n_rays.saturating_mul(2) } else { 0 };
+        let hits = hits_bytes(n_rays, wants).saturating_add(samples).saturating_add(coverage);
         let bytes = writer.saturating_add(colors).saturating_add(hits);
         if bytes <= available.bytes {
             let epsilon = 0.0;
@@ -150,7 +160,13 @@ pub fn render<W: Write + Seek>(
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
         let start = Instant::now();
-        writer.rows(&colors, &hits, band.height)?;
+        match writer.is_transparent() {
+            true => {
+                let coverage = painter.coverage(&band, &hits);
+                writer.transparent_rows(&colors, &coverage, &hits, band.height)?;
+            }
+            false => writer.rows(&colors, &hits, band.height)?,
+        }
         rendered.write += start.elapsed();
     }
     control.check()?;
@@ -201,7 +217,6 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
-    use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let camera = Camera::new(DVec3::ZERO, DVec3::NEG_Z);

@@ -14,7 +14,7 @@ use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
 use crate::scene::{Camera, Scene};
-use crate::shade::{Colors, Encoding, Painter, Shader};
+use crate::shade::{Colors, Encoding, Misses, Painter, Shader};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -215,8 +215,14 @@ impl Session {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
         };
-        let mut painter =
-            Painter::new(prepared, Encoding::Srgb8, pixels, (n_samples, 0.0), of_samples);
+        let mut painter = Painter::new(
+            prepared,
+            Encoding::Srgb8,
+            pixels,
+            (n_samples, 0.0),
+            Misses::Background,
+            of_samples,
+        );
         let mut colors = Colors::new(Encoding::Srgb8);
         painter.paint(pixels, hits, &control, &mut colors, &mut Rendered::default())?;
         match colors {
@@ -269,7 +275,7 @@ impl Session {
         };
         let encoding = format.encoding(options.bits);
         let how = (n_samples, epsilon);
-        let mut painter = Painter::new(prepared, encoding, pixels, how, of_samples);
+        let mut painter = Painter::new(prepared, encoding, pixels, how, plan.misses(), of_samples);
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::finder::{Finder, Row};
 use super::lamp::Lighting;
 use super::mean::ExactMean;
-use super::{Colors, PIXELS_AT_ONCE, plain};
+use super::{Colors, Misses, PIXELS_AT_ONCE, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -33,6 +33,7 @@ pub struct Lit {
     pub(super) n_samples: u32,
     /// How far shadow rays of kernels without a proof start from a surface, world units.
     epsilon: f64,
+    misses: Misses,
 }
 
 /// Bounds of a number.
@@ -47,7 +48,12 @@ impl Lit {
     /// `epsilon` is for kernels without a proof: how far from a surface their shadow rays start, world
     /// units.
     pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, n_samples: u32, epsilon: f64) -> Lit {
-        Lit { scene, lighting, n_samples, epsilon }
+        Lit { scene, lighting, n_samples, epsilon, misses: Misses::Background }
+    }
+
+    /// The same, with another colour for what hits nothing.
+    pub fn with_misses(self, misses: Misses) -> Lit {
+        Lit { misses, ..self }
     }
 
     /// Samples across and down a pixel.
@@ -171,10 +177,23 @@ impl Job<'_> {
         (0..n * n).map(move |sample| first + sample / n * row + sample % n)
     }
 
+    /// How many samples of a pixel its mean is of: at least 1.
+    pub fn n_counted(&self, pixel: usize) -> usize {
+        match self.lit.misses {
+            Misses::Background | Misses::Black => (self.lit.n_samples as usize).pow(2),
+            Misses::LeftOut => {
+                self.samples(pixel).filter(|&sample| self.ids[sample] != 0).count().max(1)
+            }
+        }
+    }
+
     pub fn color(&self, id: u32) -> [f64; 3] {
         let scene = &self.lit.scene;
         let color = match (id as usize).checked_sub(1) {
-            None => Some(scene.background),
+            None => match self.lit.misses {
+                Misses::Background => Some(scene.background),
+                Misses::Black | Misses::LeftOut => None,
+            },
             Some(index) => scene
                 .spheres
                 .color(index)
@@ -259,7 +278,6 @@ impl Certified<'_> {
     ) -> [T; 3] {
         let lighting = self.job.lit.lighting.as_ref();
         let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
-        let n_samples = u64::from(self.job.lit.n_samples).pow(2);
         let samples: Vec<(usize, u32, Option<(ExactPoint, Shape)>)> = self
             .job
             .samples(pixel)
@@ -269,7 +287,7 @@ impl Certified<'_> {
                 (at, id, point)
             })
             .collect();
-        let mut mean = ExactMean::new(n_samples * u64::from(n_shares));
+        let mut mean = ExactMean::new(self.job.n_counted(pixel) as u64 * u64::from(n_shares));
         let shares = integer(n_shares.into());
         for (at, id, point) in &samples {
             let color = self.job.color(*id).map(exact);
@@ -380,9 +398,10 @@ impl<'a> Work<'a> {
             None => n_samples + 8,
         };
         let error = n_terms as f64 * UNIT_F64;
+        let n_counted = job.n_counted(first + at) as f64;
         sums.map(|Interval { low, high }| Interval {
-            low: low / n_samples as f64 * (1.0 - error),
-            high: high / n_samples as f64 * (1.0 + error),
+            low: low / n_counted * (1.0 - error),
+            high: high / n_counted * (1.0 + error),
         })
     }
 }

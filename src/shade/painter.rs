@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::{Colors, Encoding, Lighting, Lit, Shader};
+use super::{Colors, Encoding, Lighting, Lit, Misses, Shader};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::render::Rendered;
-use crate::trace::{Hits, Rays, StageCounts};
+use crate::trace::{Coverage, Hits, Rays, StageCounts};
 use crate::tracer::Tracer;
 
 /// Makes the colours of a picture.
@@ -40,15 +40,16 @@ impl<'a> Painter<'a> {
         encoding: Encoding,
         pixels: &Pixels,
         (n_samples, epsilon): (u32, f64),
+        misses: Misses,
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
         let lighting = Lighting::new(scene, &pixels.view);
         if lighting.is_none() && n_samples == 1 {
-            return Painter::Flat(Shader::new(scene, encoding));
+            return Painter::Flat(Shader::new(scene, encoding).with_misses(misses));
         }
         Painter::Lit(Box::new(LitPainter {
-            lit: Lit::new(Arc::clone(scene), lighting, n_samples, epsilon),
+            lit: Lit::new(Arc::clone(scene), lighting, n_samples, epsilon).with_misses(misses),
             encoding,
             prepared: Arc::clone(prepared),
             tracer,
@@ -61,6 +62,19 @@ impl<'a> Painter<'a> {
         match self {
             Painter::Flat(shader) => shader.encoding(),
             Painter::Lit(lit) => lit.encoding,
+        }
+    }
+
+    /// How many samples of each pixel of the band that was painted last hit an object. `hits` are of
+    /// its pixels' centre rays.
+    pub fn coverage(&self, band: &Pixels, hits: &Hits) -> Coverage {
+        match self {
+            Painter::Lit(painter) if painter.tracer.is_some() => {
+                let n_samples = painter.lit.n_samples();
+                let row = band.samples(n_samples).width as usize;
+                Coverage::of_samples(&painter.hits.id, row, n_samples)
+            }
+            Painter::Flat(_) | Painter::Lit(_) => Coverage::of_ids(&hits.id),
         }
     }
 
