@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Colors, Encoding, Misses, Painter, Shader};
+use crate::shade::{Background, Colors, Encoding, Painter, Shader, Style};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -36,18 +36,21 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// How its pixels get their colours.
+    pub fn style(&self) -> Style {
+        let Plan { format, options, n_samples, epsilon, .. } = *self;
+        let encoding = format.encoding(options.bits);
+        let background = match (options.transparent, encoding) {
+            (false, _) => Background::Shown,
+            (true, Encoding::Linear) => Background::Black,
+            (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
+        };
+        Style { encoding, n_samples, epsilon, background }
+    }
+
     /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)
-    }
-
-    /// What becomes of samples that hit nothing.
-    pub fn misses(&self) -> Misses {
-        match (self.options.transparent, self.format.encoding(self.options.bits)) {
-            (false, _) => Misses::Background,
-            (true, Encoding::Linear) => Misses::Black,
-            (true, Encoding::Srgb8 | Encoding::Srgb16) => Misses::LeftOut,
-        }
     }
 }
 
@@ -160,12 +163,9 @@ pub fn render<W: Write + Seek>(
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
         let start = Instant::now();
-        match writer.is_transparent() {
-            true => {
-                let coverage = painter.coverage(&band, &hits);
-                writer.transparent_rows(&colors, &coverage, &hits, band.height)?;
-            }
-            false => writer.rows(&colors, &hits, band.height)?,
+        match painter.coverage() {
+            None => writer.rows(&colors, &hits, band.height)?,
+            Some(coverage) => writer.transparent_rows(&colors, coverage, &hits, band.height)?,
         }
         rendered.write += start.elapsed();
     }
@@ -173,22 +173,28 @@ pub fn render<W: Write + Seek>(
     Ok(rendered)
 }
 
-/// Traces `pixels` as [`render`] does, and forgets the result: for measuring.
+/// Traces and shades `pixels` as [`render`] does, and forgets the result: for measuring.
 ///
 /// # Errors
-/// Those of [`Tracer::trace`].
-pub fn trace_only(
+/// Those of [`render`], but for the writer's.
+pub fn paint_only(
     tracer: &mut dyn Tracer,
+    painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
     control: &Control,
-) -> Result<Timing> {
+) -> Result<Rendered> {
     let mut rendered = Rendered::default();
     let mut hits = Hits::default();
+    let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
+        // What flat colours take is part of writing them.
+        if let Painter::Lit(_) = painter {
+            painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
+        }
     }
-    Ok(rendered.timing)
+    Ok(rendered)
 }
 
 fn trace_band(

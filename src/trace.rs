@@ -112,20 +112,6 @@ impl Coverage {
         Coverage { n_hits: ids.iter().map(|&id| u16::from(id != 0)).collect(), n_samples: 1 }
     }
 
-    /// That of pixels with `n` × `n` samples each. `ids` are what the samples saw, row by row of a
-    /// picture that is `row` samples wide: a whole number of pixels.
-    pub fn of_samples(ids: &[u32], row: usize, n: u32) -> Coverage {
-        let side = n as usize;
-        let mut n_hits = Vec::with_capacity(ids.len() / (side * side));
-        for rows in ids.chunks(row * side) {
-            for x in (0..row).step_by(side) {
-                let hits = |ids: &[u32]| ids[x..x + side].iter().filter(|&&id| id != 0).count();
-                n_hits.push(rows.chunks(row).map(hits).sum::<usize>() as u16);
-            }
-        }
-        Coverage { n_hits, n_samples: (n * n) as u16 }
-    }
-
     /// The share of a pixel's samples that hit: the nearest f32.
     pub fn alpha(&self, pixel: usize) -> f32 {
         // Both numbers are f32, so that the quotient is rounded once.

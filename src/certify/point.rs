@@ -46,8 +46,10 @@ impl Pack {
         direction: [[1.0; LANES]; 3],
     };
 
-    fn set(&mut self, lane: usize, point: &PointF64, is_inside: bool) {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, point: &PointF64, is_inside: bool, direction: Vec3<f64>) {
         for axis in 0..3 {
+            self.direction[axis][lane] = direction.0[axis];
             self.at[axis][lane] = point.at.0[axis];
             self.normal[axis][lane] = point.normal.0[axis];
         }
@@ -115,16 +117,8 @@ impl Points {
             let pack = &mut self.packs[at / LANES];
             let alone = stage.point_f64(first + at, ids[at]);
             if let Some((point, is_inside)) = alone {
-                pack.set(at % LANES, &point, is_inside);
-            }
-        }
-        for (at, &id) in ids.iter().enumerate() {
-            if id != 0 {
-                let direction = stage.ray_f64(first + at).ray.direction;
-                let pack = &mut self.packs[at / LANES];
-                for axis in 0..3 {
-                    pack.direction[axis][at % LANES] = direction.0[axis];
-                }
+                let direction = stage.direction(first + at);
+                pack.set(at % LANES, &point, is_inside, direction);
             }
         }
     }
@@ -149,7 +143,8 @@ impl Output for Found8<'_> {
         let bounds = stage.bounds;
         pulp::Arch::new().dispatch(FindPoints { hits, bounds, columns: &mut columns });
         for (lane, &at) in hits.places().iter().enumerate() {
-            let [x, y, z, error, nx, ny, nz, normal_error] = columns.map(|column| column[lane]);
+            let [x, y, z, error, nx, ny, nz, normal_error] =
+                std::array::from_fn(|column: usize| columns[column][lane]);
             let mut point =
                 PointF64 { at: Vec3([x, y, z]), error, normal: Vec3([nx, ny, nz]), normal_error };
             if !(error.is_finite() && normal_error.is_finite()) {
@@ -161,7 +156,8 @@ impl Output for Found8<'_> {
                 point.at = origin + point.at;
                 point.error += origin_error(origin, &bounds);
             }
-            self.points.packs[at / LANES].set(at % LANES, &point, S::IS_INSIDE);
+            let pack = &mut self.points.packs[at / LANES];
+            pack.set(at % LANES, &point, S::IS_INSIDE, hits.hit(lane).0);
         }
     }
 }

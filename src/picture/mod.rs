@@ -210,11 +210,6 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(writer)
     }
 
-    /// True where it takes [`PictureWriter::transparent_rows`].
-    pub fn is_transparent(&self) -> bool {
-        self.is_transparent
-    }
-
     /// Writes the next `n_rows` rows: `colors` and `hits` have one entry a pixel, row by row.
     ///
     /// # Errors

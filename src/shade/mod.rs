@@ -15,7 +15,7 @@ use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
-pub use painter::{LitPainter, Painter};
+pub use painter::{Background, LitPainter, Painter, Style};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -84,18 +84,6 @@ impl Encoding {
     }
 }
 
-/// What becomes of samples that hit nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Misses {
-    /// They show the background.
-    #[default]
-    Background,
-    /// They are black: colours of a transparent picture are premultiplied.
-    Black,
-    /// They don't count: colours of a transparent picture are straight.
-    LeftOut,
-}
-
 /// Pixels that one thread takes at least.
 const PIXELS_AT_ONCE: usize = 1 << 14;
 
@@ -128,18 +116,6 @@ impl Shader {
                 Encoding::Linear => Colors::Linear(colors.map(Color::to_f32).collect()),
             },
         }
-    }
-
-    /// The same, with another colour for what hits nothing.
-    pub fn with_misses(mut self, misses: Misses) -> Shader {
-        if misses != Misses::Background {
-            match &mut self.palette {
-                Colors::Srgb8(palette) => palette[0] = [0; 3],
-                Colors::Srgb16(palette) => palette[0] = [0; 3],
-                Colors::Linear(palette) => palette[0] = [0.0; 3],
-            }
-        }
-        self
     }
 
     /// The numbers that it writes colours as.
