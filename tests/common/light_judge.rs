@@ -14,7 +14,7 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Color, Object, Scene, Source};
-use kugelblitz::shade::{Colors, Encoding, Painter};
+use kugelblitz::shade::{Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
 
@@ -88,8 +88,8 @@ impl LightCase {
         let mut painted = Painted { ids: hits.id.clone(), ..Painted::default() };
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let tracer = tracer.as_deref_mut();
-            let quality = (self.n_samples, 0.0);
-            let mut painter = Painter::new(&prepared, encoding, &self.pixels, quality, tracer);
+            let style = Style { n_samples: self.n_samples, ..Style::new(encoding) };
+            let mut painter = Painter::new(&prepared, style, &self.pixels, tracer);
             let (mut colors, mut rendered) = (Colors::new(encoding), Rendered::default());
             let control = Control::default();
             painter.paint(&self.pixels, &hits, &control, &mut colors, &mut rendered).unwrap();
