@@ -57,7 +57,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);
 
-    let again = || session.draw_nothing(&pixels, &plan, &run.control).map(MsStages::from);
+    let again =
+        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::from(&done));
     let ms_runs = args
         .repeat
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
@@ -66,6 +67,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     if args.talk.json {
         let mut summary = Traced::new(&session, read, making, &rendered, run);
         summary.size = Some([pixels.width, pixels.height]);
+        summary.samples = (n_samples > 1).then_some(n_samples);
+        summary.shadow_rays = scene.is_lit().then(|| rendered.shadow_rays.into());
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
@@ -132,10 +135,10 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,
     };
-    Ok((
-        format,
-        PictureOptions { bits, certificates: args.certificates, ..PictureOptions::default() },
-    ))
+    let (certificates, transparent) = (args.certificates, args.transparent);
+    let options = PictureOptions { bits, certificates, transparent };
+    options.check(format)?;
+    Ok((format, options))
 }
 
 /// `1280×720`, and where it belongs if it is a part.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::finder::{Finder, Row};
 use super::lamp::Lighting;
 use super::mean::ExactMean;
-use super::{Colors, PIXELS_AT_ONCE, plain};
+use super::{Background, Colors, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -22,17 +22,14 @@ use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Scene};
-use crate::trace::{Rays, StageCounts};
+use crate::trace::{Coverage, Rays, StageCounts};
 
 /// Shades the pictures of one scene and one camera.
 #[derive(Debug)]
 pub struct Lit {
     scene: Arc<Scene>,
     pub(super) lighting: Option<Lighting>,
-    /// Samples across and down a pixel.
-    pub(super) n_samples: u32,
-    /// How far shadow rays of kernels without a proof start from a surface, world units.
-    epsilon: f64,
+    pub(super) style: Style,
 }
 
 /// Bounds of a number.
@@ -43,16 +40,24 @@ struct Interval {
 }
 
 impl Lit {
-    /// A shader for a scene with light, or for pixels of `n_samples` × `n_samples` samples.
-    /// `epsilon` is for kernels without a proof: how far from a surface their shadow rays start, world
-    /// units.
-    pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, n_samples: u32, epsilon: f64) -> Lit {
-        Lit { scene, lighting, n_samples, epsilon }
+    /// A shader for a scene with light, or for pixels of several samples.
+    pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, style: Style) -> Lit {
+        Lit { scene, lighting, style }
     }
 
-    /// Samples across and down a pixel.
-    pub fn n_samples(&self) -> u32 {
-        self.n_samples
+    /// How pixels get their colours.
+    pub fn style(&self) -> &Style {
+        &self.style
+    }
+
+    /// How many samples of each pixel hit an object; `samples` and `ids` are those of [`Lit::shade`].
+    pub fn coverage(&self, samples: &Pixels, ids: &[u32]) -> Coverage {
+        let job = Job { lit: self, ids, row: samples.width as usize };
+        let n_hits = |pixel| job.samples(pixel).filter(|&at| ids[at] != 0).count() as u16;
+        let n_samples = self.style.n_samples.pow(2);
+        let n_pixels = ids.len() / n_samples as usize;
+        let n_hits = (0..n_pixels).into_par_iter().map(n_hits).collect();
+        Coverage { n_hits, n_samples: n_samples as u16 }
     }
 
     /// Replaces `colors` by those of pixels. `samples` are the rays of their samples, a rectangle of
@@ -71,10 +76,10 @@ impl Lit {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<StageCounts> {
-        let n_pixels = ids.len() / (self.n_samples * self.n_samples) as usize;
+        let n_pixels = ids.len() / self.style.n_samples.pow(2) as usize;
         let job = Job { lit: self, ids, row: samples.width as usize };
         if prepared.kernel != Kernel::Certified {
-            return plain::with_means(&job, prepared, samples, self.epsilon, |mean| {
+            return plain::with_means(&job, prepared, samples, self.style.epsilon, |mean| {
                 let code = |edges: &Edges, at| mean(at).map(|x| edges.number(x));
                 let (srgb8, srgb16) = (Edges::srgb8(), Edges::srgb16());
                 match colors {
@@ -151,22 +156,34 @@ impl Job<'_> {
             })
     }
 
+    /// The number that the sum of a pixel's samples is divided by.
+    pub fn n_counted(&self, pixel: usize) -> u64 {
+        match self.lit.style.background {
+            Background::Shown | Background::Black => self.lit.style.n_samples.pow(2).into(),
+            Background::LeftOut => {
+                let n_hits = self.samples(pixel).filter(|&at| self.ids[at] != 0).count();
+                n_hits.max(1) as u64
+            }
+        }
+    }
+
     /// Pixels that take a moment, between which Ctrl-C is looked at.
     fn part(&self) -> usize {
         let n_lamps = self.lit.lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
-        let n_questions = (self.lit.n_samples * self.lit.n_samples) as usize * (n_lamps + 1);
+        let n_questions = self.lit.style.n_samples.pow(2) as usize * (n_lamps + 1);
         (PIXELS_AT_ONCE / n_questions).clamp(16, PIXELS_AT_ONCE / 8)
     }
 
     /// Index of a pixel's first sample.
     fn first_sample(&self, pixel: usize) -> usize {
-        let (n, n_columns) = (self.lit.n_samples as usize, self.row / self.lit.n_samples as usize);
+        let (n, n_columns) =
+            (self.lit.style.n_samples as usize, self.row / self.lit.style.n_samples as usize);
         pixel / n_columns * n * self.row + pixel % n_columns * n
     }
 
     /// Indices of a pixel's samples.
     pub fn samples(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        let (n, row) = (self.lit.n_samples as usize, self.row);
+        let (n, row) = (self.lit.style.n_samples as usize, self.row);
         let first = self.first_sample(pixel);
         (0..n * n).map(move |sample| first + sample / n * row + sample % n)
     }
@@ -174,6 +191,7 @@ impl Job<'_> {
     pub fn color(&self, id: u32) -> [f64; 3] {
         let scene = &self.lit.scene;
         let color = match (id as usize).checked_sub(1) {
+            None if self.lit.style.background != Background::Shown => None,
             None => Some(scene.background),
             Some(index) => scene
                 .spheres
@@ -202,7 +220,7 @@ impl Certified<'_> {
     ) -> Result<StageCounts> {
         out.clear();
         out.resize(n_pixels, [T::default(); 3]);
-        let row = self.job.row / self.job.lit.n_samples as usize;
+        let row = self.job.row / self.job.lit.style.n_samples as usize;
         let part = self.job.part();
         let rows = out.par_chunks_mut(row).enumerate();
         rows.map(|(y, out)| {
@@ -214,7 +232,7 @@ impl Certified<'_> {
                 work.find(first, out.len());
                 let (first_sample, n) = (self.job.first_sample(first), out.len());
                 for (at, out) in out.iter_mut().enumerate() {
-                    let bounds = work.bounds(first_sample, at, n);
+                    let bounds = work.bounds(first + at, first_sample, at, n);
                     *out = pixel(bounds, first + at, &mut work.counts);
                 }
             }
@@ -260,7 +278,6 @@ impl Certified<'_> {
     ) -> [T; 3] {
         let lighting = self.job.lit.lighting.as_ref();
         let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
-        let n_samples = u64::from(self.job.lit.n_samples).pow(2);
         let samples: Vec<(usize, u32, Option<(ExactPoint, Shape)>)> = self
             .job
             .samples(pixel)
@@ -270,7 +287,7 @@ impl Certified<'_> {
                 (at, id, point)
             })
             .collect();
-        let mut mean = ExactMean::new(n_samples * u64::from(n_shares));
+        let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(n_shares));
         let shares = integer(n_shares.into());
         for (at, id, point) in &samples {
             let color = self.job.color(*id).map(exact);
@@ -339,7 +356,7 @@ impl<'a> Work<'a> {
             return;
         };
         self.light.clear();
-        let n_samples = job.lit.n_samples as usize;
+        let n_samples = job.lit.style.n_samples as usize;
         for row in 0..n_samples {
             let start = job.first_sample(first) + row * job.row;
             let ids = &job.ids[start..start + n * n_samples];
@@ -350,11 +367,11 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Bounds of the mean of a pixel, the one `at` in a part of `n` pixels whose first sample is given. Each sum of
+    /// Bounds of the mean of `pixel`, the one `at` in a part of `n` pixels whose first sample is given. Each sum of
     /// `n` terms, products of three numbers, is off by `n + 4` roundings at most.
-    fn bounds(&self, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
+    fn bounds(&self, pixel: usize, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
         let Certified { job, .. } = self.certified;
-        let n_samples = job.lit.n_samples as usize;
+        let n_samples = job.lit.style.n_samples as usize;
         let packs_of_row = (n * n_samples).div_ceil(LANES);
         let mut sums = [Interval::default(); 3];
         for row in 0..n_samples {
@@ -380,10 +397,10 @@ impl<'a> Work<'a> {
             None if n_samples == 1 => return sums,
             None => n_samples + 8,
         };
-        let error = n_terms as f64 * UNIT_F64;
+        let (n_counted, error) = (job.n_counted(pixel) as f64, n_terms as f64 * UNIT_F64);
         sums.map(|Interval { low, high }| Interval {
-            low: low / n_samples as f64 * (1.0 - error),
-            high: high / n_samples as f64 * (1.0 + error),
+            low: low / n_counted * (1.0 - error),
+            high: high / n_counted * (1.0 + error),
         })
     }
 }
