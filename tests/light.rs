@@ -33,6 +33,7 @@ use kugelblitz::render::plan;
 use kugelblitz::scene::{
     Color, Light, Plane, Scene, Sky, Source, Sphere, linear_from_srgb, parse_scene, read_scene,
 };
+use kugelblitz::shade::Background;
 use kugelblitz::trace::Kernel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -470,7 +471,8 @@ fn sessions_and_files_have_the_same_numbers() {
 
 #[test]
 fn the_judge_sees_every_wrong_number() {
-    let case = world(&mut ChaCha8Rng::seed_from_u64(5), 2);
+    let mut case = world(&mut ChaCha8Rng::seed_from_u64(5), 2);
+    case.background = Background::Black;
     let right = case.paint(CPU);
     judge(&case, &right, 1).unwrap();
     let i = 517;
@@ -485,6 +487,7 @@ fn the_judge_sees_every_wrong_number() {
     refuse("8 bits", &|painted| painted.srgb8[i][2] ^= 1);
     refuse("16 bits", &|painted| painted.srgb16[i][1] ^= 1);
     refuse("floats", &|painted| painted.linear[i][0] = painted.linear[i][0].next_up());
+    refuse("hits", &|painted| painted.n_hits.as_mut().unwrap()[i] ^= 1);
     let mut short = right.clone();
     short.srgb16.pop();
     judge(&case, &short, 1).expect_err("a pixel is missing");

@@ -14,7 +14,7 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Color, Object, Scene, Source};
-use kugelblitz::shade::{Colors, Encoding, Painter};
+use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
 
@@ -26,6 +26,7 @@ pub struct LightCase {
     pub scene: Arc<Scene>,
     pub pixels: Pixels,
     pub n_samples: u32,
+    pub background: Background,
     /// Indices of pixels where something is aimed at: these are judged whatever the share of others.
     pub aims: Vec<usize>,
 }
@@ -37,6 +38,8 @@ pub struct Painted {
     pub srgb8: Vec<[u8; 3]>,
     pub srgb16: Vec<[u16; 3]>,
     pub linear: Vec<[f32; 3]>,
+    /// Where the background is not shown: samples of each pixel that hit an object.
+    pub n_hits: Option<Vec<u16>>,
     pub shadow_rays: StageCounts,
 }
 
@@ -69,12 +72,14 @@ impl Tally {
 
 impl LightCase {
     pub fn new(scene: Scene, pixels: Pixels, n_samples: u32) -> LightCase {
-        LightCase { scene: Arc::new(scene), pixels, n_samples, aims: Vec::new() }
+        let (scene, background, aims) = (Arc::new(scene), Background::Shown, Vec::new());
+        LightCase { scene, pixels, n_samples, background, aims }
     }
 
     pub fn oracle(&self) -> Oracle<'_> {
         let Pixels { view, image_width, image_height, .. } = self.pixels;
         Oracle::with_view(&self.scene, view, image_width, image_height, self.n_samples)
+            .before(self.background)
     }
 
     /// The picture by the certified kernel.
@@ -88,8 +93,9 @@ impl LightCase {
         let mut painted = Painted { ids: hits.id.clone(), ..Painted::default() };
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let tracer = tracer.as_deref_mut();
-            let quality = (self.n_samples, 0.0);
-            let mut painter = Painter::new(&prepared, encoding, &self.pixels, quality, tracer);
+            let (n_samples, background) = (self.n_samples, self.background);
+            let style = Style { n_samples, background, ..Style::new(encoding) };
+            let mut painter = Painter::new(&prepared, style, &self.pixels, tracer);
             let (mut colors, mut rendered) = (Colors::new(encoding), Rendered::default());
             let control = Control::default();
             painter.paint(&self.pixels, &hits, &control, &mut colors, &mut rendered).unwrap();
@@ -98,6 +104,7 @@ impl LightCase {
                 Colors::Srgb16(colors) => painted.srgb16 = colors,
                 Colors::Linear(colors) => painted.linear = colors,
             }
+            painted.n_hits = painter.coverage().map(|coverage| coverage.n_hits.clone());
             painted.shadow_rays.add(rendered.shadow_rays);
         }
         painted
@@ -126,16 +133,19 @@ impl LightCase {
 
     /// The scene as a file, and the pixel.
     pub fn paste(&self, index: usize) -> String {
-        let (pixels, n) = (&self.pixels, self.n_samples);
+        let (pixels, n, background) = (&self.pixels, self.n_samples, self.background);
         let scene = scene_text(&self.scene);
-        format!("{scene}# pixel {:?} of {pixels:?}, {n} x {n} samples\n", pixels.xy(index))
+        let xy = pixels.xy(index);
+        format!(
+            "{scene}# pixel {xy:?} of {pixels:?}, {n} x {n} samples, background {background:?}\n"
+        )
     }
 }
 
 /// Every `step`-th pixel, and those aimed at, must have the oracle's id, bytes and floats.
 pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, String> {
     let n_pixels = case.pixels.len();
-    let Painted { ids, srgb8, srgb16, linear, shadow_rays } = painted;
+    let Painted { ids, srgb8, srgb16, linear, n_hits, shadow_rays } = painted;
     if [ids.len(), srgb8.len(), srgb16.len(), linear.len()] != [n_pixels; 4] {
         return Err(format!("{n_pixels} pixels, but {} and {}", ids.len(), srgb8.len()));
     }
@@ -159,6 +169,11 @@ pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, 
         }
         if linear[i].map(f32::to_bits) != truth.linear().map(f32::to_bits) {
             return say(format!("floats {:?} instead of {:?}", linear[i], truth.linear()));
+        }
+        if let Some(n_hits) = n_hits.as_ref().map(|n_hits| u32::from(n_hits[i]))
+            && n_hits != truth.n_hits
+        {
+            return say(format!("hits {n_hits} instead of {}", truth.n_hits));
         }
         let is_tie = truth
             .channels
