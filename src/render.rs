@@ -95,7 +95,8 @@ pub fn plan(
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let samples = hits_bytes(n_rays.saturating_mul(n_rays_each), Wants::default());
-        let hits = hits_bytes(n_rays, wants).saturating_add(samples);
+        let coverage = if options.transparent { n_rays.saturating_mul(2) } else { 0 };
+        let hits = hits_bytes(n_rays, wants).saturating_add(samples).saturating_add(coverage);
         let bytes = writer.saturating_add(colors).saturating_add(hits);
         if bytes <= available.bytes {
             let epsilon = 0.0;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::gpu;
-use kugelblitz::scene::{Color, Sphere};
+use kugelblitz::scene::{Color, Edges, Sphere};
 use program::{finish, program, run, scene_file as scene};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -535,6 +535,62 @@ fn samples_are_those_of_the_command_line_else_of_the_scene() {
         let ran = run(&["render", &path, "-o", &out, "--samples", wrong], 2);
         assert!(ran.stderr.contains("--samples"), "{}", ran.stderr);
     }
+}
+
+/// Of a transparent picture with samples, lit or not: PNG, EXR and NPY tell the same, and where all
+/// samples hit, the same as a picture with a background.
+#[test]
+fn a_transparent_picture_leaves_the_background_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, "ball.toml");
+    let [png, npy, opaque] = ["a.png", "a.npy", "b.npy"].map(|name| file(&folder, name));
+    let ball = "background = \"#00ff00\"\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n\
+                [[sphere]]\ncenter = [0.1, 0, 0]\nradius = 1\ncolor = [1, 0.5, 0.25]\n";
+    let (width, height) = (64, 36);
+    let floats = |path: &str, record_bytes: usize| -> Vec<Vec<f32>> {
+        let bytes = fs::read(path).unwrap();
+        let records = bytes[bytes.len() - width * height * record_bytes..].chunks(record_bytes);
+        let words = |record: &[u8]| {
+            record[20..].as_chunks().0.iter().copied().map(f32::from_le_bytes).collect()
+        };
+        records.map(words).collect()
+    };
+    for light in ["", "[[light]]\nposition = \"eye\"\nintensity = 0.75\n"] {
+        fs::write(&path, format!("{ball}{light}")).unwrap();
+        for (samples, n_shares) in [("1", 2), ("2", 5), ("3", 8)] {
+            let render = |out: &str, options: &[&str]| {
+                let start = ["render", &path, "-o", out, "--size", "64x36", "--device", "cpu"];
+                run(&[&start[..], &["-q", "--samples", samples], options].concat(), 0);
+            };
+            render(&png, &["--transparent", "--bits", "16"]);
+            render(&npy, &["--transparent"]);
+            render(&opaque, &[]);
+            let straight = image::open(&png).unwrap().into_rgba16();
+            let (premultiplied, opaque) = (floats(&npy, 36), floats(&opaque, 32));
+            let mut alphas = BTreeSet::new();
+            for (i, straight) in straight.pixels().enumerate() {
+                let [red, green, blue, alpha] = premultiplied[i][..] else { panic!("a record") };
+                alphas.insert(alpha.to_bits());
+                assert_eq!(straight.0[3], (alpha * 65535.0).round() as u16);
+                if alpha == 1.0 {
+                    assert_eq!([red, green, blue], opaque[i][..]);
+                } else {
+                    // The rest of the samples is green.
+                    let sum = [red, green + (1.0 - alpha), blue];
+                    assert!(sum.iter().zip(&opaque[i]).all(|(a, b)| (a - b).abs() < 1e-6));
+                }
+                for (channel, part) in [red, green, blue].into_iter().enumerate() {
+                    let linear = if alpha == 0.0 { 0.0 } else { f64::from(part / alpha) };
+                    let code = i32::from(Edges::srgb16().number(linear));
+                    assert!((code - i32::from(straight.0[channel])).abs() <= 1, "{i} {channel}");
+                }
+            }
+            assert!(alphas.len() >= n_shares, "{} of {samples} × {samples}", alphas.len());
+        }
+    }
+    let ppm = file(&folder, "a.ppm");
+    let ran = run(&["render", &path, "-o", &ppm, "--transparent"], 2);
+    assert!(ran.stderr.contains(".png, .exr or .npy"), "{}", ran.stderr);
 }
 
 /// A sphere on a floor in f32, whose surfaces shadow themselves without an epsilon.

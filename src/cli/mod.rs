@@ -146,6 +146,9 @@ pub struct RenderArgs {
     /// Also write which level decided each pixel (EXR and NPY)
     #[arg(long)]
     pub certificates: bool,
+    /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
+    #[arg(long)]
+    pub transparent: bool,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
     pub samples: Option<u32>,

@@ -135,10 +135,10 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,
     };
-    Ok((
-        format,
-        PictureOptions { bits, certificates: args.certificates, ..PictureOptions::default() },
-    ))
+    let (certificates, transparent) = (args.certificates, args.transparent);
+    let options = PictureOptions { bits, certificates, transparent };
+    options.check(format)?;
+    Ok((format, options))
 }
 
 /// `1280×720`, and where it belongs if it is a part.

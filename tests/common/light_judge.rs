@@ -16,7 +16,6 @@ use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Color, Object, Scene, Source};
 use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
-use kugelblitz::tracer::Tracer;
 
 use crate::light_oracle::Oracle;
 
@@ -84,18 +83,26 @@ impl LightCase {
 
     /// The picture by the certified kernel.
     pub fn paint(&self, device: &Device) -> Painted {
-        let (ids, of_samples) = (self.traced(&self.pixels, device), self.sample_tracer(device));
-        let (prepared, mut tracer) = match of_samples {
-            Some((prepared, tracer)) => (prepared, Some(tracer)),
-            None => (ids.1, None),
-        };
-        let hits = ids.0;
+        self.paint_by(Kernel::Certified, 0.0, device)
+    }
+
+    /// The picture by any kernel; where it has no proof, shadow rays start at `epsilon`.
+    pub fn paint_by(&self, kernel: Kernel, epsilon: f64, device: &Device) -> Painted {
+        let (hits, of_pixels) = self.traced(kernel, device);
+        let mut of_samples = (self.n_samples > 1).then(|| {
+            let prepared = self.prepared(kernel, &self.pixels.samples(self.n_samples));
+            let tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
+            (prepared, tracer)
+        });
         let mut painted = Painted { ids: hits.id.clone(), ..Painted::default() };
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
-            let tracer = tracer.as_deref_mut();
+            let (prepared, tracer) = match &mut of_samples {
+                Some((prepared, tracer)) => (&*prepared, Some(&mut **tracer)),
+                None => (&of_pixels, None),
+            };
             let (n_samples, background) = (self.n_samples, self.background);
-            let style = Style { n_samples, background, ..Style::new(encoding) };
-            let mut painter = Painter::new(&prepared, style, &self.pixels, tracer);
+            let style = Style { n_samples, background, epsilon, ..Style::new(encoding) };
+            let mut painter = Painter::new(prepared, style, &self.pixels, tracer);
             let (mut colors, mut rendered) = (Colors::new(encoding), Rendered::default());
             let control = Control::default();
             painter.paint(&self.pixels, &hits, &control, &mut colors, &mut rendered).unwrap();
@@ -110,25 +117,17 @@ impl LightCase {
         painted
     }
 
-    fn prepared(&self, pixels: &Pixels) -> Arc<Prepared> {
+    fn prepared(&self, kernel: Kernel, pixels: &Pixels) -> Arc<Prepared> {
         let (scene, rays) = (Arc::clone(&self.scene), Rays::Pixels(*pixels));
-        Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap())
+        Arc::new(Prepared::new(scene, kernel, &rays).unwrap())
     }
 
-    fn traced(&self, pixels: &Pixels, device: &Device) -> (Hits, Arc<Prepared>) {
-        let prepared = self.prepared(pixels);
+    fn traced(&self, kernel: Kernel, device: &Device) -> (Hits, Arc<Prepared>) {
+        let prepared = self.prepared(kernel, &self.pixels);
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         let mut hits = Hits::default();
-        tracer.trace(&Rays::Pixels(*pixels), &Control::default(), &mut hits).unwrap();
+        tracer.trace(&Rays::Pixels(self.pixels), &Control::default(), &mut hits).unwrap();
         (hits, prepared)
-    }
-
-    fn sample_tracer(&self, device: &Device) -> Option<(Arc<Prepared>, Box<dyn Tracer>)> {
-        (self.n_samples > 1).then(|| {
-            let prepared = self.prepared(&self.pixels.samples(self.n_samples));
-            let tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
-            (prepared, tracer)
-        })
     }
 
     /// The scene as a file, and the pixel.
