@@ -58,7 +58,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     drop(progress);
 
     let again =
-        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::from(&done));
+        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::again(&done));
     let ms_runs = args
         .repeat
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())

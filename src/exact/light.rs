@@ -120,6 +120,19 @@ impl ExactPoint {
         }
     }
 
+    /// Whether the point is at most `distance` away from another one. `None` where a number is not
+    /// finite.
+    pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
+        let v = self.from_point(&real3(point)?);
+        Some((&dot(&v, &v) - &self.square_of(distance)?).signum() <= 0)
+    }
+
+    /// `(scale·r)²`
+    fn square_of(&self, r: f64) -> Option<Surd<'_>> {
+        let r = real(r)? * &self.scale;
+        Some(Surd::new(&r * &r, Real::zero(), &self.radicand))
+    }
+
     /// `scale·(p − point)`
     fn from_point(&self, point: &[Real; 3]) -> Surd3<'_> {
         std::array::from_fn(|axis| {
@@ -204,8 +217,7 @@ impl<'a> ExactBeam<'a> {
             return None;
         }
         let v = self.point.from_point(&real3(center)?);
-        let r = real(radius)? * &self.point.scale;
-        let r2 = Surd::new(&r * &r, Real::zero(), &self.point.radicand);
+        let r2 = self.point.square_of(radius)?;
         let (a, b, c) = (&self.square, dot(&self.way, &v), &dot(&v, &v) - &r2);
         if a.signum() == 0 {
             return Some(false);

@@ -12,7 +12,6 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Color, Object, Scene, Source};
 use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
@@ -103,16 +102,16 @@ impl LightCase {
             let (n_samples, background) = (self.n_samples, self.background);
             let style = Style { n_samples, background, epsilon, ..Style::new(encoding) };
             let mut painter = Painter::new(prepared, style, &self.pixels, tracer);
-            let (mut colors, mut rendered) = (Colors::new(encoding), Rendered::default());
+            let mut colors = Colors::new(encoding);
             let control = Control::default();
-            painter.paint(&self.pixels, &hits, &control, &mut colors, &mut rendered).unwrap();
+            let done = painter.paint(&self.pixels, &hits, &control, &mut colors).unwrap();
             match colors {
                 Colors::Srgb8(colors) => painted.srgb8 = colors,
                 Colors::Srgb16(colors) => painted.srgb16 = colors,
                 Colors::Linear(colors) => painted.linear = colors,
             }
             painted.n_hits = painter.coverage().map(|coverage| coverage.n_hits.clone());
-            painted.shadow_rays.add(rendered.shadow_rays);
+            painted.shadow_rays.add(done.shadow_rays);
         }
         painted
     }
