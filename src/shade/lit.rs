@@ -278,15 +278,13 @@ impl Certified<'_> {
     ) -> [T; 3] {
         let lighting = self.job.lit.lighting.as_ref();
         let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
-        let samples: Vec<(usize, u32, Option<(ExactPoint, Shape)>)> = self
-            .job
-            .samples(pixel)
-            .map(|at| (at, self.job.ids[at]))
-            .map(|(at, id)| {
-                let point = lighting.and_then(|_| self.finder.stage.exact_point(at, id));
-                (at, id, point)
-            })
-            .collect();
+        let sample = |at: usize| {
+            let id = self.job.ids[at];
+            let point: Option<(ExactPoint, Shape)> =
+                lighting.and_then(|_| self.finder.stage.exact_point(at, id));
+            (at, id, point)
+        };
+        let samples: Vec<_> = self.job.samples(pixel).map(sample).collect();
         let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(n_shares));
         let shares = integer(n_shares.into());
         for (at, id, point) in &samples {
