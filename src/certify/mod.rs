@@ -7,6 +7,7 @@ mod nearness;
 mod packets;
 mod point;
 mod surface;
+mod walk;
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -117,7 +118,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range {
+    if !prepared.in_range || prepared.is_left_to_f64() {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;

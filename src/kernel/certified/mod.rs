@@ -5,6 +5,7 @@
 mod filter;
 mod prepare;
 mod records;
+mod rows;
 mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
