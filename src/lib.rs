@@ -165,6 +165,7 @@ pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;
+mod wide;
 
 /// The vectors of the interface are its.
 pub use glam;

@@ -10,6 +10,7 @@ mod point;
 #[cfg(feature = "gpu")]
 mod shaders;
 mod surface;
+mod walk;
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -194,7 +195,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range {
+    if !prepared.in_range || prepared.is_left_to_f64() {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;

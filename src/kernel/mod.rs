@@ -44,9 +44,6 @@ impl<R: Real> RayOf<R> {
     }
 }
 
-/// Rays of neighbouring pixels that go side by side: two registers of four, or one of eight.
-pub const PACKET: usize = 8;
-
 /// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<R> {

@@ -3,8 +3,8 @@
 //! [`crate::guard`].
 
 use super::records::{PlaneCertified, SphereCertified};
-use crate::kernel::{PACKET, RayOf};
-use crate::vec3::{Real, Vec3, dot3};
+use crate::kernel::RayOf;
+use crate::vec3::{Number, Real, Vec3, dot3};
 
 /// The id of a ray that the filter could not decide.
 pub const UNDECIDED: u32 = u32::MAX;
@@ -143,7 +143,7 @@ pub fn far_nearness<R: Real>(
 
 /// Parameter of the point of a line that is closest to the centre, and its squared distance.
 #[inline(always)]
-pub fn closest_approach<R: Real>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
+pub fn closest_approach<R: Number>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
     let s = dot3(direction, l) * inv_a;
     let p = l - direction * s;
     (s, dot3(p, p))
@@ -314,8 +314,6 @@ fn offset<R: Real>(ray: &RayOf<R>, high: [R; 3], low: [R; 3]) -> Vec3<R> {
 pub(crate) trait Filter<R = f32>: Sync {
     /// True for [`far_nearness`], whose lower bounds still lack a factor.
     const IS_FAR: bool = false;
-    /// True where its steps are the same for all rays, so that they go side by side.
-    const IS_STRAIGHT: bool = false;
     /// A sphere.
     fn sphere_nearness(
         ray: &RayOf<R>,
@@ -344,7 +342,6 @@ pub(crate) struct FreeFilter;
 
 impl<R: Real> Filter<R> for FarFilter {
     const IS_FAR: bool = true;
-    const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
     fn sphere_nearness(
@@ -389,8 +386,6 @@ impl<R: Real> Filter<R> for PointFilter {
 }
 
 impl<R: Real> Filter<R> for ParallelFilter {
-    const IS_STRAIGHT: bool = true;
-
     #[inline(always)]
     fn sphere_nearness(
         ray: &RayOf<R>,
@@ -458,63 +453,4 @@ pub(crate) fn nearest_listed<R: Real, F: Filter<R>>(
         nearest = nearest.nearer(root, n_spheres + i as u32 + 1);
     }
     nearest
-}
-
-/// The ids of a packet of pixels' rays from [`nearest_listed`]. The same operations, ordered so that the compiler finds
-/// them side by side; a test holds the two against each other.
-#[inline(always)]
-pub(crate) fn decide_packet<F: Filter>(
-    rays: &[RayOf<f32>; PACKET],
-    spheres: &[SphereCertified],
-    planes: &[PlaneCertified],
-    widening: &Widening<f32>,
-) -> [u32; PACKET] {
-    let mut low = [0.0; PACKET];
-    let mut high = [0.0; PACKET];
-    let mut second_high = [0.0; PACKET];
-    let mut id = [0; PACKET];
-    let origin: [[f32; PACKET]; 3] = std::array::from_fn(|axis| rays.map(|ray| ray.origin.0[axis]));
-    let direction: [[f32; PACKET]; 3] =
-        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
-    let inv_a = rays.map(|ray| ray.inv_a);
-    for (i, &sphere) in spheres.iter().enumerate() {
-        for lane in 0..PACKET {
-            // Far rays have one origin, which their filter never looks at.
-            let origin = match F::IS_FAR {
-                true => Vec3::ZERO,
-                false => Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
-            };
-            let ray = RayOf {
-                origin,
-                direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
-                inv_a: inv_a[lane],
-                ..rays[lane]
-            };
-            let root = F::sphere_nearness(&ray, &sphere, widening);
-            let nearest = Nearest {
-                low: low[lane],
-                high: high[lane],
-                second_high: second_high[lane],
-                id: id[lane],
-            }
-            .nearer(root, i as u32 + 1);
-            low[lane] = nearest.low;
-            high[lane] = nearest.high;
-            second_high[lane] = nearest.second_high;
-            id[lane] = nearest.id;
-        }
-    }
-    std::array::from_fn(|lane| {
-        let mut nearest = Nearest {
-            low: if F::IS_FAR { low[lane] * widening.far_narrower } else { low[lane] },
-            high: high[lane],
-            second_high: second_high[lane],
-            id: id[lane],
-        };
-        for (i, plane) in planes.iter().enumerate() {
-            let root = F::plane_nearness(&rays[lane], plane, widening);
-            nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
-        }
-        nearest.decide()
-    })
 }

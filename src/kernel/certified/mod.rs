@@ -5,6 +5,7 @@
 mod filter;
 mod prepare;
 mod records;
+mod rows;
 mod seen;
 mod twin;
 
