@@ -6,7 +6,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
 
-use kugelblitz::vec3::Real;
+use kugelblitz::vec3::{Number, Real};
 
 /// Where inexact results go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,6 +195,8 @@ impl Neg for Adversarial {
         Adversarial(-self.0)
     }
 }
+
+impl Number for Adversarial {}
 
 impl Real for Adversarial {
     const ZERO: Self = Adversarial(0.0);
