@@ -423,7 +423,10 @@ fn a_light_in_the_eye_is_a_light_there() {
             };
         });
         assert_same(&case, &LightCase::new(scene, case.pixels, case.n_samples));
-        // It casts no shadow that the eye sees.
+        // It casts no shadow that the eye sees; a sun has objects behind the camera in its way.
+        if lens == Lens::Orthographic {
+            continue;
+        }
         let mut scene = (*case.scene).clone();
         scene.lights.iter_mut().filter(|light| light.source == Source::Eye).for_each(|light| {
             light.shadows = false;
@@ -572,7 +575,8 @@ fn the_judge_sees_every_wrong_number() {
 #[test]
 fn the_judge_sees_other_light() {
     let case = world(&mut ChaCha8Rng::seed_from_u64(6), 1);
-    let changes: [(&str, fn(&mut Scene)); 7] = [
+    type Change = fn(&mut Scene);
+    let changes: [(&str, Change); 7] = [
         ("no shadows", |scene| scene.lights[0].shadows = false),
         ("moved", |scene| scene.lights[0].source = Source::Point(DVec3::splat(7.0))),
         ("another sun", |scene| scene.lights[1].source = Source::Sun(dvec3(0.5, -2.0, 0.25))),

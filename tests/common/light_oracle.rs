@@ -8,83 +8,31 @@
 //! A test that takes this module takes `enclosure.rs` as its module `enclosure`.
 #![allow(dead_code)] // each test uses what it needs
 
+mod light_answer;
+mod light_numbers;
+mod light_shadow;
+
 use std::cmp::Ordering::{Equal, Greater, Less};
 use std::sync::OnceLock;
 
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Light, Scene, Source, linear_from_srgb};
+use kugelblitz::scene::{Color, Scene};
 use kugelblitz::shade::Background;
 
-use crate::enclosure::{Big, Narrow, Number, Undecided, dot, integer_shift, norm2};
+use crate::enclosure::{Big, Narrow, Number, Undecided, dot, norm2};
+#[allow(unused_imports)] // each test uses what it needs
+pub use light_answer::{Answer, Channel, Truth, edges};
+use light_numbers::{
+    Lamp, Model, Shifts, difference, lamps, length_factor, numerators, scaled, sum, v3,
+};
+use light_shadow::{Surface, cosine};
 
 /// Bits of the enclosures, one after the other; the first stands for f64.
 const LEVELS: [u64; 9] = [53, 160, 480, 1440, 4320, 12_960, 38_880, 116_640, 349_920];
 
 /// From here on, an enclosure that still touches an edge counts as equal to it.
 pub const TIE_BITS: u64 = 4096;
-
-/// Where light comes from, with nothing left to look up.
-#[derive(Clone, Copy, Debug)]
-pub struct Lamp {
-    pub source: LampSource,
-    pub color: Color,
-    /// The light's intensity is the product of these over the divisor.
-    pub factors: [f64; 2],
-    pub divisor: u32,
-    pub shadows: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub enum LampSource {
-    Point(DVec3),
-    /// The way that its light travels.
-    Sun(DVec3),
-}
-
-/// One number of a pixel, and whether the exact one lies on an edge of its range as far as
-/// [`TIE_BITS`] tell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer<T> {
-    pub value: T,
-    pub is_tie: bool,
-}
-
-/// One colour channel of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Channel {
-    /// The exact mean lies from the first to just above the second (`f64::next_up`).
-    pub mean: [f64; 2],
-    pub srgb8: Answer<u8>,
-    pub srgb16: Answer<u16>,
-    pub linear: Answer<f32>,
-}
-
-/// A pixel by the contract.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Truth {
-    /// What the centre ray sees.
-    pub id: u32,
-    /// Samples that hit something.
-    pub n_hits: u32,
-    pub channels: [Channel; 3],
-    /// Bits that it took.
-    pub bits: u64,
-}
-
-impl Truth {
-    pub fn srgb8(&self) -> [u8; 3] {
-        self.channels.map(|channel| channel.srgb8.value)
-    }
-
-    pub fn srgb16(&self) -> [u16; 3] {
-        self.channels.map(|channel| channel.srgb16.value)
-    }
-
-    pub fn linear(&self) -> [f32; 3] {
-        self.channels.map(|channel| channel.linear.value)
-    }
-}
 
 /// A scene, seen as a picture.
 pub struct Oracle<'a> {
@@ -103,43 +51,6 @@ pub struct Oracle<'a> {
     models: [OnceLock<Model<Big>>; 4],
 }
 
-/// The powers of two that make integers.
-#[derive(Clone, Copy, Debug)]
-struct Shifts {
-    length: i64,
-    /// Of the camera's unit vectors.
-    frame: i64,
-    /// Of the camera's `h`.
-    h: i64,
-}
-
-/// All numbers of a scene as enclosures.
-struct Model<N> {
-    bits: u64,
-    spheres: Vec<SphereNumbers<N>>,
-    planes: Vec<PlaneNumbers<N>>,
-    lamps: Vec<LampNumbers<N>>,
-}
-
-struct SphereNumbers<N> {
-    center: [N; 3],
-    radius: N,
-    radius2: N,
-}
-
-struct PlaneNumbers<N> {
-    point: [N; 3],
-    normal: [N; 3],
-}
-
-struct LampNumbers<N> {
-    /// The point, or the way towards the sun.
-    place: [N; 3],
-    is_point: bool,
-    /// By channel.
-    strength: [N; 3],
-}
-
 /// Where a ray meets an object: at `numerator/denominator`.
 struct Root<N> {
     id: u32,
@@ -147,37 +58,11 @@ struct Root<N> {
     denominator: N,
 }
 
-/// A hit point `P/m` with a normal that faces the ray.
-struct Surface<N> {
-    id: u32,
-    point: [N; 3],
-    m: N,
-    /// Of any length.
-    normal: [N; 3],
-    length: N,
-}
-
 /// A sample: the object, or 0, and its colour.
 pub struct Sample {
     pub id: u32,
     pub rgb: [Big; 3],
     pub bits: u64,
-}
-
-fn v3<N: Number>(v: DVec3, shift: i64, bits: u64) -> [N; 3] {
-    v.to_array().map(|x| N::new(x, shift, bits))
-}
-
-fn sum<N: Number>(u: &[N; 3], v: &[N; 3]) -> [N; 3] {
-    std::array::from_fn(|i| u[i].plus(&v[i]))
-}
-
-fn difference<N: Number>(u: &[N; 3], v: &[N; 3]) -> [N; 3] {
-    std::array::from_fn(|i| u[i].minus(&v[i]))
-}
-
-fn scaled<N: Number>(v: &[N; 3], factor: &N) -> [N; 3] {
-    std::array::from_fn(|i| v[i].times(factor))
 }
 
 impl<'a> Oracle<'a> {
@@ -219,10 +104,6 @@ impl<'a> Oracle<'a> {
     /// The same where samples that hit nothing count otherwise.
     pub fn before(self, background: Background) -> Oracle<'a> {
         Oracle { background, ..self }
-    }
-
-    pub fn lamps(&self) -> &[Lamp] {
-        &self.lamps
     }
 
     /// The contract's pixel in column `x` of row `y`.
@@ -447,19 +328,6 @@ fn decided<T>(bits: u64, ask: impl Fn(u64) -> Result<T, Undecided>) -> (T, u64) 
     answer.expect("at these bits, 0 is told from other numbers")
 }
 
-/// The roots of `a·t² + 2b·t + k` times `a > 0`, in order.
-fn numerators<N: Number>(a: &N, b: &N, k: &N) -> Result<Vec<N>, Undecided> {
-    let discriminant = b.squared().minus(&a.times(k));
-    Ok(match discriminant.sign()? {
-        Less => vec![],
-        Equal => vec![b.negative()],
-        Greater => {
-            let root = discriminant.root();
-            vec![b.plus(&root).negative(), root.minus(b)]
-        }
-    })
-}
-
 /// The smaller root; of equal ones the first.
 fn nearer<N: Number>(best: Option<Root<N>>, root: Root<N>) -> Result<Root<N>, Undecided> {
     let Some(best) = best else {
@@ -467,198 +335,4 @@ fn nearer<N: Number>(best: Option<Root<N>>, root: Root<N>) -> Result<Root<N>, Un
     };
     let both = [&root.numerator.times(&best.denominator), &best.numerator.times(&root.denominator)];
     Ok(if both[0].minus(both[1]).sign()? == Less { root } else { best })
-}
-
-/// `n·ω` of a light that counts.
-fn cosine<N: Number>(
-    model: &Model<N>,
-    surface: &Surface<N>,
-    lamp: &LampNumbers<N>,
-    shadows: bool,
-) -> Result<Option<N>, Undecided> {
-    let Surface { point, m, normal, length, .. } = surface;
-    let w = match lamp.is_point {
-        true => difference(&scaled(&lamp.place, m), point),
-        false => lamp.place.clone(),
-    };
-    let along = dot(normal, &w);
-    if along.sign()? != Greater || (shadows && is_in_shadow(model, surface, &w, lamp.is_point)?) {
-        return Ok(None);
-    }
-    along.over(&length.times(&norm2(&w).root())).map(Some)
-}
-
-/// True where something is met from the surface along `w`, before `w` ends where it ends at a light.
-/// `P + s·w` is in units of `1/m`; a sun's `s` is `m` times the contract's.
-fn is_in_shadow<N: Number>(
-    model: &Model<N>,
-    surface: &Surface<N>,
-    w: &[N; 3],
-    ends: bool,
-) -> Result<bool, Undecided> {
-    let Surface { id: own, point, m, .. } = surface;
-    // `numerator/denominator`, with a denominator greater than 0.
-    let is_in_way = |numerator: &N, denominator: &N| -> Result<bool, Undecided> {
-        Ok(numerator.sign()? == Greater && (!ends || numerator.minus(denominator).sign()? == Less))
-    };
-    let a = norm2(w);
-    for (id, sphere) in (1..).zip(&model.spheres) {
-        if sphere.radius.sign()? == Equal {
-            continue;
-        }
-        let from_center = difference(point, &scaled(&sphere.center, m));
-        let b = dot(w, &from_center);
-        let roots = if id == *own {
-            // One root is 0; their sum is −2b/a.
-            vec![b.plus(&b).negative()]
-        } else {
-            let k = norm2(&from_center).minus(&sphere.radius2.times(&m.squared()));
-            numerators(&a, &b, &k)?
-        };
-        for root in roots {
-            if is_in_way(&root, &a)? {
-                return Ok(true);
-            }
-        }
-    }
-    for (id, plane) in (model.spheres.len() as u32 + 1..).zip(&model.planes) {
-        // The own plane is met at 0 alone.
-        if id == *own {
-            continue;
-        }
-        let along = dot(w, &plane.normal);
-        let to_plane = dot(&difference(&scaled(&plane.point, m), point), &plane.normal);
-        let is_met = match along.sign()? {
-            Equal => false,
-            Greater => is_in_way(&to_plane, &along)?,
-            Less => is_in_way(&to_plane.negative(), &along.negative())?,
-        };
-        if is_met {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-/// What all lengths are multiplied by: an orthographic camera's rays start at fractions of a row.
-fn length_factor(view: &View, rows: u32) -> u32 {
-    match view.lens {
-        Lens::Perspective => 1,
-        Lens::Orthographic => rows,
-    }
-}
-
-/// The scene's lights, then the suns of its sky.
-fn lamps(scene: &Scene, view: &View) -> Vec<Lamp> {
-    let lamp = |light: &Light| {
-        let source = match (light.source, view.lens) {
-            (Source::Point(position), _) => LampSource::Point(position),
-            (Source::Sun(direction), _) => LampSource::Sun(direction),
-            (Source::Eye, Lens::Perspective) => LampSource::Point(view.position),
-            (Source::Eye, Lens::Orthographic) => LampSource::Sun(view.forward),
-        };
-        let Light { color, intensity, shadows, .. } = *light;
-        Lamp { source, color, factors: [intensity, 1.0], divisor: 1, shadows }
-    };
-    let suns = scene.sky.iter().flat_map(|sky| {
-        sky.suns().into_iter().map(|sun| Lamp {
-            source: LampSource::Sun(sun),
-            color: Color([1.0; 3]),
-            factors: [sky.intensity, 4.0],
-            divisor: sky.directions,
-            shadows: true,
-        })
-    });
-    scene.lights.iter().map(lamp).chain(suns).collect()
-}
-
-impl Shifts {
-    fn new(scene: &Scene, view: &View, lamps: &[Lamp]) -> Shifts {
-        let vectors = [view.forward, view.right, view.true_up];
-        let frame = integer_shift(vectors.iter().flat_map(|v| v.to_array()));
-        let h = integer_shift([view.h]);
-        let spheres = scene.spheres.iter().flat_map(|s| [s.center, DVec3::splat(s.radius)]);
-        let points = lamps.iter().filter_map(|lamp| match lamp.source {
-            LampSource::Point(position) => Some(position),
-            LampSource::Sun(_) => None,
-        });
-        let planes = scene.planes.iter().map(|plane| plane.point);
-        let lengths = spheres.chain(points).chain(planes).chain([view.position]);
-        let length = integer_shift(lengths.flat_map(|v| v.to_array()));
-        // An orthographic camera's `h` is a length along one of the unit vectors.
-        let length = match view.lens {
-            Lens::Perspective => length,
-            Lens::Orthographic => length.max(frame + h),
-        };
-        Shifts { length, frame, h }
-    }
-}
-
-impl<N: Number> Model<N> {
-    fn new(scene: &Scene, lamps: &[Lamp], shifts: Shifts, factor: u32, bits: u64) -> Model<N> {
-        let factor = N::new(f64::from(factor), 0, bits);
-        let point = |v: DVec3| scaled(&v3(v, shifts.length, bits), &factor);
-        let vector = |v: DVec3| v3(v, integer_shift(v.to_array()), bits);
-        let spheres = scene.spheres.iter().map(|sphere| {
-            let radius = N::new(sphere.radius, shifts.length, bits).times(&factor);
-            SphereNumbers { center: point(sphere.center), radius2: radius.squared(), radius }
-        });
-        let planes = scene
-            .planes
-            .iter()
-            .map(|plane| PlaneNumbers { point: point(plane.point), normal: vector(plane.normal) });
-        let lamps = lamps.iter().map(|lamp| {
-            let (place, is_point) = match lamp.source {
-                LampSource::Point(position) => (point(position), true),
-                LampSource::Sun(direction) => (vector(-direction), false),
-            };
-            let number = |x: f64| N::new(x, 0, bits);
-            let [first, second] = lamp.factors.map(number);
-            let divisor = number(f64::from(lamp.divisor));
-            let intensity = match lamp.divisor {
-                1 => first.times(&second),
-                _ => first.times(&second).over(&divisor).unwrap_or_else(|_| unreachable!("n > 0")),
-            };
-            let strength = lamp.color.0.map(|color| number(color).times(&intensity));
-            LampNumbers { place, is_point, strength }
-        });
-        Model { bits, spheres: spheres.collect(), planes: planes.collect(), lamps: lamps.collect() }
-    }
-}
-
-/// The ends of the bytes' ranges: the least linear value of byte `i + 1`, for 8 or 16 bits.
-pub fn edges(largest: u16) -> &'static [f64] {
-    static EDGES: [OnceLock<Vec<f64>>; 2] = [OnceLock::new(), OnceLock::new()];
-    EDGES[usize::from(largest > 255)].get_or_init(|| {
-        let largest_f64 = f64::from(largest);
-        (1..=largest).map(|b| linear_from_srgb((f64::from(b) - 0.5) / largest_f64)).collect()
-    })
-}
-
-/// The byte whose range holds both ends, or at the last level the one whose lower edge they touch.
-fn byte(ends: [f64; 2], largest: u16, is_last: bool) -> Option<Answer<u16>> {
-    let [low, high] = ends.map(|end| edges(largest).partition_point(|edge| *edge <= end) as u16);
-    (low == high || is_last).then_some(Answer { value: high, is_tie: low != high })
-}
-
-impl Channel {
-    /// None where the enclosure touches an edge and this is not the last level.
-    fn new(mean: &Big, is_last: bool) -> Option<Channel> {
-        // An edge is an f64: it is above a number if and only if it is above the f64 below.
-        let floors = mean.floors();
-        let srgb8 = byte(floors, 255, is_last)?;
-        let [low, high] = mean.nearest_f32();
-        let is_tie = low.to_bits() != high.to_bits();
-        if is_tie && !is_last {
-            return None;
-        }
-        // Of neighbours, the one with an even last place.
-        let linear = if high.to_bits() % 2 == 0 { high } else { low };
-        Some(Channel {
-            mean: floors,
-            srgb8: Answer { value: srgb8.value as u8, is_tie: srgb8.is_tie },
-            srgb16: byte(floors, 65535, is_last)?,
-            linear: Answer { value: linear, is_tie },
-        })
-    }
 }
