@@ -1,6 +1,7 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
 mod beam;
+mod exactly;
 mod lamp;
 mod lit;
 mod mean;
@@ -12,9 +13,12 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
+pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
+pub(crate) use mean::ExactMean;
 pub use painter::{LitPainter, Painter};
+pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
