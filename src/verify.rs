@@ -15,9 +15,10 @@ use crate::random::SplitMix;
 use crate::rays::Pixels;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Ray};
+pub(crate) use colors::samples_of_pixel;
 pub use colors::{
-    COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, compare_colors,
-    compare_colors_to_exact,
+    COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, color_promise,
+    compare_colors, compare_colors_to_exact,
 };
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most

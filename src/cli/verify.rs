@@ -16,7 +16,7 @@ use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{
     AgainstExact, COLOR_BYTES, ColorDifferences, ColorTruth, SAMPLE_BYTES, Shown, Truth,
-    broken_color_promises, broken_promises, compare_colors, compare_colors_to_exact,
+    broken_color_promises, broken_promises, color_promise, compare_colors, compare_colors_to_exact,
     compare_to_exact, promise, sample,
 };
 use kugelblitz::{Error, Result};
@@ -36,7 +36,7 @@ fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
         None => ((1 << 31) / n_work).clamp(1 << 10, 1 << 16),
         Some(colors) => {
             let n_ways = colors.ways_of_pixel();
-            ((1 << 31) / (n_work * n_ways)).min((1 << 18) / n_ways).clamp(1 << 6, 1 << 16)
+            ((1 << 31) / (n_work * n_ways)).min((1 << 20) / n_ways).clamp(1 << 6, 1 << 16)
         }
     }
 }
@@ -89,7 +89,7 @@ struct Summary {
 #[derive(Serialize)]
 struct OfKernel {
     kernel: &'static str,
-    promise: &'static str,
+    promise: String,
     /// `null` where only the CPU traced.
     gpu_against_cpu: Option<Comparison>,
     against_exact: OnBoth<AgainstExact>,
@@ -290,8 +290,11 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
     Ok(OfKernel {
         kernel: kernel.name(),
         promise: match is_on_gpu || kernel == Kernel::Certified {
-            true => promise(kernel, bit_equal),
-            false => "nothing that the CPU alone can show",
+            true => {
+                let of_colors = shown.as_ref().and_then(|_| color_promise(kernel));
+                promise(kernel, bit_equal).to_owned() + of_colors.unwrap_or_default()
+            }
+            false => "nothing that the CPU alone can show".into(),
         },
         broken,
         gpu_against_cpu: parity,
@@ -366,28 +369,34 @@ fn color_table(results: &[OfKernel]) -> String {
         .iter()
         .filter_map(|result| Some((result.kernel, result.colors.as_ref()?)))
         .collect();
-    let row = |name: String, found: &ColorDifferences| {
-        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = found;
-        format!("{name:<14} {pixels:>11} {srgb8:>14} {srgb16:>15} {linear:>14}\n")
+    let line = |name: &str, cells: [String; 4]| {
+        let [pixels, srgb8, srgb16, linear] = cells;
+        format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
     };
-    let columns = "pixels  wrong in 8 bits  wrong in 16  wrong floats";
+    let head = |name, differ: &str| {
+        let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
+        let [srgb8, srgb16, linear] = columns;
+        format!("\n{}", line(name, ["pixels".into(), srgb8, srgb16, linear]))
+    };
+    let row = |name: &str, found: &ColorDifferences| {
+        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = found;
+        line(name, [pixels, srgb8, srgb16, linear].map(u64::to_string))
+    };
     let mut text = String::new();
-    let parities: Vec<String> = with_colors
-        .iter()
-        .filter_map(|(kernel, colors)| {
-            Some(row(kernel.to_string(), colors.gpu_against_cpu.as_ref()?))
-        })
-        .collect();
+    let parity = |(kernel, colors): &(&str, &ColorsOfKernel)| {
+        Some(row(kernel, colors.gpu_against_cpu.as_ref()?))
+    };
+    let parities: String = with_colors.iter().filter_map(parity).collect();
     if !parities.is_empty() {
-        let columns = columns.replace("wrong", "other");
-        let _ = write!(text, "\ncolours, GPU against CPU  {columns}\n{}", parities.concat());
+        text += &head("colours, GPU against CPU", "other");
+        text += &parities;
     }
     if !with_colors.is_empty() {
-        let _ = writeln!(text, "\ncolours against exact     {columns}");
+        text += &head("colours against exact", "wrong");
     }
     for (kernel, colors) in with_colors {
         for (device, found) in colors.against_exact.rows() {
-            text += &row(format!("{kernel:<10} {device}"), found);
+            text += &row(&format!("{kernel:<10} {device}"), found);
         }
     }
     text

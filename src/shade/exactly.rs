@@ -145,3 +145,63 @@ pub(crate) fn add_sample<'a>(
 fn exact(x: f64) -> Real {
     real(x).unwrap_or_else(Real::zero)
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::exact::nearest;
+    use crate::scene::{Plane, Sphere};
+
+    fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+    }
+
+    /// Spheres that beams touch to some `2⁻⁵⁰`, far from the origin and with lamps near their points:
+    /// nothing that is in the way is ruled out by f64.
+    #[test]
+    fn nothing_in_the_way_is_passed_by() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1417);
+        let (mut n_hidden, mut n_passed) = (0, 0);
+        for _ in 0..2000 {
+            let far = vector(&mut rng) * 10f64.powi(rng.random_range(-3..9));
+            let floor = Plane {
+                name: None,
+                point: far,
+                normal: vector(&mut rng),
+                color: Default::default(),
+            };
+            let eye = far + vector(&mut rng);
+            let ray = Ray { origin: eye, direction: far - eye };
+            let way = vector(&mut rng) * 10f64.powi(rng.random_range(-9..3));
+            let is_sun = rng.random();
+            let origin = if is_sun { Origin::Sun(-way) } else { Origin::Point(far + way) };
+            let side = way.cross(vector(&mut rng)).normalize();
+            let radius = 10f64.powi(rng.random_range(-3..3));
+            let off = radius * (1.0 + rng.random_range(-1..2) as f64 * 2f64.powi(-50));
+            let center = far + way * rng.random_range(0.1..0.9) + side * off;
+            let sphere = Sphere { center, radius };
+            let scene =
+                Scene { spheres: vec![sphere].into(), planes: vec![floor], ..Scene::default() };
+            let exact = ExactRay::new(&ray);
+            let Some(hit) = nearest(&exact, [(2, Shape::from(&scene.planes[0]))]) else { continue };
+            let near = Ray { origin: DVec3::ZERO, ..ray };
+            let Some(point) = LitPoint::new(&scene, &exact, &hit, (eye, &near)) else { continue };
+            let weight = std::array::from_fn(|_| Real::one());
+            let lamp =
+                Lamp { light: None, origin, weight: [1.0; 3], exact_weight: weight, shadows: true };
+            let Some(beam) = point.beam(&lamp) else { continue };
+            let all = scene.objects().map(|(id, object)| (id, Shape::from(object)));
+            let expected: Vec<u32> =
+                all.filter(|(_, shape)| beam.is_blocked_by(shape)).map(|(id, _)| id).collect();
+            let found: Vec<u32> =
+                point.in_the_way(&scene, &lamp, &beam).map(|(id, _)| id).collect();
+            assert_eq!(found, expected, "{ray:?} {lamp:?} {sphere:?}");
+            n_hidden += usize::from(expected.contains(&1));
+            n_passed += usize::from(!expected.contains(&1));
+        }
+        assert!(n_hidden > 100 && n_passed > 100, "{n_hidden}, {n_passed}");
+    }
+}

@@ -106,19 +106,9 @@ impl ColorTruth {
         let seen = index.par_iter().map(|&index| {
             control.check()?;
             control.advance(1);
-            let (x, y) = pixels.xy(index);
-            let sample = |at: u32| {
-                let (x, y) = (x * n_samples + at % n_samples, y * n_samples + at / n_samples);
-                let (origin, direction) =
-                    (of_samples.origin_offset(x, y), of_samples.direction(x, y));
-                let ray = Ray { origin, direction };
-                let near = Near { reference: pixels.view.position, ray };
-                let exact = rays.ray(x, y);
-                let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
-                let point = || LitPoint::new(scene, &exact, &hit, (near.reference, &near.ray));
-                (hit.id, lighting.as_ref().and_then(|_| point()))
-            };
-            let samples: Vec<_> = (0..n_samples * n_samples).map(sample).collect();
+            let at = (&of_samples, &rays);
+            let samples =
+                samples_of_pixel(scene, lighting.as_ref(), at, n_samples, pixels.xy(index));
             let mut mean = ExactMean::new(mean_divisor(lighting.as_ref(), n_samples));
             for (id, point) in &samples {
                 add_sample(&mut mean, scene, lighting.as_ref(), *id, point.as_ref());
@@ -133,6 +123,27 @@ impl ColorTruth {
         };
         Ok(ColorTruth { index, colors })
     }
+}
+
+/// Ids that the samples of a pixel see, and the points that light may fall on. `of_samples` are the
+/// samples of the picture, as pixels and exactly.
+pub(crate) fn samples_of_pixel(
+    scene: &Scene,
+    lighting: Option<&Lighting>,
+    (of_samples, rays): (&Pixels, &ExactPixels),
+    n_samples: u32,
+    (x, y): (u32, u32),
+) -> Vec<(u32, Option<LitPoint>)> {
+    let sample = |at: u32| {
+        let (x, y) = (x * n_samples + at % n_samples, y * n_samples + at / n_samples);
+        let (origin, direction) = (of_samples.origin_offset(x, y), of_samples.direction(x, y));
+        let near = Near { reference: of_samples.view.position, ray: Ray { origin, direction } };
+        let exact = rays.ray(x, y);
+        let Some(hit) = hit_of(scene, &exact, &near) else { return (0, None) };
+        let point = || LitPoint::new(scene, &exact, &hit, (near.reference, &near.ray));
+        (hit.id, lighting.and_then(|_| point()))
+    };
+    (0..n_samples * n_samples).into_par_iter().map(sample).collect()
 }
 
 /// A mean in every encoding.
@@ -210,6 +221,12 @@ pub fn compare_colors_to_exact(shown: &Shown, truth: &ColorTruth) -> ColorDiffer
     found
 }
 
+/// The promise of a kernel about colours, to follow its other ones; `None` where it makes none.
+pub fn color_promise(kernel: Kernel) -> Option<&'static str> {
+    let is_exact = kernel.about().promise.exact.is_some();
+    is_exact.then_some(", every byte and every float of the colours the exact one")
+}
+
 /// The promises about colours that these results break, one sentence each. `parity` compares GPU
 /// with CPU where both ran; `exact` has each device's name and result.
 pub fn broken_color_promises(
@@ -224,7 +241,7 @@ pub fn broken_color_promises(
             broken.push(format!("{name} on the {device}: no colour was compared"));
         }
     }
-    if kernel.about().promise.exact.is_none() {
+    if color_promise(kernel).is_none() {
         return broken;
     }
     let counts = |found: &ColorDifferences| {
@@ -238,4 +255,163 @@ pub fn broken_color_promises(
         broken.push(format!("{name} on the {device}: wrong colours: {}", counts(against)));
     }
     broken
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::cpu::CpuTracer;
+    use crate::rays::View;
+    use crate::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
+    use crate::trace::{Rays, Wants};
+
+    /// A floor, spheres on it, and all kinds of light.
+    fn scene(shadows: bool) -> (Arc<Scene>, Pixels) {
+        let camera = Camera::new(DVec3::new(0.0, 1.5, 5.0), DVec3::new(0.0, 0.5, 0.0));
+        let pixels = Pixels::whole(View::new(&camera), 36, 24);
+        let sphere = |x, radius| (Sphere { center: DVec3::new(x, radius, 0.0), radius }, x);
+        let spheres = [sphere(-0.6, 0.7), sphere(0.9, 0.4)];
+        let colored = |(sphere, x): (Sphere, f64)| (sphere, Color([0.5 + x / 2.0, 0.7, 0.2]));
+        let light = |source, part| Light { source, color: Color(part), intensity: 0.6, shadows };
+        let floor =
+            Plane { name: None, point: DVec3::ZERO, normal: DVec3::Y, color: Color([0.8; 3]) };
+        let scene = Scene {
+            background: Color([0.1, 0.2, 0.3]),
+            camera: Some(camera),
+            spheres: spheres.into_iter().map(colored).collect(),
+            planes: vec![floor],
+            lights: vec![
+                light(Source::Point(DVec3::new(3.0, 4.0, 2.0)), [1.0, 0.9, 0.8]),
+                light(Source::Sun(DVec3::new(1.0, -1.0, -0.25)), [0.2, 0.2, 0.4]),
+                light(Source::Eye, [0.1; 3]),
+            ],
+            sky: Some(Sky { intensity: 0.25, directions: 5 }),
+            ambient: Some(Color([0.05; 3])),
+            ..Scene::default()
+        };
+        (Arc::new(scene), pixels)
+    }
+
+    fn painted(scene: &Arc<Scene>, pixels: &Pixels, n_samples: u32) -> Shown {
+        let make = |pixels: &Pixels| {
+            let rays = Rays::Pixels(*pixels);
+            let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
+            Arc::new(prepared)
+        };
+        let control = Control::default();
+        let mut hits = Hits::default();
+        CpuTracer::new(make(pixels), Wants::default())
+            .trace(&Rays::Pixels(*pixels), &control, &mut hits)
+            .unwrap();
+        let of_samples = make(&pixels.samples(n_samples));
+        let mut tracer = CpuTracer::new(Arc::clone(&of_samples), Wants::default());
+        let tracer: Option<&mut dyn Tracer> = (n_samples > 1).then_some(&mut tracer);
+        Shown::painted(&of_samples, pixels, n_samples, &hits, tracer, &control).unwrap()
+    }
+
+    fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {
+        let all = (0..pixels.len()).collect();
+        ColorTruth::of_pixels(scene, pixels, n_samples, all, &Control::default()).unwrap()
+    }
+
+    fn broken(shown: &Shown, truth: &ColorTruth) -> [Vec<String>; 2] {
+        let (kernel, parity) = (Kernel::Certified, compare_colors(shown, &truth.colors));
+        let against = compare_colors_to_exact(shown, truth);
+        [
+            broken_color_promises(kernel, Some(&parity), &[]),
+            broken_color_promises(kernel, None, &[("GPU", &against)]),
+        ]
+    }
+
+    #[test]
+    fn right_colours_keep_the_promise() {
+        let (scene, pixels) = scene(true);
+        for n_samples in [1, 2] {
+            let truth = truth(&scene, &pixels, n_samples);
+            let shown = painted(&scene, &pixels, n_samples);
+            assert_eq!(shown, truth.colors);
+            assert_eq!(broken(&shown, &truth), [const { Vec::<String>::new() }; 2]);
+            let found = compare_colors(&shown, &truth.colors);
+            assert!(found.is_equal() && found.pixels == pixels.len() as u64, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn sabotage_of_colours_is_noticed() {
+        let (scene, pixels) = scene(true);
+        let truth = truth(&scene, &pixels, 1);
+        let at = 11 * 36 + 17;
+        type Sabotage = (&'static str, [u64; 3], fn(&mut Shown, usize));
+        let sabotages: [Sabotage; 7] = [
+            ("byte", [1, 0, 0], |shown, i| shown.srgb8[i][2] ^= 1),
+            ("16 bits", [0, 1, 0], |shown, i| shown.srgb16[i][0] ^= 1),
+            ("float up", [0, 0, 1], |shown, i| shown.linear[i][1] = shown.linear[i][1].next_up()),
+            ("float down", [0, 0, 1], |shown, i| {
+                shown.linear[i][0] = shown.linear[i][0].next_down();
+            }),
+            ("not a number", [0, 0, 1], |shown, i| shown.linear[i][1] = f32::NAN),
+            ("black", [1, 1, 1], |shown, i| {
+                (shown.srgb8[i], shown.srgb16[i], shown.linear[i]) = Default::default();
+            }),
+            ("lacking", [1, 1, 1], |shown, _| {
+                shown.srgb8.pop();
+                shown.srgb16.pop();
+                shown.linear.pop();
+            }),
+        ];
+        for (what, counts, apply) in sabotages {
+            let mut shown = truth.colors.clone();
+            apply(&mut shown, at);
+            let first = Some(if what == "lacking" { pixels.len() - 1 } else { at });
+            for found in
+                [compare_colors(&shown, &truth.colors), compare_colors_to_exact(&shown, &truth)]
+            {
+                let ColorDifferences { pixels: n, srgb8, srgb16, linear, .. } = found;
+                assert_eq!([srgb8, srgb16, linear], counts, "{what}");
+                assert_eq!((found.first, n), (first, pixels.len() as u64), "{what}");
+            }
+            for broken in broken(&shown, &truth) {
+                assert_eq!(broken.len(), 1, "{what}: {broken:?}");
+            }
+        }
+        let nothing = Shown::default();
+        let found = compare_colors(&nothing, &truth.colors);
+        assert_eq!(found.srgb8, pixels.len() as u64, "nothing is not equal to something");
+    }
+
+    /// A renderer that forgets shadows, one that takes a single sample, and one whose light stands
+    /// elsewhere by a little.
+    #[test]
+    fn sabotage_of_shading_is_noticed() {
+        let (scene, pixels) = scene(true);
+        let truth_of = |n_samples| truth(&scene, &pixels, n_samples);
+        let (without, _) = self::scene(false);
+        let mut moved = (*scene).clone();
+        moved.lights[0].source = Source::Point(DVec3::new(3.0, 4.0, 2.0 + 1e-6));
+        let sabotages = [
+            ("no shadows", painted(&without, &pixels, 1), 20),
+            ("a moved light", painted(&Arc::new(moved), &pixels, 1), 0),
+        ];
+        for (what, shown, n_bytes) in sabotages {
+            let truth = truth_of(1);
+            let found = compare_colors_to_exact(&shown, &truth);
+            assert!(found.srgb8 >= n_bytes && found.linear > n_bytes, "{what}: {found:?}");
+            assert!(broken(&shown, &truth).iter().all(|broken| broken.len() == 1), "{what}");
+        }
+        let found = compare_colors_to_exact(&painted(&scene, &pixels, 1), &truth_of(2));
+        assert!(found.srgb8 > 20, "one sample: {found:?}");
+    }
+
+    #[test]
+    fn what_is_not_promised_is_not_broken_and_nothing_is_not_success() {
+        let wrong = ColorDifferences { pixels: 9, srgb8: 3, first: Some(1), ..Default::default() };
+        let broken = |kernel, found: &ColorDifferences| {
+            broken_color_promises(kernel, Some(&wrong), &[("CPU", found)]).len()
+        };
+        assert_eq!(broken(Kernel::Stable, &wrong), 0);
+        assert_eq!(broken(Kernel::Certified, &wrong), 2);
+        assert_eq!(broken(Kernel::Stable, &ColorDifferences::default()), 1);
+    }
 }
