@@ -21,9 +21,9 @@ h = √(a·(r² − P·P)) = √D/2; its roots are q/a and k/q with q = d·L ± 
 ";
 
 const LIGHT_NOTES: &str = "\
-Light: w is the way to the light, ω = w/|w|, s the part of it up to what is in the way, I the light's
-colour times its intensity. stable has its points relative to the camera; f64 is the kernel double;
-none of the three uses an epsilon.
+Light: w is the way to the light, ω = w/|w|, s the part of it up to what is in the way, I the colour
+times the intensity. stable has its points relative to the camera; f64 is the kernel double; none of
+the three uses an epsilon.
 ";
 
 /// The whole explanation.
