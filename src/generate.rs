@@ -32,16 +32,20 @@ pub enum Distribution {
     Shell,
     /// A disc of radius 1 with two arms and a bulge, 10⁷ from the origin.
     Galaxy,
+    /// A heap of spheres of radius 1 that touch each other and the floor y = 0: square layers, each in
+    /// the hollows of the one below, with gaps here and there.
+    Packing,
 }
 
 impl Distribution {
     /// All of them.
-    pub const ALL: [Distribution; 5] = [
+    pub const ALL: [Distribution; 6] = [
         Distribution::Uniform,
         Distribution::Clustered,
         Distribution::Lattice,
         Distribution::Shell,
         Distribution::Galaxy,
+        Distribution::Packing,
     ];
 
     /// The name on the command line.
@@ -52,6 +56,7 @@ impl Distribution {
             Distribution::Lattice => "lattice",
             Distribution::Shell => "shell",
             Distribution::Galaxy => "galaxy",
+            Distribution::Packing => "packing",
         }
     }
 }
@@ -211,6 +216,10 @@ impl Recipe {
                 let radius = GALAXY_RADIUS / libm::cbrt(n);
                 Box::new(move || star(radius, &mut random))
             }
+            Distribution::Packing => {
+                let mut heap = Heap::of(self);
+                Box::new(move || heap.next().unwrap_or_default())
+            }
         }
     }
 
@@ -235,6 +244,11 @@ impl Recipe {
                 let thickness = BELL_REACH * DISC_THICKNESS;
                 let rim = (1.0 + thickness * thickness).sqrt();
                 (GALAXY_CENTER, rim + STAR_VARIES * GALAXY_RADIUS / libm::cbrt(n))
+            }
+            Distribution::Packing => {
+                // From the origin to a corner of the lowest layer; those above are nearer.
+                let last = Heap::of(self).n_side as f64 - 1.0;
+                (DVec3::ZERO, 2f64.sqrt() * last + 2.0)
             }
         }
     }
@@ -389,6 +403,76 @@ fn star(mean_radius: f64, random: &mut SplitMix) -> Row {
     row(GALAXY_CENTER + place, radius, color)
 }
 
+/// See [`Distribution::Packing`]; from below, row by row.
+struct Heap {
+    /// Spheres along a side of the lowest layer.
+    n_side: u64,
+    layer: u64,
+    /// The places of the layer below, and those of this layer so far: is a sphere there?
+    below: Vec<bool>,
+    own: Vec<bool>,
+    random: SplitMix,
+}
+
+/// Part of the places that stay empty though a sphere could lie there.
+const GAPS: f64 = 1.0 / 256.0;
+
+impl Heap {
+    fn new(n_side: u64, seed: u64) -> Heap {
+        let random = SplitMix::new(seed);
+        Heap { n_side, layer: 0, below: Vec::new(), own: Vec::new(), random }
+    }
+
+    /// One that has as many spheres as the recipe, and not many more.
+    fn of(recipe: &Recipe) -> Heap {
+        let mut n_side = (recipe.count as f64 / HEAP_LAYERS).sqrt().ceil() as u64;
+        let n_spheres = |n_side| Heap::new(n_side, recipe.seed).take(recipe.count as usize).count();
+        while (n_spheres(n_side) as u64) < recipe.count {
+            n_side += n_side / 32 + 1;
+        }
+        Heap::new(n_side, recipe.seed)
+    }
+
+    /// True where all four places below this one have their sphere.
+    fn is_held(&self, row: usize, column: usize, n: usize) -> bool {
+        let at = row * (n + 1) + column;
+        self.layer == 0 || [at, at + 1, at + n + 1, at + n + 2].iter().all(|&i| self.below[i])
+    }
+}
+
+/// Most layers' worth of full ones in a heap, about: the gaps grow upwards.
+const HEAP_LAYERS: f64 = 8.0;
+
+impl Iterator for Heap {
+    type Item = Row;
+
+    fn next(&mut self) -> Option<Row> {
+        loop {
+            let n = (self.n_side - self.layer) as usize;
+            if n == 0 {
+                return None;
+            }
+            if self.own.len() == n * n {
+                self.below = std::mem::take(&mut self.own);
+                self.layer += 1;
+                continue;
+            }
+            let (row_index, column) = (self.own.len() / n, self.own.len() % n);
+            let is_there = self.is_held(row_index, column, n) && self.random.unit() >= GAPS;
+            self.own.push(is_there);
+            if is_there {
+                let place = |index: usize| 2.0 * index as f64 - (n as f64 - 1.0);
+                let height = 1.0 + 2f64.sqrt() * self.layer as f64;
+                let center = DVec3::new(place(column), height, place(row_index));
+                // Between clay and sand.
+                let mix = self.random.unit();
+                let color = [0.5 + 0.35 * mix, 0.22 + 0.4 * mix, 0.12 + 0.3 * mix];
+                return Some(row(center, 1.0, color));
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -431,6 +515,7 @@ mod tests {
             (Distribution::Clustered, [0xbfb61bc8e161ce84, 0x3f48fc92e68e08ab, 0x3fe0777142e0e855]),
             (Distribution::Lattice, [0x4022000000000000, 0x3ff0000000000000, 0x3fd7ced916872b03]),
             (Distribution::Shell, [0x3fd73f5e69261b84, 0x3f89e7c6e43390b7, 0x3fc471ddb32eb34e]),
+            (Distribution::Packing, [0xc000000000000000, 0x3ff0000000000000, 0x3fd6288c2f3a163b]),
             (Distribution::Galaxy, [0x4156e3600388f4f5, 0x3f80f34981a8a5c8, 0x3fe1d09b81c16abb]),
         ];
         for (distribution, bits) in known {

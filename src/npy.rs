@@ -11,7 +11,7 @@ use npyz::{
 
 use crate::error::{Error, Result};
 use crate::memory;
-use crate::trace::Hits;
+use crate::trace::{Coverage, Hits};
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
 /// then what is asked for. Fields follow each other without padding, in this machine's byte order,
@@ -20,6 +20,8 @@ use crate::trace::Hits;
 pub(crate) struct Record {
     /// `rgb` (3f4): linear colour.
     pub rgb: bool,
+    /// `a` (f4): alpha.
+    pub alpha: bool,
     /// `level` (u1).
     pub level: bool,
 }
@@ -27,7 +29,7 @@ pub(crate) struct Record {
 impl Record {
     /// Bytes of a record.
     pub fn bytes(self) -> usize {
-        let n_words = 1 + 1 + 3 + if self.rgb { 3 } else { 0 };
+        let n_words = 1 + 1 + 3 + if self.rgb { 3 } else { 0 } + usize::from(self.alpha);
         n_words * 4 + usize::from(self.level)
     }
 
@@ -39,6 +41,9 @@ impl Record {
         if self.rgb {
             fields.push(("rgb", vector()));
         }
+        if self.alpha {
+            fields.push(("a", f32::default_dtype()));
+        }
         if self.level {
             fields.push(("level", u8::default_dtype()));
         }
@@ -48,12 +53,21 @@ impl Record {
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
-    /// `rgb` has their linear colours; a layout without `rgb` doesn't look at it.
-    pub fn append(self, hits: &Hits, range: Range<usize>, rgb: &[[f32; 3]], out: &mut Vec<u8>) {
+    /// `rgb` has their linear colours; a layout without `rgb` doesn't look at it. Alpha is 1 without
+    /// a coverage.
+    pub fn append(
+        self,
+        hits: &Hits,
+        range: Range<usize>,
+        rgb: &[[f32; 3]],
+        coverage: Option<&Coverage>,
+        out: &mut Vec<u8>,
+    ) {
         out.reserve(range.len() * self.bytes());
         for i in range {
             // One copy of the whole record: many small ones are several times slower.
-            let mut words = [[0_u8; 4]; 8];
+            let mut words = [[0_u8; 4]; 9];
+            let mut n_words = 5;
             words[0] = hits.id[i].to_ne_bytes();
             words[1] = hits.t[i].to_ne_bytes();
             for axis in 0..3 {
@@ -61,12 +75,16 @@ impl Record {
             }
             if self.rgb {
                 for channel in 0..3 {
-                    words[5 + channel] = rgb[i][channel].to_ne_bytes();
+                    words[n_words + channel] = rgb[i][channel].to_ne_bytes();
                 }
-                out.extend_from_slice(words.as_flattened());
-            } else {
-                out.extend_from_slice(words[..5].as_flattened());
+                n_words += 3;
             }
+            if self.alpha {
+                let alpha = coverage.map_or(1.0, |coverage| coverage.alpha(i));
+                words[n_words] = alpha.to_ne_bytes();
+                n_words += 1;
+            }
+            out.extend_from_slice(words[..n_words].as_flattened());
             if self.level {
                 out.push(hits.level[i]);
             }

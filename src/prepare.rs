@@ -1,5 +1,6 @@
 //! Scene → [`Prepared`]: the plain numbers that every backend traces, the same for all of them.
 
+mod first_stage;
 mod hierarchy;
 
 use std::iter;
@@ -25,6 +26,8 @@ pub use crate::kernel::coordinates::{
 };
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
+
+use first_stage::is_left_open;
 
 /// The parts and numbers of a shader that a scene asks for: what it does not, is in no shader and in no
 /// binding.
@@ -78,6 +81,7 @@ pub struct Prepared {
     /// For the certified kernel and many spheres. `objects` then has only those of
     /// [`Hierarchy::rest`], and behind them spheres that no ray hits, for places that are left.
     pub hierarchy: Option<Hierarchy>,
+    starts_in_f64: bool,
     made_for: MadeFor,
 }
 
@@ -147,6 +151,7 @@ impl Prepared {
             )?;
         }
         let (mut near, mut in_range, mut hierarchy) = (false, true, None);
+        let mut starts_in_f64 = false;
         let objects = if kernel == Kernel::Certified {
             host::check_all()?;
             let frame = Frame::new(rays, reference, &scene);
@@ -170,7 +175,23 @@ impl Prepared {
         } else {
             kernel.objects(&scene, rays, reference)
         };
-        Ok(Prepared { scene, kernel, reference, objects, near, in_range, hierarchy, made_for })
+        if kernel == Kernel::Certified {
+            let coordinates = Coordinates { kernel, reference };
+            let bundle = rays.bundle();
+            starts_in_f64 = !in_range
+                || hierarchy.is_none() && is_left_open(&objects, near, &coordinates, rays, bundle);
+        }
+        Ok(Prepared {
+            scene,
+            kernel,
+            reference,
+            objects,
+            near,
+            in_range,
+            hierarchy,
+            starts_in_f64,
+            made_for,
+        })
     }
 
     /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays with origins no
@@ -229,6 +250,13 @@ impl Prepared {
     /// The coordinates of the kernel's numbers.
     pub fn coordinates(&self) -> Coordinates {
         Coordinates { kernel: self.kernel, reference: self.reference }
+    }
+
+    /// True where f64 decides all rays of the kernel `certified`, on every device: where the bounds of f32
+    /// don't hold for them, or where f32 leaves more than half of some that were tried open. Few objects
+    /// alone are tried: through a hierarchy f64 takes many times as long as f32.
+    pub fn starts_in_f64(&self) -> bool {
+        self.starts_in_f64
     }
 
     /// True where the f32 stage has no way to these rays' many spheres, which f64 then finds.

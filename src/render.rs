@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Colors, Painter, Shader};
+use crate::shade::{Background, Colors, Encoding, Painted, Painter, Shader, Style};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -18,7 +18,7 @@ use crate::tracer::Tracer;
 const BAND_BYTES: u64 = 16 << 20;
 
 /// How a picture is cut into bands, and what that costs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// The file's format.
     pub format: Format,
@@ -26,6 +26,9 @@ pub struct Plan {
     pub options: PictureOptions,
     /// Samples across and down a pixel.
     pub n_samples: u32,
+    /// How far from a surface shadow rays of kernels without a proof start, world units; 0 unless it is
+    /// changed.
+    pub epsilon: f64,
     /// Rows of a band; the last one may have fewer.
     pub n_band_rows: u32,
     /// Memory for the hits of a band and for writing it.
@@ -33,6 +36,18 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// How its pixels get their colours.
+    pub fn style(&self) -> Style {
+        let Plan { format, options, n_samples, epsilon, .. } = *self;
+        let encoding = format.encoding(options.bits);
+        let background = match (options.transparent, encoding) {
+            (false, _) => Background::Shown,
+            (true, Encoding::Linear) => Background::Black,
+            (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
+        };
+        Style { encoding, n_samples, epsilon, background }
+    }
+
     /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)
@@ -86,10 +101,12 @@ pub fn plan(
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
         let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
         let samples = hits_bytes(n_rays.saturating_mul(n_rays_each), Wants::default());
-        let hits = hits_bytes(n_rays, wants).saturating_add(samples);
+        let coverage = if options.transparent { n_rays.saturating_mul(2) } else { 0 };
+        let hits = hits_bytes(n_rays, wants).saturating_add(samples).saturating_add(coverage);
         let bytes = writer.saturating_add(colors).saturating_add(hits);
         if bytes <= available.bytes {
-            return Ok(Plan { format, options, n_samples, n_band_rows, bytes });
+            let epsilon = 0.0;
+            return Ok(Plan { format, options, n_samples, epsilon, n_band_rows, bytes });
         }
         if n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
@@ -131,6 +148,15 @@ pub struct Rendered {
     pub write: Duration,
 }
 
+impl Rendered {
+    fn add(&mut self, painted: Painted) {
+        self.counts.add(painted.counts);
+        self.shadow_rays.add(painted.shadow_rays);
+        self.timing.add(painted.timing);
+        self.shade += painted.shade;
+    }
+}
+
 /// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller
 /// ends the picture with [`PictureWriter::finish`].
 ///
@@ -150,31 +176,40 @@ pub fn render<W: Write + Seek>(
     let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
+        rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
         let start = Instant::now();
-        writer.rows(&colors, &hits, band.height)?;
+        match painter.coverage() {
+            None => writer.rows(&colors, &hits, band.height)?,
+            Some(coverage) => writer.transparent_rows(&colors, coverage, &hits, band.height)?,
+        }
         rendered.write += start.elapsed();
     }
     control.check()?;
     Ok(rendered)
 }
 
-/// Traces `pixels` as [`render`] does, and forgets the result: for measuring.
+/// Traces and shades `pixels` as [`render`] does, and forgets the result: for measuring.
 ///
 /// # Errors
-/// Those of [`Tracer::trace`].
-pub fn trace_only(
+/// Those of [`render`], but for the writer's.
+pub fn paint_only(
     tracer: &mut dyn Tracer,
+    painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
     control: &Control,
-) -> Result<Timing> {
+) -> Result<Rendered> {
     let mut rendered = Rendered::default();
     let mut hits = Hits::default();
+    let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
+        // What flat colours take is part of writing them.
+        if let Painter::Lit(_) = painter {
+            rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
+        }
     }
-    Ok(rendered.timing)
+    Ok(rendered)
 }
 
 fn trace_band(
@@ -203,7 +238,6 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
-    use crate::shade::Encoding;
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let camera = Camera::new(DVec3::ZERO, DVec3::NEG_Z);

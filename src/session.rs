@@ -12,9 +12,9 @@ use crate::output::{self, OutputFile};
 use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
-use crate::render::{Plan, Rendered, hits_bytes, plan, render, trace_only};
+use crate::render::{Plan, Rendered, hits_bytes, paint_only, plan, render};
 use crate::scene::{Camera, Scene};
-use crate::shade::{Colors, Encoding, Painter, Shader};
+use crate::shade::{Colors, Encoding, Painter, Shader, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -215,10 +215,10 @@ impl Session {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
         };
-        let mut painter =
-            Painter::new(prepared, Encoding::Srgb8, pixels, (n_samples, 0.0), of_samples);
+        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let mut painter = Painter::new(prepared, style, pixels, of_samples);
         let mut colors = Colors::new(Encoding::Srgb8);
-        painter.paint(pixels, hits, &control, &mut colors, &mut Rendered::default())?;
+        painter.paint(pixels, hits, &control, &mut colors)?;
         match colors {
             Colors::Srgb8(pixels) => Ok(pixels),
             Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
@@ -267,8 +267,8 @@ impl Session {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
         };
-        let encoding = format.encoding(options.bits);
-        let mut painter = Painter::new(prepared, encoding, pixels, (n_samples, 0.0), of_samples);
+        let style = plan.style();
+        let mut painter = Painter::new(prepared, style, pixels, of_samples);
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
@@ -281,18 +281,29 @@ impl Session {
         Ok((rendered, file))
     }
 
-    /// Traces `pixels` as [`Session::draw`] does, and forgets the result: for measuring.
+    /// Traces and shades `pixels` as [`Session::draw`] does, and forgets the result: for measuring.
     ///
     /// # Errors
-    /// Those of [`Session::trace`].
+    /// Those of [`Session::draw`], but for the file's.
     pub fn draw_nothing(
         &mut self,
         pixels: &Pixels,
         plan: &Plan,
         control: &Control,
-    ) -> Result<Timing> {
-        let (ready, _) = self.ready(&Rays::Pixels(*pixels), plan.wants(), control)?;
-        trace_only(&mut *ready.tracer, pixels, plan.n_band_rows, control)
+    ) -> Result<Rendered> {
+        let (ready, of_samples) =
+            self.ready_to_draw(pixels, plan.n_samples, plan.wants(), control)?;
+        let (prepared, of_samples) = match of_samples {
+            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
+            None => (&ready.prepared, None),
+        };
+        let mut painter = Painter::new(prepared, plan.style(), pixels, of_samples);
+        paint_only(&mut *ready.tracer, &mut painter, pixels, plan.n_band_rows, control)
+    }
+
+    /// What the last rays were prepared as.
+    pub fn prepared(&self) -> Option<&Prepared> {
+        self.ready.as_ref().map(|ready| &*ready.prepared)
     }
 
     /// Bytes held on the device for the scene; 0 before anything was made.

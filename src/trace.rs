@@ -97,6 +97,36 @@ impl Hits {
     }
 }
 
+/// How many samples of each of consecutive pixels hit an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Of each pixel, at most `n_samples`.
+    pub n_hits: Vec<u16>,
+    /// Samples of a pixel, at least 1.
+    pub n_samples: u16,
+}
+
+impl Coverage {
+    /// That of pixels with one sample each, which saw the objects with these ids.
+    pub fn of_ids(ids: &[u32]) -> Coverage {
+        Coverage { n_hits: ids.iter().map(|&id| u16::from(id != 0)).collect(), n_samples: 1 }
+    }
+
+    /// The share of a pixel's samples that hit: the nearest f32.
+    pub fn alpha(&self, pixel: usize) -> f32 {
+        // Both numbers are f32, so that the quotient is rounded once.
+        f32::from(self.n_hits[pixel]) / f32::from(self.n_samples)
+    }
+
+    /// The share of a pixel's samples that hit, times `largest`: the nearest whole number, of two the
+    /// larger.
+    pub fn whole_alpha(&self, pixel: usize, largest: u16) -> u16 {
+        let n_samples = u64::from(self.n_samples);
+        let scaled = u64::from(self.n_hits[pixel]) * u64::from(largest);
+        ((2 * scaled + n_samples) / (2 * n_samples)) as u16
+    }
+}
+
 /// Makes `n` values of any kind. New memory comes zeroed and is first touched by who writes to it.
 fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
     match n > values.capacity() {

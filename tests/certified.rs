@@ -6,6 +6,8 @@ mod common;
 mod hard_cases;
 #[path = "common/hard_scene.rs"]
 mod hard_scene;
+#[path = "common/judge.rs"]
+mod judge;
 
 use std::sync::Arc;
 
@@ -13,29 +15,14 @@ use common::{gpu, in_cube, log_uniform, scene, sphere};
 use hard_cases::hard_cases;
 use hard_scene::hard_scene;
 use kugelblitz::compare::distance;
-use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, nearest};
-use kugelblitz::gpu::GpuTracer;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
-use kugelblitz::tracer::Tracer;
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const WANTS: Wants = Wants { surface: true, level: true };
-
 fn trace(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, on_gpu: bool) -> Hits {
-    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays).unwrap());
-    let mut hits = Hits::default();
-    let control = Control::default();
-    if on_gpu {
-        GpuTracer::new(gpu(), prepared, WANTS).unwrap().trace(rays, &control, &mut hits).unwrap();
-    } else {
-        CpuTracer::new(prepared, WANTS).trace(rays, &control, &mut hits).unwrap();
-    }
-    hits
+    judge::trace(scene, kernel, rays, on_gpu.then(gpu).as_ref())
 }
 
 fn objects(scene: &Scene) -> Vec<(u32, Shape)> {

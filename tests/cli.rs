@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::gpu;
-use kugelblitz::scene::{Color, Sphere};
+use kugelblitz::scene::{Color, Edges, Sphere};
 use program::{finish, program, run, scene_file as scene};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -543,6 +543,135 @@ fn check_says_what_a_scene_costs() {
     assert!(text.text().contains("6 spheres, 2 planes"), "{}", text.text());
     assert_eq!(text.stderr, "");
     assert_eq!(json["clouds"], serde_json::json!([]));
+    assert_eq!((&json["light"], &json["samples"]), (&Value::Null, &1.into()));
+    assert!(!text.text().contains("lit by") && !text.text().contains("samples"));
+
+    let json = run(&["check", &scene("lit/figure1"), "--json"], 0).json();
+    let light = serde_json::json!({"lights": 2, "sky_directions": 0, "ambient": true});
+    assert_eq!((&json["light"], &json["samples"]), (&light, &3.into()));
+    let text = run(&["check", &scene("lit/figure1")], 0).text().to_string();
+    assert!(text.contains("lit by 2 lights, ambient light\nsamples: 3 × 3 a pixel\n"), "{text}");
+    let text = run(&["check", &scene("lit/caffeine")], 0).text().to_string();
+    assert!(text.contains("lit by 1 light, a sky of 64 directions\n"), "{text}");
+}
+
+/// A ball's outline in a small picture: as many colours as there are shares of samples in it.
+#[test]
+fn samples_are_those_of_the_command_line_else_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, "ball.toml");
+    let ball = "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[[sphere]]\n\
+                center = [0.1, 0, 0]\nradius = 1\ncolor = \"#ffffff\"\n[image]\n";
+    let out = file(&folder, "out.npy");
+    let reds = |samples: &str, options: &[&str]| -> BTreeSet<u32> {
+        fs::write(&path, format!("{ball}{samples}")).unwrap();
+        let start = ["render", &path, "-o", &out, "--size", "32x18", "--device", "cpu", "-q"];
+        run(&[&start[..], options].concat(), 0);
+        let bytes = fs::read(&out).unwrap();
+        let records = bytes[bytes.len() - 32 * 18 * 32..].chunks_exact(32);
+        records.map(|record| u32::from_le_bytes(record[20..24].try_into().unwrap())).collect()
+    };
+    let hard = BTreeSet::from([0.0_f32.to_bits(), 1.0_f32.to_bits()]);
+    assert_eq!(reds("", &[]), hard);
+    let soft = reds("samples = 2", &[]);
+    let quarters = [0.0_f32, 0.25, 0.5, 0.75, 1.0].map(f32::to_bits);
+    assert!(soft.len() > 3 && soft.is_subset(&BTreeSet::from(quarters)), "{soft:x?}");
+    assert_eq!(reds("", &["--samples", "2"]), soft);
+    assert_eq!(reds("samples = 2", &["--samples", "1"]), hard);
+    assert!(reds("samples = 2", &["--samples", "16"]).len() > 8);
+    for wrong in ["0", "17", "2.5", "many"] {
+        let ran = run(&["render", &path, "-o", &out, "--samples", wrong], 2);
+        assert!(ran.stderr.contains("--samples"), "{}", ran.stderr);
+    }
+}
+
+/// Of a transparent picture with samples, lit or not: PNG, EXR and NPY tell the same, and where all
+/// samples hit, the same as a picture with a background.
+#[test]
+fn a_transparent_picture_leaves_the_background_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, "ball.toml");
+    let [png, npy, opaque] = ["a.png", "a.npy", "b.npy"].map(|name| file(&folder, name));
+    let ball = "background = \"#00ff00\"\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n\
+                [[sphere]]\ncenter = [0.1, 0, 0]\nradius = 1\ncolor = [1, 0.5, 0.25]\n";
+    let (width, height) = (64, 36);
+    let floats = |path: &str, record_bytes: usize| -> Vec<Vec<f32>> {
+        let bytes = fs::read(path).unwrap();
+        let records = bytes[bytes.len() - width * height * record_bytes..].chunks(record_bytes);
+        let words = |record: &[u8]| {
+            record[20..].as_chunks().0.iter().copied().map(f32::from_le_bytes).collect()
+        };
+        records.map(words).collect()
+    };
+    for light in ["", "[[light]]\nposition = \"eye\"\nintensity = 0.75\n"] {
+        fs::write(&path, format!("{ball}{light}")).unwrap();
+        for (samples, n_shares) in [("1", 2), ("2", 5), ("3", 8)] {
+            let render = |out: &str, options: &[&str]| {
+                let start = ["render", &path, "-o", out, "--size", "64x36", "--device", "cpu"];
+                run(&[&start[..], &["-q", "--samples", samples], options].concat(), 0);
+            };
+            render(&png, &["--transparent", "--bits", "16"]);
+            render(&npy, &["--transparent"]);
+            render(&opaque, &[]);
+            let straight = image::open(&png).unwrap().into_rgba16();
+            let (premultiplied, opaque) = (floats(&npy, 36), floats(&opaque, 32));
+            let mut alphas = BTreeSet::new();
+            for (i, straight) in straight.pixels().enumerate() {
+                let [red, green, blue, alpha] = premultiplied[i][..] else { panic!("a record") };
+                alphas.insert(alpha.to_bits());
+                assert_eq!(straight.0[3], (alpha * 65535.0).round() as u16);
+                if alpha == 1.0 {
+                    assert_eq!([red, green, blue], opaque[i][..]);
+                } else {
+                    // The rest of the samples is green.
+                    let sum = [red, green + (1.0 - alpha), blue];
+                    assert!(sum.iter().zip(&opaque[i]).all(|(a, b)| (a - b).abs() < 1e-6));
+                }
+                for (channel, part) in [red, green, blue].into_iter().enumerate() {
+                    let linear = if alpha == 0.0 { 0.0 } else { f64::from(part / alpha) };
+                    let code = i32::from(Edges::srgb16().number(linear));
+                    assert!((code - i32::from(straight.0[channel])).abs() <= 1, "{i} {channel}");
+                }
+            }
+            assert!(alphas.len() >= n_shares, "{} of {samples} × {samples}", alphas.len());
+        }
+    }
+    let ppm = file(&folder, "a.ppm");
+    let ran = run(&["render", &path, "-o", &ppm, "--transparent"], 2);
+    assert!(ran.stderr.contains(".png, .exr or .npy"), "{}", ran.stderr);
+}
+
+/// A sphere on a floor in f32, whose surfaces shadow themselves without an epsilon.
+#[test]
+fn an_epsilon_is_for_kernels_without_a_proof() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a.ppm", "b.ppm"].map(|name| file(&folder, name));
+    let lit = scene("lit/hard/contacts");
+    let render = |out: &str, options: &[&str]| {
+        let start = ["render", &lit, "-o", out, "--size", "96x54", "--device", "cpu"];
+        run(&[&start[..], options].concat(), 0);
+        fs::read(out).unwrap()
+    };
+    let plain = render(&a, &["--kernel", "stable"]);
+    assert_eq!(plain, render(&b, &["--kernel", "stable", "--epsilon", "0"]));
+    let moved = render(&b, &["--kernel", "stable", "--epsilon", "1e-4"]);
+    let certified = render(&a, &[]);
+    let n_wrong = |bytes: &[u8]| bytes.iter().zip(&certified).filter(|(a, b)| a != b).count();
+    assert!(n_wrong(&moved) < n_wrong(&plain) / 4, "{} {}", n_wrong(&moved), n_wrong(&plain));
+
+    let refused = |options: &[&str]| {
+        let start = ["render", &lit, "-o", &a, "--device", "cpu"];
+        run(&[&start[..], options].concat(), 2).stderr
+    };
+    let why = refused(&["--epsilon", "1e-4"]);
+    assert!(why.contains("decides exactly") && why.contains("--kernel"), "{why}");
+    for wrong in ["-1", "nan", "inf", "small"] {
+        let why = refused(&["--kernel", "stable", "--epsilon", wrong]);
+        assert!(why.contains("--epsilon"), "{why}");
+    }
+    let unlit = ["render", &scene("figure1"), "-o", &b, "--size", "9x9", "--device", "cpu"];
+    let ran = run(&[&unlit[..], &["--kernel", "stable", "--epsilon", "1"]].concat(), 0);
+    assert!(ran.stderr.contains("the scene has no light"), "{}", ran.stderr);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use common::{camera, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::export::{Language, write};
 use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Scene, read_scene};
+use kugelblitz::scene::{Color, Light, Scene, Source, parse_scene, read_scene};
 use program::{run, scene_file};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -233,6 +233,73 @@ fn the_caller_gives_the_colours() {
         let found = read(language, std::str::from_utf8(&text).unwrap());
         compare(&found, &expected(language, &coded, &view, SIZE)).unwrap();
     }
+}
+
+/// The numbers of the lines that begin with a word.
+fn lines_of(text: &str, word: &str) -> Vec<Vec<f64>> {
+    let lines = text.lines().filter(|line| line.split(' ').next() == Some(word));
+    lines.map(|line| numbers(line).into_iter().map(f64::from_bits).collect()).collect()
+}
+
+fn lit(text: &str) -> Scene {
+    let text = format!("camera = {{ position = [1, 2, 9], look_at = [1, 2, 0] }}\n{text}");
+    parse_scene(&text, Path::new("a.toml")).unwrap()
+}
+
+#[test]
+fn lights_are_written() {
+    let scene = lit("ambient = [0.25, 0.5, 0.75]\n\
+                     light = [{ position = [4, 6, 3], color = [1, 0.5, 0], intensity = 0.75 }, \
+                     { direction = [-1, -2, 2], shadows = false }, { position = \"eye\" }]\n\
+                     sphere = [{ center = [3, 1, -40], radius = 2, color = [0.5, 0.1, 1] }]");
+    let view = View::new(scene.camera.as_ref().unwrap());
+    let [pov, tachyon] = Language::ALL.map(|language| text(language, &scene, &view, SIZE));
+
+    let lights = lines_of(&pov, "light_source");
+    assert_eq!(lights[0], [4.0, 6.0, 3.0, 0.75, 0.375, 0.0]);
+    assert_eq!(lights[2], [1.0, 2.0, 9.0, 1.0, 1.0, 1.0]);
+    let [x, y, z, 1.0, 1.0, 1.0, 1.0, 2.0, 9.0] = lights[1][..] else { panic!("{:?}", lights[1]) };
+    let way = view.position - DVec3::new(x, y, z);
+    let direction = DVec3::new(-1.0, -2.0, 2.0);
+    assert!(way.length() > 100.0 * 49.0 && way.angle_between(direction) < 1e-7, "{way}");
+    assert_eq!(pov.matches(" parallel point_at ").count(), 1);
+    assert_eq!(pov.matches(" shadowless }").count(), 1);
+    assert!(pov.contains("finish { ambient rgb <0.25, 0.5, 0.75> diffuse 1.0 }"), "{pov}");
+    assert!(pov.contains("pigment { rgb <0.5, 0.1, 1.0> }"), "{pov}");
+
+    // Tachyon's z is mirrored.
+    let lights = lines_of(&tachyon, "LIGHT");
+    assert_eq!(lights[0], [4.0, 6.0, -3.0, 0.0, 0.75, 0.375, 0.0]);
+    assert_eq!(lights[1], [1.0, 2.0, -9.0, 0.0, 1.0, 1.0, 1.0]);
+    let suns = lines_of(&tachyon, "DIRECTIONAL_LIGHT");
+    assert_eq!(suns, [[-1.0, -2.0, -2.0, 1.0, 1.0, 1.0]]);
+    assert!(tachyon.contains("# Without shadows, if Tachyon could:\nDIRECTIONAL_LIGHT "));
+    assert!(tachyon.contains("AMBIENT 0.5 DIFFUSE 1.0 "), "{tachyon}");
+    assert!(tachyon.contains("COLOR 0.5 0.1 1.0 TEXFUNC"), "{tachyon}");
+    assert!(tachyon.is_ascii() && pov.is_ascii());
+}
+
+#[test]
+fn a_sky_is_written_as_its_suns() {
+    let mut scene = lit("[sky]\nintensity = 0.5\ndirections = 16\n");
+    let suns = scene.sky.unwrap().suns();
+    for projection in ["fov = 40", "height = 3"] {
+        let camera = format!("[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n{projection}");
+        scene.camera = parse_scene(&camera, Path::new("a.toml")).unwrap().camera;
+        let view = View::new(scene.camera.as_ref().unwrap());
+        let written = lines_of(&text(Language::Tachyon, &scene, &view, SIZE), "DIRECTIONAL_LIGHT");
+        let expected = suns.iter().map(|sun| vec![sun.x, sun.y, -sun.z, 0.125, 0.125, 0.125]);
+        assert!(written.into_iter().eq(expected));
+        let pov = text(Language::Pov, &scene, &view, SIZE);
+        assert_eq!(lines_of(&pov, "light_source").len(), 16);
+    }
+    // At the eye of an orthographic camera, a light is a sun.
+    let eye =
+        [Light { source: Source::Eye, color: Color([1.0; 3]), intensity: 1.0, shadows: true }];
+    scene = Scene { lights: eye.to_vec(), sky: None, ..scene };
+    let view = View::new(scene.camera.as_ref().unwrap());
+    let written = lines_of(&text(Language::Tachyon, &scene, &view, SIZE), "DIRECTIONAL_LIGHT");
+    assert_eq!(written, [[0.0, 0.0, 1.0, 1.0, 1.0, 1.0]]);
 }
 
 /// A name is a comment or not there, whatever is in it.

@@ -137,6 +137,41 @@ fn spheres_of_a_lattice_touch_and_do_not_overlap() {
     assert_eq!(n_touching, 3 * 40 + 2 * 25 + 4 + 1 + 2 + 7);
 }
 
+/// Spheres of a heap touch the floor or lie on four others, and none reaches into another, up to the
+/// rounding of √2.
+#[test]
+fn a_packing_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, scene) = made(&folder, &recipe(Distribution::Packing, 1500, 3));
+    let mut highest: f64 = 0.0;
+    for a in &scene.spheres {
+        assert_eq!(a.radius, 1.0);
+        highest = highest.max(a.center.y);
+        let near = scene.spheres.iter().filter(|b| b.center != a.center);
+        let gaps = near.map(|b| (b.center.distance(a.center) - 2.0, b.center.y < a.center.y));
+        let (mut n_below, mut n_beside) = (0, 0);
+        for (gap, is_below) in gaps {
+            assert!(gap > -1e-14, "{gap}");
+            if gap < 1e-14 {
+                *if is_below { &mut n_below } else { &mut n_beside } += 1;
+            }
+        }
+        assert!(n_beside <= 8);
+        assert_eq!(n_below, if a.center.y == 1.0 { 0 } else { 4 }, "{:?}", a.center);
+    }
+    assert!(highest > 8.0, "{highest}");
+}
+
+#[test]
+fn the_packing_of_the_scenes_is_a_generated_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/lit");
+    let text = fs::read_to_string(scenes.join("packing.toml")).unwrap();
+    assert!(text.contains("--distribution packing --count 10000 --seed 14\n"), "{text}");
+    let (bytes, _) = made(&folder, &recipe(Distribution::Packing, 10_000, 14));
+    assert!(bytes == fs::read(scenes.join("packing.npy")).unwrap());
+}
+
 #[test]
 fn a_galaxy_is_far_away() {
     let folder = tempfile::tempdir().unwrap();

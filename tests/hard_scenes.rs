@@ -9,10 +9,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use common::gpu;
+use kugelblitz::control::Control;
+use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::nearest;
+use kugelblitz::kernel::certified::UNDECIDED;
+use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
-use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 
 use judge::{ExactRays, judge, objects, trace};
 
@@ -102,4 +107,24 @@ fn the_lectures_formulas_get_every_scene_wrong() {
         println!("{name}: lecture wrong in {:.2} % of the pixels", 100.0 * wrong);
         assert!(wrong >= least, "{name}: lecture wrong in {wrong} only");
     }
+}
+
+/// The rays that are tried tell of all of them.
+#[test]
+fn scenes_whose_rays_f32_leaves_open_begin_in_f64() {
+    let (control, mut hits) = (Control::default(), Hits::default());
+    let mut in_f64 = Vec::new();
+    for &(name, ..) in SCENES {
+        let (scene, rays) = scene(name);
+        let prepared = Prepared::new(scene, Kernel::Certified, &rays).unwrap();
+        let starts_in_f64 = prepared.starts_in_f64();
+        let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+        tracer.propose(&rays, &control, &mut hits).unwrap();
+        let n_open = hits.id.iter().filter(|&&id| id == UNDECIDED).count();
+        assert_eq!(starts_in_f64, 2 * n_open > rays.len(), "{name}: {n_open} open");
+        tracer.trace(&rays, &control, &mut hits).unwrap();
+        assert_eq!(starts_in_f64, hits.counts.f32 == 0, "{name}: {:?}", hits.counts);
+        in_f64.extend(starts_in_f64.then_some(name));
+    }
+    assert_eq!(in_f64, ["distant_1e6", "inside_nested", "near_parallel"]);
 }

@@ -13,8 +13,8 @@ use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, writer_by
 use kugelblitz::rays::write_hits;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
-use kugelblitz::shade::{Colors, Shader};
-use kugelblitz::trace::Hits;
+use kugelblitz::shade::{Colors, Encoding, Shader};
+use kugelblitz::trace::{Coverage, Hits};
 use kugelblitz::{Error, Result};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -106,9 +106,10 @@ fn encode(
     Ok(writer.finish()?.into_inner())
 }
 
-const EIGHT: PictureOptions = PictureOptions { bits: Bits::Eight, certificates: false };
-const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, certificates: false };
-const CERTIFICATES: PictureOptions = PictureOptions { bits: Bits::Eight, certificates: true };
+const EIGHT: PictureOptions =
+    PictureOptions { bits: Bits::Eight, certificates: false, transparent: false };
+const SIXTEEN: PictureOptions = PictureOptions { bits: Bits::Sixteen, ..EIGHT };
+const CERTIFICATES: PictureOptions = PictureOptions { certificates: true, ..EIGHT };
 
 #[test]
 fn every_srgb_value_comes_out_as_the_file_names_it() {
@@ -340,6 +341,161 @@ fn hits_of_rays_hold_every_value_bit_for_bit() {
     assert_eq!(read_npy(&std::fs::read(&path).unwrap()).1, [0]);
     let lacking = Hits { id: vec![1], ..Hits::default() };
     assert!(matches!(write(&path, &lacking), Err(Error::Usage(_))));
+}
+
+/// A transparent picture of 10 × 5 pixels, written in bands.
+fn encode_transparent(
+    format: Format,
+    options: PictureOptions,
+    colors: &Colors,
+    coverage: &Coverage,
+    hits: &Hits,
+    n_band_rows: u32,
+) -> Result<Vec<u8>> {
+    let options = PictureOptions { transparent: true, ..options };
+    let sink = Cursor::new(Vec::new());
+    let mut writer = PictureWriter::create(format, options, &whole(10, 5), sink, "memory")?;
+    for first in (0..5).step_by(n_band_rows as usize) {
+        let n = n_band_rows.min(5 - first);
+        let range = 10 * first as usize..10 * (first + n) as usize;
+        let colors = match colors {
+            Colors::Srgb8(pixels) => Colors::Srgb8(pixels[range.clone()].to_vec()),
+            Colors::Srgb16(pixels) => Colors::Srgb16(pixels[range.clone()].to_vec()),
+            Colors::Linear(pixels) => Colors::Linear(pixels[range.clone()].to_vec()),
+        };
+        let coverage = Coverage { n_hits: coverage.n_hits[range].to_vec(), ..*coverage };
+        let hits = band(hits, 10, first as usize, n as usize);
+        writer.transparent_rows(&colors, &coverage, &hits, n)?;
+    }
+    Ok(writer.finish()?.into_inner())
+}
+
+/// Numbers of samples, and numbers of them that hit.
+fn coverages() -> Vec<Coverage> {
+    [1, 4, 9, 36, 196, 256]
+        .map(|n_samples| Coverage {
+            n_hits: (0..50).map(|i| i * 41 % (n_samples + 1)).collect(),
+            n_samples,
+        })
+        .to_vec()
+}
+
+/// `n / of · largest` to the nearest whole number, half up, as decimals on paper do it.
+fn nearest(n: u16, of: u16, largest: u64) -> u64 {
+    let (quotient, rest) =
+        (u64::from(n) * largest / u64::from(of), u64::from(n) * largest % u64::from(of));
+    quotient + u64::from(2 * rest >= u64::from(of))
+}
+
+#[test]
+fn a_transparent_picture_holds_the_share_of_the_samples_that_hit() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(SEED);
+    let hits = random_hits(rng, 50, 9);
+    for coverage in coverages() {
+        let (n_hits, of) = (&coverage.n_hits, coverage.n_samples);
+        for n_band_rows in [1, 2, 5] {
+            let encode = |format, options, colors: &Colors| {
+                encode_transparent(format, options, colors, &coverage, &hits, n_band_rows).unwrap()
+            };
+            let pixels: Vec<[u8; 3]> = (0..50).map(|_| rng.random()).collect();
+            let bytes = encode(Format::Png, EIGHT, &Colors::Srgb8(pixels.clone()));
+            let image::DynamicImage::ImageRgba8(picture) = image::load_from_memory(&bytes).unwrap()
+            else {
+                panic!("not RGBA of 8 bits")
+            };
+            for (i, pixel) in picture.pixels().enumerate() {
+                assert_eq!(pixel.0[..3], pixels[i]);
+                assert_eq!(u64::from(pixel.0[3]), nearest(n_hits[i], of, 255), "{i} of {of}");
+            }
+
+            let pixels: Vec<[u16; 3]> = (0..50).map(|_| rng.random()).collect();
+            let bytes = encode(Format::Png, SIXTEEN, &Colors::Srgb16(pixels.clone()));
+            let image::DynamicImage::ImageRgba16(picture) =
+                image::load_from_memory(&bytes).unwrap()
+            else {
+                panic!("not RGBA of 16 bits")
+            };
+            for (i, pixel) in picture.pixels().enumerate() {
+                assert_eq!(pixel.0[..3], pixels[i]);
+                assert_eq!(u64::from(pixel.0[3]), nearest(n_hits[i], of, 65535), "{i} of {of}");
+            }
+
+            let alphas: Vec<u32> = n_hits
+                .iter()
+                .map(|&n| (f64::from(n) / f64::from(of)) as f32)
+                .map(f32::to_bits)
+                .collect();
+            let pixels: Vec<[f32; 3]> = (0..50).map(|_| rng.random()).collect();
+            let linear = Colors::Linear(pixels.clone());
+            let channels = read_exr(&encode(Format::Exr, CERTIFICATES, &linear)).unwrap().channels;
+            let names: Vec<&str> = channels.iter().map(|(name, _)| &**name).collect();
+            assert_eq!(names, ["A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "id", "level"]);
+            assert_eq!(channels[0].1, alphas, "of {of}");
+            for (channel, rgb) in [(1, 2), (2, 1), (6, 0)] {
+                let expected = pixels.iter().map(|pixel| pixel[rgb].to_bits());
+                assert!(channels[channel].1.iter().copied().eq(expected));
+            }
+
+            for options in [EIGHT, CERTIFICATES] {
+                let (dtype, _, records) = read_npy(&encode(Format::Npy, options, &linear));
+                assert!(dtype.contains("('rgb', '<f4', (3,)), ('a', '<f4'), "), "{dtype}");
+                let record_bytes = 36 + usize::from(options.certificates);
+                for (i, record) in records.chunks_exact(record_bytes).enumerate() {
+                    let words: Vec<u32> =
+                        record.as_chunks().0.iter().copied().map(u32::from_le_bytes).collect();
+                    assert_eq!(words[0], hits.id[i]);
+                    assert_eq!(words[5..8], pixels[i].map(f32::to_bits));
+                    assert_eq!(words[8], alphas[i], "{i} of {of}");
+                    if options.certificates {
+                        assert_eq!(record[36], hits.level[i]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn alpha_and_picture_must_fit_each_other() {
+    let hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 50, 9);
+    let refused = |format, coverage: &Coverage| {
+        let colors = match format {
+            Format::Png | Format::Ppm => Colors::Srgb8(vec![[0; 3]; 50]),
+            Format::Exr | Format::Npy => Colors::Linear(vec![[0.0; 3]; 50]),
+        };
+        match encode_transparent(format, EIGHT, &colors, coverage, &hits, 5) {
+            Err(Error::Usage(message)) => message,
+            other => panic!("{format}: {other:?}"),
+        }
+    };
+    let good = Coverage { n_hits: vec![3; 50], n_samples: 4 };
+    let message = refused(Format::Ppm, &good);
+    assert!(message.contains("ppm") && message.contains(".png, .exr or .npy"), "{message}");
+    for format in [Format::Png, Format::Exr, Format::Npy] {
+        let short = Coverage { n_hits: vec![3; 49], ..good };
+        let sink = || Cursor::new(Vec::new());
+        let begin = |options| PictureWriter::create(format, options, &whole(10, 5), sink(), "m");
+        let colors = match format.encoding(Bits::Eight) {
+            Encoding::Linear => Colors::Linear(vec![[0.0; 3]; 50]),
+            _ => Colors::Srgb8(vec![[0; 3]; 50]),
+        };
+        let transparent = PictureOptions { transparent: true, ..EIGHT };
+        let mut writer = begin(transparent).unwrap();
+        let message = writer.transparent_rows(&colors, &short, &hits, 5).unwrap_err().to_string();
+        assert!(message.contains("49 entries of “coverage”"), "{message}");
+        let message = writer.rows(&colors, &hits, 5).unwrap_err().to_string();
+        assert!(message.contains("is transparent"), "{message}");
+        let message = begin(EIGHT)
+            .unwrap()
+            .transparent_rows(&colors, &good, &hits, 5)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("is not transparent"), "{message}");
+        let mut more = good.clone();
+        more.n_hits[7] = 5;
+        assert!(refused(format, &more).contains("no more hits than its 4"));
+    }
+    assert_eq!(Coverage::of_ids(&[0, 7, 0]), Coverage { n_hits: vec![0, 1, 0], n_samples: 1 });
 }
 
 #[test]

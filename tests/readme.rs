@@ -9,8 +9,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use glam::DVec3;
 use kugelblitz::picture::Format;
-use kugelblitz::scene::{Color, Projection, Sphere, parse_scene};
+use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, Sphere, parse_scene};
 use tempfile::TempDir;
 
 use common::npy;
@@ -78,15 +79,15 @@ fn run(line: &str, folder: &Path) -> String {
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    for name in ["scenes", "docs"] {
-        fs::create_dir(path.join(name)).unwrap();
-    }
-    for entry in fs::read_dir(root().join("scenes")).unwrap() {
-        let from = entry.unwrap().path();
-        if from.is_dir() {
-            continue;
+    fs::create_dir(path.join("docs")).unwrap();
+    for below in ["scenes", "scenes/clouds", "scenes/lit"] {
+        fs::create_dir_all(path.join(below)).unwrap();
+        for entry in fs::read_dir(root().join(below)).unwrap() {
+            let from = entry.unwrap().path();
+            if !from.is_dir() {
+                fs::copy(&from, path.join(below).join(from.file_name().unwrap())).unwrap();
+            }
         }
-        fs::copy(&from, path.join("scenes").join(from.file_name().unwrap())).unwrap();
     }
     let rays = [vec![0.0, 0.0, 0.0, 1.6, 0.3, -12.0], vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0]];
     fs::write(path.join("rays.npy"), npy(&rays, "<f8", false)).unwrap();
@@ -155,7 +156,9 @@ fn the_picture_is_the_one_that_its_command_draws() {
 
 #[test]
 fn the_scene_is_as_explained() {
-    let [text, orthographic, _] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
+    let [text, orthographic, light, _] = blocks("toml")[..] else {
+        panic!("a scene, a camera, lights, a cloud")
+    };
     let scene = parse_scene(text, Path::new("README.md")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.spheres.len(), scene.planes.len()), (2, 1));
     assert_eq!(scene.name(1), Some("red giant"));
@@ -171,6 +174,8 @@ fn the_scene_is_as_explained() {
     let camera = parse_scene(orthographic, Path::new("README.md")).unwrap().camera.unwrap();
     assert_eq!(camera.projection, Projection::Orthographic { height: 3.0 });
 
+    assert_lights_are_as_explained(light);
+
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("readme.toml"), text).unwrap();
     run("kugelblitz render readme.toml -o readme.png --device cpu", folder.path());
@@ -183,9 +188,46 @@ fn the_scene_is_as_explained() {
     assert_eq!(at(5, 5), [0x20, 0x24, 0x2c], "the background");
 }
 
+/// The lines with a default change nothing, and the sky's suns are those of the rule.
+fn assert_lights_are_as_explained(text: &str) {
+    let parse = |text: &str| parse_scene(text, Path::new("README.md")).unwrap();
+    let scene = parse(text);
+    let [lamp, sun] = &scene.lights[..] else { panic!("a lamp and a sun") };
+    assert_eq!(lamp.source, Source::Point(DVec3::new(4.0, 6.0, 3.0)));
+    assert_eq!(sun.source, Source::Sun(DVec3::new(-1.0, -2.0, -1.0)));
+    let defaults = Light { color: Color([1.0; 3]), intensity: 1.0, shadows: true, ..*sun };
+    assert_eq!(*sun, defaults);
+    assert_eq!((scene.ambient, scene.samples), (Some(Color([0.05; 3])), Some(2)));
+    for key in ["shadows ", "directions "] {
+        let lines: Vec<_> = text.lines().filter(|line| !line.starts_with(key)).collect();
+        assert_eq!(parse(&lines.join("\n")), scene, "{key}");
+    }
+    assert_eq!(parse(&text.replace("[4.0, 6.0, 3.0]", "\"eye\"")).lights[0].source, Source::Eye);
+    assert!(README.contains(&format!("at most {}", Sky::MAX_DIRECTIONS)));
+    assert!(README.contains(&format!("at most {0} × {0}", Scene::MAX_SAMPLES)));
+
+    let number = |name: &str| {
+        let digits = README.split(&format!("{name} = ")).nth(1).unwrap();
+        let end = digits.find(char::is_whitespace).unwrap();
+        digits[..end].replace('−', "-").parse::<f64>().unwrap()
+    };
+    let (turn_cos, turn_sin) = (number("where C"), number("and S"));
+    let sky = scene.sky.unwrap();
+    let n = f64::from(sky.directions);
+    let (mut cos, mut sin) = (1.0, 0.0);
+    for (i, sun) in (0..).zip(sky.suns()) {
+        let y = 1.0 - f64::from(2 * i + 1) / n;
+        let s = (1.0 - y * y).sqrt();
+        assert_eq!(sun, -DVec3::new(s * cos, y, s * sin), "{i}");
+        (cos, sin) = (cos * turn_cos - sin * turn_sin, cos * turn_sin + sin * turn_cos);
+    }
+}
+
 #[test]
 fn the_cloud_is_as_explained() {
-    let [text, _, cloud] = blocks("toml")[..] else { panic!("a scene, a camera, a cloud") };
+    let [text, _, _, cloud] = blocks("toml")[..] else {
+        panic!("a scene, a camera, lights, a cloud")
+    };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("readme.toml");
     fs::write(folder.path().join("cloud.npy"), npy(&vec![vec![1.0; 3]; 5], "<f4", false)).unwrap();

@@ -11,7 +11,7 @@ use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, parse_scen
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const SCENES: [&str; 7] = [
+const SCENES: [&str; 9] = [
     include_str!("../scenes/figure1.toml"),
     include_str!("../scenes/figure2.toml"),
     include_str!("../scenes/figure3.toml"),
@@ -19,6 +19,8 @@ const SCENES: [&str; 7] = [
     include_str!("../scenes/figure5.toml"),
     include_str!("../scenes/inside.toml"),
     include_str!("../scenes/orthographic.toml"),
+    include_str!("../scenes/lit/figure1.toml"),
+    include_str!("../scenes/lit/figure2.toml"),
 ];
 
 fn parse(text: &str) -> Result<Scene, Box<SceneError>> {

@@ -102,6 +102,65 @@ fn each_scene_starts_with_a_comment_and_shows_its_objects() {
 }
 
 #[test]
+fn lit_scenes_have_light() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut n_scenes = 0;
+    for folder in ["lit", "lit/hard"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|ending| ending != "toml") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(text.starts_with("# "), "{}", path.display());
+            let scene = read_scene(&path).unwrap_or_else(|error| panic!("{error}"));
+            assert!(scene.is_lit() && scene.image.is_some(), "{}", path.display());
+            n_scenes += 1;
+        }
+    }
+    assert!(n_scenes >= 12, "{n_scenes}");
+}
+
+/// The spheres that must touch do so within the rounding of their coordinates.
+#[test]
+fn contacts_are_contacts() {
+    for (name, scale) in [
+        ("contacts", 1.0),
+        ("contacts_1e-3", 1e-3),
+        ("contacts_1e-6", 1e-6),
+        ("contacts_1e3", 1e3),
+        ("contacts_moved", 1.0),
+        ("contacts_on_ball", 1.0),
+    ] {
+        let scene = scene(&format!("lit/hard/{name}.toml"));
+        let slack = match name {
+            // Each stands on the ball, lower than on a plane: apart by the difference.
+            "contacts_on_ball" => 1e-5,
+            "contacts_moved" => 1e-9,
+            _ => scale * 1e-15,
+        };
+        let (spheres, ground) = scene.spheres.split_at(17);
+        let mut n_contacts = 0;
+        for (i, a) in spheres.iter().enumerate() {
+            assert_eq!(a.radius, scale);
+            for b in &spheres[..i] {
+                let gap = a.center.distance(b.center) - 2.0 * scale;
+                assert!(gap > -slack, "{name}: {gap:e}");
+                n_contacts += usize::from(gap < slack);
+            }
+            let height = match (ground, &scene.planes[..]) {
+                ([ball], []) => a.center.distance(ball.center) - ball.radius,
+                ([], [floor]) => a.center.y - floor.point.y,
+                other => panic!("{name}: {other:?}"),
+            };
+            // The last one lies on four others.
+            assert_eq!((height - scale).abs() < 1e-9 * scale, i < 16, "{name}: {height:e}");
+        }
+        assert_eq!(n_contacts, 24 + 4, "{name}");
+    }
+}
+
+#[test]
 fn figure2_hides_and_cuts_as_the_lecture_says() {
     let scene = scene("figure2.toml");
     let pixels = pixels(&scene);

@@ -215,7 +215,7 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
 /// The scenes that come along, their spheres, and the shader that the program then asks for.
 fn scenes() -> Vec<(String, usize, ShaderKey)> {
     let mut found = Vec::new();
-    for folder in ["scenes", "scenes/hard", "scenes/clouds"] {
+    for folder in ["scenes", "scenes/hard", "scenes/clouds", "scenes/lit/hard"] {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::packets::Packets;
 use super::surface::{MISS, exact_surface};
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::control::Control;
@@ -14,7 +15,7 @@ use crate::error::Result;
 use crate::exact::{Shape, nearest};
 use crate::guard;
 use crate::host;
-use crate::kernel::certified::Nearness;
+use crate::kernel::certified::{Nearness, UNDECIDED};
 use crate::prepare::{Hierarchy, Seen};
 use crate::scene::Object;
 use crate::trace::{Level, Timing, Wants};
@@ -72,6 +73,30 @@ impl Decision {
     }
 }
 
+/// Rays that one thread decides side by side at a time.
+const RAYS_PER_PART: usize = 1 << 10;
+
+fn decide_side_by_side(
+    packets: &Packets,
+    rays: &[u32],
+    control: &Control,
+    ids: &mut [u32],
+) -> Result<()> {
+    let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
+    parts.try_for_each(|(rays, ids)| {
+        host::check()?;
+        packets.decide(rays, control, ids)
+    })
+}
+
+impl Settled {
+    /// A ray's object that f64 decided.
+    fn in_f64(id: u32) -> Settled {
+        let (t, normal) = MISS;
+        Settled { id, t, normal, level: Level::F64 }
+    }
+}
+
 impl Stage<'_> {
     /// Decides `undecided` rays: in f64, and what is left exactly.
     pub fn decide(
@@ -82,28 +107,58 @@ impl Stage<'_> {
         timing: &mut Timing,
         mut store: impl FnMut(u32, Settled),
     ) -> Result<()> {
+        let start = Instant::now();
+        let packets = Packets::new(self);
+        let (mut ids, mut open) = (Vec::new(), Vec::new());
+        timing.refine += start.elapsed();
         for rays in undecided.chunks(RAYS_AT_ONCE) {
             let start = Instant::now();
-            let room = AtomicUsize::new(self.most_held);
-            let decisions = each_ray(rays, control, |ray, candidates| {
-                self.decide_f64(ray, candidates).hold(&room)
-            })?;
-            timing.refine += start.elapsed();
-
-            let start = Instant::now();
-            let settled = each_pair(rays, decisions, control, |ray, decision| {
-                match decision.unwrap_or_else(|| self.decide_f64(ray, &mut Candidates::default())) {
-                    Decision::Decided(id) => self.settle(ray, &[id], Level::F64, wants),
-                    Decision::Open(candidates) => {
-                        self.settle(ray, &candidates, Level::Exact, wants)
+            let mut open_rays = rays;
+            if let Some(packets) = &packets {
+                ids.resize(rays.len(), UNDECIDED);
+                decide_side_by_side(packets, rays, control, &mut ids)?;
+                open.clear();
+                for (&ray, &id) in rays.iter().zip(&ids) {
+                    match id {
+                        UNDECIDED => open.push(ray),
+                        id => store(ray, Settled::in_f64(id)),
                     }
                 }
-            })?;
-            for (&ray, settled) in rays.iter().zip(settled) {
-                store(ray, settled);
+                open_rays = &open;
             }
-            timing.decide += start.elapsed();
+            timing.refine += start.elapsed();
+            self.decide_one_by_one(open_rays, wants, control, timing, &mut store)?;
         }
+        Ok(())
+    }
+
+    /// The same, one ray after the other.
+    fn decide_one_by_one(
+        &self,
+        rays: &[u32],
+        wants: Wants,
+        control: &Control,
+        timing: &mut Timing,
+        mut store: impl FnMut(u32, Settled),
+    ) -> Result<()> {
+        let start = Instant::now();
+        let room = AtomicUsize::new(self.most_held);
+        let decisions = each_ray(rays, control, |ray, candidates| {
+            self.decide_f64(ray, candidates).hold(&room)
+        })?;
+        timing.refine += start.elapsed();
+
+        let start = Instant::now();
+        let settled = each_pair(rays, decisions, control, |ray, decision| {
+            match decision.unwrap_or_else(|| self.decide_f64(ray, &mut Candidates::default())) {
+                Decision::Decided(id) => Settled::in_f64(id),
+                Decision::Open(candidates) => self.settle(ray, &candidates, wants),
+            }
+        })?;
+        for (&ray, settled) in rays.iter().zip(settled) {
+            store(ray, settled);
+        }
+        timing.decide += start.elapsed();
         Ok(())
     }
 
@@ -189,13 +244,11 @@ impl Stage<'_> {
         });
     }
 
-    /// The nearest of the candidates. One candidate that f64 decided needs no further decision.
-    fn settle(&self, index: usize, candidates: &[u32], level: Level, wants: Wants) -> Settled {
+    /// The nearest of the candidates.
+    fn settle(&self, index: usize, candidates: &[u32], wants: Wants) -> Settled {
         let (t, normal) = MISS;
+        let level = Level::Exact;
         let miss = Settled { id: 0, t, normal, level };
-        if let (Level::F64, &[id]) = (level, candidates) {
-            return Settled { id, ..miss };
-        }
         let ray = self.exact_ray(index);
         let shapes =
             candidates.iter().filter_map(|&id| Some((id, Shape::from(self.scene.object(id)?))));
@@ -248,7 +301,7 @@ fn t_bound(ray: &RayF64, low: f64) -> f64 {
 }
 
 /// The numbers of an object, the same for equal ones; a plane's radius is one that no sphere has.
-fn bits(object: Object) -> [u64; 7] {
+pub fn bits(object: Object) -> [u64; 7] {
     let (at, normal, radius) = match object {
         Object::Sphere(sphere) => (sphere.center, DVec3::ZERO, sphere.radius),
         Object::Plane(plane) => (plane.point, plane.normal, f64::NAN),

@@ -18,7 +18,7 @@ use crate::kernel::certified::UNDECIDED;
 use crate::vec3::Vec3;
 
 /// Hits or spheres side by side.
-const LANES: usize = 64;
+pub const LANES: usize = 64;
 
 /// From here on it pays to fill one column after the other.
 const MANY: usize = 8;
@@ -58,10 +58,29 @@ impl<const N: usize> Columns<N> {
 }
 
 /// A part of the hits.
-pub struct Part<'a> {
+pub struct Part<'a, O> {
     /// Index of its first ray.
     pub first: usize,
     pub id: &'a [u32],
+    /// What is found of them.
+    pub out: O,
+}
+
+/// What is found of some hits.
+pub trait Output {
+    /// These hit nothing.
+    fn miss(&mut self, at: Range<usize>);
+    /// Takes hits from a queue, and adds those that are open.
+    fn take<S: Sight, const N: usize>(
+        &mut self,
+        stage: &Stage,
+        hits: &Queue<S, N>,
+        open: &mut Vec<usize>,
+    );
+}
+
+/// `t` and normals.
+pub struct Surfaces<'a> {
     pub t: &'a mut [f32],
     pub normal: &'a mut [[f32; 3]],
 }
@@ -100,21 +119,27 @@ impl<'a> Completer<'a> {
         })
     }
 
+    /// The stage whose hits it completes.
+    pub fn stage(&self) -> &'a Stage<'a> {
+        self.stage
+    }
+
     /// Fills in `t` and normal of all rays but undecided ones.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn complete(&mut self, part: &mut Part, control: &Control) -> Result<()> {
+    pub fn complete(&mut self, part: &mut Part<Surfaces>, control: &Control) -> Result<()> {
         self.complete_in_f64(part);
         for at in self.open.drain(..) {
             control.check()?;
             let surface = self.stage.surface(part.first + at, part.id[at]);
-            (part.t[at], part.normal[at]) = surface.unwrap_or(MISS);
+            (part.out.t[at], part.out.normal[at]) = surface.unwrap_or(MISS);
         }
         Ok(())
     }
 
-    pub fn complete_in_f64(&mut self, part: &mut Part) {
+    /// As [`Completer::complete`]; what f64 leaves open is in [`Completer::open`].
+    pub fn complete_in_f64<O: Output>(&mut self, part: &mut Part<O>) {
         let stage = self.stage;
         let mut at = 0;
         while at < part.id.len() {
@@ -135,7 +160,7 @@ impl<'a> Completer<'a> {
         self.on_planes.complete(stage, part, &mut self.open);
     }
 
-    fn take_row(&mut self, row: Run, part: &mut Part) {
+    fn take_row<O: Output>(&mut self, row: Run, part: &mut Part<O>) {
         let stage = self.stage;
         let n_spheres = stage.scene.spheres.len();
         let end = row.at + row.n;
@@ -148,8 +173,7 @@ impl<'a> Completer<'a> {
             }
             if id == 0 {
                 let n = part.id[at..end].iter().take_while(|&&id| id == 0).count();
-                part.t[at..at + n].fill(MISS.0);
-                part.normal[at..at + n].fill(MISS.1);
+                part.out.miss(at..at + n);
                 at += n;
                 continue;
             }
@@ -183,7 +207,7 @@ impl<'a> Completer<'a> {
     }
 
     /// Puts the hits of all runs into their queues.
-    fn look_at_spheres(&mut self, part: &mut Part) {
+    fn look_at_spheres<O: Output>(&mut self, part: &mut Part<O>) {
         let (stage, open) = (self.stage, &mut self.open);
         self.spheres.find_sights(stage, part.first);
         for lane in 0..self.spheres.n {
@@ -267,7 +291,7 @@ impl pulp::WithSimd for FindSights<'_> {
 }
 
 /// Hits that are completed together: those of one kind of sight, which has `N` numbers.
-struct Queue<S, const N: usize> {
+pub struct Queue<S, const N: usize> {
     n: usize,
     /// Where they are in the part.
     at: [usize; LANES],
@@ -286,12 +310,12 @@ impl<S, const N: usize> Default for Queue<S, N> {
 
 impl<S: Sight, const N: usize> Queue<S, N> {
     /// Takes the hits of a run, and completes those that there is no room for.
-    fn push(
+    fn push<O: Output>(
         &mut self,
         stage: &Stage,
         mut run: Run,
         sight: S,
-        part: &mut Part,
+        part: &mut Part<O>,
         open: &mut Vec<usize>,
     ) {
         while run.n > 0 {
@@ -330,21 +354,47 @@ impl<S: Sight, const N: usize> Queue<S, N> {
         }
     }
 
-    /// Fills in `t` and normal of all that it holds.
-    fn complete(&mut self, stage: &Stage, part: &mut Part, open: &mut Vec<usize>) {
+    /// Passes on all that it holds.
+    fn complete<O: Output>(&mut self, stage: &Stage, part: &mut Part<O>, open: &mut Vec<usize>) {
+        part.out.take(stage, self, open);
+        self.n = 0;
+    }
+
+    /// Where the hits are in their part.
+    pub fn places(&self) -> &[usize] {
+        &self.at[..self.n]
+    }
+
+    /// The direction of a hit's ray, and the object as that sees it.
+    #[inline(always)]
+    pub fn hit(&self, lane: usize) -> (Vec3<f64>, S) {
+        (Vec3(self.directions.get(lane)), self.sights.get(lane))
+    }
+}
+
+impl Output for Surfaces<'_> {
+    fn miss(&mut self, at: Range<usize>) {
+        self.t[at.clone()].fill(MISS.0);
+        self.normal[at].fill(MISS.1);
+    }
+
+    fn take<S: Sight, const N: usize>(
+        &mut self,
+        stage: &Stage,
+        hits: &Queue<S, N>,
+        open: &mut Vec<usize>,
+    ) {
         let (mut t, mut normal) = ([0.0; LANES], [[0.0; LANES]; 3]);
-        let (hits, bounds) = (&*self, stage.bounds);
+        let bounds = stage.bounds;
         pulp::Arch::new().dispatch(FindSurfaces { hits, bounds, t: &mut t, normal: &mut normal });
-        for lane in 0..self.n {
-            let at = self.at[lane];
+        for (lane, &at) in hits.places().iter().enumerate() {
             if t[lane] > 0.0 {
-                part.t[at] = t[lane];
-                part.normal[at] = [normal[0][lane], normal[1][lane], normal[2][lane]];
+                self.t[at] = t[lane];
+                self.normal[at] = [normal[0][lane], normal[1][lane], normal[2][lane]];
             } else {
                 open.push(at);
             }
         }
-        self.n = 0;
     }
 }
 
@@ -363,8 +413,9 @@ impl<S: Sight, const N: usize> pulp::WithSimd for FindSurfaces<'_, S, N> {
     fn with_simd<A: pulp::Simd>(self, _: A) {
         let FindSurfaces { hits, bounds, t, normal } = self;
         for lane in 0..LANES {
-            let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, Vec3(hits.directions.get(lane)));
-            let found = hits.sights.get::<S>(lane).surface(&ray, &bounds);
+            let (direction, sight) = hits.hit(lane);
+            let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
+            let found = sight.surface(&ray, &bounds);
             let (t_here, n) = found.to_f32(ray.a, hits.scales[lane], &bounds.widening);
             t[lane] = t_here;
             for axis in 0..3 {

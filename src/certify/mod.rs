@@ -4,6 +4,7 @@
 mod decide;
 mod lanes;
 mod nearness;
+mod packets;
 mod point;
 mod surface;
 
@@ -26,9 +27,11 @@ use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
-use lanes::{Completer, Part};
+pub(crate) use decide::bits;
+pub(crate) use lanes::Completer;
+use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
-pub(crate) use point::PointF64;
+pub(crate) use point::{LANES, Pack, Points};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
@@ -80,6 +83,24 @@ pub fn resolve(
         store(settled, ray as usize, wants, hits);
     }
     Ok(timing)
+}
+
+/// Leaves all rays of a scene that starts in f64 open, without asking f32.
+///
+/// # Errors
+/// Those of [`Prepared::check`].
+pub fn leave_open(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    hits: &mut Hits,
+) -> Result<()> {
+    prepared.check(rays)?;
+    hits.make_room(rays.len(), wants);
+    hits.id.fill(UNDECIDED);
+    control.advance(rays.len() as u64);
+    Ok(())
 }
 
 /// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,
@@ -211,11 +232,13 @@ pub(crate) struct RayF64 {
 
 impl RayF64 {
     /// `p − reference − o`, in this order: the sum of the latter two would lose what they differ in.
+    #[inline(always)]
     fn to_point(&self, point: DVec3) -> Vec3<f64> {
         Vec3::from(point - self.reference) - self.ray.origin
     }
 
     /// `ℓ` of [`guard`]: a bound of the distance of a point.
+    #[inline(always)]
     fn distance(&self, point: DVec3) -> f64 {
         guard::length_bound(point - self.reference) + self.origin_length()
     }
@@ -225,6 +248,7 @@ impl RayF64 {
         2f64.powi(-self.exponent)
     }
 
+    #[inline(always)]
     fn origin_length(&self) -> f64 {
         guard::length_bound(DVec3::from_array(self.ray.origin.0))
     }
@@ -274,13 +298,22 @@ impl<'a> Stage<'a> {
             planes,
             most_held: MOST_HELD,
         };
-        if has_one_origin && scene.spheres.len() <= FEW_SPHERES {
-            let any = RayOf::new(Vec3::ZERO, Vec3::ZERO, Vec3::from(DVec3::X));
-            let any = RayF64 { reference: prepared.reference, ray: any, exponent: 0 };
+        if let Some(any) = stage.ray_of_all().filter(|_| scene.spheres.len() <= FEW_SPHERES) {
             let foot = |(id, sphere)| stage.sphere_foot(&any, id, sphere);
             stage.feet = (1..).zip(scene.spheres.iter()).map(foot).collect();
         }
         stage
+    }
+
+    /// A ray from where all rays start, if they do start at one point.
+    fn ray_of_all(&self) -> Option<RayF64> {
+        match &self.rays {
+            StageRays::Pixels { pixels, .. } if self.has_one_origin => {
+                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, Vec3::from(DVec3::X));
+                Some(RayF64 { reference: pixels.view.position, ray, exponent: 0 })
+            }
+            _ => None,
+        }
     }
 
     fn ray_f64(&self, index: usize) -> RayF64 {
@@ -326,8 +359,8 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
-                    completer
-                        .complete(&mut Part { first: part * RAYS_PER_PART, id, t, normal }, control)
+                    let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
+                    completer.complete(&mut Part { first, id, out }, control)
                 },
             )
     }

@@ -215,6 +215,7 @@ impl PlaneF64 {
     }
 
     /// `(a − o)·n` and a bound of its error, which is ∞ where the bounds don't hold.
+    #[inline(always)]
     pub fn offset(&self, ray: &RayF64, input: InputError) -> (f64, f64) {
         let distance = ray.distance(self.point);
         let (n, tiny) = (self.n_length, guard::TINY_F64);

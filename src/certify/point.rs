@@ -1,85 +1,333 @@
-//! Where a ray meets its object, in f64 with a bound of the error.
+//! Where rays meet their objects, in f64 with bounds of the errors.
 
-use super::Stage;
-use super::nearness::Place;
-use super::surface::{PlaneSight, Sight, SphereSight};
+use std::ops::Range;
+
+use super::lanes::{self, Output, Part, Queue};
+use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
+use super::{Completer, Stage, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{UNIT_F64, steps};
+use crate::guard::UNIT_F64;
 use crate::kernel::RayOf;
 use crate::scene::Object;
 use crate::vec3::{Vec3, dot3};
 
-/// A point of a surface, relative to [`Prepared::reference`](crate::prepare::Prepared::reference), and
-/// the unit normal there that faces the ray.
+/// Points side by side.
+pub const LANES: usize = 8;
+
+/// Points of surfaces, relative to [`Prepared::reference`](crate::prepare::Prepared::reference), and the
+/// unit normals there that face the rays.
 #[derive(Clone, Copy, Debug)]
-pub struct PointF64 {
-    /// The point.
-    pub at: Vec3<f64>,
-    /// Bound of its distance from the true one.
-    pub error: f64,
-    /// The normal.
-    pub normal: Vec3<f64>,
-    /// Bound of its distance from the true one.
-    pub normal_error: f64,
-    /// True where the point is on a sphere that the ray starts in.
-    pub is_inside: bool,
-    /// Direction of the ray.
-    pub direction: Vec3<f64>,
-    /// Bound of its relative error.
-    pub direction_error: f64,
+pub struct Pack {
+    /// The objects' ids, 0 where there is none.
+    pub id: [u32; LANES],
+    /// The points.
+    pub at: [[f64; LANES]; 3],
+    /// Bounds of their distances from the true ones; infinite where nothing is known.
+    pub error: [f64; LANES],
+    /// The normals.
+    pub normal: [[f64; LANES]; 3],
+    /// Bounds of their distances from the true ones.
+    pub normal_error: [f64; LANES],
+    /// True where the point is on a sphere that its ray starts in.
+    pub is_inside: [bool; LANES],
+    /// Directions of the rays.
+    pub direction: [[f64; LANES]; 3],
 }
 
-impl Stage<'_> {
-    /// The point of the object that a ray is known to see; `None` where nothing is known in f64.
+impl Pack {
+    /// No points.
+    const NONE: Pack = Pack {
+        id: [0; LANES],
+        at: [[0.0; LANES]; 3],
+        error: [f64::INFINITY; LANES],
+        normal: [[0.0; LANES]; 3],
+        normal_error: [f64::INFINITY; LANES],
+        is_inside: [false; LANES],
+        direction: [[1.0; LANES]; 3],
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, point: &PointF64, is_inside: bool, direction: Vec3<f64>) {
+        for axis in 0..3 {
+            self.direction[axis][lane] = direction.0[axis];
+            self.at[axis][lane] = point.at.0[axis];
+            self.normal[axis][lane] = point.normal.0[axis];
+        }
+        (self.error[lane], self.normal_error[lane]) = (point.error, point.normal_error);
+        self.is_inside[lane] = is_inside;
+    }
+}
+
+/// One point of a [`Pack`].
+#[derive(Clone, Copy)]
+pub struct PointF64 {
+    pub at: Vec3<f64>,
+    pub error: f64,
+    normal: Vec3<f64>,
+    normal_error: f64,
+}
+
+impl PointF64 {
+    /// The point relative to its ray's origin.
     ///
     /// With `t` between two bounds, `Δ` half their difference, and its middle, `o + t·d` is off by
     /// `|d|·Δ`, by the direction's `δε·t|d|`, the origin's `λε|o|`, and by the rounding of the product
-    /// and the sum, `ε·t|d|` and `ε(|o| + t|d|)`; a third digit more for the rest, and the middle's own
-    /// rounding, `ε·t|d|`.
-    pub(crate) fn point_f64(&self, index: usize, id: u32) -> Option<PointF64> {
+    /// and the sum, `ε·t|d|` and `ε(|o| + t|d|)`; the middle's own rounding adds `ε·t|d|`. The
+    /// origin's part comes with the origin, see [`origin_error`].
+    #[inline(always)]
+    fn new(ray: &RayOf<f64>, found: &Found, bounds: &Bounds) -> PointF64 {
+        let (low, high) = found.t(ray.a, &bounds.widening);
+        let half = (high - low) / 2.0;
+        let t = low + half;
+        let length = ray.a.sqrt();
+        let rounding = UNIT_F64 * (bounds.input.direction + 3.0) * t * length;
+        PointF64 {
+            at: ray.direction * t,
+            error: 1.01 * (length * half + rounding),
+            normal: found.normal,
+            normal_error: found.normal_error,
+        }
+    }
+}
+
+/// The part of a point's error that comes with its ray's origin.
+fn origin_error(origin: Vec3<f64>, bounds: &Bounds) -> f64 {
+    1.01 * UNIT_F64 * (bounds.input.offset + 1.0) * dot3(origin, origin).sqrt()
+}
+
+/// The points of consecutive rays.
+#[derive(Default)]
+pub struct Points {
+    /// In the order of the rays.
+    pub packs: Vec<Pack>,
+}
+
+impl Points {
+    /// Finds the points that rays from `first` on see, whose objects are known.
+    pub fn find(&mut self, completer: &mut Completer, first: usize, ids: &[u32]) {
+        let stage = completer.stage();
+        self.packs.clear();
+        self.packs.resize(ids.len().div_ceil(LANES), Pack::NONE);
+        for (at, &id) in ids.iter().enumerate() {
+            self.packs[at / LANES].id[at % LANES] = id;
+        }
+        let mut part = Part { first, id: ids, out: Found8 { points: self, first } };
+        completer.complete_in_f64(&mut part);
+        for at in completer.open.drain(..) {
+            let pack = &mut self.packs[at / LANES];
+            let alone = stage.point_f64(first + at, ids[at]);
+            if let Some((point, is_inside)) = alone {
+                let direction = stage.direction(first + at);
+                pack.set(at % LANES, &point, is_inside, direction);
+            }
+        }
+    }
+}
+
+/// Takes points from the queues.
+struct Found8<'a> {
+    points: &'a mut Points,
+    first: usize,
+}
+
+impl Output for Found8<'_> {
+    fn miss(&mut self, _: Range<usize>) {}
+
+    fn take<S: Sight, const N: usize>(
+        &mut self,
+        stage: &Stage,
+        hits: &Queue<S, N>,
+        open: &mut Vec<usize>,
+    ) {
+        let mut columns = [[0.0; lanes::LANES]; 8];
+        let bounds = stage.bounds;
+        pulp::Arch::new().dispatch(FindPoints { hits, bounds, columns: &mut columns });
+        for (lane, &at) in hits.places().iter().enumerate() {
+            let [x, y, z, error, nx, ny, nz, normal_error] =
+                std::array::from_fn(|column: usize| columns[column][lane]);
+            let mut point =
+                PointF64 { at: Vec3([x, y, z]), error, normal: Vec3([nx, ny, nz]), normal_error };
+            if !(error.is_finite() && normal_error.is_finite()) {
+                open.push(at);
+                continue;
+            }
+            if !stage.has_one_origin {
+                let origin = stage.ray_f64(self.first + at).ray.origin;
+                point.at = origin + point.at;
+                point.error += origin_error(origin, &bounds);
+            }
+            let pack = &mut self.points.packs[at / LANES];
+            pack.set(at % LANES, &point, S::IS_INSIDE, hits.hit(lane).0);
+        }
+    }
+}
+
+struct FindPoints<'a, S, const N: usize> {
+    hits: &'a Queue<S, N>,
+    bounds: Bounds,
+    columns: &'a mut [[f64; lanes::LANES]; 8],
+}
+
+impl<S: Sight, const N: usize> pulp::WithSimd for FindPoints<'_, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<A: pulp::Simd>(self, _: A) {
+        let FindPoints { hits, bounds, columns } = self;
+        for lane in 0..lanes::LANES {
+            let (direction, sight) = hits.hit(lane);
+            let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
+            let point = PointF64::new(&ray, &sight.surface(&ray, &bounds), &bounds);
+            let [[x, y, z], [nx, ny, nz]] = [point.at.0, point.normal.0];
+            let row = [x, y, z, point.error, nx, ny, nz, point.normal_error];
+            for (column, number) in columns.iter_mut().zip(row) {
+                column[lane] = number;
+            }
+        }
+    }
+}
+
+impl Stage<'_> {
+    /// Bound of the relative error of rays' directions.
+    pub(crate) fn direction_error(&self) -> f64 {
+        UNIT_F64 * self.bounds.input.direction
+    }
+
+    /// Direction of a ray.
+    pub(crate) fn direction(&self, index: usize) -> Vec3<f64> {
+        self.ray_f64(index).ray.direction
+    }
+
+    /// The point of the object that a ray is known to see, and whether that is a sphere around the ray's
+    /// origin; `None` where nothing is known in f64.
+    pub(crate) fn point_f64(&self, index: usize, id: u32) -> Option<(PointF64, bool)> {
         let ray = self.ray_f64(index);
         if !self.usable || ray.exponent != 0 {
             return None;
         }
-        let bounds = &self.bounds;
-        let (found, normal_error, is_inside) = match self.scene.object(id)? {
+        let (bounds, seen) = (&self.bounds, &ray.ray);
+        let (found, is_inside) = match self.scene.object(id)? {
             Object::Sphere(sphere) => {
-                let place = Place::new(sphere, ray.reference, ray.ray.origin);
+                let place = nearness::Place::new(sphere, ray.reference, seen.origin);
                 let sight = SphereSight::new(&place, self.known_k(id, sphere), bounds);
-                let (found, error) = sight.seen(&ray.ray, bounds)?;
-                (found, error, sight.k < 0.0)
+                match sight.k {
+                    0.0 => return None,
+                    k if k > 0.0 => (Outside(sight).surface(seen, bounds), false),
+                    _ => (Inside(sight).surface(seen, bounds), true),
+                }
             }
             Object::Plane(_) => {
-                let sight = PlaneSight::new(self.plane(id), &ray, bounds);
-                (sight.surface(&ray.ray, bounds), steps::NORMALIZED * UNIT_F64, false)
+                (PlaneSight::new(self.plane(id), &ray, bounds).surface(seen, bounds), false)
             }
         };
-        let RayOf { origin, direction, a, .. } = ray.ray;
-        let (low, high) = found.t(a, &bounds.widening)?;
-        let t = low + (high - low) / 2.0;
-        let (length, from) = (a.sqrt(), dot3(origin, origin).sqrt());
-        let (offset, turned) = (bounds.input.offset, bounds.input.direction);
-        let rounding = UNIT_F64 * ((turned + 3.0) * t * length + (offset + 1.0) * from);
-        let at = origin + direction * t;
-        let error = 1.01 * (length * (high - low) / 2.0 + rounding);
-        let normal = found.normal();
-        let is_finite = error.is_finite() && normal_error.is_finite();
-        is_finite.then_some(PointF64 {
-            at,
-            error,
-            normal,
-            normal_error,
-            is_inside,
-            direction,
-            direction_error: turned * UNIT_F64,
-        })
+        let mut point = PointF64::new(seen, &found, bounds);
+        point.at = seen.origin + point.at;
+        point.error += origin_error(seen.origin, bounds);
+        let is_known = point.error.is_finite() && point.normal_error.is_finite();
+        is_known.then_some((point, is_inside))
     }
 
-    /// The exact ray of a pixel, the shape of the object that it is known to see, and the point there.
+    /// The point that a ray is known to see, exactly, and the shape of its object.
     pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<(ExactPoint, Shape)> {
         let ray = self.exact_ray(index);
         let shape = Shape::from(self.scene.object(id)?);
         let (root, side) = visible_root(&ray, &shape)?;
         Some((ExactPoint::new(&ray, &ExactHit { id, root, side }), shape))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::kernel::Kernel;
+    use crate::prepare::Prepared;
+    use crate::rays::{Pixels, Rays, View};
+    use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+
+    /// A sphere and a plane as a camera at the origin sees them, from far or from inside.
+    fn scene(rng: &mut ChaCha8Rng) -> Arc<Scene> {
+        let mut vector = || DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+        let (aside, normal) = (vector() * 0.1, vector());
+        let distance = 2f64.powi(rng.random_range(-3..12));
+        let radius = distance * [0.3, 0.01, 1e-4, 1.5][rng.random_range(0..4)];
+        let sphere = Sphere { center: (DVec3::NEG_Z + aside) * distance, radius };
+        let color = Color([0.5; 3]);
+        let point = DVec3::NEG_Z * (distance * 2.0);
+        let plane = Plane { name: None, point, normal: normal + DVec3::Z * 0.3, color };
+        let projection = match rng.random_bool(0.5) {
+            true => Projection::Perspective { fov_degrees: 20.0 * radius.min(distance) / distance },
+            false => Projection::Orthographic { height: radius },
+        };
+        let camera = Camera { projection, ..Camera::new(DVec3::ZERO, sphere.center) };
+        let spheres = [(sphere, color)].into_iter().collect();
+        Arc::new(Scene { camera: Some(camera), spheres, planes: vec![plane], ..Scene::default() })
+    }
+
+    /// Of points that many rays see: how many are known, and those farther from the true ones than
+    /// `share` of their bounds.
+    fn look(share: f64) -> (usize, Vec<String>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1405);
+        let (mut n_known, mut wrong) = (0, Vec::new());
+        for _ in 0..200 {
+            let scene = scene(&mut rng);
+            let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 9, 7);
+            let rays = Rays::Pixels(pixels);
+            let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let ids: Vec<u32> = (0..pixels.len())
+                .map(|at| {
+                    let shapes = scene.objects().map(|(id, object)| (id, Shape::from(object)));
+                    crate::exact::nearest(&stage.exact_ray(at), shapes).map_or(0, |hit| hit.id)
+                })
+                .collect();
+            let mut points = Points::default();
+            points.find(&mut Completer::new(&stage), 0, &ids);
+            for (at, &id) in ids.iter().enumerate().filter(|(_, id)| **id != 0) {
+                let (pack, lane) = (&points.packs[at / LANES], at % LANES);
+                let error = pack.error[lane];
+                if !error.is_finite() {
+                    continue;
+                }
+                n_known += 1;
+                let (exact, shape) = stage.exact_point(at, id).unwrap();
+                let here = DVec3::from_array(std::array::from_fn(|axis| pack.at[axis][lane]));
+                let case = || format!("{scene:?} {at}: {here} ± {error:e}");
+                if exact.is_within(error * share, here) != Some(true) {
+                    wrong.push(case());
+                }
+                // The normal of a sphere leads from its centre to the point.
+                if let Shape::Sphere { center, radius } = shape {
+                    let turn = if pack.is_inside[lane] { -radius } else { radius };
+                    let normal =
+                        DVec3::from_array(std::array::from_fn(|axis| pack.normal[axis][lane]));
+                    let rounding = 4.0 * UNIT_F64 * (center.length() + radius);
+                    let most = pack.normal_error[lane] * share * radius + rounding;
+                    if exact.is_within(most, center + normal * turn) != Some(true) {
+                        wrong.push(case());
+                    }
+                }
+            }
+        }
+        (n_known, wrong)
+    }
+
+    #[test]
+    fn points_are_within_their_bounds() {
+        let (n_known, wrong) = look(1.0);
+        assert!(wrong.is_empty(), "{}", wrong[0]);
+        assert!(n_known > 8000, "{n_known}");
+    }
+
+    /// `t`'s bounds are those of the filter, of which `tests/guards.rs` tells how wide they are: wrong points
+    /// begin at a 32nd.
+    #[test]
+    fn sabotage_smaller_bounds_are_noticed() {
+        assert!(!look(1.0 / 48.0).1.is_empty());
     }
 }

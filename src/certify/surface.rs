@@ -27,6 +27,8 @@ pub const MISS: Surface = (f32::INFINITY, [0.0; 3]);
 /// An object as a ray's origin sees it, in numbers of f64 alone. The steps are the same for all rays,
 /// so that they go side by side.
 pub trait Sight: Pod {
+    /// True for a sphere around the ray's origin.
+    const IS_INSIDE: bool = false;
     /// `t` and the normal of a ray that hits it.
     fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found;
 }
@@ -44,22 +46,18 @@ pub struct Found {
     root: Nearness<f64>,
     /// Whether the normal and the kind of root are certain.
     is_certain: bool,
-    normal: Vec3<f64>,
+    pub normal: Vec3<f64>,
+    /// Bound of the normal's error.
+    pub normal_error: f64,
 }
 
 impl Found {
-    /// Bounds of `t`; `None` where there are none.
+    /// Bounds of `t`; infinite ones where there are none.
     #[inline(always)]
-    pub fn t(&self, a: f64, widening: &Widening<f64>) -> Option<(f64, f64)> {
+    pub fn t(&self, a: f64, widening: &Widening<f64>) -> (f64, f64) {
         let Nearness { low, high } = self.root;
-        let t = (widening.narrower / (a * high), widening.wider / (a * low));
-        (low > 0.0 && t.0 > 0.0 && t.1 < f64::INFINITY).then_some(t)
-    }
-
-    /// The normal, certain or not.
-    #[inline(always)]
-    pub fn normal(&self) -> Vec3<f64> {
-        self.normal
+        let (near, far) = (widening.narrower / (a * high), widening.wider / (a * low));
+        if (low > 0.0) & (near > 0.0) { (near, far) } else { (0.0, f64::INFINITY) }
     }
 
     /// `t`, multiplied with `scale`, and the normal; a `t` of 0 where they are not certain.
@@ -118,20 +116,6 @@ impl SphereSight {
         }
     }
 
-    /// A hit that is known to exist, and a bound of the error of its normal: that of
-    /// [`guard::most_width`], for the width that it has. `None` where nothing is certain.
-    pub fn seen(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Option<(Found, f64)> {
-        let is_outside = self.k > 0.0;
-        let found = match is_outside {
-            true => Outside(*self).surface(ray, bounds),
-            false => Inside(*self).surface(ray, bounds),
-        };
-        let chords = self.chords(ray, is_outside);
-        let width = (chords.outer - chords.inner) * ray.a.sqrt();
-        let error = NORMAL_TOLERANCE + (width - self.most_width) / self.r;
-        (self.k != 0.0).then_some((found, 1.01 * error))
-    }
-
     /// Half the chords of a ray: of the inner radius, of the outer one, and the normal from that of
     /// the radius itself.
     #[inline(always)]
@@ -149,6 +133,8 @@ impl SphereSight {
             is_hit: inner2 >= m,
             normal: normalized(half_chord_radius(ray, l, r, is_outside)),
             is_precise: (most_width > 0.0) & (width * width * ray.a <= most_width * most_width),
+            // That of `guard::most_width` for the width that it has.
+            normal_error: 1.01 * (NORMAL_TOLERANCE + (width * ray.a.sqrt() - most_width) / r),
         }
     }
 }
@@ -161,6 +147,7 @@ struct Chords {
     is_hit: bool,
     normal: Vec3<f64>,
     is_precise: bool,
+    normal_error: f64,
 }
 
 impl Sight for Outside {
@@ -173,11 +160,14 @@ impl Sight for Outside {
         let low = ((chords.s - slack) + chords.inner) * q_low;
         let high = ((chords.s + slack) + chords.outer) * q_high;
         let is_certain = chords.is_hit & chords.is_precise & (sight.k > 0.0);
-        Found { root: Nearness { low, high }, is_certain, normal: chords.normal }
+        let Chords { normal, normal_error, .. } = chords;
+        Found { root: Nearness { low, high }, is_certain, normal, normal_error }
     }
 }
 
 impl Sight for Inside {
+    const IS_INSIDE: bool = true;
+
     /// [`crate::kernel::certified::inside_nearness`] without its branches.
     #[inline(always)]
     fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
@@ -195,7 +185,7 @@ impl Sight for Inside {
             high: if s > 0.0 { ahead_high } else { u_high * q_high },
         };
         let is_certain = chords.is_precise & (sight.k < 0.0);
-        Found { root, is_certain, normal: chords.normal }
+        Found { root, is_certain, normal: chords.normal, normal_error: chords.normal_error }
     }
 }
 
@@ -233,7 +223,8 @@ impl Sight for PlaneSight {
         let root = plane_nearness(ray, away, self.direction_error, q);
         let unit = Vec3(self.unit);
         let normal = if dot3(unit, ray.direction) > 0.0 { -unit } else { unit };
-        Found { root, is_certain: true, normal }
+        let normal_error = guard::steps::NORMALIZED * guard::UNIT_F64;
+        Found { root, is_certain: true, normal, normal_error }
     }
 }
 

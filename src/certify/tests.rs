@@ -208,8 +208,11 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
                 assert_eq!(n_different(&stage, &hits), 1, "{bundle:?}, seed {seed}");
             }
 
-            let mut part =
-                Part { first: 0, id: &hits.id, t: &mut hits.t, normal: &mut hits.normal };
+            let mut part = Part {
+                first: 0,
+                id: &hits.id,
+                out: Surfaces { t: &mut hits.t, normal: &mut hits.normal },
+            };
             let mut completer = Completer::new(&stage);
             completer.complete_in_f64(&mut part);
             let mut open = completer.open.clone();

@@ -10,7 +10,7 @@ use kugelblitz::memory::Available;
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::prepare::{Prepared, record_bytes};
 use kugelblitz::render::plan;
-use kugelblitz::scene::Cloud;
+use kugelblitz::scene::{Cloud, Scene};
 use kugelblitz::trace::{Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
@@ -23,6 +23,10 @@ use super::{CheckArgs, Run, scene};
 #[derive(Serialize)]
 struct Summary {
     objects: Objects,
+    /// What lights them; `null` where they have their colours as they are.
+    light: Option<Light>,
+    /// Samples across and down a pixel.
+    samples: u32,
     /// Files of spheres, in the order of their ids.
     clouds: Vec<CloudFile>,
     /// Bytes of the objects in memory, without what a kernel makes of them.
@@ -33,6 +37,39 @@ struct Summary {
     hierarchy: Option<Built>,
     /// The cost of a picture; `null` without a camera.
     picture: Option<Picture>,
+}
+
+#[derive(Serialize)]
+struct Light {
+    lights: usize,
+    /// Suns of the sky; 0 without a sky.
+    sky_directions: u32,
+    ambient: bool,
+}
+
+impl Light {
+    fn of(scene: &Scene) -> Option<Light> {
+        scene.is_lit().then(|| Light {
+            lights: scene.lights.len(),
+            sky_directions: scene.sky.map_or(0, |sky| sky.directions),
+            ambient: scene.ambient.is_some(),
+        })
+    }
+
+    fn in_words(&self) -> String {
+        let mut parts = Vec::new();
+        if self.lights > 0 {
+            parts.push(count(self.lights, "light"));
+        }
+        if self.sky_directions > 0 {
+            let directions = count(self.sky_directions as usize, "direction");
+            parts.push(format!("a sky of {directions}"));
+        }
+        if self.ambient {
+            parts.push("ambient light".into());
+        }
+        parts.join(", ")
+    }
 }
 
 #[derive(Serialize)]
@@ -84,6 +121,7 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
     drop(tracer);
     let available = Available::now();
+    let (light, samples) = (Light::of(&scene), scene.samples.unwrap_or(1));
     let mut picture = None;
     if let Some(pixels) = pixels {
         let mut bytes_memory = BTreeMap::new();
@@ -114,6 +152,8 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         };
         let summary = Summary {
             objects: Objects::from(&*scene),
+            light,
+            samples,
             clouds: scene.clouds.iter().map(file).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
@@ -127,6 +167,12 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.display(), cloud.first_id);
+    }
+    if let Some(light) = light {
+        let _ = writeln!(text, "lit by {}", light.in_words());
+    }
+    if samples > 1 {
+        let _ = writeln!(text, "samples: {samples} × {samples} a pixel");
     }
     let _ = writeln!(text, "in memory: {}", bytes(scene.bytes()));
     for (kernel, n) in bytes_device {

@@ -80,10 +80,16 @@ impl From<&Scene> for Objects {
 
 /// Rays, and how many each stage decided.
 #[derive(Serialize)]
-struct RayCounts {
+pub struct RayCounts {
     total: u64,
     #[serde(flatten)]
     stages: StageCounts,
+}
+
+impl From<StageCounts> for RayCounts {
+    fn from(stages: StageCounts) -> RayCounts {
+        RayCounts { total: stages.total(), stages }
+    }
 }
 
 /// Milliseconds of all stages.
@@ -97,30 +103,40 @@ struct Ms {
     compile: f64,
     #[serde(flatten)]
     stages: MsStages,
-    /// Colours.
-    shade: f64,
     write: f64,
     /// From the program's start, so with opening the device as well.
     total: f64,
 }
 
-/// Milliseconds of the tracing stages.
+/// Milliseconds of tracing and colours.
 #[derive(Serialize)]
 pub struct MsStages {
     trace: f64,
     refine: f64,
     decide: f64,
     readback: f64,
+    /// Colours. Flat ones count only with the first picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shade: Option<f64>,
 }
 
-impl From<Timing> for MsStages {
-    fn from(timing: Timing) -> MsStages {
+impl From<&Rendered> for MsStages {
+    fn from(Rendered { timing, shade, .. }: &Rendered) -> MsStages {
         MsStages {
             trace: ms(timing.trace),
             refine: ms(timing.refine),
             decide: ms(timing.decide),
             readback: ms(timing.readback),
+            shade: Some(ms(*shade)),
         }
+    }
+}
+
+impl MsStages {
+    /// Of another picture after the first one.
+    pub fn again(done: &Rendered) -> MsStages {
+        let stages = MsStages::from(done);
+        MsStages { shade: stages.shade.filter(|&shade| shade > 0.0), ..stages }
     }
 }
 
@@ -136,6 +152,12 @@ pub struct Traced {
     objects: Objects,
     rays: RayCounts,
     hits: u64,
+    /// Samples across and down a pixel, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Ways from samples to lamps, of a lit picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shadow_rays: Option<RayCounts>,
     bytes_device: u64,
     ms: Ms,
     /// Of --repeat.
@@ -157,8 +179,10 @@ impl Traced {
             kernel: session.kernel().name(),
             size: None,
             objects: Objects::from(&**session.scene()),
-            rays: RayCounts { total: done.counts.total(), stages: done.counts },
+            rays: RayCounts::from(done.counts),
             hits: done.hits,
+            samples: None,
+            shadow_rays: None,
             bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),
@@ -166,8 +190,7 @@ impl Traced {
                 build: ms(making.build),
                 upload: ms(making.upload),
                 compile: ms(making.compile),
-                stages: MsStages::from(done.timing),
-                shade: ms(done.shade),
+                stages: MsStages::from(done),
                 write: ms(done.write),
                 total: ms(run.start.elapsed()),
             },

@@ -34,12 +34,15 @@ use kugelblitz::control::Control;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
     DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
-    parse_pixel, parse_ray, parse_size,
+    parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
+
+const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -143,6 +146,15 @@ pub struct RenderArgs {
     /// Also write which level decided each pixel (EXR and NPY)
     #[arg(long)]
     pub certificates: bool,
+    /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
+    #[arg(long)]
+    pub transparent: bool,
+    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
+    pub samples: Option<u32>,
+    /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
+    pub epsilon: Option<f64>,
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json")]
     pub repeat: Option<u32>,
@@ -368,7 +380,8 @@ pub struct GenerateCloudArgs {
     ///
     /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
     /// clustered: in clusters of very different density; lattice: each touches its six neighbours
-    /// exactly; shell: on a sphere; galaxy: a disc with two arms, 1e7 units from the origin.
+    /// exactly; shell: on a sphere; galaxy: a disc with two arms, 1e7 units from the origin; packing:
+    /// a heap of touching spheres on the floor y = 0.
     #[arg(long, default_value = Distribution::Uniform.name(), value_parser = distribution_parser())]
     pub distribution: Distribution,
     /// Seed of the random numbers

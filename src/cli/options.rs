@@ -113,6 +113,14 @@ pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
     }
 }
 
+/// Reads a distance, finite and not negative.
+pub fn parse_epsilon(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(epsilon) if epsilon.is_finite() && epsilon >= 0.0 => Ok(epsilon),
+        _ => Err("give a distance, 0 or more, e.g. 1e-4".into()),
+    }
+}
+
 /// Reads `X,Y`, in pixels, in the picture or not.
 pub fn parse_pixel(text: &str) -> Result<[i64; 2], String> {
     numbers(text).ok_or("give column and row in whole pixels, e.g. 640,360".into())

@@ -6,9 +6,10 @@ use std::time::Instant;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render;
-use kugelblitz::trace::Rays;
+use kugelblitz::render::{self, Plan};
+use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 
 use super::device;
@@ -20,14 +21,21 @@ use super::{RenderArgs, Run, scene};
 /// Renders one picture.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let (format, options) = what_to_write(args)?;
+    let epsilon = epsilon(args)?;
 
     let start = Instant::now();
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let read = start.elapsed();
-    let n_samples = scene.samples.unwrap_or(1);
-    let plan =
-        || render::plan(format, options, n_samples, &pixels, scene.n_objects(), Available::now());
+    if args.epsilon.is_some() && !scene.is_lit() {
+        args.talk.warn("--epsilon changes nothing: the scene has no light");
+    }
+    let n_samples = args.samples.or(scene.samples).unwrap_or(1);
+    let plan = || {
+        let (n_objects, available) = (scene.n_objects(), Available::now());
+        let plan = render::plan(format, options, n_samples, &pixels, n_objects, available)?;
+        Ok::<_, Error>(Plan { epsilon, ..plan })
+    };
     let wants = plan()?.wants();
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
@@ -40,13 +48,17 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     let progress = scene::preparing(&scene, kernel, &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
+    if session.prepared().is_some_and(Prepared::starts_in_f64) {
+        args.talk.note("f32 would leave most of these rays open: all begin in f64");
+    }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
     let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
     let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);
 
-    let again = || session.draw_nothing(&pixels, &plan, &run.control).map(MsStages::from);
+    let again =
+        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::again(&done));
     let ms_runs = args
         .repeat
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
@@ -55,6 +67,8 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     if args.talk.json {
         let mut summary = Traced::new(&session, read, making, &rendered, run);
         summary.size = Some([pixels.width, pixels.height]);
+        summary.samples = (n_samples > 1).then_some(n_samples);
+        summary.shadow_rays = scene.is_lit().then(|| rendered.shadow_rays.into());
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
@@ -75,6 +89,18 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         human(run.start.elapsed())
     ));
     Ok(())
+}
+
+/// How far from a surface shadow rays start.
+fn epsilon(args: &RenderArgs) -> Result<f64> {
+    match args.epsilon {
+        Some(_) if args.kernel.kernel == Kernel::Certified => Err(Error::Usage(
+            "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
+             way, and needs none; leave it out, or choose another --kernel"
+                .into(),
+        )),
+        epsilon => Ok(epsilon.unwrap_or(0.0)),
+    }
 }
 
 /// The format and its options, checked against each other.
@@ -109,7 +135,10 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         Some("16") => Bits::Sixteen,
         _ => Bits::Eight,
     };
-    Ok((format, PictureOptions { bits, certificates: args.certificates }))
+    let (certificates, transparent) = (args.certificates, args.transparent);
+    let options = PictureOptions { bits, certificates, transparent };
+    options.check(format)?;
+    Ok((format, options))
 }
 
 /// `1280×720`, and where it belongs if it is a part.

@@ -10,6 +10,7 @@ mod light;
 mod numbers;
 mod ray;
 mod reason;
+mod shading;
 pub mod text;
 
 use std::sync::Arc;
@@ -243,8 +244,8 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
         level: "f32",
         seen: Vec::new(),
     };
-    let lighting = light::lighting(scene, rays);
-    let mut seen = light::Seen {
+    let lighting = shading::lighting(scene, rays);
+    let mut seen = shading::Seen {
         scene,
         rays,
         numbers: &numbers,

@@ -1,5 +1,10 @@
 //! Scenes in the languages of other renderers, so that their pictures can be compared with ours:
-//! the same objects, the same camera, flat colours, one ray through the centre of each pixel.
+//! the same objects, the same camera, flat colours or the scene's lights, one ray through the centre of
+//! each pixel.
+//!
+//! A sky is written as the suns that it is made of. Samples are left to the renderer's options.
+//! POV-Ray's picture of a lit scene has the bytes of ours, up to its rounding. Tachyon knows no gamma:
+//! its picture holds linear light, its ambient light has no colour, and all its lights cast shadows.
 //!
 //! Every number of the scene is written so that it reads back as the same f64, and so are the
 //! colours. What a renderer makes of them is its own: POV-Ray calculates in f64, and Tachyon's
@@ -11,8 +16,11 @@ mod tachyon;
 use std::fmt;
 use std::io::{self, Write};
 
+use glam::DVec3;
+
 use crate::rays::View;
 use crate::scene::{Color, Object, Scene};
+use crate::shade::{Lamp, Lighting};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,9 +67,10 @@ impl Language {
     }
 }
 
-/// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height. Every object
-/// has the colour that `color_of` gives its id, and so has the background, id 0; with
-/// [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly these bytes.
+/// Writes what `view` sees of `scene` in a picture of `size` pixels, width and height, lit as the
+/// scene is. Every object has the colour that `color_of` gives its id, and so has the background, id 0;
+/// without light and with [`Color::from_srgb8`] a pixel of a PNG that the renderer makes has exactly
+/// these bytes.
 ///
 /// # Errors
 /// Those of `out`.
@@ -74,20 +83,49 @@ pub fn write(
     out: &mut impl Write,
 ) -> io::Result<()> {
     let syntax = language.syntax();
-    out.write_all(syntax.head(view, size, color_of(0)).as_bytes())?;
+    let lighting = Lighting::new(scene, view);
+    let ambient = lighting.as_ref().map(|lighting| lighting.ambient);
+    out.write_all(syntax.head(view, size, color_of(0), ambient).as_bytes())?;
+    let reach = reach(scene, view.position);
+    for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
+        writeln!(out, "{}", syntax.lamp(lamp, view.position, reach))?;
+    }
     for (id, object) in scene.objects() {
         let name = scene.name(id);
-        writeln!(out, "{}", syntax.object(id, name, object, color_of(id)))?;
+        writeln!(out, "{}", syntax.object(id, name, object, color_of(id), ambient))?;
     }
     out.write_all(syntax.end().as_bytes())
 }
 
-/// The texts of a language.
+/// The largest distance from `eye` to what is in the scene, the far sides of spheres and the points of
+/// planes; at least 1.
+fn reach(scene: &Scene, eye: DVec3) -> f64 {
+    let spheres = scene.spheres.iter().map(|s| s.center.distance(eye) + s.radius);
+    let planes = scene.planes.iter().map(|p| p.point.distance(eye));
+    spheres.chain(planes).fold(1.0, f64::max)
+}
+
+/// The texts of a language. `ambient` is light from nowhere; `None` where colours are as they are.
 trait Syntax {
-    /// All before the objects.
-    fn head(&self, view: &View, size: [u32; 2], background: Color) -> String;
+    /// All before the lamps and objects.
+    fn head(
+        &self,
+        view: &View,
+        size: [u32; 2],
+        background: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String;
+    /// One line. Nothing is farther than `reach` from the eye.
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String;
     /// One line.
-    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String;
+    fn object(
+        &self,
+        id: u32,
+        name: Option<&str>,
+        object: Object,
+        color: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String;
     /// All after the objects.
     fn end(&self) -> &'static str {
         ""

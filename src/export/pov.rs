@@ -8,16 +8,27 @@ use glam::DVec3;
 use super::{Numbers, Syntax};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Object};
+use crate::shade::{Lamp, Origin};
 
 pub(super) struct Pov;
 
 impl Syntax for Pov {
-    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
+    fn head(
+        &self,
+        view: &View,
+        [width, height]: [u32; 2],
+        background: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String {
         let up = view.true_up * (2.0 * view.h);
         let right = view.right * (2.0 * view.h * f64::from(width) / f64::from(height));
         let projection = match view.lens {
             Lens::Perspective => "perspective",
             Lens::Orthographic => "orthographic",
+        };
+        let finish = match ambient {
+            None => "ambient 0.0 diffuse 0.0 emission 1.0".to_string(),
+            Some(ambient) => format!("ambient {} diffuse 1.0", rgb(ambient)),
         };
         // Colours are linear light, and the picture file's gamma is sRGB unless the user wants
         // another.
@@ -25,18 +36,43 @@ impl Syntax for Pov {
             "// For {width} x {height} pixels without anti-aliasing: +W{width} +H{height} -A\n\
              #version 3.7;\n\
              global_settings {{ assumed_gamma 1.0 }}\n\
-             #default {{ finish {{ ambient 0.0 diffuse 0.0 emission 1.0 }} }}\n\
+             #default {{ finish {{ {finish} }} }}\n\
              camera {{\n  {projection}\n  location {}\n  direction {}\n  right {}\n  up {}\n}}\n\
              background {{ {} }}\n",
             Vector(view.position),
             Vector(view.forward),
             Vector(right),
             Vector(up),
-            rgb(background),
+            rgb(background.0),
         )
     }
 
-    fn object(&self, id: u32, name: Option<&str>, object: Object, color: Color) -> String {
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String {
+        let position = match lamp.origin {
+            Origin::Eye => eye,
+            Origin::Point(position) => position,
+            Origin::Sun(direction) => eye - direction.normalize() * (FAR * reach),
+        };
+        let parallel = match lamp.origin {
+            Origin::Sun(_) => format!(" parallel point_at {}", Vector(eye)),
+            Origin::Eye | Origin::Point(_) => String::new(),
+        };
+        let shadowless = if lamp.shadows { "" } else { " shadowless" };
+        format!(
+            "light_source {{ {}, {}{parallel}{shadowless} }}",
+            Vector(position),
+            rgb(lamp.weight)
+        )
+    }
+
+    fn object(
+        &self,
+        id: u32,
+        name: Option<&str>,
+        object: Object,
+        color: Color,
+        _: Option<[f64; 3]>,
+    ) -> String {
         let shape = match object {
             Object::Sphere(s) => format!("sphere {{ {}, {:?}", Vector(s.center), s.radius),
             // Of the plane through the origin, moved: its distance from there is no number of the
@@ -48,9 +84,12 @@ impl Syntax for Pov {
         // A comment that no name can leave.
         let name = name.map(|name| format!(": {}", name.escape_default()));
         let name = name.unwrap_or_default();
-        format!("{shape} pigment {{ {} }} }} // {id}{name}", rgb(color))
+        format!("{shape} pigment {{ {} }} }} // {id}{name}", rgb(color.0))
     }
 }
+
+/// A sun's distance, as a multiple of that of the farthest object: a parallel light shines from a plane.
+const FAR: f64 = 1000.0;
 
 struct Vector(DVec3);
 
@@ -60,6 +99,6 @@ impl std::fmt::Display for Vector {
     }
 }
 
-fn rgb(color: Color) -> String {
-    format!("rgb <{}>", Numbers { numbers: color.0, separator: ", " })
+fn rgb(numbers: [f64; 3]) -> String {
+    format!("rgb <{}>", Numbers { numbers, separator: ", " })
 }

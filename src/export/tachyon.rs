@@ -7,11 +7,18 @@ use glam::DVec3;
 use super::{Numbers, Syntax};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Object};
+use crate::shade::{Lamp, Origin};
 
 pub(super) struct Tachyon;
 
 impl Syntax for Tachyon {
-    fn head(&self, view: &View, [width, height]: [u32; 2], background: Color) -> String {
+    fn head(
+        &self,
+        view: &View,
+        [width, height]: [u32; 2],
+        background: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String {
         let half_width = view.h * f64::from(width) / f64::from(height);
         let half_pixel = view.h / f64::from(height);
         let frustum = [
@@ -24,30 +31,60 @@ impl Syntax for Tachyon {
             Lens::Perspective => "PERSPECTIVE",
             Lens::Orthographic => "ORTHOGRAPHIC",
         };
+        let about = match ambient {
+            None => "",
+            Some(_) => "# The picture holds linear light: no gamma, no sRGB.\n",
+        };
         // The zoom is that of the frustum, which wins.
         format!(
             "BEGIN_SCENE\nRESOLUTION {width} {height}\n\
              CAMERA\nPROJECTION {projection}\nZOOM {:?}\nASPECTRATIO 1.0\nANTIALIASING 0\n\
              RAYDEPTH 1\nCENTER {}\nVIEWDIR {}\nUPDIR {}\nFRUSTUM {}\nEND_CAMERA\n\
-             BACKGROUND {}\n",
+             BACKGROUND {}\n{about}",
             0.5 / view.h,
             vector(view.position),
             vector(view.forward),
             vector(view.true_up),
             Numbers { numbers: frustum, separator: " " },
-            rgb(background),
+            rgb(background, ambient),
         )
     }
 
-    fn object(&self, _: u32, _: Option<&str>, object: Object, color: Color) -> String {
+    fn lamp(&self, lamp: &Lamp, eye: DVec3, _: f64) -> String {
+        let color = Numbers { numbers: lamp.weight, separator: " " };
+        let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
+        let position = match lamp.origin {
+            Origin::Eye => eye,
+            Origin::Point(position) => position,
+            Origin::Sun(direction) => {
+                let direction = vector(direction);
+                return format!("{shadows}DIRECTIONAL_LIGHT DIRECTION {direction} COLOR {color}");
+            }
+        };
+        format!("{shadows}LIGHT CENTER {} RAD 0.0 COLOR {color}", vector(position))
+    }
+
+    fn object(
+        &self,
+        _: u32,
+        _: Option<&str>,
+        object: Object,
+        color: Color,
+        ambient: Option<[f64; 3]>,
+    ) -> String {
         let shape = match object {
             Object::Sphere(s) => format!("SPHERE CENTER {} RAD {:?}", vector(s.center), s.radius),
             Object::Plane(p) => {
                 format!("PLANE CENTER {} NORMAL {}", vector(p.point), vector(p.normal))
             }
         };
-        let texture = "TEXTURE AMBIENT 1.0 DIFFUSE 0.0 SPECULAR 0.0 OPACITY 1.0";
-        format!("{shape} {texture} COLOR {} TEXFUNC 0", rgb(color))
+        let [ambient_gray, diffuse] = match ambient {
+            None => [1.0, 0.0],
+            Some(ambient) => [ambient.iter().sum::<f64>() / 3.0, 1.0],
+        };
+        let texture =
+            format!("AMBIENT {ambient_gray:?} DIFFUSE {diffuse:?} SPECULAR 0.0 OPACITY 1.0");
+        format!("{shape} TEXTURE {texture} COLOR {} TEXFUNC 0", rgb(color, ambient))
     }
 
     fn end(&self) -> &'static str {
@@ -60,9 +97,12 @@ fn vector(v: DVec3) -> Numbers<3> {
     Numbers { numbers: [v.x, v.y, -v.z], separator: " " }
 }
 
-/// Tachyon knows no gamma and cuts `255·colour` down to a whole number, so the half keeps it from
-/// falling below.
-fn rgb(color: Color) -> Numbers<3> {
-    let numbers = color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0);
+/// Tachyon knows no gamma and cuts `255·colour` down to a whole number. Where colours are shown as they
+/// are, they are those of sRGB, and the half keeps them from falling below.
+fn rgb(color: Color, ambient: Option<[f64; 3]>) -> Numbers<3> {
+    let numbers = match ambient {
+        None => color.to_srgb8().map(|byte| (f64::from(byte) + 0.5) / 255.0),
+        Some(_) => color.0,
+    };
     Numbers { numbers, separator: " " }
 }

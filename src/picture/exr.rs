@@ -1,7 +1,8 @@
 //! OpenEXR: one layer of scan lines, ZIP-compressed in blocks of 16 lines, without loss.
 //!
-//! Alpha is 1 everywhere: the background is a colour of the picture, not a hole in it, and with
-//! alpha 0 a viewer would show it as black or add it to what lies below. What was hit is in `id`.
+//! Alpha is 1 everywhere, unless the picture is transparent: the background is a colour of the picture,
+//! not a hole in it, and with alpha 0 a viewer would show it as black or add it to what lies below.
+//! What was hit is in `id`.
 
 use std::io::{self, Cursor};
 
@@ -14,11 +15,9 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
-use super::{Encoder, SOFTWARE, linear};
+use super::{Band, Encoder, SOFTWARE, linear};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
-use crate::shade::Colors;
-use crate::trace::Hits;
 
 /// Lines that are compressed together. The format fixes this number for its ZIP compression.
 const BLOCK_LINES: usize = 16;
@@ -164,10 +163,9 @@ pub(super) fn begin(
 }
 
 impl Encoder for Exr {
-    fn rows(&mut self, hits: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
-        let rgb = linear(colors);
-        for start in (0..hits.id.len()).step_by(self.width) {
-            self.append_line(hits, start..start + self.width, rgb);
+    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
+        for start in (0..band.hits.id.len()).step_by(self.width) {
+            self.append_line(band, start..start + self.width);
         }
         let n_lines = self.lines.len() / self.line_bytes;
         let n_lines_done = self.table.len() * BLOCK_LINES;
@@ -199,12 +197,14 @@ impl Encoder for Exr {
 
 impl Exr {
     /// Appends one line of all channels, in the byte order of this machine, as the crate wants it.
-    fn append_line(&mut self, hits: &Hits, line: std::ops::Range<usize>, rgb: &[[f32; 3]]) {
+    fn append_line(&mut self, band: &Band, line: std::ops::Range<usize>) {
+        let (hits, rgb) = (band.hits, linear(band.colors));
+        let alpha = |pixel| band.coverage.map_or(1.0, |coverage| coverage.alpha(pixel));
         let ids = &hits.id[line.clone()];
         for &(_, _, channel) in self.channels {
             let out = &mut self.lines;
             match channel {
-                Channel::Alpha => push(out, ids.iter().map(|_| 1.0_f32.to_ne_bytes())),
+                Channel::Alpha => push(out, line.clone().map(|pixel| alpha(pixel).to_ne_bytes())),
                 Channel::Rgb(i) => push(out, rgb[line.clone()].iter().map(|c| c[i].to_ne_bytes())),
                 Channel::Normal(i) => {
                     push(out, hits.normal[line.clone()].iter().map(|n| n[i].to_ne_bytes()))

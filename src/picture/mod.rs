@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
-use crate::trace::{Hits, Wants};
+use crate::trace::{Coverage, Hits, Wants};
 pub use format::{Bits, Format};
 
 /// The maker that every file names.
@@ -35,20 +35,39 @@ pub struct PictureOptions {
     pub bits: Bits,
     /// True where EXR and NPY get the level that decided each pixel.
     pub certificates: bool,
+    /// True where the background is left out of PNG, EXR and NPY: alpha is the share of a pixel's
+    /// samples that hit an object.
+    pub transparent: bool,
+}
+
+impl PictureOptions {
+    /// Refuses what a format has no place for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a transparent PPM.
+    pub fn check(self, format: Format) -> Result<()> {
+        if self.transparent && format == Format::Ppm {
+            return Err(Error::Usage(
+                "ppm has no alpha for --transparent; write .png, .exr or .npy".into(),
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Bytes that a [`PictureWriter`] holds at most, beside the colours and [`Hits`] it is given, for
 /// bands of `n_band_rows` rows.
 ///
 /// # Errors
-/// [`Error::Usage`] for an empty rectangle or one outside its picture, [`Error::TooLarge`] for a
-/// picture that the format can't hold.
+/// [`Error::Usage`] for an empty rectangle or one outside its picture, and as
+/// [`PictureOptions::check`]; [`Error::TooLarge`] for a picture that the format can't hold.
 pub fn writer_bytes(
     format: Format,
     options: PictureOptions,
     pixels: &Pixels,
     n_band_rows: u32,
 ) -> Result<u64> {
+    options.check(format)?;
     let Pixels { image_width, image_height, x, y, width, height, .. } = *pixels;
     if width == 0 || height == 0 {
         return Err(Error::Usage(format!(
@@ -66,17 +85,17 @@ pub fn writer_bytes(
     let (pixel_bytes, band_bytes) = match format {
         Format::Png => {
             png::check_size(pixels)?;
-            let pixel_bytes = png::pixel_bytes(options.bits);
-            (pixel_bytes, png::band_bytes(options.bits, width, n_band_rows))
+            let pixel_bytes = png::pixel_bytes(options);
+            (pixel_bytes, png::band_bytes(options, width, n_band_rows))
         }
         Format::Ppm => {
-            let pixel_bytes = png::pixel_bytes(options.bits);
+            let pixel_bytes = png::pixel_bytes(options);
             let band_px = u128::from(width) * u128::from(n_band_rows);
             // For 16 bits, once more with the bytes swapped.
             (pixel_bytes, 2 * band_px * pixel_bytes)
         }
         Format::Npy => {
-            let pixel_bytes = npy::pixel_bytes(options.certificates);
+            let pixel_bytes = npy::pixel_bytes(options);
             let band_px = u128::from(width) * u128::from(n_band_rows);
             (pixel_bytes, band_px * pixel_bytes)
         }
@@ -115,6 +134,9 @@ pub fn writer_bytes(
 /// # }
 /// ```
 ///
+/// A transparent picture takes [`PictureWriter::transparent_rows`] in place of
+/// [`PictureWriter::rows`].
+///
 /// The encoders do no input or output of their own: they append to a buffer, which goes to the
 /// sink after each band. So a full disk is met in one place, whatever a codec does with errors.
 pub struct PictureWriter<W> {
@@ -122,6 +144,7 @@ pub struct PictureWriter<W> {
     pixels: Pixels,
     wants: Wants,
     encoding: Encoding,
+    is_transparent: bool,
     n_rows_done: u32,
     /// Encoded bytes on their way to the sink.
     encoded: Vec<u8>,
@@ -129,10 +152,18 @@ pub struct PictureWriter<W> {
     path: PathBuf,
 }
 
+/// Consecutive rows of a picture.
+struct Band<'a> {
+    hits: &'a Hits,
+    colors: &'a Colors,
+    /// `None` where the picture is not transparent.
+    coverage: Option<&'a Coverage>,
+}
+
 /// A picture of one format on its way into bytes.
 trait Encoder: Send {
     /// Appends rows to `out`.
-    fn rows(&mut self, hits: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()>;
+    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()>;
 
     /// Appends the end to `out`; gives bytes that replace earlier ones of the file, and their place
     /// in it.
@@ -158,9 +189,9 @@ impl<W: Write + Seek> PictureWriter<W> {
         let path = path.into();
         let mut encoded = Vec::new();
         let encoder: io::Result<Box<dyn Encoder>> = match format {
-            Format::Png => png::begin(options.bits, pixels, &mut encoded),
+            Format::Png => png::begin(options, pixels, &mut encoded),
             Format::Ppm => ppm::begin(options.bits, pixels, &mut encoded),
-            Format::Npy => npy::begin(options.certificates, pixels, &mut encoded),
+            Format::Npy => npy::begin(options, pixels, &mut encoded),
             Format::Exr => exr::begin(options.certificates, pixels, &mut encoded),
         };
         let encoder = encoder.map_err(Error::io(&path))?;
@@ -169,6 +200,7 @@ impl<W: Write + Seek> PictureWriter<W> {
             pixels: *pixels,
             wants: format.wants(options.certificates),
             encoding: format.encoding(options.bits),
+            is_transparent: options.transparent,
             n_rows_done: 0,
             encoded,
             sink,
@@ -183,13 +215,35 @@ impl<W: Write + Seek> PictureWriter<W> {
     /// # Errors
     /// [`Error::Io`] from the sink. [`Error::Usage`] when `colors` has not `n_rows` rows in the
     /// format's [`Encoding`], when `hits` has not as many with the fields that [`Format::wants`],
-    /// or when the rows are more than the picture has. After an error the picture is lost.
+    /// when the rows are more than the picture has, or when it is transparent. After an error the
+    /// picture is lost.
     pub fn rows(&mut self, colors: &Colors, hits: &Hits, n_rows: u32) -> Result<()> {
-        self.check(colors, hits, n_rows)?;
+        self.band(Band { hits, colors, coverage: None }, n_rows)
+    }
+
+    /// As [`PictureWriter::rows`], for a transparent picture. A colour is the mean over the samples
+    /// that hit in PNG; in EXR and NPY it is the mean over all samples, those that hit nothing being
+    /// black: premultiplied, as OpenEXR wants it.
+    ///
+    /// # Errors
+    /// As [`PictureWriter::rows`], and [`Error::Usage`] when `coverage` has not one entry a pixel,
+    /// or more hits than samples.
+    pub fn transparent_rows(
+        &mut self,
+        colors: &Colors,
+        coverage: &Coverage,
+        hits: &Hits,
+        n_rows: u32,
+    ) -> Result<()> {
+        self.band(Band { hits, colors, coverage: Some(coverage) }, n_rows)
+    }
+
+    fn band(&mut self, band: Band, n_rows: u32) -> Result<()> {
+        self.check(&band, n_rows)?;
         if n_rows == 0 {
             return Ok(());
         }
-        let encoded = self.encoder.rows(hits, colors, &mut self.encoded);
+        let encoded = self.encoder.rows(&band, &mut self.encoded);
         encoded.map_err(Error::io(&self.path))?;
         self.n_rows_done += n_rows;
         self.pass_on()
@@ -222,7 +276,7 @@ impl<W: Write + Seek> PictureWriter<W> {
         Ok(self.sink)
     }
 
-    fn check(&self, colors: &Colors, hits: &Hits, n_rows: u32) -> Result<()> {
+    fn check(&self, &Band { hits, colors, coverage }: &Band, n_rows: u32) -> Result<()> {
         let n_rows_left = self.pixels.height - self.n_rows_done;
         if n_rows > n_rows_left {
             return Err(Error::Usage(format!(
@@ -239,8 +293,28 @@ impl<W: Write + Seek> PictureWriter<W> {
                 colors.encoding()
             )));
         }
+        if coverage.is_some() != self.is_transparent {
+            let (is, other) = match self.is_transparent {
+                true => ("is transparent", "transparent_rows"),
+                false => ("is not transparent", "rows"),
+            };
+            return Err(Error::Usage(format!(
+                "{}: the picture {is}; give it its rows with `{other}`",
+                self.path.display()
+            )));
+        }
+        if let Some(Coverage { n_hits, n_samples }) = coverage
+            && n_hits.iter().any(|n_hits| n_hits > n_samples || *n_samples == 0)
+        {
+            return Err(Error::Usage(format!(
+                "{}: a pixel has at least one sample, and no more hits than its {n_samples}",
+                self.path.display()
+            )));
+        }
+        let n_covered = coverage.map_or(0, |coverage| coverage.n_hits.len());
         for (field, length, is_wanted) in [
             ("colour", colors.len(), true),
+            ("coverage", n_covered, self.is_transparent),
             ("id", hits.id.len(), true),
             ("t", hits.t.len(), self.wants.surface),
             ("normal", hits.normal.len(), self.wants.surface),

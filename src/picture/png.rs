@@ -1,15 +1,15 @@
-//! PNG: RGB, 8 or 16 bits, marked as sRGB.
+//! PNG: RGB or, for transparent pictures, RGBA; 8 or 16 bits, marked as sRGB.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Bits, Encoder, SOFTWARE, be_bytes};
+use super::{Band, Bits, Encoder, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 use crate::shade::Colors;
-use crate::trace::Hits;
+use crate::trace::Coverage;
 
 /// The PNG specification's limit for width and height, px.
 const MAX_SIDE_PX: u32 = (1 << 31) - 1;
@@ -17,10 +17,11 @@ const MAX_SIDE_PX: u32 = (1 << 31) - 1;
 /// Bytes of one IDAT chunk; a large one keeps the overhead of 12 bytes a chunk out of sight.
 const CHUNK_BYTES: usize = 1 << 16;
 
-pub(super) fn pixel_bytes(bits: Bits) -> u128 {
-    match bits {
-        Bits::Eight => 3,
-        Bits::Sixteen => 6,
+pub(super) fn pixel_bytes(options: PictureOptions) -> u128 {
+    let n_channels = if options.transparent { 4 } else { 3 };
+    match options.bits {
+        Bits::Eight => n_channels,
+        Bits::Sixteen => 2 * n_channels,
     }
 }
 
@@ -36,16 +37,14 @@ pub(super) fn check_size(pixels: &Pixels) -> Result<()> {
 }
 
 /// Bytes held for a band: three rows (this and the last one in the codec, filtered), for 16 bits the
-/// band with its bytes swapped, and the compressed band. The longest code of the codec's fixed table
-/// has 12 bits for 8.
-pub(super) fn band_bytes(bits: Bits, width: u32, n_band_rows: u32) -> u128 {
-    let row_bytes = u128::from(width) * pixel_bytes(bits) + 1;
+/// band with its bytes swapped, for alpha the band with it, and the compressed band. The longest code
+/// of the codec's fixed table has 12 bits for 8.
+pub(super) fn band_bytes(options: PictureOptions, width: u32, n_band_rows: u32) -> u128 {
+    let row_bytes = u128::from(width) * pixel_bytes(options) + 1;
     let compressed_bytes = row_bytes * u128::from(n_band_rows) * 3 / 2;
-    let swapped_bytes = match bits {
-        Bits::Eight => 0,
-        Bits::Sixteen => row_bytes * u128::from(n_band_rows),
-    };
-    3 * row_bytes + swapped_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
+    let is_copied = options.transparent || options.bits == Bits::Sixteen;
+    let copied_bytes = if is_copied { row_bytes * u128::from(n_band_rows) } else { 0 };
+    3 * row_bytes + copied_bytes + 2 * compressed_bytes + 2 * CHUNK_BYTES as u128
 }
 
 struct Png {
@@ -54,14 +53,14 @@ struct Png {
 }
 
 pub(super) fn begin(
-    bits: Bits,
+    options: PictureOptions,
     pixels: &Pixels,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let tray = Tray::default();
     let mut encoder = png::Encoder::new(tray.clone(), pixels.width, pixels.height);
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(match bits {
+    encoder.set_color(if options.transparent { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(match options.bits {
         Bits::Eight => BitDepth::Eight,
         Bits::Sixteen => BitDepth::Sixteen,
     });
@@ -77,8 +76,11 @@ pub(super) fn begin(
 }
 
 impl Encoder for Png {
-    fn rows(&mut self, _: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
-        self.stream.write_all(&be_bytes(colors))?;
+    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
+        match band.coverage {
+            Some(coverage) => self.stream.write_all(&with_alpha(band.colors, coverage))?,
+            None => self.stream.write_all(&be_bytes(band.colors))?,
+        }
         self.tray.empty_into(out);
         Ok(())
     }
@@ -88,6 +90,28 @@ impl Encoder for Png {
         self.tray.empty_into(out);
         Ok(None)
     }
+}
+
+/// Colours of whole numbers and their alpha as bytes of a file; empty for linear ones.
+fn with_alpha(colors: &Colors, coverage: &Coverage) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    match colors {
+        Colors::Srgb8(pixels) => {
+            bytes.reserve_exact(4 * pixels.len());
+            for (pixel, &[r, g, b]) in pixels.iter().enumerate() {
+                bytes.extend([r, g, b, coverage.whole_alpha(pixel, u8::MAX.into()) as u8]);
+            }
+        }
+        Colors::Srgb16(pixels) => {
+            bytes.reserve_exact(8 * pixels.len());
+            for (pixel, &[r, g, b]) in pixels.iter().enumerate() {
+                let channels = [r, g, b, coverage.whole_alpha(pixel, u16::MAX)];
+                bytes.extend(channels.map(u16::to_be_bytes).as_flattened());
+            }
+        }
+        Colors::Linear(_) => {}
+    }
+    bytes
 }
 
 /// Where the codec leaves its bytes. It can't be given the file itself: it unwraps some results

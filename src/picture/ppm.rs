@@ -2,10 +2,8 @@
 
 use std::io;
 
-use super::{Bits, Encoder, be_bytes};
+use super::{Band, Bits, Encoder, be_bytes};
 use crate::rays::Pixels;
-use crate::shade::Colors;
-use crate::trace::Hits;
 
 struct Ppm;
 
@@ -24,8 +22,8 @@ pub(super) fn begin(
 }
 
 impl Encoder for Ppm {
-    fn rows(&mut self, _: &Hits, colors: &Colors, out: &mut Vec<u8>) -> io::Result<()> {
-        out.extend_from_slice(&be_bytes(colors));
+    fn rows(&mut self, band: &Band, out: &mut Vec<u8>) -> io::Result<()> {
+        out.extend_from_slice(&be_bytes(band.colors));
         Ok(())
     }
 }

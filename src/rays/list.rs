@@ -103,7 +103,7 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
             path.display()
         )));
     }
-    let record = Record { rgb: false, level };
+    let record = Record { rgb: false, alpha: false, level };
     let mut bytes = Vec::new();
     record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(&path))?;
     control.expect_bytes((bytes.len() + n_hits * record.bytes()) as u64);
@@ -117,7 +117,7 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
         }
         bytes.clear();
         let end = n_hits.min(start + HITS_AT_ONCE);
-        record.append(hits, start..end, &[], &mut bytes);
+        record.append(hits, start..end, &[], None, &mut bytes);
         start = end;
     }
 }

@@ -26,7 +26,7 @@
 //! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
 
 use crate::guard::UNIT_F64;
-use crate::vec3::{Vec3, dot3};
+use crate::vec3::{Real, Vec3, dot3};
 
 /// What a squared distance and the square that it is compared with are off by together, relative.
 const RELATIVE: f64 = 8.0 * UNIT_F64;
@@ -34,15 +34,14 @@ const RELATIVE: f64 = 8.0 * UNIT_F64;
 /// Numbers up to this and above its inverse have squares in range.
 const LARGEST: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
 
-/// What f64 knows of an object in the way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InTheWay {
+/// What f64 knows of an object in the way, as numbers of which the largest wins.
+pub mod in_the_way {
     /// It is not.
-    No,
+    pub const NO: f64 = 0.0;
+    /// It is or it is not.
+    pub const OPEN: f64 = 1.0;
     /// It is.
-    Yes,
-    /// One or the other.
-    Open,
+    pub const YES: f64 = 2.0;
 }
 
 /// The way from a point to a lamp.
@@ -52,46 +51,56 @@ pub struct Beam {
     pub from: Vec3<f64>,
     /// To the lamp; of any length for a sun.
     pub way: Vec3<f64>,
-    /// `way·way`, and its inverse.
-    square: f64,
-    inverse: f64,
+    /// `way·way`
+    pub square: f64,
+    /// `1/(way·way)`
+    pub inverse: f64,
     /// The part of `E` that is the same for all objects.
     pub error: f64,
     /// Whether it goes on for ever.
     pub is_endless: bool,
     /// Bound of the angle between the true and the computed way.
     pub turned: f64,
+    /// `ε`; the tests cut it.
+    pub unit: f64,
 }
 
+#[inline(always)]
 fn length(v: Vec3<f64>) -> f64 {
     dot3(v, v).sqrt()
 }
 
 impl Beam {
-    /// The beam from a point that is off by `error` to a lamp at `position`. `None` where the two are too close.
-    pub fn to_point(from: Vec3<f64>, error: f64, position: Vec3<f64>) -> Option<Beam> {
+    /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
+    /// for f64, its bounds say nothing.
+    #[inline(always)]
+    pub fn to_point(from: Vec3<f64>, error: f64, position: Vec3<f64>) -> Beam {
         let way = position - from;
         let distance = length(way);
         let off = error + UNIT_F64 * (length(position) + distance);
-        let is_apart = distance > 4.0 * off && (1.0 / LARGEST..LARGEST).contains(&distance);
+        let is_apart = (distance > 4.0 * off) & (distance > 1.0 / LARGEST) & (distance < LARGEST);
+        let off = if is_apart { off } else { f64::INFINITY };
         // |w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|
-        is_apart
-            .then(|| Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance))
+        Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance)
     }
 
     /// The beam back along a ray whose direction is off by the relative error `turned`.
+    #[inline(always)]
     pub fn to_eye(from: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
         Beam::new(from, -direction, 0.0, 2.0 * turned)
     }
 
-    /// The beam against the direction of a sun's light, whose largest component is about 1.
+    /// The beam against the direction of a sun's light, whose largest component is from 1 to 2.
+    #[inline(always)]
     pub fn to_sun(from: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
         Beam { is_endless: true, ..Beam::new(from, -direction, error, 0.0) }
     }
 
+    #[inline(always)]
     fn new(from: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
         let square = dot3(way, way);
-        Beam { from, way, square, inverse: 1.0 / square, error, is_endless: false, turned }
+        let (inverse, is_endless, unit) = (1.0 / square, false, UNIT_F64);
+        Beam { from, way, square, inverse, error, is_endless, turned, unit }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
@@ -99,60 +108,163 @@ impl Beam {
     ///
     /// Three roundings of a dot product of vectors of length 1 and [`crate::guard::steps::NORMALIZED`] of
     /// one of them: below 8 units.
+    #[inline(always)]
     pub fn cosine(&self, normal: Vec3<f64>, normal_error: f64) -> (f64, f64) {
         let cosine = dot3(normal, self.way) * (1.0 / self.square.sqrt());
         let error = 1.01 * (normal_error + self.turned) + 8.0 * UNIT_F64;
-        ((cosine - error).max(0.0), (cosine + error).clamp(0.0, 1.0))
+        // What is not a number says nothing.
+        let (low, high) = (cosine - error, cosine + error);
+        let high = if high < 1.0 { high } else { 1.0 };
+        (if low > 0.0 { low } else { 0.0 }, if high > 0.0 { high } else { 0.0 })
     }
 
     /// Whether a sphere is in the way, its centre relative to the reference point.
     #[inline(always)]
-    pub fn meets_sphere(&self, center: Vec3<f64>, r: f64) -> InTheWay {
+    pub fn meets_sphere(&self, center: Vec3<f64>, r: f64) -> f64 {
         let l = center - self.from;
-        let (l2, far) =
-            (dot3(l, l), center.0[0].abs().max(center.0[1].abs()).max(center.0[2].abs()));
-        let along = dot3(l, self.way);
-        let foot = (along * self.inverse).clamp(0.0, if self.is_endless { f64::MAX } else { 1.0 });
+        let [x, y, z] = center.0.map(f64::abs);
+        let (l2, far) = (dot3(l, l), Real::max(Real::max(x, y), z));
+        let last = if self.is_endless { f64::MAX } else { 1.0 };
+        let foot = Real::min(Real::max(dot3(l, self.way) * self.inverse, 0.0), last);
         let q = l - self.way * foot;
-        let e = self.error + UNIT_F64 * (1.75 * far + 14.0 * l2.sqrt());
+        let e = self.error + self.unit * (1.75 * far + 14.0 * l2.sqrt());
         let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
         let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
         let outer2 = outer * outer * (1.0 + RELATIVE);
         let end = l - self.way;
         let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
-        let in_range = l2 < LARGEST && r < LARGEST && r > 1.0 / LARGEST && e < LARGEST;
-        let is_outside = (l2 > outer2) | (end2 > outer2);
-        if !in_range {
-            InTheWay::Open
-        } else if least2 > outer2 || (l2 < inner2) & (end2 < inner2) {
-            InTheWay::No
-        } else if (least2 < inner2) & is_outside {
-            InTheWay::Yes
-        } else {
-            InTheWay::Open
-        }
+        let in_range = (l2 < LARGEST) & (r < LARGEST) & (r > 1.0 / LARGEST) & (e < LARGEST);
+        let is_clear = (least2 > outer2) | ((l2 < inner2) & (end2 < inner2));
+        let is_crossed = (least2 < inner2) & ((l2 > outer2) | (end2 > outer2));
+        let known = if is_crossed { in_the_way::YES } else { in_the_way::OPEN };
+        let known = if is_clear { in_the_way::NO } else { known };
+        if in_range { known } else { in_the_way::OPEN }
     }
 
     /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
-    /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the way where their
-    /// signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for the dot product. A
-    /// sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone.
-    pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> InTheWay {
+    /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the
+    /// way where their signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for
+    /// the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone.
+    #[inline(always)]
+    pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> f64 {
         let l = point - self.from;
         let end = l - self.way;
         let (n, way) = (length(normal), self.square.sqrt());
-        let e = self.error + UNIT_F64 * (length(point) + 5.0 * (length(l) + way));
+        let e = self.error + self.unit * (length(point) + 5.0 * (length(l) + way));
         let start = dot3(normal, l);
-        let (stop, stop_error) = match self.is_endless {
-            true => (-dot3(normal, self.way), 4.0 * UNIT_F64 * n * way),
-            false => (dot3(normal, end), 1.01 * n * e),
+        let (start_error, sun_error) = (1.01 * n * e, 4.0 * self.unit * n * way);
+        let stop = if self.is_endless { -dot3(normal, self.way) } else { dot3(normal, end) };
+        let stop_error = if self.is_endless { sun_error } else { start_error };
+        let are_known = (start.abs() > start_error) & (stop.abs() > stop_error) & (e < LARGEST);
+        let are_apart = (start > 0.0) != (stop > 0.0);
+        let known = if are_apart { in_the_way::YES } else { in_the_way::NO };
+        if are_known { known } else { in_the_way::OPEN }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+    use crate::rays::Ray;
+
+    /// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
+    fn exact_point(at: DVec3) -> ExactPoint {
+        let ray = ExactRay::new(&Ray { origin: at - DVec3::X, direction: DVec3::X });
+        let plane = Shape::Plane { point: at, normal: DVec3::X };
+        let (root, side) = visible_root(&ray, &plane).unwrap();
+        let point = ExactPoint::new(&ray, &ExactHit { id: 1, root, side });
+        assert_eq!(point.is_within(0.0, at), Some(true), "{at}");
+        point
+    }
+
+    fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+    }
+
+    struct Case {
+        from: DVec3,
+        lamp: DVec3,
+        is_sun: bool,
+        shape: Shape,
+    }
+
+    /// Spheres and planes that a beam touches, begins at, or ends at, within some units of f64.
+    fn case(rng: &mut ChaCha8Rng) -> Case {
+        let size = 2f64.powi(rng.random_range(-12..12));
+        // x keeps its digits when 1 is taken away and added again.
+        let from = DVec3::new(rng.random_range(-8..8).into(), 0.0, 0.0)
+            + vector(rng) * DVec3::new(0.0, 1.0, 1.0) * 2f64.powi(rng.random_range(-6..6));
+        let lamp = vector(rng) * size;
+        let is_sun = rng.random_bool(0.3);
+        let way = if is_sun { -lamp } else { lamp - from };
+        let s = [0.0, 1.0, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
+        let on_beam = from + way * s;
+        let aside = way.cross(vector(rng)).normalize();
+        let near = 1.0 + f64::from(rng.random_range(-24..=24)) * UNIT_F64;
+        let shape = if rng.random_bool(0.7) {
+            let radius = way.length() * rng.random_range(0.01..1.0);
+            let across = if s > 0.0 && s < 1.0 { aside } else { vector(rng).normalize() };
+            Shape::Sphere { center: on_beam + across * radius * near, radius }
+        } else {
+            Shape::Plane {
+                point: on_beam + aside * way.length(),
+                normal: way.cross(aside) + way * 1e-3,
+            }
         };
-        let start_error = 1.01 * n * e;
-        let are_known = start.abs() > start_error && stop.abs() > stop_error && e < LARGEST;
-        match (are_known, (start > 0.0) == (stop > 0.0)) {
-            (false, _) => InTheWay::Open,
-            (true, true) => InTheWay::No,
-            (true, false) => InTheWay::Yes,
+        Case { from, lamp, is_sun, shape }
+    }
+
+    /// Wrong statements about `n` cases with the bounds' unit `unit`, and statements at all.
+    fn statements(n: usize, unit: f64) -> (Vec<String>, usize) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1404);
+        let (mut wrong, mut n_said) = (Vec::new(), 0);
+        for _ in 0..n {
+            let Case { from, lamp, is_sun, shape } = case(&mut rng);
+            let beam = match is_sun {
+                true => Beam::to_sun(from.into(), 0.0, lamp.into()),
+                false => Beam::to_point(from.into(), 0.0, lamp.into()),
+            };
+            let error = beam.error * (unit / UNIT_F64);
+            let beam = Beam { unit, error, ..beam };
+            let said = match shape {
+                Shape::Sphere { center, radius } => beam.meets_sphere(center.into(), radius),
+                Shape::Plane { point, normal } => {
+                    let largest = normal.abs().max_element().log2().floor() as i32;
+                    beam.meets_plane(point.into(), (normal * 2f64.powi(-largest)).into())
+                }
+            };
+            if said == in_the_way::OPEN {
+                continue;
+            }
+            n_said += 1;
+            let point = exact_point(from);
+            let exact = match is_sun {
+                true => ExactBeam::against(&point, lamp).unwrap(),
+                false => ExactBeam::to_position(&point, lamp).unwrap(),
+            };
+            if exact.is_blocked_by(&shape) != (said == in_the_way::YES) {
+                wrong.push(format!("{from:?} {lamp:?} {is_sun} {shape:?}: {said}"));
+            }
         }
+        (wrong, n_said)
+    }
+
+    #[test]
+    fn what_f64_says_is_right() {
+        let (wrong, n_said) = statements(100_000, UNIT_F64);
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_said > 20_000, "{n_said}");
+    }
+
+    /// The unit is twice what rounding to nearest takes, the largest errors of all steps don't meet in one
+    /// beam, and coordinates are rarely as large as their sums: wrong statements begin at a 24th.
+    #[test]
+    fn sabotage_smaller_bounds_are_noticed() {
+        assert!(!statements(100_000, UNIT_F64 / 48.0).0.is_empty());
     }
 }

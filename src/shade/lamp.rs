@@ -53,8 +53,8 @@ impl Lighting {
         let shares = integer(n_shares.into());
         let lights = scene.lights.iter().enumerate().map(|(index, light)| {
             let Light { color, intensity, shadows, .. } = *light;
-            let exact = color.0.map(|part| exact(part.into()) * exact(intensity) * &shares);
-            let weight = color.0.map(|part| f64::from(part) * intensity);
+            let exact = color.0.map(|part| exact(part) * exact(intensity) * &shares);
+            let weight = color.0.map(|part| part * intensity);
             let origin = origin_of(light, view);
             Lamp { light: Some(index), origin, weight, exact_weight: exact, shadows }
         });
@@ -73,7 +73,7 @@ impl Lighting {
         let gives_light = |lamp: &Lamp| lamp.weight != [0.0; 3];
         Some(Lighting {
             lamps: lights.chain(suns).filter(gives_light).collect(),
-            ambient: scene.ambient.unwrap_or(Color::BLACK).0.map(f64::from),
+            ambient: scene.ambient.unwrap_or(Color::BLACK).0,
             n_shares,
         })
     }

@@ -99,14 +99,22 @@ impl<'a> ExactMean<'a> {
     /// code's range. What is on an edge goes up.
     pub fn code(&self, channel: usize, guess: u16, most: u16, edge: impl Fn(u16) -> f64) -> u16 {
         let reaches = |code: u16| self.compare(channel, edge(code)) != Ordering::Less;
-        let mut code = guess;
-        while code < most && reaches(code + 1) {
-            code += 1;
+        let holds =
+            |code: u16| (code == most || !reaches(code + 1)) && (code == 0 || reaches(code));
+        if holds(guess) {
+            return guess;
         }
-        while code > 0 && !reaches(code) {
-            code -= 1;
+        // The guess may be as far off as f64 knew nothing.
+        let (mut low, mut high) = (0, most);
+        while low < high {
+            let middle = high - (high - low) / 2;
+            if reaches(middle) {
+                low = middle;
+            } else {
+                high = middle - 1;
+            }
         }
-        code
+        low
     }
 
     /// The f32 nearest to a channel, ties to even, searched from a guess; infinite from
@@ -122,13 +130,21 @@ impl<'a> ExactMean<'a> {
             Ordering::Equal => low.to_bits() & 1 == 1,
             Ordering::Greater => true,
         };
-        let mut nearest = guess.clamp(0.0, f32::INFINITY);
-        while nearest.is_finite() && is_above(nearest) {
-            nearest = nearest.next_up();
+        let guess = guess.max(0.0); // also where it is no number
+        if !(guess.is_finite() && is_above(guess)) && !(guess > 0.0 && !is_above(guess.next_down()))
+        {
+            return guess;
         }
-        while nearest > 0.0 && !is_above(nearest.next_down()) {
-            nearest = nearest.next_down();
+        // The guess may be as far off as f64 knew nothing: bits of floats are in the floats' order.
+        let (mut low, mut high) = (0, f32::INFINITY.to_bits());
+        while low < high {
+            let middle = low.midpoint(high);
+            if is_above(f32::from_bits(middle)) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
         }
-        nearest
+        f32::from_bits(low)
     }
 }

@@ -2,6 +2,7 @@
 
 mod beam;
 mod exactly;
+mod finder;
 mod lamp;
 mod lit;
 mod mean;
@@ -17,7 +18,7 @@ pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
 pub(crate) use mean::ExactMean;
-pub use painter::{LitPainter, Painter};
+pub use painter::{Background, LitPainter, Painted, Painter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.

@@ -1,16 +1,59 @@
 //! The colours of a picture, band by band.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{Colors, Encoding, Lighting, Lit, Shader};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::render::Rendered;
-use crate::trace::{Hits, Rays, StageCounts};
+use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
 use crate::tracer::Tracer;
+
+/// How pixels get their colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Style {
+    /// The numbers that colours are written as.
+    pub encoding: Encoding,
+    /// Samples across and down a pixel, at least 1.
+    pub n_samples: u32,
+    /// For kernels without a proof: how far from a surface their shadow rays start, world units.
+    pub epsilon: f64,
+    /// What samples count that hit nothing.
+    pub background: Background,
+}
+
+impl Style {
+    /// One sample a pixel before the scene's background.
+    pub fn new(encoding: Encoding) -> Style {
+        Style { encoding, n_samples: 1, epsilon: 0.0, background: Background::Shown }
+    }
+}
+
+/// What samples count that hit nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Background {
+    /// They have the scene's background colour.
+    Shown,
+    /// They are left out: a colour is the mean of the other samples, black where there are none.
+    LeftOut,
+    /// They are black: a colour is premultiplied with the share of the other samples.
+    Black,
+}
+
+/// What painting took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Painted {
+    /// How many of the samples' rays each stage decided, where they are not the pixels' centre rays.
+    pub counts: StageCounts,
+    /// How many ways from samples to lamps each stage decided.
+    pub shadow_rays: StageCounts,
+    /// Time for tracing the samples.
+    pub timing: Timing,
+    /// Time for colours.
+    pub shade: Duration,
+}
 
 /// Makes the colours of a picture.
 pub enum Painter<'a> {
@@ -23,7 +66,7 @@ pub enum Painter<'a> {
 /// See [`Painter::Lit`].
 pub struct LitPainter<'a> {
     lit: Lit,
-    encoding: Encoding,
+    coverage: Option<Coverage>,
     /// Of the picture whose pixels are the samples.
     prepared: Arc<Prepared>,
     /// Traces it, where it is not the picture itself.
@@ -32,24 +75,24 @@ pub struct LitPainter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    /// Paints pixels of `n_samples` × `n_samples` samples, with the `epsilon` of [`Lit::new`].
-    /// `prepared` is of the picture whose pixels are the samples, [`Pixels::samples`], and `tracer`
-    /// traces it; with one sample a pixel it is the picture itself, which needs no second tracer.
+    /// Paints pixels. `prepared` is of the picture whose pixels are their samples, [`Pixels::samples`],
+    /// and `tracer` traces it; with one sample a pixel it is the picture itself, which needs no second
+    /// tracer.
     pub fn new(
         prepared: &Arc<Prepared>,
-        encoding: Encoding,
+        style: Style,
         pixels: &Pixels,
-        (n_samples, epsilon): (u32, f64),
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
         let lighting = Lighting::new(scene, &pixels.view);
-        if lighting.is_none() && n_samples == 1 {
-            return Painter::Flat(Shader::new(scene, encoding));
+        let is_shown = style.background == Background::Shown;
+        if lighting.is_none() && style.n_samples == 1 && is_shown {
+            return Painter::Flat(Shader::new(scene, style.encoding));
         }
         Painter::Lit(Box::new(LitPainter {
-            lit: Lit::new(Arc::clone(scene), lighting, n_samples, epsilon),
-            encoding,
+            lit: Lit::new(Arc::clone(scene), lighting, style),
+            coverage: (!is_shown).then(Coverage::default),
             prepared: Arc::clone(prepared),
             tracer,
             hits: Hits::default(),
@@ -60,7 +103,16 @@ impl<'a> Painter<'a> {
     pub fn encoding(&self) -> Encoding {
         match self {
             Painter::Flat(shader) => shader.encoding(),
-            Painter::Lit(lit) => lit.encoding,
+            Painter::Lit(painter) => painter.lit.style().encoding,
+        }
+    }
+
+    /// How many samples of each pixel that was painted last hit an object, where those that don't are not
+    /// [`Background::Shown`].
+    pub fn coverage(&self) -> Option<&Coverage> {
+        match self {
+            Painter::Flat(_) => None,
+            Painter::Lit(painter) => painter.coverage.as_ref(),
         }
     }
 
@@ -74,33 +126,36 @@ impl<'a> Painter<'a> {
         hits: &Hits,
         control: &Control,
         colors: &mut Colors,
-        rendered: &mut Rendered,
-    ) -> Result<()> {
+    ) -> Result<Painted> {
         let painter = match self {
             Painter::Flat(shader) => {
                 let start = Instant::now();
                 shader.shade(hits, colors)?;
-                rendered.shade += start.elapsed();
-                return Ok(());
+                return Ok(Painted { shade: start.elapsed(), ..Painted::default() });
             }
             Painter::Lit(painter) => painter,
         };
-        let LitPainter { lit, encoding, prepared, tracer, hits: of_samples } = &mut **painter;
-        if colors.encoding() != *encoding {
-            *colors = Colors::new(*encoding);
+        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples } = &mut **painter;
+        let style = *lit.style();
+        if colors.encoding() != style.encoding {
+            *colors = Colors::new(style.encoding);
         }
-        let mut shade = |samples: &Pixels, ids: &[u32], rendered: &mut Rendered| {
-            let start = Instant::now();
-            let counts = lit.shade(prepared, samples, ids, control, colors)?;
-            rendered.shade += start.elapsed();
-            rendered.shadow_rays.add(counts);
-            Ok(())
+        let mut painted = Painted::default();
+        let (samples, ids) = match tracer {
+            None => (*band, &hits.id),
+            Some(tracer) => {
+                let samples = band.samples(style.n_samples);
+                painted.timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
+                painted.counts = of_samples.counts;
+                (samples, &of_samples.id)
+            }
         };
-        let Some(tracer) = tracer else { return shade(band, &hits.id, rendered) };
-        let samples = band.samples(lit.n_samples());
-        rendered.timing.add(tracer.trace(&Rays::Pixels(samples), control, of_samples)?);
-        let StageCounts { f32, f64, exact } = of_samples.counts;
-        rendered.counts.add(StageCounts { f32, f64, exact });
-        shade(&samples, &of_samples.id, rendered)
+        let start = Instant::now();
+        painted.shadow_rays = lit.shade(prepared, &samples, ids, control, colors)?;
+        if let Some(coverage) = coverage {
+            *coverage = lit.coverage(&samples, ids);
+        }
+        painted.shade = start.elapsed();
+        Ok(painted)
     }
 }

@@ -76,7 +76,7 @@ impl<R, W: FnOnce(Means) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
                     sum[channel] += color[channel] * light[channel];
                 }
             }
-            let n = f64::from(job.lit.n_samples).powi(2);
+            let n = job.n_counted(pixel) as f64;
             sum.map(|part| part / n)
         })
     }

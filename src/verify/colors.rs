@@ -11,10 +11,9 @@ use crate::exact::ExactPixels;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray};
-use crate::render::Rendered;
 use crate::scene::{Edges, Scene};
 use crate::shade::{
-    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, add_sample, mean_divisor,
+    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, mean_divisor,
 };
 use crate::trace::Hits;
 use crate::tracer::Tracer;
@@ -51,9 +50,10 @@ impl Shown {
         let mut shown = Shown::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let tracer = tracer.as_deref_mut();
-            let mut painter = Painter::new(prepared, encoding, band, (n_samples, 0.0), tracer);
+            let style = Style { n_samples, ..Style::new(encoding) };
+            let mut painter = Painter::new(prepared, style, band, tracer);
             let mut colors = Colors::new(encoding);
-            painter.paint(band, hits, control, &mut colors, &mut Rendered::default())?;
+            painter.paint(band, hits, control, &mut colors)?;
             match colors {
                 Colors::Srgb8(pixels) => shown.srgb8 = pixels,
                 Colors::Srgb16(pixels) => shown.srgb16 = pixels,
