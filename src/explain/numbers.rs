@@ -95,13 +95,22 @@ pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root
         if let Some(Enclosure { low, high }) = found {
             let digits = |x: &Real| Root::from(x.clone()).to_decimal(MANY_DIGITS);
             if is_last || digits(&low) == digits(&high) {
-                return Root::ratio(low + high, 2);
+                return Root::from(simplest(&low, &high));
             }
         } else if is_last {
             return Root::from(Real::zero());
         }
         n_bits *= 2;
     }
+}
+
+/// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
+/// so few.
+fn simplest(low: &Real, high: &Real) -> Real {
+    const FEW_BITS: usize = FEWEST_BITS / 2;
+    let middle = (low + high) * real(0.5).unwrap_or_else(Real::one);
+    let near = Enclosure::of(&middle).to_bits(FEW_BITS);
+    [near.low, near.high].into_iter().find(|x| low <= x && x <= high).unwrap_or(middle)
 }
 
 /// `x·2^exponent`: a number for a scaled direction as one for the ray's own.

@@ -26,7 +26,7 @@ use crate::verify::samples_of_pixel;
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
 /// The names of the columns of the table, with the kernel of each.
-pub(super) const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
+const COLUMNS: [&str; 3] = ["f32 lecture", "f32 stable", "f64"];
 
 /// What the kernels `lecture`, `stable` and `double` make of the light; none where one sees another
 /// object.
@@ -513,7 +513,7 @@ fn place_of(source: Source) -> String {
     let vector = |v: DVec3| v.to_array().map(decimal_f64).join(", ");
     match source {
         Source::Point(position) => format!("at ({})", vector(position)),
-        Source::Sun(direction) => format!("a sun shining along ({})", vector(direction)),
+        Source::Sun(direction) => format!("a sun along ({})", vector(direction)),
         Source::Eye => "at the eye".into(),
     }
 }
