@@ -48,6 +48,13 @@ impl Plan {
         Style { encoding, n_samples, epsilon, background }
     }
 
+    /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
+    pub fn n_steps(&self, pixels: &Pixels, is_lit: bool) -> u64 {
+        let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(self.n_samples).pow(2));
+        let n_rays = if n_samples > 1 { 1 + n_samples } else { 1 };
+        n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
+    }
+
     /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)

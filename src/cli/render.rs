@@ -53,7 +53,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
-    let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
+    let progress = Progress::start(&args.talk, &run.control, plan.n_steps(&pixels, scene.is_lit()));
     let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);
 

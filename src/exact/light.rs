@@ -139,10 +139,10 @@ impl ExactPoint {
     pub fn residual(&self, shape: &Shape) -> Option<Root> {
         Some(match *shape {
             Shape::Sphere { center, radius } => {
-                self.off_sphere(&self.from_point(&real3(center)?), radius)?.over(&self.scale2())
+                self.off_sphere(&self.offset_from(&real3(center)?), radius)?.over(&self.scale2())
             }
             Shape::Plane { point, normal } => {
-                dot_real(&self.from_point(&real3(point)?), &real3(normal)?).over(&self.scale)
+                dot_real(&self.offset_from(&real3(point)?), &real3(normal)?).over(&self.scale)
             }
         })
     }
@@ -159,7 +159,7 @@ impl ExactPoint {
     /// Whether the point is at most `distance` away from another one. `None` where a number is not
     /// finite.
     pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
-        Some(self.off_sphere(&self.from_point(&real3(point)?), distance)?.signum() <= 0)
+        Some(self.off_sphere(&self.offset_from(&real3(point)?), distance)?.signum() <= 0)
     }
 
     /// `(scale·r)²`
@@ -169,7 +169,7 @@ impl ExactPoint {
     }
 
     /// `scale·(p − point)`
-    fn from_point(&self, point: &[Real; 3]) -> Surd3<'_> {
+    fn offset_from(&self, point: &[Real; 3]) -> Surd3<'_> {
         std::array::from_fn(|axis| {
             let base = &self.base[axis] - &(&point[axis] * &self.scale);
             Surd::new(base, self.root[axis].clone(), &self.radicand)
@@ -196,7 +196,7 @@ impl<'a> ExactBeam<'a> {
 
     /// To a point light. `None` where a number is not finite.
     pub fn to_position(point: &'a ExactPoint, position: DVec3) -> Option<ExactBeam<'a>> {
-        let way = point.from_point(&real3(position)?).map(|x| -x);
+        let way = point.offset_from(&real3(position)?).map(|x| -x);
         Some(ExactBeam::new(point, way, false))
     }
 
@@ -225,7 +225,7 @@ impl<'a> ExactBeam<'a> {
         let (outward, length2) = match *shape {
             Shape::Sphere { center, radius } => {
                 let r = real(radius)? * &self.point.scale;
-                (dot(&self.way, &self.point.from_point(&real3(center)?)), &r * &r)
+                (dot(&self.way, &self.point.offset_from(&real3(center)?)), &r * &r)
             }
             Shape::Plane { normal, .. } => {
                 let n = real3(normal)?;
@@ -281,7 +281,7 @@ impl<'a> ExactBeam<'a> {
 
     /// `B` and `C`.
     fn quadratic(&self, center: DVec3, radius: f64) -> Option<(Surd<'a>, Surd<'a>)> {
-        let v = self.point.from_point(&real3(center)?);
+        let v = self.point.offset_from(&real3(center)?);
         Some((dot(&self.way, &v), self.point.off_sphere(&v, radius)?))
     }
 
@@ -296,7 +296,7 @@ impl<'a> ExactBeam<'a> {
     /// `N` and `M`.
     fn quotient(&self, point: DVec3, normal: DVec3) -> Option<(Surd<'a>, Surd<'a>)> {
         let n = real3(normal)?;
-        let offset = -dot_real(&self.point.from_point(&real3(point)?), &n);
+        let offset = -dot_real(&self.point.offset_from(&real3(point)?), &n);
         Some((offset, dot_real(&self.way, &n)))
     }
 

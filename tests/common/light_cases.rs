@@ -179,7 +179,7 @@ fn source(rng: &mut impl Rng, scene: &Scene, pixels: &Pixels, target: Option<&Se
     };
     let mut coin = {
         let bits: u64 = rng.random();
-        move || bits % 2 == 0
+        move || bits.is_multiple_of(2)
     };
     match (rng.random_range(0..12), sphere) {
         // Past the silhouette of a sphere, as the target sees it.
