@@ -90,10 +90,9 @@ fn decide_side_by_side(
 }
 
 impl Settled {
-    /// A ray's object that f64 decided.
-    fn in_f64(id: u32) -> Settled {
-        let (t, normal) = MISS;
-        Settled { id, t, normal, level: Level::F64 }
+    /// A ray's object that f64 decided; its hit is not complete yet.
+    pub fn in_f64(id: u32) -> Settled {
+        Settled { id, t: 0.0, normal: [0.0; 3], level: Level::F64 }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
+mod in_f64;
 mod tile;
 mod walk;
 
@@ -21,6 +22,7 @@ use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, Timing, Wants};
 use crate::tracer::Tracer;
+pub use in_f64::propose_in_f64;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
@@ -225,7 +227,7 @@ fn others<F: Filter>(
     let sphere_id = |index: u32| hierarchy.rest[index as usize];
     // What follows them is no sphere.
     let spheres = &spheres[..hierarchy.rest.len()];
-    nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, widening)
+    nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, widening)
 }
 
 /// The loop over all rays.

@@ -91,7 +91,8 @@ impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
         }
     }
 
-    fn bytes(&self) -> (&[u8], &[u8]) {
+    /// The bytes of the spheres and those of the planes.
+    pub fn bytes(&self) -> (&[u8], &[u8]) {
         (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
     }
 }

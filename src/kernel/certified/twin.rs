@@ -29,7 +29,7 @@ impl<F: Filter> Twin for Certified<'_, F> {
         let n_spheres = spheres.len() as u32;
         let sphere_id = |index: u32| index + 1;
         let nearest =
-            nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
+            nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
         Hit { id: nearest.decide(), ..Hit::MISS }
     }
     #[inline(always)]
