@@ -68,6 +68,16 @@ pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
     n_rows.clamp(1, pixels.height.max(1))
 }
 
+/// [`band_rows`], and so few that the ids of all samples fit as well.
+pub fn sampled_band_rows(pixels: &Pixels, n_samples: u32, wants: Wants) -> u32 {
+    let n_rows = band_rows(pixels, wants);
+    if n_samples <= 1 {
+        return n_rows;
+    }
+    let of_samples = band_rows(&pixels.samples(n_samples), Wants::default());
+    n_rows.min(of_samples / n_samples).max(1)
+}
+
 /// Bytes of [`Hits`] for `n_rays` rays.
 pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     let surface = size_of::<f32>() + size_of::<[f32; 3]>();
@@ -91,11 +101,7 @@ pub fn plan(
     available: Available,
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
-    let mut n_band_rows = band_rows(pixels, wants);
-    if n_samples > 1 {
-        let of_samples = band_rows(&pixels.samples(n_samples), Wants::default());
-        n_band_rows = n_band_rows.min(of_samples / n_samples).max(1);
-    }
+    let mut n_band_rows = sampled_band_rows(pixels, n_samples, wants);
     let n_rays_each = if n_samples > 1 { u64::from(n_samples).pow(2) } else { 0 };
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);

@@ -1,18 +1,25 @@
 //! Results of a kernel against exact arithmetic, and the promises that they keep or break.
 
+mod colors;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::compare::{Comparison, Precision};
 use crate::control::Control;
 use crate::error::Result;
-use crate::exact::{self, ExactPixels, ExactRay, Shape};
+use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape};
 use crate::kernel::Exactness;
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
 use crate::rays::Pixels;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Ray};
+pub(crate) use colors::samples_of_pixel;
+pub use colors::{
+    COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, color_promise,
+    compare_colors, compare_colors_to_exact,
+};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
 /// 2⁻²⁹ of a step.
@@ -98,19 +105,24 @@ struct Near {
     ray: Ray,
 }
 
-/// Id, `t` and normal of the object that a ray sees, by exact arithmetic on every object that f64
-/// does not clearly rule out. No hierarchy: this is what one is judged by.
+/// Id, `t` and normal of the object that a ray sees.
 fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> (u32, f64, [f64; 3]) {
-    let objects = scene
-        .objects()
-        .filter(|(_, object)| !is_clearly_missed(near, object))
-        .map(|(id, object)| (id, Shape::from(object)));
-    let Some(hit) = exact::nearest(ray, objects) else {
+    let Some(hit) = hit_of(scene, ray, near) else {
         return (0, f64::INFINITY, [0.0; 3]);
     };
     let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
     let normal = normal.map_or([0.0; 3], |normal| normal.map(|component| component.to_f64()));
     (hit.id, hit.t_f64(), normal)
+}
+
+/// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
+/// hierarchy: this is what one is judged by.
+fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit> {
+    let objects = scene
+        .objects()
+        .filter(|(_, object)| !is_clearly_missed(near, object))
+        .map(|(id, object)| (id, Shape::from(object)));
+    exact::nearest(ray, objects)
 }
 
 /// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so

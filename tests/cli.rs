@@ -480,6 +480,54 @@ fn verify_on_the_cpu_takes_a_seeded_share() {
     assert!(text.text().contains("10 of 921600 pixels (seed 0)"), "{}", text.text());
 }
 
+/// A lit scene of two samples a side: bytes and floats of both devices.
+fn lit_scene(folder: &TempDir) -> String {
+    let path = file(folder, "lit.toml");
+    let text = r##"
+        ambient = 0.1
+        image = { width = 40, height = 24, samples = 2 }
+        camera = { position = [0, 1.5, 5], look_at = [0, 0.5, 0] }
+        light = [{ position = [4, 6, 3], intensity = 0.9 }]
+        sky = { intensity = 0.25, directions = 3 }
+        sphere = [{ center = [0, 1, 0], radius = 1, color = "#d62728" }]
+        plane = [{ point = [0, 0, 0], normal = [0, 1, 0], color = "#bbbbbb" }]
+    "##;
+    fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn verify_compares_the_colours_of_lit_pictures() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    let scene = lit_scene(&folder);
+    let json = run(&["verify", &scene, "--all-kernels", "--json"], 0).json();
+    let pixels = 40 * 24;
+    assert_eq!(json["samples"], pixels);
+    for kernel in json["kernels"].as_array().unwrap() {
+        let colors = &kernel["colors"];
+        let exact = &colors["against_exact"];
+        let all = [&colors["gpu_against_cpu"], &exact["gpu"], &exact["cpu"]];
+        assert!(all.iter().all(|found| found["pixels"] == pixels), "{colors}");
+        let equal = serde_json::json!(
+            {"pixels": pixels, "srgb8": 0, "srgb16": 0, "linear": 0, "first": null}
+        );
+        let is_certified = kernel["kernel"] == "certified";
+        // Kernels without a proof have other floats: a comparison that finds none compares nothing.
+        assert_eq!(all[1..].iter().all(|found| **found == equal), is_certified, "{colors}");
+        let promise = kernel["promise"].as_str().unwrap();
+        assert_eq!(promise.contains("every byte"), is_certified, "{promise}");
+    }
+    let some = run(&["verify", &scene, "--device", "cpu", "--samples", "50", "--json"], 0).json();
+    let colors = &some["kernels"][0]["colors"];
+    assert_eq!(colors["gpu_against_cpu"], Value::Null);
+    assert_eq!(colors["against_exact"]["cpu"]["pixels"], 50);
+    let text = run(&["verify", &scene, "--size", "20x12"], 0);
+    for expected in ["colours, GPU against CPU", "colours against exact", "every float"] {
+        assert!(text.text().contains(expected), "{expected}: {}", text.text());
+    }
+}
+
 #[test]
 fn check_says_what_a_scene_costs() {
     let json = run(&["check", &scene("figure1"), "--size", "1920x1080", "--json"], 0).json();

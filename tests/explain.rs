@@ -8,14 +8,17 @@ use std::sync::Arc;
 
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
+use kugelblitz::Session;
+use kugelblitz::device::Device;
 use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
     Approximation, DEFAULT_OBJECTS, Explanation, ObjectExplanation, Quantity, Reason, explain,
     latex,
 };
+use kugelblitz::explain::{LightExplanation, Shading, Verdict};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Projection, Scene, read_scene};
-use kugelblitz::trace::{Ray, Rays};
+use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, read_scene};
+use kugelblitz::trace::{Kernel, Ray, Rays};
 use program::scene_file as file;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -62,7 +65,11 @@ fn assert_written(explanation: &Explanation) {
     }
     assert_eq!(depth, 0, "{latex}");
     let count = |what: &str| latex.matches(what).count();
-    assert_eq!(count(r"\begin{align*}"), explanation.objects.len() + 1);
+    let lit = explanation.shading.as_ref().filter(|shading| shading.point.is_some());
+    let n_lit = lit.map_or(0, |shading| {
+        2 + shading.lights.iter().filter(|light| !light.quantities.is_empty()).count()
+    });
+    assert_eq!(count(r"\begin{align*}"), explanation.objects.len() + 1 + n_lit);
     assert_eq!(count(r"\begin{align*}"), count(r"\end{align*}"));
     let math = latex.lines().filter(|line| !line.starts_with('%'));
     for line in math.filter(|line| !line.is_empty() && !line.ends_with("{align*}")) {
@@ -403,6 +410,13 @@ fn no_line_is_wider_than_100_columns() {
                 let name = "a name with \u{1b}[31m colour\n and no end ".repeat(9);
                 scene.spheres.set_name(index, name);
             }
+            of_ray(scene.clone(), origin.to_array(), direction.to_array());
+            scene.lights = vec![
+                light(Source::Point(vector()), 1e-30),
+                light(Source::Sun(vector()), -number(&mut rng).abs()),
+                light(Source::Eye, 1.0),
+            ];
+            scene.sky = Some(Sky { intensity: 0.5, directions: 9 });
             of_ray(scene, origin.to_array(), direction.to_array());
         }
     }
@@ -430,6 +444,268 @@ fn the_nearest_come_first_and_twenty_are_enough() {
     assert_eq!(ids(Some(DEFAULT_OBJECTS)), all[..20]);
     let shown = text(&explain(&scene, &rays, Some(DEFAULT_OBJECTS)).unwrap());
     assert!(shown.contains("Left out: 10 more of 30 objects"), "{shown}");
+}
+
+fn light(source: Source, intensity: f64) -> Light {
+    Light { source, color: Color([1.0; 3]), intensity, shadows: true }
+}
+
+/// A floor under the ray, which sees its origin. Light 1 comes from (3, 4, 0): `n·ω` = 4/5, and gives
+/// 0.4. Light 2 shines up. Light 3 at (0, 8, 6) is hidden behind a ball of radius 1 at (0, 4, 3), half
+/// way, which is 5 away: s = (5 − 1)/10. Light 4 lies in the floor, light 5 is black, light 6 is red, at
+/// the eye, and falls straight down.
+fn six_lights() -> Scene {
+    let mut lit = scene(vec![sphere(DVec3::new(0.0, 4.0, 3.0), 1.0)], vec![]);
+    lit.planes = vec![plane(DVec3::ZERO, DVec3::Y * 2.0)];
+    lit.planes[0].color = Color([0.5, 0.25, 1.0]);
+    lit.ambient = Some(Color([0.125; 3]));
+    lit.lights = vec![
+        light(Source::Point(DVec3::new(3.0, 4.0, 0.0)), 0.5),
+        light(Source::Sun(DVec3::Y), 1.0),
+        light(Source::Point(DVec3::new(0.0, 8.0, 6.0)), 1.0),
+        light(Source::Point(DVec3::new(0.0, 0.0, 5.0)), 1.0),
+        light(Source::Point(DVec3::Y), 0.0),
+        Light { color: Color([1.0, 0.0, 0.0]), ..light(Source::Eye, 0.25) },
+    ];
+    lit
+}
+
+fn shading(explanation: &Explanation) -> &Shading {
+    explanation.shading.as_ref().unwrap()
+}
+
+fn exact_of<'a>(quantities: &'a [Quantity], symbol: &str) -> Option<&'a str> {
+    let row = quantities.iter().find(|row| row.symbol == symbol)?;
+    Some(row.exact.as_ref()?.decimal.as_str())
+}
+
+#[track_caller]
+fn assert_light(light: &LightExplanation, verdict: Verdict, why: &str, numbers: [Option<&str>; 3]) {
+    assert_eq!((&light.verdict, &light.why[..]), (&verdict, &[why.to_owned()][..]));
+    let found = ["n·ω", "s", "I·n·ω"].map(|symbol| exact_of(&light.quantities, symbol));
+    assert_eq!(found, numbers, "{}", light.name);
+}
+
+#[test]
+fn light_has_the_numbers_calculated_by_hand() {
+    let explanation = of_ray(six_lights(), [0.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
+    let shading = shading(&explanation);
+    let point = &shading.point.as_ref().unwrap().quantities;
+    for (symbol, expected) in
+        [("p.x", "0"), ("p.y", "0"), ("f(p)", "0"), ("n.x", "0"), ("n.y", "1")]
+    {
+        assert_eq!(exact_of(point, symbol), Some(expected), "{symbol}");
+    }
+    let [one, two, three, four, five, six] = &shading.lights[..] else { panic!("six lights") };
+    assert_eq!((one.name.as_str(), one.place.as_str()), ("light 1", "at (3, 4, 0)"));
+    assert_eq!(two.place, "a sun along (0, 1, 0)");
+    let counts = "nothing is in its way: it counts";
+    assert_light(one, Verdict::Counts, counts, [Some("0.8"), None, Some("0.4")]);
+    let behind = "behind the surface: n·ω < 0";
+    assert_light(two, Verdict::Behind, behind, [Some("-1"), None, Some("0")]);
+    let hidden = "in its way: sphere 1, s = 0.4";
+    let by = Verdict::Hidden { by: 1 };
+    assert_light(three, by, hidden, [Some("0.8"), Some("0.4"), Some("0")]);
+    let grazing = "n·ω = 0: it gives nothing";
+    assert_light(four, Verdict::Grazing, grazing, [Some("0"), None, Some("0")]);
+    assert_light(five, Verdict::Dark, "it gives no light", [None; 3]);
+    let eye = "what the eye sees is lit from there: it counts";
+    assert_light(six, Verdict::Counts, eye, [Some("1"), None, None]);
+    assert_eq!(exact_of(&six.quantities, "red"), Some("0.25"));
+    assert_eq!(exact_of(&six.quantities, "green"), Some("0"));
+    for (symbol, expected) in [("w.x", "0"), ("w.y", "8"), ("w.z", "6")] {
+        assert_eq!(exact_of(&three.quantities, symbol), Some(expected));
+    }
+    // color × (ambient + Σ): ½·(⅛ + 0.4 + ¼), ¼·(⅛ + 0.4), 1·(⅛ + 0.4)
+    let values =
+        [("red", 0.3875, "0.3875"), ("green", 0.13125, "0.13125"), ("blue", 0.525, "0.525")];
+    for ((name, value, decimal), channel) in values.into_iter().zip(&shading.color.channels) {
+        assert_eq!(exact_of(&shading.color.quantities, name), Some(decimal));
+        assert_eq!(channel.name, name);
+        assert_eq!(channel.byte, Color([value; 3]).to_srgb8()[0]);
+        let [low, high] = channel.range;
+        let away: f64 = channel.from_edge.decimal.parse().unwrap();
+        assert!((away - (value - low).min(high - value)).abs() < 1e-15, "{channel:?}");
+    }
+    assert!(shading.sky.is_none() && shading.mean.is_none());
+    for row in point.iter().chain(shading.lights.iter().flat_map(|light| &light.quantities)) {
+        let f64 = row.f64.and_then(|entry| entry.value);
+        assert!(row.symbol == "s" || f64.is_some(), "{}", row.symbol);
+    }
+}
+
+#[test]
+fn light_reads_as_in_a_lecture() {
+    let explanation = of_ray(six_lights(), [0.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
+    let shown = text(&explanation);
+    for expected in [
+        "
+The point that the ray sees
+  p = o + t·d = (0, 0, 0)
+  f(p) = (p − a)·n = 0
+  n = (0, 1, 0)
+",
+        "
+light 1, at (3, 4, 0)
+  → nothing is in its way: it counts
+  w = l − p = (3, 4, 0)
+  n·ω = n·w / |w| = 0.8
+  I·n·ω = (0.5, 0.5, 0.5)·0.8 = (0.4, 0.4, 0.4)
+",
+        "
+light 3, at (0, 8, 6)
+  → in its way: sphere 1, s = 0.4
+  w = l − p = (0, 8, 6)
+  n·ω = n·w / |w| = 0.8, s = 0.4
+",
+        "
+light 5, at (0, 1, 0)
+  → it gives no light
+
+light 6, at the eye
+",
+        "  red = color × (ambient + Σ I·n·ω) = 0.5·(0.125 + 0.65) = 0.3875\n",
+        "  → red is byte 167, which stands for 0.383873 to 0.388996: 0.001496 from its edge\n",
+    ] {
+        assert!(shown.contains(expected), "{expected}\n{shown}");
+    }
+    let lines = latex::latex(&explanation);
+    for line in [
+        r"% light 3, at (0, 8, 6): in its way: sphere 1, s = 0.4",
+        r"\vec{n} \cdot \vec{\omega} &= \frac{\vec{n} \cdot \vec{w}}{|\vec{w}|} = 0.8, \quad s = 0.4",
+        r"\vec{w} &= \vec{l} - \vec{p} = (0,\ 8,\ 6) \\",
+        r"% the ray: bytes 167, 101, 192",
+    ] {
+        assert!(lines.lines().any(|other| other == line), "{line}\n{lines}");
+    }
+}
+
+/// The way from the origin to (0, 8, 6) has the length 10. Balls around points of its line: the roots
+/// are where it leaves or enters them, the one that counts the smallest in 0..1.
+#[test]
+fn what_is_in_the_way_has_its_root() {
+    let along = |distance: f64, radius| sphere(DVec3::new(0.0, 0.8, 0.6) * distance, radius);
+    let floor = plane(DVec3::ZERO, DVec3::Y);
+    let cases: [(&str, Vec<_>, Vec<_>, &str); 7] = [
+        ("before both ends", vec![along(5.0, 2.0)], vec![], "sphere 1, s = 0.3"),
+        ("around the light", vec![along(9.0, 2.0)], vec![], "sphere 1, s = 0.7"),
+        ("around the point, to the light", vec![along(0.5, 2.0)], vec![], "sphere 1, s = 0.25"),
+        ("around the point, away", vec![along(-0.5, 2.0)], vec![], "sphere 1, s = 0.15"),
+        ("through the point", vec![along(2.5, 2.5)], vec![], "sphere 1, s = 0.5"),
+        ("a ceiling", vec![], vec![plane(DVec3::Y * 2.0, -DVec3::Y)], "plane 2, s = 0.25"),
+        (
+            "the first of three",
+            vec![along(6.0, 1.0), along(4.0, 1.0), along(4.0, 1.0)],
+            vec![],
+            "sphere 2, s = 0.3",
+        ),
+    ];
+    for (what, spheres, mut planes, expected) in cases {
+        planes.insert(0, floor.clone());
+        let mut lit = scene(spheres, planes);
+        lit.lights = vec![light(Source::Point(DVec3::new(0.0, 8.0, 6.0)), 1.0)];
+        let explanation = of_ray(lit, [0.0, 0.25, 0.0], [0.0, -1.0, 0.0]);
+        let [light] = &shading(&explanation).lights[..] else { panic!("one light") };
+        assert_eq!(light.why[0], format!("in its way: {expected}"), "{what}");
+    }
+    // From inside, the own wall is in the way of a light outside.
+    let mut lit = scene(vec![sphere(DVec3::ZERO, 5.0)], vec![]);
+    lit.lights = vec![light(Source::Point(DVec3::Y * 15.0), 1.0)];
+    let explanation = of_ray(lit, [0.0; 3], [0.0, -1.0, 0.0]);
+    assert_eq!(shading(&explanation).lights[0].why[0], "in its way: sphere 1, s = 0.5");
+}
+
+/// A sphere on a floor, from inside a room, under a sky: all that a picture shows is explained.
+fn lit_picture(samples: u32) -> Scene {
+    let ball = sphere(DVec3::new(0.0, 1.0, 0.0), 1.0);
+    let mut lit = scene(vec![ball, sphere(DVec3::new(1.4, 0.4, 0.3), 0.4)], vec![]);
+    lit.planes = vec![plane(DVec3::ZERO, DVec3::Y)];
+    lit.camera = Some(common::camera(DVec3::new(0.0, 1.5, 5.0), DVec3::new(0.2, 0.6, 0.0)));
+    lit.background = Color([0.2, 0.3, 0.4]);
+    lit.lights = vec![
+        Light {
+            color: Color([1.0, 0.8, 0.6]),
+            ..light(Source::Point(DVec3::new(4.0, 6.0, 3.0)), 0.7)
+        },
+        Light { shadows: false, ..light(Source::Sun(DVec3::new(1.0, -2.0, 0.5)), 0.2) },
+    ];
+    lit.sky = Some(Sky { intensity: 0.3, directions: 7 });
+    lit.samples = Some(samples);
+    lit
+}
+
+#[test]
+fn the_byte_explained_is_the_byte_shown() {
+    let mut n_hidden = [0; 2];
+    for samples in [1, 3] {
+        let scene = Arc::new(lit_picture(samples));
+        let (width, height) = (40, 30);
+        let mut session = Session::new(Arc::clone(&scene), Device::Cpu, Kernel::Certified);
+        let picture = session.render(width, height).unwrap();
+        let whole = session.pixels(width, height).unwrap();
+        for index in (0..picture.srgb8.len()).step_by(17) {
+            let (x, y) = whole.xy(index);
+            let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
+            let explanation = explain(&scene, &rays, None).unwrap();
+            assert_written(&explanation);
+            let shading = shading(&explanation);
+            assert_eq!(shading.mean.is_some(), samples > 1);
+            let shown = shading.mean.as_ref().map_or(&shading.color, |mean| &mean.color);
+            let bytes = shown.channels.each_ref().map(|channel| channel.byte);
+            assert_eq!(bytes, picture.srgb8[index], "({x}, {y})");
+            assert_eq!(shading.point.is_some(), picture.hits.id[index] > 0);
+            if let Some(sky) = &shading.sky {
+                assert_eq!(sky.counting + sky.behind + sky.hidden, 7);
+                n_hidden[0] += sky.hidden;
+            }
+            let is_hidden =
+                |light: &&LightExplanation| matches!(light.verdict, Verdict::Hidden { .. });
+            n_hidden[1] += shading.lights.iter().filter(is_hidden).count();
+        }
+    }
+    assert!(n_hidden.iter().all(|n| *n > 5), "{n_hidden:?}");
+}
+
+#[test]
+fn without_light_nothing_is_said_of_it() {
+    let explanation = of_pixel("figure5", 640, 360);
+    assert!(explanation.shading.is_none());
+    assert!(serde_json::to_value(&explanation).unwrap().get("shading").is_none());
+    // Samples alone have a mean and its bytes.
+    let scene = Arc::new(Scene { lights: vec![], sky: None, ..lit_picture(2) });
+    let view = View::new(scene.camera.as_ref().unwrap());
+    let whole = Pixels::whole(view, 40, 30);
+    let rays = Rays::Pixels(Pixels { x: 20, y: 15, width: 1, height: 1, ..whole });
+    let explanation = explain(&scene, &rays, None).unwrap();
+    assert_written(&explanation);
+    let shading = shading(&explanation);
+    assert!(shading.point.is_none() && shading.lights.is_empty() && shading.mean.is_some());
+}
+
+/// What f32 makes of a shadow without an epsilon is told where it is wrong.
+#[test]
+fn a_surface_in_its_own_light_is_told() {
+    let mut lit = scene(vec![sphere(DVec3::new(0.1, 0.2, -7.3), 1.0)], vec![]);
+    lit.lights = vec![light(Source::Point(DVec3::new(5.0, 7.0, 3.0)), 1.0)];
+    let scene = Arc::new(lit);
+    let (mut n_right, mut n_wrong) = (0, 0);
+    for step in 0..40 {
+        let x = 0.02 * f64::from(step) - 0.2;
+        let explanation = explain(&scene, &ray([0.0; 3], [x * 0.1, 0.05, -1.0]), None).unwrap();
+        let shading = shading(&explanation);
+        let [light] = &shading.lights[..] else { panic!("one light") };
+        assert_eq!(light.verdict, Verdict::Counts);
+        let is_wrong = light
+            .why
+            .iter()
+            .any(|why| why == "wrong in f32 lecture, which has sphere 1 in its way");
+        let s = light.quantities.iter().find(|row| row.symbol == "s");
+        assert_eq!(is_wrong, s.is_some_and(|s| s.lecture.is_some_and(|s| s.value.is_some())));
+        let shadowed = shading.color.why.iter().any(|why| why.contains("f32 lecture"));
+        assert_eq!(is_wrong, shadowed, "{:?}", shading.color);
+        *(if is_wrong { &mut n_wrong } else { &mut n_right }) += 1;
+    }
+    assert!(n_right > 0 && n_wrong > 0, "{n_right}, {n_wrong}");
 }
 
 #[track_caller]

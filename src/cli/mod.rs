@@ -171,13 +171,15 @@ pub struct RenderArgs {
 /// Compare GPU, CPU and exact arithmetic, pixel by pixel
 ///
 /// Exact arithmetic takes some microseconds a pixel and object: with --size 320x180 a look at all
-/// pixels is quick. Exit code 6 where a kernel breaks what it promises.
+/// pixels is quick. Of scenes with light, and of pixels with several samples, bytes (8 and 16 bits)
+/// and linear floats are compared as well: the exact ones take some microseconds for each sample and
+/// light. Exit code 6 where a kernel breaks what it promises.
 #[derive(Args)]
 pub struct VerifyArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
     /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
-    /// fewer where there are very many objects]
+    /// fewer where there are very many objects, lights or samples]
     #[arg(long, value_name = "N")]
     pub samples: Option<usize>,
     /// Seed of the random draw
@@ -235,7 +237,8 @@ pub struct TraceArgs {
 ///
 /// For each object: a, b, k, D and the roots (for a plane the quotient) in f32 as the kernels
 /// lecture and stable calculate them, in f64 and exactly, with the error of each; why the object is
-/// seen or not; and what every kernel shows, on the GPU too.
+/// seen or not; and what every kernel shows, on the GPU too. With light in the scene also the point
+/// that is seen, each light's way to it, n·ω and what is in its way, and the sum with its bytes.
 #[derive(Args)]
 pub struct ExplainArgs {
     /// Scene file (TOML)

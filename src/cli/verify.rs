@@ -9,11 +9,15 @@ use kugelblitz::device::Device;
 use kugelblitz::memory;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{band_rows, bands, hits_bytes};
+use kugelblitz::render::{bands, hits_bytes, sampled_band_rows};
 use kugelblitz::scene::Scene;
+use kugelblitz::shade::{Encoding, Lighting};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
 use kugelblitz::verify::{
-    AgainstExact, SAMPLE_BYTES, Truth, broken_promises, compare_to_exact, promise, sample,
+    AgainstExact, COLOR_BYTES, ColorDifferences, ColorTruth, SAMPLE_BYTES, Shown, Truth,
+    broken_color_promises, broken_promises, color_promise, compare_colors, compare_colors_to_exact,
+    compare_to_exact, promise, sample,
 };
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -26,8 +30,46 @@ use super::render::size;
 use super::{Run, VerifyArgs, scene};
 
 /// Pixels that are compared with exact arithmetic without --samples: as many as take some seconds.
-fn default_samples(n_objects: usize) -> usize {
-    ((1 << 31) / n_objects.max(1)).clamp(1 << 10, 1 << 16)
+fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
+    let n_work = scene.n_objects().max(1);
+    match colors {
+        None => ((1 << 31) / n_work).clamp(1 << 10, 1 << 16),
+        Some(colors) => {
+            let n_ways = colors.ways_of_pixel();
+            ((1 << 31) / (n_work * n_ways)).min((1 << 20) / n_ways).clamp(1 << 6, 1 << 16)
+        }
+    }
+}
+
+/// What the colours of a lit or sampled picture are made from.
+#[derive(Clone, Copy)]
+struct InColor {
+    /// Samples across and down a pixel.
+    n_samples: u32,
+    n_lamps: usize,
+}
+
+impl InColor {
+    /// `None` where each pixel has the colour of its object.
+    fn new(scene: &Scene, pixels: &Pixels) -> Option<InColor> {
+        let n_samples = scene.samples.unwrap_or(1);
+        let lighting = Lighting::new(scene, &pixels.view);
+        let n_lamps = lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
+        (n_samples > 1 || lighting.is_some()).then_some(InColor { n_samples, n_lamps })
+    }
+
+    /// Rays and ways to lamps.
+    fn ways_of_pixel(&self) -> usize {
+        (self.n_samples * self.n_samples) as usize * (1 + self.n_lamps)
+    }
+
+    /// Rays that are traced for the colours of a pixel, once for each encoding.
+    fn rays_of_pixel(&self) -> usize {
+        match self.n_samples {
+            1 => 0,
+            n => 3 * (n * n) as usize,
+        }
+    }
 }
 
 const WANTS: Wants = Wants { surface: true, level: false };
@@ -47,25 +89,43 @@ struct Summary {
 #[derive(Serialize)]
 struct OfKernel {
     kernel: &'static str,
-    promise: &'static str,
+    promise: String,
     /// `null` where only the CPU traced.
     gpu_against_cpu: Option<Comparison>,
-    against_exact: AgainstExactOn,
+    against_exact: OnBoth<AgainstExact>,
+    /// Of lit or sampled pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colors: Option<ColorsOfKernel>,
     broken: Vec<String>,
 }
 
 #[derive(Serialize)]
-struct AgainstExactOn {
-    gpu: Option<AgainstExact>,
-    cpu: AgainstExact,
+struct ColorsOfKernel {
+    gpu_against_cpu: Option<ColorDifferences>,
+    against_exact: OnBoth<ColorDifferences>,
+}
+
+/// Results of both devices; `null` where only the CPU traced.
+#[derive(Serialize)]
+struct OnBoth<T> {
+    gpu: Option<T>,
+    cpu: T,
+}
+
+/// What is true of a band's part of the samples.
+struct TruthOfBand {
+    band: Pixels,
+    rays: Truth,
+    colors: Option<ColorTruth>,
 }
 
 /// Compares the devices with each other and with exact arithmetic.
 pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
-    let n_samples = args.samples.unwrap_or_else(|| default_samples(scene.n_objects()));
-    refuse_what_cannot_fit(&pixels, n_samples)?;
+    let colors = InColor::new(&scene, &pixels);
+    let n_samples = args.samples.unwrap_or_else(|| default_samples(&scene, colors.as_ref()));
+    refuse_what_cannot_fit(&pixels, n_samples, colors)?;
     let only = (!args.all_kernels).then_some(args.kernel.kernel);
     let device = device::open(&args.device.device, only, &args.talk)?;
     run.control.check()?;
@@ -73,14 +133,17 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     let kernels = only.map_or(Kernel::ALL.to_vec(), |kernel| vec![kernel]);
     let n_samples = n_samples.min(pixels.len());
     let n_devices = if device.facts().is_some() { 2 } else { 1 };
-    let n_rays = (pixels.len() * n_devices * kernels.len() + n_samples) as u64;
+    let rays_of_pixel = 1 + colors.map_or(0, |colors| colors.rays_of_pixel());
+    let n_truths = n_samples * if colors.is_some() { 2 } else { 1 };
+    let n_rays = (pixels.len() * rays_of_pixel * n_devices * kernels.len() + n_truths) as u64;
     let progress = Progress::start(&args.talk, &run.control, n_rays);
     let samples = sample(pixels.len(), n_samples, args.seed);
-    let truths = truths(&scene, &pixels, &samples, &run.control)?;
+    let truths = truths(&scene, &pixels, colors, &samples, &run.control)?;
     let mut results = Vec::new();
     for kernel in kernels {
         let device = device::or_cpu(&device, kernel, &args.talk);
-        results.push(of_kernel(&scene, &pixels, kernel, device, &truths, &run.control)?);
+        let work = Work { scene: &scene, pixels: &pixels, colors, truths: &truths };
+        results.push(of_kernel(&work, kernel, device, &run.control)?);
     }
     drop(progress);
 
@@ -120,67 +183,132 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
 fn truths(
     scene: &Scene,
     pixels: &Pixels,
+    colors: Option<InColor>,
     samples: &[usize],
     control: &Control,
-) -> Result<Vec<Truth>> {
+) -> Result<Vec<TruthOfBand>> {
     let mut rest = samples;
     let mut first_ray = 0;
-    bands(pixels, band_rows(pixels, WANTS))
+    bands(pixels, n_band_rows(pixels, colors))
         .map(|band| {
             let end = rest.partition_point(|&index| index < first_ray + band.len());
-            let index = rest[..end].iter().map(|index| index - first_ray).collect();
+            let index: Vec<usize> = rest[..end].iter().map(|index| index - first_ray).collect();
             rest = &rest[end..];
             first_ray += band.len();
-            Truth::of_pixels(scene, &band, index, control)
+            let of_colors = |InColor { n_samples, .. }| {
+                ColorTruth::of_pixels(scene, &band, n_samples, index.clone(), control)
+            };
+            let colors = colors.map(of_colors).transpose()?;
+            Ok(TruthOfBand { band, rays: Truth::of_pixels(scene, &band, index, control)?, colors })
         })
         .collect()
 }
 
-fn of_kernel(
-    scene: &Arc<Scene>,
-    pixels: &Pixels,
-    kernel: Kernel,
-    device: &Device,
-    truths: &[Truth],
-    control: &Control,
-) -> Result<OfKernel> {
-    let rays = Rays::Pixels(*pixels);
+fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
+    sampled_band_rows(pixels, colors.map_or(1, |colors| colors.n_samples), WANTS)
+}
+
+/// What is verified, and what is true of it.
+struct Work<'a> {
+    scene: &'a Arc<Scene>,
+    pixels: &'a Pixels,
+    colors: Option<InColor>,
+    truths: &'a [TruthOfBand],
+}
+
+/// The tracers of a device: of the pixels, and of their samples where there are several.
+struct Tracers {
+    pixels: Box<dyn Tracer>,
+    samples: Option<Box<dyn Tracer>>,
+}
+
+impl Tracers {
+    fn new(device: &Device, prepared: &Arc<Prepared>, of_samples: &Arc<Prepared>) -> Result<Self> {
+        let samples = (!Arc::ptr_eq(prepared, of_samples))
+            .then(|| Ok::<_, Error>(device.tracer(of_samples, Wants::default())?.tracer))
+            .transpose()?;
+        Ok(Tracers { pixels: device.tracer(prepared, WANTS)?.tracer, samples })
+    }
+}
+
+fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) -> Result<OfKernel> {
+    let Work { scene, pixels, colors, truths } = *work;
+    let (scene, rays) = (Arc::clone(scene), Rays::Pixels(*pixels));
     let prepared = Arc::new(Prepared::new_with(scene.clone(), kernel, &rays, control)?);
-    let mut cpu = Device::Cpu.tracer(&prepared, WANTS)?.tracer;
+    let of_samples = match colors.map_or(1, |colors| colors.n_samples) {
+        1 => Arc::clone(&prepared),
+        n => {
+            let rays = Rays::Pixels(pixels.samples(n));
+            Arc::new(Prepared::renewed(Some(&prepared), scene, kernel, &rays, control)?)
+        }
+    };
+    let mut cpu = Tracers::new(&Device::Cpu, &prepared, &of_samples)?;
     let is_on_gpu = device.facts().is_some();
-    let mut gpu = is_on_gpu.then(|| device.tracer(&prepared, WANTS)).transpose()?;
+    let mut gpu = is_on_gpu.then(|| Tracers::new(device, &prepared, &of_samples)).transpose()?;
     let mut parity = is_on_gpu.then(Comparison::default);
-    let mut exact =
-        AgainstExactOn { gpu: is_on_gpu.then(AgainstExact::default), cpu: AgainstExact::default() };
+    let mut exact = OnBoth::<AgainstExact>::new(is_on_gpu);
+    let mut shown = colors.map(|_| ColorsOfKernel {
+        gpu_against_cpu: is_on_gpu.then(ColorDifferences::default),
+        against_exact: OnBoth::new(is_on_gpu),
+    });
     let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
     let mut first_ray = 0;
-    for (band, truth) in bands(pixels, band_rows(pixels, WANTS)).zip(truths) {
-        let rays = Rays::Pixels(band);
-        cpu.trace(&rays, control, &mut on_cpu)?;
+    for TruthOfBand { band, rays: truth, colors: true_colors } in truths {
+        let rays = Rays::Pixels(*band);
+        cpu.pixels.trace(&rays, control, &mut on_cpu)?;
         exact.cpu.add(&compare_to_exact(&on_cpu, truth), first_ray);
         if let Some(gpu) = &mut gpu {
-            gpu.tracer.trace(&rays, control, &mut on_gpu)?;
+            gpu.pixels.trace(&rays, control, &mut on_gpu)?;
             let against = compare_to_exact(&on_gpu, truth);
             exact.gpu.get_or_insert_default().add(&against, first_ray);
             parity.get_or_insert_default().add(&compare(&on_gpu, &on_cpu), first_ray);
         }
+        if let (Some(shown), Some(truth), Some(colors)) = (&mut shown, true_colors, colors) {
+            let painted = |hits: &Hits, tracers: &mut Tracers| {
+                let tracer = tracers.samples.as_deref_mut();
+                Shown::painted(&of_samples, band, colors.n_samples, hits, tracer, control)
+            };
+            let of_cpu = painted(&on_cpu, &mut cpu)?;
+            let against = compare_colors_to_exact(&of_cpu, truth);
+            shown.against_exact.cpu.add(&against, first_ray);
+            if let Some(gpu) = &mut gpu {
+                let of_gpu = painted(&on_gpu, gpu)?;
+                let against = compare_colors_to_exact(&of_gpu, truth);
+                shown.against_exact.gpu.get_or_insert_default().add(&against, first_ray);
+                let parity = shown.gpu_against_cpu.get_or_insert_default();
+                parity.add(&compare_colors(&of_gpu, &of_cpu), first_ray);
+            }
+        }
         first_ray += band.len();
     }
     let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
+    let mut broken = broken_promises(kernel, bit_equal, parity.as_ref(), &exact.rows());
+    if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = &shown {
+        let parity = gpu_against_cpu.as_ref();
+        broken.extend(broken_color_promises(kernel, parity, &against_exact.rows()));
+    }
     Ok(OfKernel {
         kernel: kernel.name(),
         promise: match is_on_gpu || kernel == Kernel::Certified {
-            true => promise(kernel, bit_equal),
-            false => "nothing that the CPU alone can show",
+            true => {
+                let of_colors = shown.as_ref().and_then(|_| color_promise(kernel));
+                promise(kernel, bit_equal).to_owned() + of_colors.unwrap_or_default()
+            }
+            false => "nothing that the CPU alone can show".into(),
         },
-        broken: broken_promises(kernel, bit_equal, parity.as_ref(), &exact.rows()),
+        broken,
         gpu_against_cpu: parity,
         against_exact: exact,
+        colors: shown,
     })
 }
 
-impl AgainstExactOn {
-    fn rows(&self) -> Vec<(&'static str, &AgainstExact)> {
+impl<T: Default> OnBoth<T> {
+    fn new(is_on_gpu: bool) -> OnBoth<T> {
+        OnBoth { gpu: is_on_gpu.then(T::default), cpu: T::default() }
+    }
+
+    fn rows(&self) -> Vec<(&'static str, &T)> {
         let gpu = self.gpu.as_ref().map(|against| ("GPU", against));
         gpu.into_iter().chain([("CPU", &self.cpu)]).collect()
     }
@@ -226,6 +354,7 @@ fn table(results: &[OfKernel]) -> String {
             );
         }
     }
+    text += &color_table(results);
     text.push('\n');
     for result in results {
         let kept = if result.broken.is_empty() { "kept" } else { "BROKEN" };
@@ -234,11 +363,67 @@ fn table(results: &[OfKernel]) -> String {
     text
 }
 
+/// Pixels whose colours differ; empty where there are no colours to compare.
+fn color_table(results: &[OfKernel]) -> String {
+    let with_colors: Vec<_> = results
+        .iter()
+        .filter_map(|result| Some((result.kernel, result.colors.as_ref()?)))
+        .collect();
+    let line = |name: &str, cells: [String; 4]| {
+        let [pixels, srgb8, srgb16, linear] = cells;
+        format!("{name:<24} {pixels:>7} {srgb8:>16} {srgb16:>12} {linear:>13}\n")
+    };
+    let head = |name, differ: &str| {
+        let columns = ["in 8 bits", "in 16", "floats"].map(|what| format!("{differ} {what}"));
+        let [srgb8, srgb16, linear] = columns;
+        format!("\n{}", line(name, ["pixels".into(), srgb8, srgb16, linear]))
+    };
+    let row = |name: &str, found: &ColorDifferences| {
+        let ColorDifferences { pixels, srgb8, srgb16, linear, .. } = found;
+        line(name, [pixels, srgb8, srgb16, linear].map(u64::to_string))
+    };
+    let mut text = String::new();
+    let parity = |(kernel, colors): &(&str, &ColorsOfKernel)| {
+        Some(row(kernel, colors.gpu_against_cpu.as_ref()?))
+    };
+    let parities: String = with_colors.iter().filter_map(parity).collect();
+    if !parities.is_empty() {
+        text += &head("colours, GPU against CPU", "other");
+        text += &parities;
+    }
+    if !with_colors.is_empty() {
+        text += &head("colours against exact", "wrong");
+    }
+    for (kernel, colors) in with_colors {
+        for (device, found) in colors.against_exact.rows() {
+            text += &row(&format!("{kernel:<10} {device}"), found);
+        }
+    }
+    text
+}
+
 /// Two results of a band, one a device, and the samples.
-fn refuse_what_cannot_fit(pixels: &Pixels, n_samples: usize) -> Result<()> {
-    let n_rays = u64::from(pixels.width) * u64::from(band_rows(pixels, WANTS));
-    let samples = n_samples.min(pixels.len()) as u64 * SAMPLE_BYTES;
-    let needed = (2 * hits_bytes(n_rays, WANTS)).saturating_add(samples);
+fn refuse_what_cannot_fit(
+    pixels: &Pixels,
+    n_samples: usize,
+    colors: Option<InColor>,
+) -> Result<()> {
+    let n_rays = u64::from(pixels.width) * u64::from(n_band_rows(pixels, colors));
+    let mut sample_bytes = SAMPLE_BYTES;
+    let mut bytes = 2 * hits_bytes(n_rays, WANTS);
+    if let Some(colors) = colors {
+        sample_bytes += COLOR_BYTES;
+        let encodings = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
+        let color_bytes: usize = encodings.map(Encoding::pixel_bytes).iter().sum();
+        bytes = bytes.saturating_add(n_rays.saturating_mul(2 * color_bytes as u64));
+        let n_rays = n_rays.saturating_mul(colors.rays_of_pixel() as u64 / 3);
+        bytes = bytes.saturating_add(hits_bytes(n_rays, Wants::default()));
+    }
+    let samples = n_samples.min(pixels.len()) as u64 * sample_bytes;
     let what = format!("comparing {n_rays} pixels at once");
-    memory::require(what, needed, "verify a smaller --size, or fewer --samples")
+    memory::require(
+        what,
+        bytes.saturating_add(samples),
+        "verify a smaller --size, or fewer --samples",
+    )
 }

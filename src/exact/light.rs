@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::enclosure::Enclosure;
 use super::number::{Real, product3, real, real3, signum};
 use super::root::sign_of_sum;
-use super::{ExactHit, ExactRay, Shape, Side};
+use super::{ExactHit, ExactRay, Root, Shape, Side};
 
 /// `x + y·√D`, with a radicand `D` that all numbers of one point share.
 #[derive(Clone, Debug)]
@@ -35,6 +35,12 @@ impl<'a> Surd<'a> {
 
     fn scaled(&self, by: &Real) -> Surd<'a> {
         Surd::new(&self.x * by, &self.y * by, self.radicand)
+    }
+
+    /// The number divided by `divisor`, which is positive.
+    fn over(&self, divisor: &Real) -> Root {
+        let square = &self.y * &self.y * self.radicand;
+        Root::new(self.x.clone(), signum(&self.y), square, divisor.clone(), 1)
     }
 
     /// Bounds of a number that is at least 0.
@@ -120,11 +126,40 @@ impl ExactPoint {
         }
     }
 
+    /// The coordinates, world units.
+    pub fn coordinates(&self) -> [Root; 3] {
+        std::array::from_fn(|axis| {
+            let (base, root) = (self.base[axis].clone(), self.root[axis].clone());
+            Surd::new(base, root, &self.radicand).over(&self.scale)
+        })
+    }
+
+    /// `f(p)` of a shape: `‖p − c‖² − r²` or `(p − a)·n`, 0 for the one that the point is on. `None`
+    /// where a number is not finite.
+    pub fn residual(&self, shape: &Shape) -> Option<Root> {
+        Some(match *shape {
+            Shape::Sphere { center, radius } => {
+                self.off_sphere(&self.offset_from(&real3(center)?), radius)?.over(&self.scale2())
+            }
+            Shape::Plane { point, normal } => {
+                dot_real(&self.offset_from(&real3(point)?), &real3(normal)?).over(&self.scale)
+            }
+        })
+    }
+
+    fn scale2(&self) -> Real {
+        &self.scale * &self.scale
+    }
+
+    /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
+    fn off_sphere<'a>(&'a self, v: &Surd3<'a>, radius: f64) -> Option<Surd<'a>> {
+        Some(&dot(v, v) - &self.square_of(radius)?)
+    }
+
     /// Whether the point is at most `distance` away from another one. `None` where a number is not
     /// finite.
     pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
-        let v = self.offset_from(&real3(point)?);
-        Some((&dot(&v, &v) - &self.square_of(distance)?).signum() <= 0)
+        Some(self.off_sphere(&self.offset_from(&real3(point)?), distance)?.signum() <= 0)
     }
 
     /// `(scale·r)²`
@@ -174,9 +209,19 @@ impl<'a> ExactBeam<'a> {
         Some(ExactBeam::new(point, way, true))
     }
 
+    /// `w`, world units.
+    pub fn components(&self) -> [Root; 3] {
+        std::array::from_fn(|axis| self.way[axis].over(&self.point.scale))
+    }
+
     /// `n·ω` at the object with this shape, that the point is on. `None` where it is not positive, a
     /// light at the point itself included.
     pub fn cosine(&self, shape: &Shape) -> Option<ExactCosine<'a>> {
+        self.slope(shape).filter(|(sign, _)| *sign > 0).map(|(_, cosine)| cosine)
+    }
+
+    /// The sign and the magnitude of `n·ω`; `None` where it is 0, a light at the point itself included.
+    pub fn slope(&self, shape: &Shape) -> Option<(i32, ExactCosine<'a>)> {
         let (outward, length2) = match *shape {
             Shape::Sphere { center, radius } => {
                 let r = real(radius)? * &self.point.scale;
@@ -187,12 +232,14 @@ impl<'a> ExactBeam<'a> {
                 (dot_real(&self.way, &n), product3(&n, &n))
             }
         };
-        let numerator = match self.point.side {
+        let facing = match self.point.side {
             Side::Front => outward,
             Side::Back => -outward,
         };
         let denominator2 = self.square.scaled(&length2);
-        (numerator.signum() > 0).then_some(ExactCosine { numerator, denominator2 })
+        let sign = facing.signum();
+        let numerator = if sign < 0 { -facing } else { facing };
+        (sign != 0).then_some((sign, ExactCosine { numerator, denominator2 }))
     }
 
     /// Whether an object is in the way: it has a root `s` of `p + s·w` with `0 < s`, and before a
@@ -216,9 +263,7 @@ impl<'a> ExactBeam<'a> {
         if radius == 0.0 {
             return None;
         }
-        let v = self.point.offset_from(&real3(center)?);
-        let r2 = self.point.square_of(radius)?;
-        let (a, b, c) = (&self.square, dot(&self.way, &v), &dot(&v, &v) - &r2);
+        let (a, (b, c)) = (&self.square, self.quadratic(center, radius)?);
         if a.signum() == 0 {
             return Some(false);
         }
@@ -234,14 +279,57 @@ impl<'a> ExactBeam<'a> {
         })
     }
 
+    /// `B` and `C`.
+    fn quadratic(&self, center: DVec3, radius: f64) -> Option<(Surd<'a>, Surd<'a>)> {
+        let v = self.point.offset_from(&real3(center)?);
+        Some((dot(&self.way, &v), self.point.off_sphere(&v, radius)?))
+    }
+
     /// `s = N/M` with `N = n·(a − p)` and `M = n·w`.
     fn is_blocked_by_plane(&self, point: DVec3, normal: DVec3) -> Option<bool> {
-        let n = real3(normal)?;
-        let m = dot_real(&self.way, &n);
-        let offset = -dot_real(&self.point.offset_from(&real3(point)?), &n);
+        let (offset, m) = self.quotient(point, normal)?;
         let sign = m.signum();
         let is_ahead = sign != 0 && offset.signum() == sign;
         Some(is_ahead && (self.is_endless || (&m - &offset).signum() == sign))
+    }
+
+    /// `N` and `M`.
+    fn quotient(&self, point: DVec3, normal: DVec3) -> Option<(Surd<'a>, Surd<'a>)> {
+        let n = real3(normal)?;
+        let offset = -dot_real(&self.point.offset_from(&real3(point)?), &n);
+        Some((offset, dot_real(&self.way, &n)))
+    }
+
+    /// Bounds, computed with `n_bits` bits, of the smallest root `s` of an object that is in the way;
+    /// `None` for another, and where the bits don't suffice.
+    ///
+    /// With the signs of [`ExactBeam::is_blocked_by`], and without cancellation where the sign of `B`
+    /// is known: from outside, the near root `C/(−B + √(B² − AC))`; on the sphere, `−2B/A`; from inside,
+    /// the far root `(−B + √(B² − AC))/A = −C/(B + √(B² − AC))`.
+    pub fn first_root(&self, shape: &Shape, n_bits: usize) -> Option<Enclosure> {
+        if !self.is_blocked_by(shape) {
+            return None;
+        }
+        let (numerator, denominator) = match *shape {
+            Shape::Plane { point, normal } => {
+                let (n, m) = self.quotient(point, normal)?;
+                let positive = |x: Surd<'a>| if x.signum() < 0 { -x } else { x };
+                (positive(n).enclose(n_bits), positive(m).enclose(n_bits))
+            }
+            Shape::Sphere { center, radius } => {
+                let (a, (b, c)) = (&self.square, self.quadratic(center, radius)?);
+                let root = (&(&b * &b) - &(a * &c)).enclose(n_bits).sqrt(n_bits);
+                let (sign_b, sign_c) = (b.signum(), c.signum());
+                let half = |b: Surd<'a>| b.enclose(n_bits).plus(&root);
+                match sign_c {
+                    1 => (c.enclose(n_bits), half(-b)),
+                    0 => ((-(&b + &b)).enclose(n_bits), a.enclose(n_bits)),
+                    _ if sign_b > 0 => ((-c).enclose(n_bits), half(b)),
+                    _ => (half(-b), a.enclose(n_bits)),
+                }
+            }
+        };
+        numerator.over(&denominator, n_bits)
     }
 }
 

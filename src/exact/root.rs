@@ -44,7 +44,7 @@ impl Root {
         Root::new(numerator, 0, Real::zero(), denominator, factor)
     }
 
-    pub(super) fn negated(self) -> Root {
+    pub(crate) fn negated(self) -> Root {
         Root { b: -self.b, s: -self.s, ..self }
     }
 

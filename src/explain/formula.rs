@@ -3,8 +3,9 @@
 use Notation::{Latex, Text};
 use Term::{Divisor, Factor, Negated, Plain, Sum, Vector};
 
+use super::light::{LightExplanation, PointExplanation, WayTerms};
 use super::numbers::Short;
-use super::{ObjectExplanation, Reason, Terms};
+use super::{ColorExplanation, ObjectExplanation, Reason, Terms};
 
 /// A way to write formulas.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -234,4 +235,68 @@ fn lines(object: &ObjectExplanation) -> Option<Vec<Line<'_>>> {
             lines
         }
     })
+}
+
+/// The point that a ray sees.
+pub fn of_point(point: &PointExplanation) -> Vec<Line<'_>> {
+    let PointExplanation { at, normal, residual, is_on_sphere, .. } = point;
+    vec![
+        Line::new("p = o + t·d ~ #", r"\vec{p} &= \vec{o} + t\,\vec{d} ~ #", [Vector(at)]),
+        match is_on_sphere {
+            true => Line::new(
+                "f(p) = (p − c)·(p − c) − r² ~ #",
+                r"f(\vec{p}) &= (\vec{p} - \vec{c}) \cdot (\vec{p} - \vec{c}) - r^2 ~ #",
+                [Plain(residual)],
+            ),
+            false => Line::new(
+                "f(p) = (p − a)·n ~ #",
+                r"f(\vec{p}) &= (\vec{p} - \vec{a}) \cdot \vec{n} ~ #",
+                [Plain(residual)],
+            ),
+        },
+        Line::new("n ~ #", r"\vec{n} &~ #", [Vector(normal)]),
+    ]
+}
+
+/// The way to a light, and what it gives; empty for one that gives none.
+pub fn of_light(light: &LightExplanation) -> Vec<Line<'_>> {
+    let Some(WayTerms { way, form, cosine, root, gives }) = &light.terms else {
+        return Vec::new();
+    };
+    let cosine_latex = r"\vec{n} \cdot \vec{\omega} &= \frac{\vec{n} \cdot \vec{w}}{|\vec{w}|} ~ #";
+    let mut lines = vec![
+        Line::new(form[0], form[1], [Vector(way)]),
+        Line::new("n·ω = n·w / |w| ~ #", cosine_latex, [Plain(cosine)]),
+    ];
+    if let Some(root) = root {
+        lines.push(Line::new(", s ~ #", r", \quad s ~ #", [Plain(root)]));
+    }
+    if let Some([strength, given]) = gives {
+        lines.push(Line::new(
+            "I·n·ω ~ #·# ~ #",
+            r"I\,\vec{n} \cdot \vec{\omega} &~ # \cdot # ~ #",
+            [Vector(strength), Factor(cosine), Vector(given)],
+        ));
+    }
+    lines
+}
+
+/// The channels of a colour as sums of light; empty where no light falls on it.
+pub fn of_color(color: &ColorExplanation) -> Vec<Line<'_>> {
+    let Some(channels) = &color.terms else { return Vec::new() };
+    let text = [
+        "red = color × (ambient + Σ I·n·ω) ~ #·(# + #) ~ #",
+        "green = color × (ambient + Σ I·n·ω) ~ #·(# + #) ~ #",
+        "blue = color × (ambient + Σ I·n·ω) ~ #·(# + #) ~ #",
+    ];
+    let lines = text.into_iter().zip(&color.channels).zip(channels);
+    lines
+        .map(|((text, channel), [color, ambient, sum, value])| {
+            let latex = format!(
+                r"\mathrm{{{}}} &= c\,(a + \textstyle\sum I\,\vec{{n}} \cdot \vec{{\omega}}) ~ # \cdot (# + #) ~ #",
+                channel.name
+            );
+            Line::new(text, latex, [Factor(color), Plain(ambient), Plain(sum), Plain(value)])
+        })
+        .collect()
 }

@@ -5,8 +5,8 @@
 
 use std::fmt::Write;
 
-use super::formula::{Line, Notation, Term, derivation, written};
-use super::{Explanation, Short};
+use super::formula::{Line, Notation, Term, derivation, of_color, of_light, of_point, written};
+use super::{ColorExplanation, Explanation, Shading, Short};
 
 /// The whole explanation.
 pub fn latex(explanation: &Explanation) -> String {
@@ -28,7 +28,34 @@ pub fn latex(explanation: &Explanation) -> String {
         let _ = writeln!(text, "\n% {}: {}", object.label, object.why.join("; "));
         align(&derivation(object), &mut text);
     }
+    if let Some(shading) = &explanation.shading {
+        of_shading(shading, &mut text);
+    }
     text
+}
+
+fn of_shading(shading: &Shading, text: &mut String) {
+    if let Some(point) = &shading.point {
+        text.push_str("\n% the point that the ray sees\n");
+        align(&of_point(point), text);
+    }
+    for light in &shading.lights {
+        let _ = writeln!(text, "\n% {}, {}: {}", light.name, light.place, light.why.join("; "));
+        align(&of_light(light), text);
+    }
+    if let Some(sky) = &shading.sky {
+        let _ = writeln!(text, "\n% sky, {} of {} directions", sky.counting, sky.directions);
+    }
+    bytes("the ray", &shading.color, text);
+    align(&of_color(&shading.color), text);
+    if let Some(mean) = &shading.mean {
+        bytes(&format!("the mean of {0}x{0} samples", mean.samples), &mean.color, text);
+    }
+}
+
+fn bytes(of: &str, color: &ColorExplanation, text: &mut String) {
+    let bytes = color.channels.each_ref().map(|channel| channel.byte.to_string());
+    let _ = writeln!(text, "\n% {of}: bytes {}", bytes.join(", "));
 }
 
 fn align(lines: &[Line], text: &mut String) {

@@ -6,9 +6,11 @@
 
 mod formula;
 pub mod latex;
+mod light;
 mod numbers;
 mod ray;
 mod reason;
+mod shading;
 pub mod text;
 
 use std::sync::Arc;
@@ -17,6 +19,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use light::{
+    Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
+    SkyExplanation, Verdict,
+};
 pub use numbers::{Approximation, Exact, Quantity, Short};
 
 use crate::control::Control;
@@ -52,6 +58,10 @@ pub struct Explanation {
     pub n_objects: usize,
     /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
+    /// The light on what the ray sees, and its colour; `None` for a scene without light and pixels of
+    /// one sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shading: Option<Shading>,
     /// The level at which the kernel `certified` decided the ray.
     pub level: &'static str,
     /// The results of each kernel, on the CPU and then on the device, where there is one.
@@ -230,11 +240,24 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
         objects,
         n_objects: scene.n_objects(),
         winner,
+        shading: None,
         level: "f32",
         seen: Vec::new(),
     };
+    let lighting = shading::lighting(scene, rays);
+    let mut seen = shading::Seen {
+        scene,
+        rays,
+        numbers: &numbers,
+        hit: hit.as_ref(),
+        plain: [None, None, None],
+        reference: DVec3::ZERO,
+    };
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
+        if let Some(lighting) = &lighting {
+            seen.add(kernel, &prepared, lighting);
+        }
         let wants = Wants { surface: true, level: true };
         let mut tracer = CpuTracer::new(prepared, wants);
         let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
@@ -242,6 +265,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
             explanation.level = level;
         }
     }
+    explanation.shading = seen.shading(lighting.as_ref());
     Ok(explanation)
 }
 

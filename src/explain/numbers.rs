@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::compare::Precision;
-use crate::exact::{Root, layout, real};
+use crate::exact::{Enclosure, Real, Root, layout, real};
 
 /// Digits of an exact number.
 pub const DIGITS: usize = 20;
@@ -74,6 +74,45 @@ impl Exact {
     }
 }
 
+/// Bits of the first bounds of a number.
+const FEWEST_BITS: usize = 512;
+
+/// Bits of the last ones.
+const MOST_BITS: usize = 4096;
+
+/// Stands for a number, at least 0, of which bounds are known that `n_bits` bits make narrow: the middle
+/// of bounds that are equal in all digits that are looked at.
+pub fn enclosed(bounds: impl Fn(usize) -> Enclosure) -> Root {
+    enclosed_if_possible(|n_bits| Some(bounds(n_bits)))
+}
+
+/// [`enclosed`] where few bits may not suffice for any bounds.
+pub fn enclosed_if_possible(bounds: impl Fn(usize) -> Option<Enclosure>) -> Root {
+    let mut n_bits = FEWEST_BITS;
+    loop {
+        let found = bounds(n_bits);
+        let is_last = n_bits >= MOST_BITS;
+        if let Some(Enclosure { low, high }) = found {
+            let digits = |x: &Real| Root::from(x.clone()).to_decimal(MANY_DIGITS);
+            if is_last || digits(&low) == digits(&high) {
+                return Root::from(simplest(&low, &high));
+            }
+        } else if is_last {
+            return Root::from(Real::zero());
+        }
+        n_bits *= 2;
+    }
+}
+
+/// The middle of bounds, or a number of few bits that lies within them: it is the exact one, if that has
+/// so few.
+fn simplest(low: &Real, high: &Real) -> Real {
+    const FEW_BITS: usize = FEWEST_BITS / 2;
+    let middle = (low + high) * real(0.5).unwrap_or_else(Real::one);
+    let near = Enclosure::of(&middle).to_bits(FEW_BITS);
+    [near.low, near.high].into_iter().find(|x| low <= x && x <= high).unwrap_or(middle)
+}
+
 /// `x·2^exponent`: a number for a scaled direction as one for the ray's own.
 pub fn scaled(x: f32, exponent: i32) -> f64 {
     let half = exponent / 2;
@@ -117,6 +156,9 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// No number in any column.
+    pub const NONE: Columns = Columns { lecture: None, stable: None, double: None };
+
     /// A number in every column.
     pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
         Columns {

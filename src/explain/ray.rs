@@ -15,6 +15,7 @@ use crate::kernel::{RayOf, lecture};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
 use crate::rays::Bundle;
 use crate::scene::{Object, Plane, Scene, Sphere};
+use crate::shade::PlainPoint;
 use crate::trace::{Kernel, Ray, Rays};
 use crate::vec3::{Vec3, dot3};
 
@@ -205,6 +206,65 @@ impl RayNumbers {
         ])
     }
 
+    /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
+    /// in this order.
+    pub fn residual(&self, scene: &Scene, kernel: usize, seen: &PlainPoint) -> Option<f64> {
+        let index = seen.id.checked_sub(1)? as usize;
+        let object = scene.object(seen.id)?;
+        match kernel {
+            0 => {
+                let p = Vec3(seen.at.map(|x| x as f32));
+                let objects = &self.lecture_objects;
+                Some(f64::from(match object {
+                    Object::Sphere(_) => {
+                        let sphere = objects.spheres.get(index)?;
+                        let v = p - Vec3(sphere.center);
+                        dot3(v, v) - sphere.radius * sphere.radius
+                    }
+                    Object::Plane(_) => {
+                        let plane = objects.planes.get(index - objects.spheres.len())?;
+                        dot3(p - Vec3(plane.point), Vec3(plane.normal))
+                    }
+                }))
+            }
+            1 => {
+                // p − o
+                let (ray, objects) = (&self.stable, &self.stable_objects);
+                let way = ray.direction * seen.t as f32;
+                match object {
+                    Object::Sphere(_) => {
+                        let sphere = objects.spheres.get(index)?;
+                        let l = match self.is_point {
+                            true => sphere.sphere_offset::<true>(ray),
+                            false => sphere.sphere_offset::<false>(ray),
+                        };
+                        let v = way - l;
+                        Some(f64::from(dot3(v, v) - sphere.radius * sphere.radius))
+                    }
+                    Object::Plane(of_scene) => {
+                        let plane = objects.planes.get(index - objects.spheres.len())?;
+                        let offset = match self.is_point {
+                            true => plane.plane_n_offset::<true>(ray),
+                            false => plane.plane_n_offset::<false>(ray),
+                        };
+                        let off = dot3(way, Vec3(plane.normal)) - offset;
+                        Some(scaled(off, exponent_of(of_scene.normal)))
+                    }
+                }
+            }
+            _ => {
+                let way = self.direction * seen.t;
+                Some(match object {
+                    Object::Sphere(sphere) => {
+                        let v = (self.origin - sphere.center) + way;
+                        v.dot(v) - sphere.radius * sphere.radius
+                    }
+                    Object::Plane(plane) => ((self.origin - plane.point) + way).dot(plane.normal),
+                })
+            }
+        }
+    }
+
     /// `d·v` component by component, where `v` is `scale` times as large.
     fn along(&self, v: &[Real; 3], scale: u32) -> [Short; 3] {
         let scale = self.exact.direction_scale() * scale;
@@ -245,7 +305,7 @@ impl RayNumbers {
     }
 }
 
-fn short(x: Real) -> Short {
+pub fn short(x: Real) -> Short {
     Short::from(&Root::from(x))
 }
 

@@ -2,9 +2,12 @@
 
 use std::fmt::Write;
 
-use super::formula::{Notation, derivation, written};
+use super::formula::{Line, Notation, derivation, of_color, of_light, of_point, written};
 use super::numbers::{decimal_f32, decimal_f64};
-use super::{Approximation, Explanation, ObjectExplanation, Quantity, Seen, Winner, shortened};
+use super::{
+    Approximation, Channel, ColorExplanation, Explanation, ObjectExplanation, Quantity, Seen,
+    Shading, SkyExplanation, Winner, shortened,
+};
 
 /// Columns that the text takes at most.
 pub const WIDTH: usize = 100;
@@ -15,6 +18,12 @@ one that the kernel works with. A line of errors follows where a number is not e
 distance of neighbouring f32 numbers (f64 column: of f64 numbers) at the exact value.
 stable, with L = c − o: b = −2·d·L, k = L·L − r², P = L − (d·L/a)·d, r² − P·P = D/4a,
 h = √(a·(r² − P·P)) = √D/2; its roots are q/a and k/q with q = d·L ± h.
+";
+
+const LIGHT_NOTES: &str = "\
+Light: w is the way to the light, ω = w/|w|, s the part of it up to what is in the way, I the colour
+times the intensity. stable has its points relative to the camera; f64 is the kernel double; none of
+the three uses an epsilon.
 ";
 
 /// The whole explanation.
@@ -37,8 +46,78 @@ pub fn text(explanation: &Explanation) -> String {
     }
     text.push('\n');
     verdict(explanation, &mut text);
+    if let Some(shading) = &explanation.shading {
+        of_shading(shading, &mut text);
+        text.push('\n');
+        text.push_str(NOTES);
+        return text + LIGHT_NOTES;
+    }
     text.push('\n');
     text + NOTES
+}
+
+/// What lights the point, and the colour that comes of it.
+fn of_shading(shading: &Shading, text: &mut String) {
+    if let Some(point) = &shading.point {
+        text.push_str("\nThe point that the ray sees\n");
+        formulas(&of_point(point), text);
+        table(&point.quantities, text);
+    }
+    for light in &shading.lights {
+        let _ = writeln!(text, "\n{}, {}", light.name, light.place);
+        remarks(&light.why, text);
+        formulas(&of_light(light), text);
+        if !light.quantities.is_empty() {
+            table(&light.quantities, text);
+        }
+    }
+    if let Some(SkyExplanation { directions, counting, behind, hidden, quantities }) = &shading.sky
+    {
+        let _ = writeln!(text, "\nsky, {counting} of {directions} directions");
+        let _ = writeln!(
+            text,
+            "  → {counting} count, {behind} are behind the surface, {hidden} have something in \
+             their way"
+        );
+        table(quantities, text);
+    }
+    text.push_str("\nThe colour of the ray\n");
+    of_color_and_bytes(&shading.color, text);
+    if let Some(mean) = &shading.mean {
+        let _ =
+            writeln!(text, "\nThe colour of the pixel: the mean of {0}×{0} samples", mean.samples);
+        of_color_and_bytes(&mean.color, text);
+    }
+}
+
+fn of_color_and_bytes(color: &ColorExplanation, text: &mut String) {
+    formulas(&of_color(color), text);
+    table(&color.quantities, text);
+    for Channel { name, byte, range: [low, high], from_edge } in &color.channels {
+        let ends = match (low.is_finite(), high.is_finite()) {
+            (false, _) => format!("below {}", six_digits(*high)),
+            (_, false) => format!("{} and more", six_digits(*low)),
+            _ => format!("{} to {}", six_digits(*low), six_digits(*high)),
+        };
+        let away = &from_edge.short.text;
+        let _ = writeln!(
+            text,
+            "  → {name} is byte {byte}, which stands for {ends}: {away} from its edge"
+        );
+    }
+    remarks(&color.why, text);
+}
+
+fn remarks(why: &[String], text: &mut String) {
+    for why in why {
+        let _ = writeln!(text, "  → {why}");
+    }
+}
+
+fn formulas(lines: &[Line], text: &mut String) {
+    for line in written(lines, Notation::Text) {
+        broken(&format!("  {line}"), text);
+    }
 }
 
 /// One object: why, formula, numbers.
@@ -49,9 +128,7 @@ pub fn of_object(object: &ObjectExplanation) -> String {
         let gap = gap.map(|gap| format!("; it passes at a distance of {}", four_digits(gap)));
         let _ = writeln!(text, "  → {why}{}", gap.unwrap_or_default());
     }
-    for line in written(&derivation(object), Notation::Text) {
-        broken(&format!("  {line}"), &mut text);
-    }
+    formulas(&derivation(object), &mut text);
     table(&object.quantities, &mut text);
     text
 }
@@ -176,6 +253,11 @@ fn of_seen(seen: &Seen, text: &mut String) {
     let device = seen.device.to_uppercase();
     let row = format!("  {:<9} {device:<3} {label:<25} {t:>15} {error:>11}  {normal}", seen.kernel);
     let _ = writeln!(text, "{}", row.trim_end());
+}
+
+/// Six digits, without zeros that say nothing.
+fn six_digits(x: f64) -> String {
+    format!("{x:.5e}").parse().map_or_else(|_| String::new(), decimal_f64)
 }
 
 /// Four digits, without zeros that say nothing.

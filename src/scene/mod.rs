@@ -177,6 +177,13 @@ impl Scene {
         }
     }
 
+    /// The colour of what an id names: the background's for 0 and for ids out of range.
+    pub fn color(&self, id: u32) -> Color {
+        let Some(index) = (id as usize).checked_sub(1) else { return self.background };
+        let of_plane = || Some(self.planes.get(index.checked_sub(self.spheres.len())?)?.color);
+        self.spheres.color(index).or_else(of_plane).unwrap_or(self.background)
+    }
+
     /// Name given in the scene file to the object with this id.
     pub fn name(&self, id: u32) -> Option<&str> {
         match self.object(id)? {

@@ -20,6 +20,8 @@ pub enum Origin {
 /// A light, or a part of the sky.
 #[derive(Clone, Debug)]
 pub struct Lamp {
+    /// Index of the light in the scene; `None` for a part of the sky.
+    pub light: Option<usize>,
     /// Where its light comes from.
     pub origin: Origin,
     /// Linear light that a surface across its rays gets, within 2 units `2⁻⁵²`.
@@ -49,17 +51,19 @@ impl Lighting {
         }
         let n_shares = scene.sky.map_or(1, |sky| sky.directions.max(1));
         let shares = integer(n_shares.into());
-        let lights = scene.lights.iter().map(|light| {
+        let lights = scene.lights.iter().enumerate().map(|(index, light)| {
             let Light { color, intensity, shadows, .. } = *light;
             let exact = color.0.map(|part| exact(part) * exact(intensity) * &shares);
             let weight = color.0.map(|part| part * intensity);
-            Lamp { origin: origin_of(light, view), weight, exact_weight: exact, shadows }
+            let origin = origin_of(light, view);
+            Lamp { light: Some(index), origin, weight, exact_weight: exact, shadows }
         });
         let suns = scene.sky.iter().flat_map(|sky| {
             let weight = [4.0 * sky.intensity / f64::from(n_shares); 3];
             let four = integer(4) * exact(sky.intensity);
             let exact_weight = [four.clone(), four.clone(), four];
             sky.suns().into_iter().map(move |direction| Lamp {
+                light: None,
                 origin: Origin::Sun(direction),
                 weight,
                 exact_weight: exact_weight.clone(),

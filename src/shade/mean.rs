@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::cmp::Ordering;
 
-use crate::exact::{Enclosure, ExactCosine, Real, integer, real};
+use crate::exact::{Enclosure, ExactCosine, Real, Root, integer, real};
 
 /// Bits of the first enclosure.
 const FEWEST_BITS: usize = 64;
@@ -82,6 +82,17 @@ impl<'a> ExactMean<'a> {
             }
         }
         sums
+    }
+
+    /// Bounds of a channel, computed with `n_bits` bits.
+    pub fn enclosed(&self, channel: usize, n_bits: usize) -> Enclosure {
+        let sum = &self.enclose(n_bits)[channel];
+        sum.over(&Enclosure::of(&self.divisor), n_bits).unwrap_or_else(|| sum.clone())
+    }
+
+    /// A number near a channel.
+    pub fn approximate(&self, channel: usize) -> f64 {
+        Root::from(self.enclosed(channel, FEWEST_BITS).low).to_f64()
     }
 
     /// The code whose range holds a channel, searched from a guess; `edge` gives the lower end of a

@@ -1,6 +1,7 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
 mod beam;
+mod exactly;
 mod finder;
 mod lamp;
 mod lit;
@@ -13,9 +14,12 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
+pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
+pub(crate) use mean::ExactMean;
 pub use painter::{Background, LitPainter, Painted, Painter, Style};
+pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

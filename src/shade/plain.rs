@@ -1,7 +1,7 @@
 //! Light as everyone computes it, for the kernels without a proof: shadow rays start on the surface as
 //! the kernel's arithmetic has it, or an epsilon away from it.
 
-use super::lamp::{Lamp, Origin};
+use super::lamp::{Lamp, Lighting, Origin};
 use super::lit::Job;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::coordinates::Coordinates;
@@ -9,7 +9,7 @@ use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Hit, RayOf};
 use crate::prepare::Prepared;
 use crate::rays::{Bundle, Pixels};
-use crate::trace::StageCounts;
+use crate::trace::{Rays, StageCounts};
 use crate::vec3::{Real, Vec3, dot3};
 
 /// The mean colour of each pixel that it is asked for.
@@ -98,20 +98,10 @@ impl<T: Twin, S: Twin> Plain<'_, T, S> {
             return ambient;
         }
         let normal = self.twin.normal_at(ray, hit);
-        let point = ray.origin + ray.direction * hit.t;
         let mut light = ambient.map(T::Float::from_f64);
         for lamp in lamps {
-            let way = match lamp.origin {
-                Origin::Eye => -(ray.direction * hit.t),
-                Origin::Point(position) => self.vector::<T>(self.coordinates.of(position)) - point,
-                Origin::Sun(direction) => -self.vector::<T>(direction),
-            };
-            let length = dot3(way, way).sqrt();
-            let cosine = dot3(normal, way) * (T::Float::ONE / length);
-            let is_endless = matches!(lamp.origin, Origin::Sun(_));
-            if cosine > T::Float::ZERO
-                && !(lamp.shadows && self.is_hidden(point, way, length, is_endless))
-            {
+            let Way { cosine, in_the_way, .. } = self.way(ray, hit, normal, lamp);
+            if cosine > T::Float::ZERO && in_the_way.is_none() {
                 for (sum, weight) in light.iter_mut().zip(lamp.weight) {
                     *sum = *sum + T::Float::from_f64(weight) * cosine;
                 }
@@ -120,24 +110,142 @@ impl<T: Twin, S: Twin> Plain<'_, T, S> {
         light.map(T::Float::to_f64)
     }
 
+    /// The way from a hit to a lamp; what is in it is looked for where the lamp shines on the surface.
+    fn way(
+        &self,
+        ray: &RayOf<T::Float>,
+        hit: Hit<T::Float>,
+        normal: Vec3<T::Float>,
+        lamp: &Lamp,
+    ) -> Way<T::Float, S::Float> {
+        let point = ray.origin + ray.direction * hit.t;
+        let way = match lamp.origin {
+            Origin::Eye => -(ray.direction * hit.t),
+            Origin::Point(position) => self.vector::<T>(self.coordinates.of(position)) - point,
+            Origin::Sun(direction) => -self.vector::<T>(direction),
+        };
+        let length = dot3(way, way).sqrt();
+        let cosine = dot3(normal, way) * (T::Float::ONE / length);
+        let is_endless = matches!(lamp.origin, Origin::Sun(_));
+        let is_asked = cosine > T::Float::ZERO && lamp.shadows;
+        let in_the_way =
+            is_asked.then(|| self.in_the_way(point, way, length, is_endless)).flatten();
+        Way { way, cosine, in_the_way }
+    }
+
     fn vector<F: Twin>(&self, v: glam::DVec3) -> Vec3<F::Float> {
         Vec3(v.to_array().map(F::Float::from_f64))
     }
 
-    /// Whether the shadow ray, which starts `epsilon` nearer to the lamp, meets anything before it.
-    fn is_hidden(
+    /// What the shadow ray, which starts `epsilon` nearer to the lamp, meets before it.
+    fn in_the_way(
         &self,
         point: Vec3<T::Float>,
         way: Vec3<T::Float>,
         length: T::Float,
         is_endless: bool,
-    ) -> bool {
+    ) -> Option<Hit<S::Float>> {
         let to_s = |v: Vec3<T::Float>| Vec3(v.0.map(|x| S::Float::from_f64(x.to_f64())));
         let (way, length) = (to_s(way), S::Float::from_f64(length.to_f64()));
         let step = S::Float::from_f64(self.epsilon) / length;
         let origin = to_s(point) + way * step;
-        let Hit { t, id } = self.shadows.closest(&RayOf::new(origin, Vec3::ZERO, way));
-        id != 0 && (is_endless || t < S::Float::ONE - step)
+        let hit = self.shadows.closest(&RayOf::new(origin, Vec3::ZERO, way));
+        (hit.id != 0 && (is_endless || hit.t < S::Float::ONE - step)).then_some(hit)
+    }
+}
+
+/// The way to a lamp in a kernel's arithmetic, and that of its shadow rays.
+struct Way<T, S> {
+    way: Vec3<T>,
+    cosine: T,
+    in_the_way: Option<Hit<S>>,
+}
+
+/// What a kernel without a proof makes of the light on the point that one ray sees, without epsilon.
+#[derive(Clone, Debug)]
+pub(crate) struct PlainPoint {
+    /// The object.
+    pub id: u32,
+    /// Ray parameter, of the direction as the kernel scales it.
+    pub t: f64,
+    /// The point, in the kernel's coordinates.
+    pub at: [f64; 3],
+    /// The unit normal that faces the ray.
+    pub normal: [f64; 3],
+    /// The lamps, in their order.
+    pub ways: Vec<PlainWay>,
+    /// All that they give, and the ambient light.
+    pub light: [f64; 3],
+}
+
+/// The way to a lamp.
+#[derive(Clone, Debug)]
+pub(crate) struct PlainWay {
+    /// `w`
+    pub way: [f64; 3],
+    /// `n·ω`
+    pub cosine: f64,
+    /// The first object in the way, and its `s`.
+    pub in_the_way: Option<(u32, f64)>,
+}
+
+/// The numbers of a kernel for one ray; `None` where it sees the background.
+pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
+    prepared.objects.with_twin(prepared.bundle(), prepared.near, One { prepared, rays, lighting })
+}
+
+struct One<'a> {
+    prepared: &'a Prepared,
+    rays: &'a Rays,
+    lighting: &'a Lighting,
+}
+
+impl WithTwin for One<'_> {
+    type Output = Option<PlainPoint>;
+
+    fn with<T: Twin>(self, twin: &T) -> Option<PlainPoint> {
+        self.prepared.objects.with_twin(Bundle::Free, true, OneOf { one: self, twin })
+    }
+}
+
+struct OneOf<'a, T> {
+    one: One<'a>,
+    twin: &'a T,
+}
+
+impl<T: Twin> WithTwin for OneOf<'_, T> {
+    type Output = Option<PlainPoint>;
+
+    fn with<S: Twin>(self, shadows: &S) -> Option<PlainPoint> {
+        let OneOf { one: One { prepared, rays, lighting }, twin } = self;
+        let coordinates = prepared.coordinates();
+        let ray = match rays {
+            Rays::Pixels(pixels) => {
+                let (i, j) = pixels.offset2(pixels.x, pixels.y);
+                T::Float::pixel_ray(&T::Float::camera(&coordinates, pixels), i, j)
+            }
+            Rays::List(rays) => T::Float::list_ray(&coordinates, rays.first()?).0,
+        };
+        let hit = twin.closest(&ray);
+        if hit.id == 0 {
+            return None;
+        }
+        let plain = Plain { twin, shadows, coordinates, epsilon: 0.0 };
+        let normal = twin.normal_at(&ray, hit);
+        let to_f64 = |v: Vec3<T::Float>| v.0.map(T::Float::to_f64);
+        let way = |lamp| {
+            let Way { way, cosine, in_the_way } = plain.way(&ray, hit, normal, lamp);
+            let in_the_way = in_the_way.map(|hit| (hit.id, hit.t.to_f64()));
+            PlainWay { way: to_f64(way), cosine: cosine.to_f64(), in_the_way }
+        };
+        Some(PlainPoint {
+            id: hit.id,
+            t: hit.t.to_f64(),
+            at: to_f64(ray.origin + ray.direction * hit.t),
+            normal: to_f64(normal),
+            ways: lighting.lamps.iter().map(way).collect(),
+            light: plain.light(&ray, &lighting.lamps, lighting.ambient),
+        })
     }
 }
 

@@ -1,0 +1,137 @@
+//! What lights the point that a ray sees, and the bytes that come out.
+
+use serde::Serialize;
+
+use super::numbers::{Exact, Quantity, Short};
+
+/// How the point that a ray sees is lit, and the colour that comes of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Shading {
+    /// The point where the ray meets its object; `None` where no light falls on what it sees.
+    pub point: Option<PointExplanation>,
+    /// The lights, in the order of the scene file; none for the background.
+    pub lights: Vec<LightExplanation>,
+    /// The sky.
+    pub sky: Option<SkyExplanation>,
+    /// The colour of the ray.
+    pub color: ColorExplanation,
+    /// The colour of the pixel, where it is the mean of several samples.
+    pub mean: Option<MeanExplanation>,
+}
+
+/// The point where a ray meets its object.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointExplanation {
+    /// The coordinates, `f(p)`, which is 0, and the unit normal that faces the ray. `stable` has its
+    /// points relative to the camera, so it has no number for `p`. The column of f64 is the kernel
+    /// `double`, here and for all that follows.
+    pub quantities: Vec<Quantity>,
+    #[serde(skip)]
+    pub(super) at: [Short; 3],
+    #[serde(skip)]
+    pub(super) normal: [Short; 3],
+    #[serde(skip)]
+    pub(super) residual: Short,
+    #[serde(skip)]
+    pub(super) is_on_sphere: bool,
+}
+
+/// A light as it falls on the point.
+#[derive(Clone, Debug, Serialize)]
+pub struct LightExplanation {
+    /// `light 1`, counted in the order of the scene file.
+    pub name: String,
+    /// `at (4, 6, 3)`
+    pub place: String,
+    /// Whether it counts, exactly.
+    pub verdict: Verdict,
+    /// The same in words, and what else is worth a remark.
+    pub why: Vec<String>,
+    /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
+    pub quantities: Vec<Quantity>,
+    #[serde(skip)]
+    pub(super) terms: Option<WayTerms>,
+}
+
+/// The numbers of the way to a light, for the formulas.
+#[derive(Clone, Debug)]
+pub(super) struct WayTerms {
+    pub way: [Short; 3],
+    /// The formula of `way`, in text and in LaTeX.
+    pub form: [&'static str; 2],
+    pub cosine: Short,
+    pub root: Option<Short>,
+    /// `I`, and what the light gives, where it counts.
+    pub gives: Option<[[Short; 3]; 2]>,
+}
+
+/// Whether a light counts.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Verdict {
+    /// It counts.
+    Counts,
+    /// `n·ω < 0`.
+    Behind,
+    /// `n·ω = 0`; also a light at the point itself.
+    Grazing,
+    /// Something is in its way.
+    Hidden {
+        /// Id of the first object in the way.
+        by: u32,
+    },
+    /// It is black, or its intensity is 0.
+    Dark,
+}
+
+/// The suns of the sky.
+#[derive(Clone, Debug, Serialize)]
+pub struct SkyExplanation {
+    /// All of them.
+    pub directions: usize,
+    /// Those that count.
+    pub counting: usize,
+    /// Those behind the surface.
+    pub behind: usize,
+    /// Those that something is in the way of.
+    pub hidden: usize,
+    /// How many count, and what they give together.
+    pub quantities: Vec<Quantity>,
+}
+
+/// A linear colour and its bytes.
+#[derive(Clone, Debug, Serialize)]
+pub struct ColorExplanation {
+    /// Red, green and blue.
+    pub channels: [Channel; 3],
+    /// The channels in each arithmetic.
+    pub quantities: Vec<Quantity>,
+    /// What is worth a remark.
+    pub why: Vec<String>,
+    /// Colour of the object, ambient light, the sum of all other, and the channel itself.
+    #[serde(skip)]
+    pub(super) terms: Option<[[Short; 4]; 3]>,
+}
+
+/// A channel and its byte.
+#[derive(Clone, Debug, Serialize)]
+pub struct Channel {
+    /// `red`, `green` or `blue`.
+    pub name: &'static str,
+    /// The byte.
+    pub byte: u8,
+    /// The linear values that it stands for, from the first to below the second; endless for 0 and
+    /// 255.
+    pub range: [f64; 2],
+    /// How far the exact value is from the nearest end of the range.
+    pub from_edge: Exact,
+}
+
+/// The colour of a pixel.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeanExplanation {
+    /// Samples across and down the pixel.
+    pub samples: u32,
+    /// Their mean.
+    pub color: ColorExplanation,
+}
