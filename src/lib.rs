@@ -1,4 +1,5 @@
-//! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees.
+//! Kugelblitz: a ray tracer for spheres and planes that proves which object every ray sees, and every byte
+//! of the picture.
 //!
 //! A [`Scene`](scene::Scene), a [`Device`](device::Device) and a [`Kernel`](trace::Kernel) make a
 //! [`Session`]; rays and cameras go in, [`Hits`](trace::Hits) and pictures come out. With
@@ -57,7 +58,12 @@
 //!   background. Of equal `t`,
 //!   the lower id wins.
 //! - **Normal.** Unit length, turned to face the ray.
-//! - **Colour.** Linear inside, sRGB in scene files, PNG and PPM.
+//! - **Colour.** Linear inside, sRGB in scene files, PNG and PPM. A number of a picture is the one whose
+//!   range holds the exact colour, see [`scene::Edges`]; a float is the nearest one.
+//! - **Light.** A light counts where `n·ω > 0` and no object has a root `s` of `p + s·w`, `0 < s < 1`,
+//!   towards a point light, or `0 < s` towards a sun; touching is in the way. Without any light, sky or
+//!   ambient light, objects have their colours as they are.
+//! - **Samples.** `n` × `n` of them in a pixel are the centre rays of a picture `n` times as large.
 //!
 //! # Modules, along the way of the data
 //! | module | what it holds |
@@ -81,7 +87,7 @@
 //! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
-//! | [`shade`] | hits → colours |
+//! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
@@ -105,7 +111,9 @@
 //!    many spheres.
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, exact
 //!    arithmetic ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
-//! 6. [`shade::Shader::shade`] makes colours of the hits.
+//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit or sampled ones by
+//!    [`shade::Lit::shade`], in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
+//!    (`exact/light.rs`, `shade/mean.rs`).
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!

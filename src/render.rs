@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Background, Colors, Encoding, Painter, Shader, Style};
+use crate::shade::{Background, Colors, Encoding, Painted, Painter, Shader, Style};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -46,6 +46,13 @@ impl Plan {
             (true, Encoding::Srgb8 | Encoding::Srgb16) => Background::LeftOut,
         };
         Style { encoding, n_samples, epsilon, background }
+    }
+
+    /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
+    pub fn n_steps(&self, pixels: &Pixels, is_lit: bool) -> u64 {
+        let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(self.n_samples).pow(2));
+        let n_rays = if n_samples > 1 { 1 + n_samples } else { 1 };
+        n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
     }
 
     /// The part of [`Hits`] that the picture needs.
@@ -142,6 +149,15 @@ pub struct Rendered {
     pub write: Duration,
 }
 
+impl Rendered {
+    fn add(&mut self, painted: Painted) {
+        self.counts.add(painted.counts);
+        self.shadow_rays.add(painted.shadow_rays);
+        self.timing.add(painted.timing);
+        self.shade += painted.shade;
+    }
+}
+
 /// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller
 /// ends the picture with [`PictureWriter::finish`].
 ///
@@ -161,7 +177,7 @@ pub fn render<W: Write + Seek>(
     let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
+        rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
         let start = Instant::now();
         match painter.coverage() {
             None => writer.rows(&colors, &hits, band.height)?,
@@ -191,7 +207,7 @@ pub fn paint_only(
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         // What flat colours take is part of writing them.
         if let Painter::Lit(_) = painter {
-            painter.paint(&band, &hits, control, &mut colors, &mut rendered)?;
+            rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
         }
     }
     Ok(rendered)

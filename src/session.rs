@@ -252,7 +252,7 @@ impl Session {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let mut painter = Painter::new(prepared, style, pixels, of_samples);
         let mut colors = Colors::new(Encoding::Srgb8);
-        painter.paint(pixels, hits, control, &mut colors, &mut Rendered::default())?;
+        painter.paint(pixels, hits, control, &mut colors)?;
         match colors {
             Colors::Srgb8(pixels) => Ok(pixels),
             Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),

@@ -235,3 +235,99 @@ impl Stage<'_> {
         Some((ExactPoint::new(&ray, &ExactHit { id, root, side }), shape))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::kernel::Kernel;
+    use crate::prepare::Prepared;
+    use crate::rays::{Pixels, Rays, View};
+    use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+
+    /// A sphere and a plane as a camera at the origin sees them, from far or from inside.
+    fn scene(rng: &mut ChaCha8Rng) -> Arc<Scene> {
+        let mut vector = || DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+        let (aside, normal) = (vector() * 0.1, vector());
+        let distance = 2f64.powi(rng.random_range(-3..12));
+        let radius = distance * [0.3, 0.01, 1e-4, 1.5][rng.random_range(0..4)];
+        let sphere = Sphere { center: (DVec3::NEG_Z + aside) * distance, radius };
+        let color = Color([0.5; 3]);
+        let point = DVec3::NEG_Z * (distance * 2.0);
+        let plane = Plane { name: None, point, normal: normal + DVec3::Z * 0.3, color };
+        let projection = match rng.random_bool(0.5) {
+            true => Projection::Perspective { fov_degrees: 20.0 * radius.min(distance) / distance },
+            false => Projection::Orthographic { height: radius },
+        };
+        let camera = Camera { projection, ..Camera::new(DVec3::ZERO, sphere.center) };
+        let spheres = [(sphere, color)].into_iter().collect();
+        Arc::new(Scene { camera: Some(camera), spheres, planes: vec![plane], ..Scene::default() })
+    }
+
+    /// Of points that many rays see: how many are known, and those farther from the true ones than
+    /// `share` of their bounds.
+    fn look(share: f64) -> (usize, Vec<String>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1405);
+        let (mut n_known, mut wrong) = (0, Vec::new());
+        for _ in 0..200 {
+            let scene = scene(&mut rng);
+            let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 9, 7);
+            let rays = Rays::Pixels(pixels);
+            let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let ids: Vec<u32> = (0..pixels.len())
+                .map(|at| {
+                    let shapes = scene.objects().map(|(id, object)| (id, Shape::from(object)));
+                    crate::exact::nearest(&stage.exact_ray(at), shapes).map_or(0, |hit| hit.id)
+                })
+                .collect();
+            let mut points = Points::default();
+            points.find(&mut Completer::new(&stage), 0, &ids);
+            for (at, &id) in ids.iter().enumerate().filter(|(_, id)| **id != 0) {
+                let (pack, lane) = (&points.packs[at / LANES], at % LANES);
+                let error = pack.error[lane];
+                if !error.is_finite() {
+                    continue;
+                }
+                n_known += 1;
+                let (exact, shape) = stage.exact_point(at, id).unwrap();
+                let here = DVec3::from_array(std::array::from_fn(|axis| pack.at[axis][lane]));
+                let case = || format!("{scene:?} {at}: {here} ± {error:e}");
+                if exact.is_within(error * share, here) != Some(true) {
+                    wrong.push(case());
+                }
+                // The normal of a sphere leads from its centre to the point.
+                if let Shape::Sphere { center, radius } = shape {
+                    let turn = if pack.is_inside[lane] { -radius } else { radius };
+                    let normal =
+                        DVec3::from_array(std::array::from_fn(|axis| pack.normal[axis][lane]));
+                    let rounding = 4.0 * UNIT_F64 * (center.length() + radius);
+                    let most = pack.normal_error[lane] * share * radius + rounding;
+                    if exact.is_within(most, center + normal * turn) != Some(true) {
+                        wrong.push(case());
+                    }
+                }
+            }
+        }
+        (n_known, wrong)
+    }
+
+    #[test]
+    fn points_are_within_their_bounds() {
+        let (n_known, wrong) = look(1.0);
+        assert!(wrong.is_empty(), "{}", wrong[0]);
+        assert!(n_known > 8000, "{n_known}");
+    }
+
+    /// `t`'s bounds are those of the filter, of which `tests/guards.rs` tells how wide they are: wrong points
+    /// begin at a 32nd.
+    #[test]
+    fn sabotage_smaller_bounds_are_noticed() {
+        assert!(!look(1.0 / 48.0).1.is_empty());
+    }
+}

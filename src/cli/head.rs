@@ -115,8 +115,9 @@ pub struct MsStages {
     refine: f64,
     decide: f64,
     readback: f64,
-    /// Colours; of flat ones only with the first picture.
-    shade: f64,
+    /// Colours. Flat ones count only with the first picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shade: Option<f64>,
 }
 
 impl From<&Rendered> for MsStages {
@@ -126,8 +127,16 @@ impl From<&Rendered> for MsStages {
             refine: ms(timing.refine),
             decide: ms(timing.decide),
             readback: ms(timing.readback),
-            shade: ms(*shade),
+            shade: Some(ms(*shade)),
         }
+    }
+}
+
+impl MsStages {
+    /// Of another picture after the first one.
+    pub fn again(done: &Rendered) -> MsStages {
+        let stages = MsStages::from(done);
+        MsStages { shade: stages.shade.filter(|&shade| shade > 0.0), ..stages }
     }
 }
 

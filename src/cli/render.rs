@@ -53,12 +53,12 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
-    let progress = Progress::start(&args.talk, &run.control, pixels.len() as u64);
+    let progress = Progress::start(&args.talk, &run.control, plan.n_steps(&pixels, scene.is_lit()));
     let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
     drop(progress);
 
     let again =
-        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::from(&done));
+        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::again(&done));
     let ms_runs = args
         .repeat
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())

@@ -120,8 +120,21 @@ impl ExactPoint {
         }
     }
 
+    /// Whether the point is at most `distance` away from another one. `None` where a number is not
+    /// finite.
+    pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
+        let v = self.offset_from(&real3(point)?);
+        Some((&dot(&v, &v) - &self.square_of(distance)?).signum() <= 0)
+    }
+
+    /// `(scale·r)²`
+    fn square_of(&self, r: f64) -> Option<Surd<'_>> {
+        let r = real(r)? * &self.scale;
+        Some(Surd::new(&r * &r, Real::zero(), &self.radicand))
+    }
+
     /// `scale·(p − point)`
-    fn from_point(&self, point: &[Real; 3]) -> Surd3<'_> {
+    fn offset_from(&self, point: &[Real; 3]) -> Surd3<'_> {
         std::array::from_fn(|axis| {
             let base = &self.base[axis] - &(&point[axis] * &self.scale);
             Surd::new(base, self.root[axis].clone(), &self.radicand)
@@ -148,7 +161,7 @@ impl<'a> ExactBeam<'a> {
 
     /// To a point light. `None` where a number is not finite.
     pub fn to_position(point: &'a ExactPoint, position: DVec3) -> Option<ExactBeam<'a>> {
-        let way = point.from_point(&real3(position)?).map(|x| -x);
+        let way = point.offset_from(&real3(position)?).map(|x| -x);
         Some(ExactBeam::new(point, way, false))
     }
 
@@ -167,7 +180,7 @@ impl<'a> ExactBeam<'a> {
         let (outward, length2) = match *shape {
             Shape::Sphere { center, radius } => {
                 let r = real(radius)? * &self.point.scale;
-                (dot(&self.way, &self.point.from_point(&real3(center)?)), &r * &r)
+                (dot(&self.way, &self.point.offset_from(&real3(center)?)), &r * &r)
             }
             Shape::Plane { normal, .. } => {
                 let n = real3(normal)?;
@@ -203,9 +216,8 @@ impl<'a> ExactBeam<'a> {
         if radius == 0.0 {
             return None;
         }
-        let v = self.point.from_point(&real3(center)?);
-        let r = real(radius)? * &self.point.scale;
-        let r2 = Surd::new(&r * &r, Real::zero(), &self.point.radicand);
+        let v = self.point.offset_from(&real3(center)?);
+        let r2 = self.point.square_of(radius)?;
         let (a, b, c) = (&self.square, dot(&self.way, &v), &dot(&v, &v) - &r2);
         if a.signum() == 0 {
             return Some(false);
@@ -226,7 +238,7 @@ impl<'a> ExactBeam<'a> {
     fn is_blocked_by_plane(&self, point: DVec3, normal: DVec3) -> Option<bool> {
         let n = real3(normal)?;
         let m = dot_real(&self.way, &n);
-        let offset = -dot_real(&self.point.from_point(&real3(point)?), &n);
+        let offset = -dot_real(&self.point.offset_from(&real3(point)?), &n);
         let sign = m.signum();
         let is_ahead = sign != 0 && offset.signum() == sign;
         Some(is_ahead && (self.is_endless || (&m - &offset).signum() == sign))

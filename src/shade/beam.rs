@@ -61,6 +61,8 @@ pub struct Beam {
     pub is_endless: bool,
     /// Bound of the angle between the true and the computed way.
     pub turned: f64,
+    /// `ε`; the tests cut it.
+    pub unit: f64,
 }
 
 #[inline(always)]
@@ -97,7 +99,8 @@ impl Beam {
     #[inline(always)]
     fn new(from: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
         let square = dot3(way, way);
-        Beam { from, way, square, inverse: 1.0 / square, error, is_endless: false, turned }
+        let (inverse, is_endless, unit) = (1.0 / square, false, UNIT_F64);
+        Beam { from, way, square, inverse, error, is_endless, turned, unit }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
@@ -124,7 +127,7 @@ impl Beam {
         let last = if self.is_endless { f64::MAX } else { 1.0 };
         let foot = Real::min(Real::max(dot3(l, self.way) * self.inverse, 0.0), last);
         let q = l - self.way * foot;
-        let e = self.error + UNIT_F64 * (1.75 * far + 14.0 * l2.sqrt());
+        let e = self.error + self.unit * (1.75 * far + 14.0 * l2.sqrt());
         let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
         let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
         let outer2 = outer * outer * (1.0 + RELATIVE);
@@ -147,14 +150,121 @@ impl Beam {
         let l = point - self.from;
         let end = l - self.way;
         let (n, way) = (length(normal), self.square.sqrt());
-        let e = self.error + UNIT_F64 * (length(point) + 5.0 * (length(l) + way));
+        let e = self.error + self.unit * (length(point) + 5.0 * (length(l) + way));
         let start = dot3(normal, l);
-        let (start_error, sun_error) = (1.01 * n * e, 4.0 * UNIT_F64 * n * way);
+        let (start_error, sun_error) = (1.01 * n * e, 4.0 * self.unit * n * way);
         let stop = if self.is_endless { -dot3(normal, self.way) } else { dot3(normal, end) };
         let stop_error = if self.is_endless { sun_error } else { start_error };
         let are_known = (start.abs() > start_error) & (stop.abs() > stop_error) & (e < LARGEST);
         let are_apart = (start > 0.0) != (stop > 0.0);
         let known = if are_apart { in_the_way::YES } else { in_the_way::NO };
         if are_known { known } else { in_the_way::OPEN }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+    use crate::rays::Ray;
+
+    /// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
+    fn exact_point(at: DVec3) -> ExactPoint {
+        let ray = ExactRay::new(&Ray { origin: at - DVec3::X, direction: DVec3::X });
+        let plane = Shape::Plane { point: at, normal: DVec3::X };
+        let (root, side) = visible_root(&ray, &plane).unwrap();
+        let point = ExactPoint::new(&ray, &ExactHit { id: 1, root, side });
+        assert_eq!(point.is_within(0.0, at), Some(true), "{at}");
+        point
+    }
+
+    fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+    }
+
+    struct Case {
+        from: DVec3,
+        lamp: DVec3,
+        is_sun: bool,
+        shape: Shape,
+    }
+
+    /// Spheres and planes that a beam touches, begins at, or ends at, within some units of f64.
+    fn case(rng: &mut ChaCha8Rng) -> Case {
+        let size = 2f64.powi(rng.random_range(-12..12));
+        // x keeps its digits when 1 is taken away and added again.
+        let from = DVec3::new(rng.random_range(-8..8).into(), 0.0, 0.0)
+            + vector(rng) * DVec3::new(0.0, 1.0, 1.0) * 2f64.powi(rng.random_range(-6..6));
+        let lamp = vector(rng) * size;
+        let is_sun = rng.random_bool(0.3);
+        let way = if is_sun { -lamp } else { lamp - from };
+        let s = [0.0, 1.0, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
+        let on_beam = from + way * s;
+        let aside = way.cross(vector(rng)).normalize();
+        let near = 1.0 + f64::from(rng.random_range(-24..=24)) * UNIT_F64;
+        let shape = if rng.random_bool(0.7) {
+            let radius = way.length() * rng.random_range(0.01..1.0);
+            let across = if s > 0.0 && s < 1.0 { aside } else { vector(rng).normalize() };
+            Shape::Sphere { center: on_beam + across * radius * near, radius }
+        } else {
+            Shape::Plane {
+                point: on_beam + aside * way.length(),
+                normal: way.cross(aside) + way * 1e-3,
+            }
+        };
+        Case { from, lamp, is_sun, shape }
+    }
+
+    /// Wrong statements about `n` cases with the bounds' unit `unit`, and statements at all.
+    fn statements(n: usize, unit: f64) -> (Vec<String>, usize) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1404);
+        let (mut wrong, mut n_said) = (Vec::new(), 0);
+        for _ in 0..n {
+            let Case { from, lamp, is_sun, shape } = case(&mut rng);
+            let beam = match is_sun {
+                true => Beam::to_sun(from.into(), 0.0, lamp.into()),
+                false => Beam::to_point(from.into(), 0.0, lamp.into()),
+            };
+            let error = beam.error * (unit / UNIT_F64);
+            let beam = Beam { unit, error, ..beam };
+            let said = match shape {
+                Shape::Sphere { center, radius } => beam.meets_sphere(center.into(), radius),
+                Shape::Plane { point, normal } => {
+                    let largest = normal.abs().max_element().log2().floor() as i32;
+                    beam.meets_plane(point.into(), (normal * 2f64.powi(-largest)).into())
+                }
+            };
+            if said == in_the_way::OPEN {
+                continue;
+            }
+            n_said += 1;
+            let point = exact_point(from);
+            let exact = match is_sun {
+                true => ExactBeam::against(&point, lamp).unwrap(),
+                false => ExactBeam::to_position(&point, lamp).unwrap(),
+            };
+            if exact.is_blocked_by(&shape) != (said == in_the_way::YES) {
+                wrong.push(format!("{from:?} {lamp:?} {is_sun} {shape:?}: {said}"));
+            }
+        }
+        (wrong, n_said)
+    }
+
+    #[test]
+    fn what_f64_says_is_right() {
+        let (wrong, n_said) = statements(100_000, UNIT_F64);
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_said > 20_000, "{n_said}");
+    }
+
+    /// The unit is twice what rounding to nearest takes, the largest errors of all steps don't meet in one
+    /// beam, and coordinates are rarely as large as their sums: wrong statements begin at a 24th.
+    #[test]
+    fn sabotage_smaller_bounds_are_noticed() {
+        assert!(!statements(100_000, UNIT_F64 / 48.0).0.is_empty());
     }
 }

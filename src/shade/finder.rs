@@ -100,6 +100,7 @@ impl Beams {
             error: self.error[lane],
             turned: self.turned[lane],
             is_endless: self.is_endless,
+            unit: UNIT_F64,
         }
     }
 }

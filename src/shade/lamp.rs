@@ -51,8 +51,8 @@ impl Lighting {
         let shares = integer(n_shares.into());
         let lights = scene.lights.iter().map(|light| {
             let Light { color, intensity, shadows, .. } = *light;
-            let exact = color.0.map(|part| exact(part.into()) * exact(intensity) * &shares);
-            let weight = color.0.map(|part| f64::from(part) * intensity);
+            let exact = color.0.map(|part| exact(part) * exact(intensity) * &shares);
+            let weight = color.0.map(|part| part * intensity);
             Lamp { origin: origin_of(light, view), weight, exact_weight: exact, shadows }
         });
         let suns = scene.sky.iter().flat_map(|sky| {
@@ -69,7 +69,7 @@ impl Lighting {
         let gives_light = |lamp: &Lamp| lamp.weight != [0.0; 3];
         Some(Lighting {
             lamps: lights.chain(suns).filter(gives_light).collect(),
-            ambient: scene.ambient.unwrap_or(Color::BLACK).0.map(f64::from),
+            ambient: scene.ambient.unwrap_or(Color::BLACK).0,
             n_shares,
         })
     }

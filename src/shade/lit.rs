@@ -144,6 +144,7 @@ impl Job<'_> {
             .map(|(number, out)| {
                 control.check()?;
                 host::check()?;
+                self.advance(control, out.len());
                 let mut counts = StageCounts::default();
                 for (at, out) in (number * part..).zip(out) {
                     *out = pixel(at, &mut counts);
@@ -164,6 +165,13 @@ impl Job<'_> {
                 let n_hits = self.samples(pixel).filter(|&at| self.ids[at] != 0).count();
                 n_hits.max(1) as u64
             }
+        }
+    }
+
+    /// Counts the light of pixels that are about to get it.
+    fn advance(&self, control: &Control, n_pixels: usize) {
+        if self.lit.lighting.is_some() {
+            control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
         }
     }
 
@@ -230,6 +238,7 @@ impl Certified<'_> {
                 host::check()?;
                 let first = y * row + number * part;
                 work.find(first, out.len());
+                self.job.advance(control, out.len());
                 let (first_sample, n) = (self.job.first_sample(first), out.len());
                 for (at, out) in out.iter_mut().enumerate() {
                     let bounds = work.bounds(first + at, first_sample, at, n);
@@ -278,15 +287,13 @@ impl Certified<'_> {
     ) -> [T; 3] {
         let lighting = self.job.lit.lighting.as_ref();
         let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
-        let samples: Vec<(usize, u32, Option<(ExactPoint, Shape)>)> = self
-            .job
-            .samples(pixel)
-            .map(|at| (at, self.job.ids[at]))
-            .map(|(at, id)| {
-                let point = lighting.and_then(|_| self.finder.stage.exact_point(at, id));
-                (at, id, point)
-            })
-            .collect();
+        let sample = |at: usize| {
+            let id = self.job.ids[at];
+            let point: Option<(ExactPoint, Shape)> =
+                lighting.and_then(|_| self.finder.stage.exact_point(at, id));
+            (at, id, point)
+        };
+        let samples: Vec<_> = self.job.samples(pixel).map(sample).collect();
         let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(n_shares));
         let shares = integer(n_shares.into());
         for (at, id, point) in &samples {

@@ -120,8 +120,8 @@ impl<'a> ExactMean<'a> {
             Ordering::Greater => true,
         };
         let guess = guess.max(0.0); // also where it is no number
-        if !(guess.is_finite() && is_above(guess)) && !(guess > 0.0 && !is_above(guess.next_down()))
-        {
+        let is_enough = guess.is_infinite() || !is_above(guess);
+        if is_enough && (guess == 0.0 || is_above(guess.next_down())) {
             return guess;
         }
         // The guess may be as far off as f64 knew nothing: bits of floats are in the floats' order.

@@ -15,7 +15,7 @@ use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
-pub use painter::{Background, LitPainter, Painter, Style};
+pub use painter::{Background, LitPainter, Painted, Painter, Style};
 
 /// The numbers that a picture's colours are written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

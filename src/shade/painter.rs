@@ -1,15 +1,14 @@
 //! The colours of a picture, band by band.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{Colors, Encoding, Lighting, Lit, Shader};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::render::Rendered;
-use crate::trace::{Coverage, Hits, Rays};
+use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
 use crate::tracer::Tracer;
 
 /// How pixels get their colours.
@@ -41,6 +40,19 @@ pub enum Background {
     LeftOut,
     /// They are black: a colour is premultiplied with the share of the other samples.
     Black,
+}
+
+/// What painting took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Painted {
+    /// How many of the samples' rays each stage decided, where they are not the pixels' centre rays.
+    pub counts: StageCounts,
+    /// How many ways from samples to lamps each stage decided.
+    pub shadow_rays: StageCounts,
+    /// Time for tracing the samples.
+    pub timing: Timing,
+    /// Time for colours.
+    pub shade: Duration,
 }
 
 /// Makes the colours of a picture.
@@ -114,14 +126,12 @@ impl<'a> Painter<'a> {
         hits: &Hits,
         control: &Control,
         colors: &mut Colors,
-        rendered: &mut Rendered,
-    ) -> Result<()> {
+    ) -> Result<Painted> {
         let painter = match self {
             Painter::Flat(shader) => {
                 let start = Instant::now();
                 shader.shade(hits, colors)?;
-                rendered.shade += start.elapsed();
-                return Ok(());
+                return Ok(Painted { shade: start.elapsed(), ..Painted::default() });
             }
             Painter::Lit(painter) => painter,
         };
@@ -130,23 +140,22 @@ impl<'a> Painter<'a> {
         if colors.encoding() != style.encoding {
             *colors = Colors::new(style.encoding);
         }
+        let mut painted = Painted::default();
         let (samples, ids) = match tracer {
             None => (*band, &hits.id),
             Some(tracer) => {
                 let samples = band.samples(style.n_samples);
-                let timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
-                rendered.timing.add(timing);
-                rendered.counts.add(of_samples.counts);
+                painted.timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
+                painted.counts = of_samples.counts;
                 (samples, &of_samples.id)
             }
         };
         let start = Instant::now();
-        let counts = lit.shade(prepared, &samples, ids, control, colors)?;
+        painted.shadow_rays = lit.shade(prepared, &samples, ids, control, colors)?;
         if let Some(coverage) = coverage {
             *coverage = lit.coverage(&samples, ids);
         }
-        rendered.shade += start.elapsed();
-        rendered.shadow_rays.add(counts);
-        Ok(())
+        painted.shade = start.elapsed();
+        Ok(painted)
     }
 }

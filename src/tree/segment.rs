@@ -56,11 +56,8 @@ impl<V: FnMut(usize) -> bool> pulp::WithSimd for Walk<'_, V> {
             }
             let node = &wide.nodes[link as usize];
             let (_, is_hit) = enter(node, &slabs, end);
-            for lane in 0..node.n_boxes {
-                if is_hit[lane] {
-                    open.push(node.links[lane]);
-                }
-            }
+            let links = node.links[..node.n_boxes].iter().zip(is_hit);
+            open.extend(links.filter(|(_, is_hit)| *is_hit).map(|(link, _)| *link));
         }
     }
 }

@@ -9,6 +9,7 @@ use glam::{DVec3, dvec3};
 use kugelblitz::exact::Shape;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Light, Object, Scene, Sky, Source, linear_from_srgb};
+use kugelblitz::shade::Background;
 use kugelblitz::trace::Rays;
 use num_traits::ToPrimitive as _;
 use rand::{Rng, RngExt, SeedableRng};
@@ -39,6 +40,11 @@ pub fn light_case(seed: u64, index: u64) -> (&'static str, LightCase) {
         _ => 1,
     };
     let mut case = LightCase::new(Scene::default(), pixels, n_samples);
+    case.background = match rng.random_range(0..8) {
+        0 => Background::LeftOut,
+        1 => Background::Black,
+        _ => Background::Shown,
+    };
     light_up(&mut rng, scene, &mut case);
     if rng.random_bool(0.25) {
         onto_edge(&mut rng, &mut case);
@@ -173,7 +179,7 @@ fn source(rng: &mut impl Rng, scene: &Scene, pixels: &Pixels, target: Option<&Se
     };
     let mut coin = {
         let bits: u64 = rng.random();
-        move || bits % 2 == 0
+        move || bits.is_multiple_of(2)
     };
     match (rng.random_range(0..12), sphere) {
         // Past the silhouette of a sphere, as the target sees it.

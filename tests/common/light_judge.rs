@@ -12,11 +12,9 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Color, Object, Scene, Source};
-use kugelblitz::shade::{Colors, Encoding, Painter};
+use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
-use kugelblitz::tracer::Tracer;
 
 use crate::light_oracle::Oracle;
 
@@ -26,6 +24,7 @@ pub struct LightCase {
     pub scene: Arc<Scene>,
     pub pixels: Pixels,
     pub n_samples: u32,
+    pub background: Background,
     /// Indices of pixels where something is aimed at: these are judged whatever the share of others.
     pub aims: Vec<usize>,
 }
@@ -37,6 +36,8 @@ pub struct Painted {
     pub srgb8: Vec<[u8; 3]>,
     pub srgb16: Vec<[u16; 3]>,
     pub linear: Vec<[f32; 3]>,
+    /// Where the background is not shown: samples of each pixel that hit an object.
+    pub n_hits: Option<Vec<u16>>,
     pub shadow_rays: StageCounts,
 }
 
@@ -69,73 +70,80 @@ impl Tally {
 
 impl LightCase {
     pub fn new(scene: Scene, pixels: Pixels, n_samples: u32) -> LightCase {
-        LightCase { scene: Arc::new(scene), pixels, n_samples, aims: Vec::new() }
+        let (scene, background, aims) = (Arc::new(scene), Background::Shown, Vec::new());
+        LightCase { scene, pixels, n_samples, background, aims }
     }
 
     pub fn oracle(&self) -> Oracle<'_> {
         let Pixels { view, image_width, image_height, .. } = self.pixels;
         Oracle::with_view(&self.scene, view, image_width, image_height, self.n_samples)
+            .before(self.background)
     }
 
     /// The picture by the certified kernel.
     pub fn paint(&self, device: &Device) -> Painted {
-        let (ids, of_samples) = (self.traced(&self.pixels, device), self.sample_tracer(device));
-        let (prepared, mut tracer) = match of_samples {
-            Some((prepared, tracer)) => (prepared, Some(tracer)),
-            None => (ids.1, None),
-        };
-        let hits = ids.0;
+        self.paint_by(Kernel::Certified, 0.0, device)
+    }
+
+    /// The picture by any kernel; where it has no proof, shadow rays start at `epsilon`.
+    pub fn paint_by(&self, kernel: Kernel, epsilon: f64, device: &Device) -> Painted {
+        let (hits, of_pixels) = self.traced(kernel, device);
+        let mut of_samples = (self.n_samples > 1).then(|| {
+            let prepared = self.prepared(kernel, &self.pixels.samples(self.n_samples));
+            let tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
+            (prepared, tracer)
+        });
         let mut painted = Painted { ids: hits.id.clone(), ..Painted::default() };
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
-            let tracer = tracer.as_deref_mut();
-            let quality = (self.n_samples, 0.0);
-            let mut painter = Painter::new(&prepared, encoding, &self.pixels, quality, tracer);
-            let (mut colors, mut rendered) = (Colors::new(encoding), Rendered::default());
+            let (prepared, tracer) = match &mut of_samples {
+                Some((prepared, tracer)) => (&*prepared, Some(&mut **tracer)),
+                None => (&of_pixels, None),
+            };
+            let (n_samples, background) = (self.n_samples, self.background);
+            let style = Style { n_samples, background, epsilon, ..Style::new(encoding) };
+            let mut painter = Painter::new(prepared, style, &self.pixels, tracer);
+            let mut colors = Colors::new(encoding);
             let control = Control::default();
-            painter.paint(&self.pixels, &hits, &control, &mut colors, &mut rendered).unwrap();
+            let done = painter.paint(&self.pixels, &hits, &control, &mut colors).unwrap();
             match colors {
                 Colors::Srgb8(colors) => painted.srgb8 = colors,
                 Colors::Srgb16(colors) => painted.srgb16 = colors,
                 Colors::Linear(colors) => painted.linear = colors,
             }
-            painted.shadow_rays.add(rendered.shadow_rays);
+            painted.n_hits = painter.coverage().map(|coverage| coverage.n_hits.clone());
+            painted.shadow_rays.add(done.shadow_rays);
         }
         painted
     }
 
-    fn prepared(&self, pixels: &Pixels) -> Arc<Prepared> {
+    fn prepared(&self, kernel: Kernel, pixels: &Pixels) -> Arc<Prepared> {
         let (scene, rays) = (Arc::clone(&self.scene), Rays::Pixels(*pixels));
-        Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap())
+        Arc::new(Prepared::new(scene, kernel, &rays).unwrap())
     }
 
-    fn traced(&self, pixels: &Pixels, device: &Device) -> (Hits, Arc<Prepared>) {
-        let prepared = self.prepared(pixels);
+    fn traced(&self, kernel: Kernel, device: &Device) -> (Hits, Arc<Prepared>) {
+        let prepared = self.prepared(kernel, &self.pixels);
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         let mut hits = Hits::default();
-        tracer.trace(&Rays::Pixels(*pixels), &Control::default(), &mut hits).unwrap();
+        tracer.trace(&Rays::Pixels(self.pixels), &Control::default(), &mut hits).unwrap();
         (hits, prepared)
-    }
-
-    fn sample_tracer(&self, device: &Device) -> Option<(Arc<Prepared>, Box<dyn Tracer>)> {
-        (self.n_samples > 1).then(|| {
-            let prepared = self.prepared(&self.pixels.samples(self.n_samples));
-            let tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
-            (prepared, tracer)
-        })
     }
 
     /// The scene as a file, and the pixel.
     pub fn paste(&self, index: usize) -> String {
-        let (pixels, n) = (&self.pixels, self.n_samples);
+        let (pixels, n, background) = (&self.pixels, self.n_samples, self.background);
         let scene = scene_text(&self.scene);
-        format!("{scene}# pixel {:?} of {pixels:?}, {n} x {n} samples\n", pixels.xy(index))
+        let xy = pixels.xy(index);
+        format!(
+            "{scene}# pixel {xy:?} of {pixels:?}, {n} x {n} samples, background {background:?}\n"
+        )
     }
 }
 
 /// Every `step`-th pixel, and those aimed at, must have the oracle's id, bytes and floats.
 pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, String> {
     let n_pixels = case.pixels.len();
-    let Painted { ids, srgb8, srgb16, linear, shadow_rays } = painted;
+    let Painted { ids, srgb8, srgb16, linear, n_hits, shadow_rays } = painted;
     if [ids.len(), srgb8.len(), srgb16.len(), linear.len()] != [n_pixels; 4] {
         return Err(format!("{n_pixels} pixels, but {} and {}", ids.len(), srgb8.len()));
     }
@@ -159,6 +167,11 @@ pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, 
         }
         if linear[i].map(f32::to_bits) != truth.linear().map(f32::to_bits) {
             return say(format!("floats {:?} instead of {:?}", linear[i], truth.linear()));
+        }
+        if let Some(n_hits) = n_hits.as_ref().map(|n_hits| u32::from(n_hits[i]))
+            && n_hits != truth.n_hits
+        {
+            return say(format!("hits {n_hits} instead of {}", truth.n_hits));
         }
         let is_tie = truth
             .channels

@@ -14,6 +14,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use kugelblitz::rays::{Lens, View};
 use kugelblitz::scene::{Color, Light, Scene, Source, linear_from_srgb};
+use kugelblitz::shade::Background;
 
 use crate::enclosure::{Big, Narrow, Number, Undecided, dot, integer_shift, norm2};
 
@@ -92,6 +93,7 @@ pub struct Oracle<'a> {
     width: u32,
     height: u32,
     samples: u32,
+    background: Background,
     /// By id.
     colors: Vec<Color>,
     lamps: Vec<Lamp>,
@@ -198,7 +200,25 @@ impl<'a> Oracle<'a> {
         let narrow = Model::new(scene, &lamps, shifts, factor, 53);
         let models = std::array::from_fn(|_| OnceLock::new());
         let colors = scene.colors().collect();
-        Oracle { scene, view, width, height, samples, colors, lamps, shifts, narrow, models }
+        let background = Background::Shown;
+        Oracle {
+            scene,
+            view,
+            width,
+            height,
+            samples,
+            background,
+            colors,
+            lamps,
+            shifts,
+            narrow,
+            models,
+        }
+    }
+
+    /// The same where samples that hit nothing count otherwise.
+    pub fn before(self, background: Background) -> Oracle<'a> {
+        Oracle { background, ..self }
     }
 
     pub fn lamps(&self) -> &[Lamp] {
@@ -225,11 +245,21 @@ impl<'a> Oracle<'a> {
     }
 
     fn mean(&self, samples: &[Sample], bits: u64) -> [Big; 3] {
-        let n2 = Big::new(f64::from(self.samples * self.samples), 0, bits);
+        let seen: Vec<&Sample> = match self.background {
+            Background::Shown => samples.iter().collect(),
+            Background::LeftOut | Background::Black => {
+                samples.iter().filter(|sample| sample.id != 0).collect()
+            }
+        };
+        let n = match self.background {
+            Background::LeftOut => seen.len().max(1),
+            Background::Shown | Background::Black => samples.len(),
+        };
+        let n = Big::new(n as f64, 0, bits);
         std::array::from_fn(|channel| {
             let zero = Big::new(0.0, 0, bits);
-            let sum = samples.iter().fold(zero, |sum, sample| sum.plus(&sample.rgb[channel]));
-            sum.over(&n2).expect("a positive number of samples")
+            let sum = seen.iter().fold(zero, |sum, sample| sum.plus(&sample.rgb[channel]));
+            sum.over(&n).expect("a positive number of samples")
         })
     }
 
