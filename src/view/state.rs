@@ -239,18 +239,21 @@ impl State {
         self.picture.as_ref().is_none_or(|picture| picture.order.serial < self.asked)
     }
 
-    /// The paint of the picture that is shown, where it is the one that is wanted.
+    /// The paint of the picture that is shown; colours with other samples stay until the wanted ones come.
     pub fn paint(&self, place: usize) -> Option<&Painted> {
         let serial = self.picture.as_ref()?.order.serial;
         let painted = self.painted[place].as_ref()?;
-        (painted.serial == serial && painted.look == self.look()).then_some(painted)
+        let wanted = self.look();
+        let is_like_it = Look { n_samples: wanted.n_samples, ..painted.look } == wanted;
+        (wanted.is_painted() && painted.serial == serial && is_like_it).then_some(painted)
     }
 
     /// Part of the painting that is done, 0 to 1.
     pub fn painted_share(&self) -> f32 {
         let n = self.shown_kernels().len();
-        (0..n).filter_map(|place| self.paint(place)).map(|paint| paint.share).sum::<f32>()
-            / n as f32
+        let look = self.look();
+        let paint = (0..n).filter_map(|place| self.paint(place)).filter(|paint| paint.look == look);
+        paint.map(|paint| paint.share).sum::<f32>() / n as f32
     }
 
     /// True when the newest picture is shown, each pixel of it decided and painted.
