@@ -3,18 +3,20 @@
 // Bounds of a visible root's nearness 1 / (a t): unlike t it needs no division.
 // high ≤ 0: a certain miss. low ≤ 0: not certain that there is a root.
 struct Nearness {
-    low: f32,
-    high: f32,
+    low: Real,
+    high: Real,
 }
 
 // The nearest candidate, and the upper bound of the second nearest.
 struct Nearest {
-    low: f32,
-    high: f32,
-    second_high: f32,
+    low: Real,
+    high: Real,
+    second_high: Real,
     id: u32,
 }
 
+//#if complete
+//#else
 fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     let is_nearer = root.high > nearest.high;
     let farther = select(root.high, nearest.high, is_nearer);
@@ -26,10 +28,11 @@ fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     );
 }
 
+//#end
 //#if far
 // As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
 // lower bound still lacks the factor FAR_NARROWER.
-fn far_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, q: f32) -> Nearness {
+fn far_nearness(ray: Ray, l: Vec3, inner2: Real, outer2: Real, q: Real) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
@@ -44,7 +47,7 @@ fn far_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, q: f32) -> Nearnes
 //#if parallel
 // Seen along one direction: t = s − h, or s + h where that is behind. Whatever is not known to be
 // the visible root is open.
-fn parallel_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, slack: f32) -> Nearness {
+fn parallel_nearness(ray: Ray, l: Vec3, inner2: Real, outer2: Real, slack: Real) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
@@ -69,22 +72,23 @@ fn parallel_nearness(ray: Ray, l: vec3f, inner2: f32, outer2: f32, slack: f32) -
 }
 //#end
 
-//#if spheres
+//#if sphere_filter
 struct SphereCertified {
-    center: vec3f,
-    inner2: f32,
-    center_low: vec3f,
-    outer2: f32,
-    slack: f32,
-    q_low: f32,
-    q_high_or_r2: f32,
-    k_error: f32,
+    center: Vec3,
+    inner2: Real,
+    center_low: Vec3,
+    outer2: Real,
+    slack: Real,
+    q_low: Real,
+    q_high_or_r2: Real,
+    k_error: Real,
 }
 
 //#if near
+//#if outside
 // The sphere at l = c − o, whose bounds are the guard's, seen from outside: 1 / (a t) = (s + h) q with
 // q = 1 / k.
-fn outside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> Nearness {
+fn outside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
@@ -95,9 +99,11 @@ fn outside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> 
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 
+//#end
+//#if inside
 // Seen from inside: t = s + h where s > 0, and 1 / (a t) = (h − s) / |k| elsewhere. On the surface
 // q is 0 and the roots are 0 and 2 s.
-fn inside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> Nearness {
+fn inside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Nearness {
     let s = dot3(ray.direction, l) * ray.inv_a;
     let p = l - ray.direction * s;
     let m = dot3(p, p);
@@ -114,7 +120,11 @@ fn inside_nearness(ray: Ray, l: vec3f, guard: SphereCertified, q: Nearness) -> N
     return Nearness(select(low, 0.0, open), select(high, LARGEST, open));
 }
 
+//#end
+
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
+    //#if inside
+    //#if outside
     //#if point
     let l = sphere.center;
     let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
@@ -138,6 +148,14 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     //#else
     return Nearness(low, high);
     //#end
+    //#else
+    let q = Nearness(abs(sphere.q_low), abs(sphere.q_high_or_r2));
+    return inside_nearness(ray, sphere.center, sphere, q);
+    //#end
+    //#else
+    let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
+    return outside_nearness(ray, sphere.center, sphere, q);
+    //#end
 }
 //#else
 //#if parallel
@@ -156,13 +174,13 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
 
 //#if planes
 struct PlaneCertified {
-    offset: vec3f,
-    q_low: f32,
-    offset_low: vec3f,
-    q_high: f32,
-    normal: vec3f,
-    direction_error: f32,
-    n_offset_error: f32,
+    offset: Vec3,
+    q_low: Real,
+    offset_low: Vec3,
+    q_high: Real,
+    normal: Vec3,
+    direction_error: Real,
+    n_offset_error: Real,
 }
 
 // 1 / (a t) = (d·n) q / a with q = 1 / ((a − o)·n).
@@ -189,6 +207,8 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
 }
 //#end
 
+//#if complete
+//#else
 //#if spheres
 //#if hierarchy
 //#else
@@ -221,3 +241,4 @@ fn decide(nearest: Nearest) -> u32 {
     let is_decided = nearest.id == 0u || nearest.low > nearest.second_high;
     return select(UNDECIDED, nearest.id, is_decided);
 }
+//#end

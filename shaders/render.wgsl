@@ -1,41 +1,5 @@
 // Bindings and the entry point. Bindings are numbered when the parts are put together.
 
-// Member order is checked against src/gpu/layout.rs by a test.
-//#if double
-struct Params {
-    forward: vec3<f64>,
-    n_spheres: u32,
-    n_planes: u32,
-    right: vec3<f64>,
-    step: f64,
-    true_up: vec3<f64>,
-    infinity: f64,
-    origin: vec3<f64>,
-    n_rays: u32,
-    // Twice the offset of the tile's first pixel from the picture's centre: right, up.
-    offset_i: i32,
-    offset_j: i32,
-    width: u32,
-}
-//#else
-struct Params {
-    forward: vec3f,
-    n_spheres: u32,
-    right_step: vec3f,
-    n_planes: u32,
-    true_up_step: vec3f,
-    infinity: f32,
-    origin: vec3f,
-    n_rays: u32,
-    // Twice the offset of the tile's first pixel from the picture's centre: right, up.
-    offset_i: i32,
-    offset_j: i32,
-    width: u32,
-    padding: u32,
-}
-//#end
-
-@group(0) @binding(next) var<uniform> params: Params;
 @group(0) @binding(next) var<storage, read_write> ids: array<u32>;
 //#if surface
 @group(0) @binding(next) var<storage, read_write> ts: array<f32>;
@@ -62,20 +26,29 @@ struct RayRecord {
 //#end
 @group(0) @binding(next) var<storage, read> rays: array<RayRecord>;
 //#end
+//#if some
+// Picture columns and rows.
+@group(0) @binding(next) var<storage, read> pixels: array<vec2u>;
+//#end
 
 // Straight-line up to the stores, without an early return: a software device takes its quick path
 // for loads with one address only where no lane can be switched off. A hierarchy comes last.
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
+    //#if some
+    let place = pixels[min(index, params.n_rays - 1u)];
+    //#else
+    let place = pixel;
+    //#end
     //#if point
-    let i = Real(params.offset_i + 2 * i32(pixel.x));
-    let j = Real(params.offset_j - 2 * i32(pixel.y));
+    let i = Real(params.offset_i + 2 * i32(place.x));
+    let j = Real(params.offset_j - 2 * i32(place.y));
     let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
     //#end
     //#if parallel
-    let i = Real(params.offset_i + 2 * i32(pixel.x));
-    let j = Real(params.offset_j - 2 * i32(pixel.y));
+    let i = Real(params.offset_i + 2 * i32(place.x));
+    let j = Real(params.offset_j - 2 * i32(place.y));
     let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
     //#end
     //#if free
@@ -88,18 +61,18 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#end
     //#if certified
     //#if hierarchy
-    let nearest = nearest_far(ray, cell_of(pixel.xy), nearest_listed(ray));
+    let nearest = nearest_far(ray, cell_of(place.xy), nearest_listed(ray));
     //#else
     let nearest = nearest_listed(ray);
     //#end
-    let hit = Hit(0.0, decide(nearest));
+    let seen = Hit(0.0, decide(nearest));
     //#else
     let hit = closest(ray);
-    //#end
     //#if double
     let seen = narrow(hit);
     //#else
     let seen = hit;
+    //#end
     //#end
     if pixel.x < params.width && index < params.n_rays {
         ids[index] = seen.id;

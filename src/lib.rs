@@ -109,8 +109,10 @@
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
 //!    `shaders/render.wgsl`, on the CPU the twin in the folder of the [`kernel`], `cpu/tile.rs` for
 //!    many spheres.
-//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, exact
-//!    arithmetic ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals.
+//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
+//!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
+//!    ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals, or
+//!    `shaders/surface.wgsl` on a GPU where it is sure of each byte.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit or sampled ones by
 //!    [`shade::Lit::shade`], in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
 //!    (`exact/light.rs`, `shade/mean.rs`).
@@ -163,6 +165,7 @@ pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;
+mod wide;
 
 /// The vectors of the interface are its.
 pub use glam;

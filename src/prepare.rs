@@ -16,7 +16,7 @@ use crate::kernel::certified::{Frame, farthest_origin};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::rays::{Bundle, Ray, Rays, View};
+use crate::rays::{Bundle, Pixels, Ray, Rays, View};
 use crate::scene::{Scene, Sphere};
 use crate::trace::Wants;
 
@@ -35,8 +35,12 @@ use first_stage::is_left_open;
 pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
+    /// The arithmetic: the kernel's, or f64 for what its f32 left undecided.
+    pub float: Float,
     /// How the rays lie to each other.
     pub bundle: Bundle,
+    /// True for some pixels of a picture, which come as a list.
+    pub some: bool,
     /// How spheres are found.
     pub spheres: Finding,
     /// Number of spheres that are tested one after the other.
@@ -54,6 +58,10 @@ pub enum Finding {
     Listed,
     /// One after the other by the kernel `certified`, and all are far from the one origin of all rays.
     ListedFar,
+    /// One after the other by the kernel `certified` in f64, and no ray starts in one of them.
+    ListedOutside,
+    /// The same where all rays start in each of them.
+    ListedInside,
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
 }
@@ -247,6 +255,14 @@ impl Prepared {
         }
     }
 
+    /// Largest distance of an origin from the reference point.
+    pub fn farthest_origin(&self) -> f64 {
+        match self.made_for {
+            MadeFor::Picture(view, width, height) => Pixels::whole(view, width, height).spread(),
+            MadeFor::Origins(farthest) => farthest,
+        }
+    }
+
     /// The coordinates of the kernel's numbers.
     pub fn coordinates(&self) -> Coordinates {
         Coordinates { kernel: self.kernel, reference: self.reference }
@@ -283,7 +299,9 @@ impl Prepared {
         let is_point = self.bundle() == Bundle::Point;
         ShaderKey {
             kernel: self.kernel,
+            float: self.kernel.about().float,
             bundle: self.bundle(),
+            some: false,
             spheres: match &self.hierarchy {
                 Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
                 None if is_certified && is_point && !self.near => Finding::ListedFar,

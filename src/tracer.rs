@@ -28,7 +28,7 @@ pub trait Tracer: Send {
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
     fn certify(
-        &self,
+        &mut self,
         rays: &Rays,
         control: &Control,
         hits: &mut Hits,
@@ -36,7 +36,7 @@ pub trait Tracer: Send {
     ) -> Result<Timing> {
         match self.target() {
             Some((prepared, wants)) => {
-                certify::resolve(prepared, rays, wants, control, hits, timing)
+                certify::resolve(prepared, rays, wants, control, None, hits, timing)
             }
             None => Ok(timing),
         }

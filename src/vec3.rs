@@ -2,19 +2,20 @@
 
 use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
 
-/// f32 or f64, with the operations that the kernels use. Each is one correctly rounded operation.
-pub trait Real:
+/// What sums and products can be made of: a number, or several side by side. Each operation is one
+/// correctly rounded operation.
+pub trait Number:
     Copy
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
-    + MulAssign
-    + Send
-    + Sync
 {
+}
+
+/// f32 or f64, with the operations that the kernels use. Each is one correctly rounded operation.
+pub trait Real: Number + PartialOrd + MulAssign + Send + Sync {
     /// 0.
     const ZERO: Self;
     /// 1.
@@ -41,6 +42,8 @@ pub trait Real:
 
 macro_rules! real {
     ($float:ident, $small:expr) => {
+        impl Number for $float {}
+
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -78,14 +81,16 @@ pub struct Vec3<R>(pub [R; 3]);
 impl<R: Real> Vec3<R> {
     /// The zero vector.
     pub const ZERO: Self = Vec3([R::ZERO; 3]);
+}
 
+impl<R: Number> Vec3<R> {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(R, R) -> R) -> Self {
         Vec3([f(self.0[0], other.0[0]), f(self.0[1], other.0[1]), f(self.0[2], other.0[2])])
     }
 }
 
-impl<R: Real> Add for Vec3<R> {
+impl<R: Number> Add for Vec3<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -93,7 +98,7 @@ impl<R: Real> Add for Vec3<R> {
     }
 }
 
-impl<R: Real> Sub for Vec3<R> {
+impl<R: Number> Sub for Vec3<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -101,7 +106,7 @@ impl<R: Real> Sub for Vec3<R> {
     }
 }
 
-impl<R: Real> Mul<R> for Vec3<R> {
+impl<R: Number> Mul<R> for Vec3<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, scale: R) -> Self {
@@ -109,7 +114,7 @@ impl<R: Real> Mul<R> for Vec3<R> {
     }
 }
 
-impl<R: Real> Neg for Vec3<R> {
+impl<R: Number> Neg for Vec3<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -131,7 +136,7 @@ impl From<glam::DVec3> for Vec3<f64> {
 
 /// `a·b`, summed from left to right on every device: WGSL's `dot` leaves the order open.
 #[inline(always)]
-pub fn dot3<R: Real>(a: Vec3<R>, b: Vec3<R>) -> R {
+pub fn dot3<R: Number>(a: Vec3<R>, b: Vec3<R>) -> R {
     a.0[0] * b.0[0] + a.0[1] * b.0[1] + a.0[2] * b.0[2]
 }
 

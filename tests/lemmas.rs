@@ -427,23 +427,32 @@ fn normals_from_half_chords() {
     });
     assert_tight("NORMAL_FOOT", steps::NORMAL_FOOT, found);
 
-    // From the centre there is no P.
-    let found = worst(4, |x, choices| {
-        let (d, exact_d) = vector(x);
-        let (r, exact_r) = number(x[3].abs());
-        set_choices(choices, false);
-        let radius = to_f64(half_chord_radius(&ray(d), Vec3::ZERO, r, false));
-        let exact = -exact_d.normalize() * exact_r;
-        Some(radius.distance(exact) / (UNIT_F32 * exact_r))
-    });
-    assert_tight("CHORD", steps::CHORD, found);
+    // From the centre there is no P. On the host, and with a device's division and root.
+    for (name, chord, wide) in
+        [("CHORD", steps::CHORD, false), ("CHORD_WIDE", steps::CHORD_WIDE, true)]
+    {
+        let found = worst(4, |x, choices| {
+            let (d, exact_d) = vector(x);
+            let (r, exact_r) = number(x[3].abs());
+            set_choices(choices, wide);
+            let radius = to_f64(half_chord_radius(&ray(d), Vec3::ZERO, r, false));
+            let exact = -exact_d.normalize() * exact_r;
+            Some(radius.distance(exact) / (UNIT_F32 * exact_r))
+        });
+        assert_tight(name, chord, found);
+    }
 
-    let found = worst(3, |x, choices| {
-        let (v, exact_v) = vector(x);
-        set_choices(choices, false);
-        Some(to_f64(normalized(v)).distance(exact_v.normalize()) / UNIT_F32)
-    });
-    assert_tight("NORMALIZED", steps::NORMALIZED, found);
+    for (name, normal, wide) in [
+        ("NORMALIZED", steps::NORMALIZED, false),
+        ("NORMALIZED_WIDE", steps::NORMALIZED_WIDE, true),
+    ] {
+        let found = worst(3, |x, choices| {
+            let (v, exact_v) = vector(x);
+            set_choices(choices, wide);
+            Some(to_f64(normalized(v)).distance(exact_v.normalize()) / UNIT_F32)
+        });
+        assert_tight(name, normal, found);
+    }
 }
 
 /// The intervals of far spheres, with `s + h` off by all that `FAR` allows.

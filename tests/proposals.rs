@@ -9,12 +9,13 @@ use std::sync::Arc;
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::{CpuTracer, propose_alone};
+use kugelblitz::cpu::{CpuTracer, propose_alone, propose_in_f64};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::guard::LARGEST_EXPONENT;
 use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen};
+use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen, exponent_of};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
@@ -306,6 +307,95 @@ fn proposals_for_lists_of_rays() {
     assert!(all.undecided > 1000 && all.decided_share() > 0.85, "{all:?}");
 }
 
+/// The device must decide in f64 by itself.
+fn gpu_in_f64() -> Arc<Gpu> {
+    let gpu = gpu();
+    let found = gpu.arithmetic_f64().unwrap().expect("f64 in shaders");
+    assert!(found.suits_filter_in_f64(), "{found}");
+    gpu
+}
+
+/// Compares what the device proposes in f64 with its twin's proposals: for all rays, and for some that come
+/// as a list. `None` for a scene that no device decides in f64.
+fn compare_in_f64(gpu: &Arc<Gpu>, case: &Case) -> Option<Result<Tally, String>> {
+    let prepared = case.prepared();
+    let twin = propose_in_f64(&prepared, &case.rays).ok()?;
+    let is_ieee = gpu.is_ieee(Kernel::Double).unwrap();
+    let (wants, control) = (Wants::default(), Control::default());
+    let mut tracer = GpuTracer::new(Arc::clone(gpu), Arc::new(prepared), wants).unwrap();
+    let all: Vec<u32> = (0..twin.len() as u32).collect();
+    let some: Vec<u32> = all.iter().copied().filter(|ray| ray % 7 < 2).collect();
+    let mut compare_rays = |rays: Option<&[u32]>| {
+        let mut device = Hits::default();
+        tracer.propose_in_f64(&case.rays, rays, &control, &mut device).unwrap();
+        let rays = rays.unwrap_or(&all);
+        let twin: Vec<u32> = rays.iter().map(|&ray| twin[ray as usize]).collect();
+        compare(&twin, &device.id, is_ieee)
+            .map_err(|what| format!("{}, {} rays: {what}", case.what, rays.len()))
+    };
+    Some(compare_rays(Some(&some)).and_then(|_| compare_rays(None)))
+}
+
+fn assert_proposals_in_f64(cases: &[Case]) -> Tally {
+    let gpu = gpu_in_f64();
+    let (mut all, mut n_cases) = (Tally::default(), 0);
+    for case in cases {
+        if let Some(verdict) = compare_in_f64(&gpu, case) {
+            all.add(verdict.unwrap_or_else(|what| panic!("{what}")));
+            n_cases += 1;
+        }
+    }
+    println!("{} decided in f64 in {n_cases} of {}: {all:?}", all.decided_share(), cases.len());
+    assert!(n_cases > cases.len() * 9 / 10 && all.hits > 0, "{n_cases} cases: {all:?}");
+    all
+}
+
+#[test]
+fn proposals_in_f64_of_the_lectures_scenes() {
+    let all = assert_proposals_in_f64(&scenes_of("scenes"));
+    // Measured 0.99985: left open are rays along a plane that they start in.
+    assert!(all.decided_share() > 0.9995, "{all:?}");
+}
+
+#[test]
+fn proposals_in_f64_of_hard_scenes() {
+    let all = assert_proposals_in_f64(&scenes_of("scenes/hard"));
+    // Measured: 8 rays that touch exactly.
+    assert!(all.undecided > 0 && all.decided_share() > 0.9999, "{all:?}");
+}
+
+#[test]
+fn proposals_in_f64_of_clouds() {
+    let mut cases = scenes_of("scenes/clouds");
+    for distribution in Distribution::ALL {
+        for count in [FEW_SPHERES as u64 + 1, 1_000, 20_000] {
+            let scene = cloud(distribution, count);
+            let planes = vec![plane(scene.spheres[0].center, DVec3::new(0.1, 1.0, 0.2))];
+            cases.extend(views(distribution.name(), Scene { planes, ..scene }));
+        }
+    }
+    let all = assert_proposals_in_f64(&cases);
+    assert!(all.decided_share() > 0.9999, "{all:?}");
+}
+
+/// Rays whose directions f32 has room for.
+fn ordinary(case: Case) -> Case {
+    let Rays::List(rays) = case.rays else { return case };
+    let is_ordinary = |ray: &Ray| exponent_of(ray.direction).abs() <= LARGEST_EXPONENT;
+    Case { rays: Rays::List(rays.into_iter().filter(is_ordinary).collect()), ..case }
+}
+
+#[test]
+fn proposals_in_f64_for_lists_of_rays() {
+    let sizes = [(1, 0), (0, 1), (7, 2), (24, 5)];
+    let cases: Vec<Case> = (70..)
+        .zip(sizes)
+        .map(|(seed, (spheres, planes))| ordinary(random_list(spheres, planes, seed)))
+        .collect();
+    let all = assert_proposals_in_f64(&cases);
+    assert!(all.decided_share() > 0.999, "{all:?}");
+}
+
 /// A tile of the CPU shows a ray more spheres than its walk alone does, never other objects.
 #[test]
 fn tiles_propose_what_single_rays_do_or_leave_it_open() {
@@ -458,6 +548,218 @@ fn sabotage_of_a_shader_is_noticed() {
             assert!(verdict.is_err(), "{what} is not noticed in {}: {verdict:?}", case.what);
         }
     }
+}
+
+#[test]
+fn sabotage_of_a_shader_in_f64_is_noticed() {
+    let cases = sabotaged_cases().map(ordinary);
+    let honest = gpu_in_f64();
+    for case in &cases {
+        let verdict = compare_in_f64(&honest, case).expect("f64 on the device");
+        verdict.unwrap_or_else(|what| panic!("{what}"));
+    }
+    let [figure, hard, cloud, list] = [0, 1, 2, 3];
+    let decision = "return select(UNDECIDED, nearest.id, is_decided);";
+    let sabotages = [
+        ("always undecided", decision, "return UNDECIDED;", vec![figure, cloud, list]),
+        ("never undecided", decision, "return nearest.id;", vec![hard]),
+        (
+            "a flipped sign in the distance from the line",
+            "let p = l - ray.direction * s;",
+            "let p = l + ray.direction * s;",
+            vec![figure, cloud, list],
+        ),
+        (
+            "a flipped sign of an offset",
+            "let l = sphere.center - seen_from.reference;",
+            "let l = sphere.center + seen_from.reference;",
+            vec![cloud],
+        ),
+        (
+            "a sphere's radius in place of the outer one",
+            "let outer = r + KAPPA * eta;",
+            "let outer = r * 0.999;",
+            vec![cloud],
+        ),
+        (
+            "a pixel beside",
+            "let place = pixels[",
+            "let place = vec2u(1u, 0u) + pixels[",
+            vec![cloud],
+        ),
+        ("a lost node", "covers(node, cell) &", "(at != 2u) & covers(node, cell) &", vec![cloud]),
+    ];
+    for (what, from, to, noticed_by) in sabotages {
+        for case in noticed_by.into_iter().map(|index| &cases[index]) {
+            let gpu = Gpu::open(&Pick::Best).unwrap();
+            let is_f64 = |wgsl: &str| wgsl.contains("alias Real = f64");
+            let gpu = gpu.edit_shaders(move |wgsl| match is_f64(wgsl) {
+                true => wgsl.replace(from, to),
+                false => wgsl.into(),
+            });
+            let verdict = compare_in_f64(&Arc::new(gpu), case).unwrap();
+            assert!(verdict.is_err(), "{what} is not noticed in {}: {verdict:?}", case.what);
+        }
+    }
+}
+
+/// What is compared of hits that are complete.
+type Bits = Vec<(u32, u32, [u32; 3])>;
+
+fn bits(hits: &Hits) -> Bits {
+    let surfaces = hits.t.iter().zip(&hits.normal);
+    let words = hits.id.iter().zip(surfaces);
+    words.map(|(&id, (t, normal))| (id, t.to_bits(), normal.map(f32::to_bits))).collect()
+}
+
+/// A device that does in f64 what it can, with other words in the shaders that calculate in it.
+fn always_in_f64(edits: &[(&'static str, &'static str)]) -> Arc<Gpu> {
+    let edits = edits.to_vec();
+    let gpu = Gpu::open(&Pick::Best).unwrap().always_in_f64();
+    Arc::new(gpu.edit_shaders(move |wgsl| match wgsl.contains("alias Real = f64") {
+        true => edits.iter().fold(wgsl.to_string(), |wgsl, (from, to)| wgsl.replace(from, to)),
+        false => wgsl.into(),
+    }))
+}
+
+/// Compares `t` and normals of a device with those of the CPU, byte for byte; the number of hits, and of those
+/// that the device left to the CPU.
+fn compare_surfaces(gpu: &Arc<Gpu>, case: &Case) -> Result<[usize; 2], String> {
+    let (wants, control) = (Wants { surface: true, level: true }, Control::default());
+    let prepared = Arc::new(case.prepared());
+    let mut device = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), wants).unwrap();
+    let mut hits = Hits::default();
+    match prepared.starts_in_f64() {
+        true => device.propose_in_f64(&case.rays, None, &control, &mut hits).unwrap(),
+        false => drop(device.propose(&case.rays, &control, &mut hits).unwrap()),
+    }
+    let is_hit = |ray: &usize| hits.id[*ray] != UNDECIDED && hits.id[*ray] != 0;
+    let decided: Vec<usize> = (0..hits.id.len()).filter(is_hit).collect();
+    let n_left = decided.iter().filter(|&&ray| hits.t[ray] == 0.0).count();
+    let [mut of_device, mut of_cpu] = [Hits::default(), Hits::default()];
+    device.trace(&case.rays, &control, &mut of_device).unwrap();
+    CpuTracer::new(prepared, wants).trace(&case.rays, &control, &mut of_cpu).unwrap();
+    let (of_device, of_cpu) = (bits(&of_device), bits(&of_cpu));
+    match (0..of_cpu.len()).find(|&ray| of_cpu[ray] != of_device[ray]) {
+        Some(ray) => Err(format!(
+            "{}, ray {ray}: {:?} and on the device {:?}",
+            case.what, of_cpu[ray], of_device[ray]
+        )),
+        None => Ok([decided.len(), n_left]),
+    }
+}
+
+fn assert_surfaces(cases: &[Case]) -> [usize; 2] {
+    let gpu = always_in_f64(&[]);
+    let mut all = [0, 0];
+    for case in cases {
+        let one = compare_surfaces(&gpu, case).unwrap_or_else(|what| panic!("{what}"));
+        all = [all[0] + one[0], all[1] + one[1]];
+    }
+    println!("{} of {} hits left to the CPU", all[1], all[0]);
+    all
+}
+
+#[test]
+fn surfaces_of_a_device_are_those_of_the_cpu() {
+    let [hits, left] = assert_surfaces(&scenes_of("scenes"));
+    assert!(hits > 100_000 && left < hits / 20, "{left} of {hits} left to the CPU");
+}
+
+#[test]
+fn surfaces_of_hard_scenes_on_a_device_are_those_of_the_cpu() {
+    let [hits, left] = assert_surfaces(&scenes_of("scenes/hard"));
+    assert!(hits > 100_000 && left < hits / 3, "{left} of {hits} left to the CPU");
+}
+
+#[test]
+fn surfaces_of_clouds_on_a_device_are_those_of_the_cpu() {
+    let mut cases = scenes_of("scenes/clouds");
+    for distribution in Distribution::ALL {
+        let scene = cloud(distribution, 5_000);
+        let planes = vec![plane(scene.spheres[0].center, DVec3::new(0.1, 1.0, 0.2))];
+        cases.extend(views(distribution.name(), Scene { planes, ..scene }));
+    }
+    let [hits, left] = assert_surfaces(&cases);
+    assert!(hits > 100_000 && left < hits / 20, "{left} of {hits} left to the CPU");
+}
+
+/// Two planes, one with its normal toward the eye and one with it away, and what is between them.
+fn two_planes() -> Case {
+    let floor = plane(DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.1, -1.0, 0.2));
+    let ceiling = plane(DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.1, -1.0, 0.1));
+    let ball = sphere(DVec3::new(0.0, 0.5, -5.0), 0.9);
+    let camera = Camera {
+        position: DVec3::ZERO,
+        look_at: DVec3::NEG_Z,
+        up: DVec3::Y,
+        projection: Projection::Perspective { fov_degrees: 60.0 },
+    };
+    let [whole, _] =
+        pictures("two planes", &Arc::new(scene(vec![ball], vec![floor, ceiling])), &camera);
+    whole
+}
+
+#[test]
+fn sabotage_of_surfaces_is_noticed() {
+    let case = two_planes();
+    let [hits, left] = compare_surfaces(&always_in_f64(&[]), &case).unwrap();
+    assert!(hits > 20_000 && left < hits / 100, "{left} of {hits} left to the CPU");
+    for edit in [
+        ("p - chord, -p - chord", "-p - chord, p - chord"),
+        ("return v * (1.0 / sqrt(dot3(v, v)));", "return v * (1.0000001 / sqrt(dot3(v, v)));"),
+        ("bitcast<u32>(t), is_held", "bitcast<u32>(t) + 1u, is_held"),
+        ("unit.xyz ^ vec3u(sign)", "unit.xyz"),
+        ("normals[3u * index + 1u] =", "normals[3u * index + 2u] ="),
+        ("surface.t = INFINITY;", "surface.t = 1u;"),
+    ] {
+        let verdict = compare_surfaces(&always_in_f64(&[edit]), &case);
+        assert!(verdict.is_err(), "{edit:?} is not noticed");
+    }
+}
+
+/// Division may be off by 2.5 units: what another device makes of a normal may round otherwise, and then the
+/// CPU must have it.
+#[test]
+fn a_normal_that_division_may_round_otherwise_is_left_to_the_cpu() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/hard/distant_1e4.toml");
+    let scene = read_scene(&file).unwrap();
+    let camera = scene.camera.clone().unwrap();
+    let [case, _] = pictures("distant spheres", &Arc::new(scene), &camera);
+    // Two units up.
+    let division = ("a, 1.0 / a);", "a, 1.00000000000000044 / a);");
+    let [hits, left] = compare_surfaces(&always_in_f64(&[division]), &case).unwrap();
+    assert!(hits > 1_000 && left > 0 && left < hits / 2, "{left} of {hits} left to the CPU");
+    let unwary = [division, ("let off = (", "let off = 0.0 * (")];
+    let verdict = compare_surfaces(&always_in_f64(&unwary), &case);
+    assert!(verdict.is_err(), "a normal without a bound is not noticed: {verdict:?}");
+}
+
+/// The whole way with f64 on the device gives what the CPU gives, and the device's f64 has a part in it.
+#[test]
+fn a_device_that_decides_in_f64_gives_the_same_hits() {
+    let gpu = always_in_f64(&[]);
+    let (wants, control) = (Wants { surface: true, level: true }, Control::default());
+    let mut cases = scenes_of("scenes/hard");
+    cases.retain(|case| case.what.contains("own view"));
+    cases.extend(sabotaged_cases());
+    let (mut n_exact, mut n_f64) = (0, 0);
+    for case in cases {
+        let prepared = Arc::new(case.prepared());
+        let mut on_device = GpuTracer::new(Arc::clone(&gpu), Arc::clone(&prepared), wants).unwrap();
+        let mut on_cpu = CpuTracer::new(prepared, wants);
+        let [mut device, mut cpu] = [Hits::default(), Hits::default()];
+        on_device.trace(&case.rays, &control, &mut device).unwrap();
+        on_cpu.trace(&case.rays, &control, &mut cpu).unwrap();
+        assert_eq!(device.id, cpu.id, "{}", case.what);
+        let bits = |hits: &Hits| -> Vec<u32> { hits.t.iter().map(|t| t.to_bits()).collect() };
+        assert_eq!(bits(&device), bits(&cpu), "{}", case.what);
+        assert_eq!(device.normal, cpu.normal, "{}", case.what);
+        assert_eq!(device.counts.total(), case.rays.len() as u64);
+        n_f64 += device.counts.f64;
+        n_exact += device.counts.exact;
+    }
+    assert!(n_f64 > 10_000 && n_exact > 0, "{n_f64} in f64, {n_exact} exactly");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use kugelblitz::gpu::{Shader, compile};
+use kugelblitz::kernel::Float;
 use kugelblitz::prepare::{FEW_SPHERES, Finding, Prepared, ShaderKey};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
@@ -88,13 +89,22 @@ fn bindings(words: &[u32]) -> Vec<u32> {
 }
 
 fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
-    ShaderKey { kernel, bundle, spheres, n_spheres: 3, n_planes: 2, surface: false }
+    ShaderKey {
+        kernel,
+        float: kernel.about().float,
+        bundle,
+        some: false,
+        spheres,
+        n_spheres: 3,
+        n_planes: 2,
+        surface: false,
+    }
 }
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
     use Finding::{Hierarchy, Listed, ListedFar};
-    let mut all = Vec::new();
+    let mut all = keys_in_f64();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
         for bundle in Bundle::ALL {
@@ -118,6 +128,36 @@ fn all_keys() -> Vec<ShaderKey> {
     all
 }
 
+/// The shaders for what f32 left undecided.
+fn keys_in_f64() -> Vec<ShaderKey> {
+    use Finding::{Hierarchy, Listed, ListedInside, ListedOutside};
+    let mut all = Vec::new();
+    for bundle in Bundle::ALL {
+        let findings = match bundle {
+            Bundle::Point => &[Listed, ListedInside, ListedOutside, Hierarchy][..],
+            Bundle::Parallel => &[Listed, Hierarchy],
+            Bundle::Free => &[Listed],
+        };
+        for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2)] {
+            for &spheres in findings {
+                let key = key(Kernel::Certified, bundle, spheres);
+                let key = ShaderKey { float: Float::F64, n_spheres, n_planes, ..key };
+                all.push(key);
+                if bundle != Bundle::Free {
+                    all.push(ShaderKey { some: true, ..key });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The shaders that complete hits.
+fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
+    let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
+    keys.map(|key| ShaderKey { surface: true, ..key })
+}
+
 fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
     let shader = compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}"));
     let words = shader.spirv().unwrap();
@@ -126,7 +166,7 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    for key in all_keys() {
+    for key in all_keys().into_iter().chain(keys_of_surfaces()) {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -193,11 +233,13 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
             has_spheres || key.spheres == Finding::Hierarchy,
             "{key:?}"
         );
-        // Results, parameters; spheres; planes; the list of rays; the hierarchy.
+        // Results, parameters; spheres; planes; the list of rays or pixels; the hierarchy, and in f64 the
+        // scene's spheres and what they are seen from.
         let surface = if key.surface { 2 } else { 0 };
-        let list = usize::from(key.bundle == Bundle::Free);
+        let list = usize::from(key.bundle == Bundle::Free || key.some);
         let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
         let hierarchy = match key.spheres == Finding::Hierarchy {
+            true if key.float == Float::F64 => 5 + usize::from(has_spheres),
             true => 3 + usize::from(has_spheres),
             false => 0,
         };
@@ -275,7 +317,9 @@ fn code_for_rays_from_inside_only_where_one_starts_there() {
 fn only_one_kernel_and_one_source_of_rays() {
     for key in all_keys() {
         let (whole, _) = shader(&key);
-        let objects = key.n_spheres + key.n_planes > 0;
+        let of_scene = key.float == Float::F64 && key.spheres == Finding::Hierarchy;
+        let objects =
+            key.n_spheres + key.n_planes > 0 || of_scene && key.kernel == Kernel::Certified;
         for kernel in Kernel::ALL {
             // `double` is made of the formulas of `stable`, but not of its records.
             let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);
@@ -293,13 +337,42 @@ fn only_one_kernel_and_one_source_of_rays() {
     }
 }
 
+/// What f64 alone asks for is in no shader of f32.
 #[test]
-fn f64_only_in_the_kernel_that_calculates_in_it() {
+fn f32_decides_without_what_f64_needs() {
+    for key in all_keys() {
+        let (whole, _) = shader(&key);
+        let is_second = key.float == Float::F64 && key.kernel == Kernel::Certified;
+        let of_scene = is_second && key.spheres == Finding::Hierarchy;
+        assert_eq!(has(&whole, "seen"), of_scene, "{key:?}");
+        assert_eq!(has(&whole, "pixels"), key.some, "{key:?}");
+        let has_near = key.n_spheres > 0 && key.bundle == Bundle::Point && is_second || of_scene;
+        if has_near && key.bundle == Bundle::Point {
+            assert_eq!(has(&whole, "outside"), key.spheres != Finding::ListedInside, "{key:?}");
+            assert_eq!(has(&whole, "inside_n"), key.spheres != Finding::ListedOutside, "{key:?}");
+        }
+    }
+}
+
+#[test]
+fn f64_only_where_it_is_asked_for() {
     const OP_CAPABILITY: u32 = 17;
     const FLOAT64: u32 = 10;
     for key in all_keys() {
         let (_, words) = shader(&key);
         let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
-        assert_eq!(asks, key.kernel == Kernel::Double, "{key:?}");
+        assert_eq!(asks, key.float == Float::F64, "{key:?}");
+    }
+}
+
+#[test]
+fn surfaces_are_completed_without_what_finds_objects() {
+    for key in keys_of_surfaces() {
+        let (whole, words) = shader(&key);
+        assert_complete(&whole, &words);
+        assert!(has(&whole, "t_word") && !has(&whole, "nearer") && !has(&whole, "walk"), "{key:?}");
+        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
+        let has_spheres = key.n_spheres > 0 || key.spheres == Finding::Hierarchy;
+        assert_eq!(has(&whole, "sphere_surface"), has_spheres, "{key:?}");
     }
 }

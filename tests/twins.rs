@@ -9,7 +9,9 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 5] = [
+const DEVICE_ALONE: [(&str, &str); 7] = [
+    ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
+    ("shaders/surface.wgsl", "t and normals: tests/proposals.rs compares their bytes"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
     ("shaders/undecided.wgsl", "lists and settles ids: the window's tests"),
@@ -162,8 +164,8 @@ fn a_function_without_its_twin_is_noticed() {
     assert_eq!(faults(&functions(&wgsl), &rust), Vec::<String>::new());
     let sabotages = [
         ("fn far_nearness(", "fn distant_nearness("),
-        ("fn far_nearness(ray: Ray, l: vec3f,", "fn far_nearness(l: vec3f, ray: Ray,"),
-        ("inner2: f32, outer2: f32, q: f32", "outer2: f32, inner2: f32, q: f32"),
+        ("fn far_nearness(ray: Ray, l: Vec3,", "fn far_nearness(l: Vec3, ray: Ray,"),
+        ("inner2: Real, outer2: Real, q: Real", "outer2: Real, inner2: Real, q: Real"),
         ("fn nearer(nearest: Nearest, root: Nearness, id: u32)", "fn nearer(root: f32, n: f32)"),
         ("fn decide(nearest: Nearest)", "fn decide(nearest: Nearest, root: Nearness)"),
         ("//#if far\n", "//#if far\nfn made_up(ray: Ray) -> f32 { return ray.a; }\n"),

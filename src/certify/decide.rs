@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::packets::Packets;
 use super::surface::{MISS, exact_surface};
+use super::walk::Walks;
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::control::Control;
 use crate::error::Result;
@@ -73,27 +74,51 @@ impl Decision {
     }
 }
 
-/// Rays that one thread decides side by side at a time.
+/// Rays that one thread decides in a quicker way at a time.
 const RAYS_PER_PART: usize = 1 << 10;
 
-fn decide_side_by_side(
-    packets: &Packets,
-    rays: &[u32],
-    control: &Control,
-    ids: &mut [u32],
-) -> Result<()> {
-    let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
-    parts.try_for_each(|(rays, ids)| {
-        host::check()?;
-        packets.decide(rays, control, ids)
-    })
+/// A quicker way to the ids of many rays, of which it leaves some open.
+pub enum Quick<'a> {
+    Packets(Packets<'a>),
+    Walks(&'a Hierarchy),
+}
+
+impl<'a> Quick<'a> {
+    pub fn new(stage: &'a Stage<'a>) -> Option<Quick<'a>> {
+        match (stage.hierarchy, &stage.rays) {
+            (Some(hierarchy), StageRays::List(_)) => Some(Quick::Walks(hierarchy)),
+            _ => Packets::new(stage).map(Quick::Packets),
+        }
+    }
+
+    /// The ids of `rays`, [`UNDECIDED`] where they are left open.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn decide(
+        &self,
+        stage: &Stage,
+        rays: &[u32],
+        control: &Control,
+        ids: &mut [u32],
+    ) -> Result<()> {
+        let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
+        parts.try_for_each(|(rays, ids)| {
+            host::check()?;
+            match *self {
+                Quick::Packets(ref packets) => packets.decide(rays, control, ids),
+                Quick::Walks(hierarchy) => {
+                    pulp::Arch::new().dispatch(Walks { stage, hierarchy, rays, control, ids })
+                }
+            }
+        })
+    }
 }
 
 impl Settled {
-    /// A ray's object that f64 decided.
-    fn in_f64(id: u32) -> Settled {
-        let (t, normal) = MISS;
-        Settled { id, t, normal, level: Level::F64 }
+    /// A ray's object that f64 decided; its hit is not complete yet.
+    pub fn in_f64(id: u32) -> Settled {
+        Settled { id, t: 0.0, normal: [0.0; 3], level: Level::F64 }
     }
 }
 
@@ -108,15 +133,15 @@ impl Stage<'_> {
         mut store: impl FnMut(u32, Settled),
     ) -> Result<()> {
         let start = Instant::now();
-        let packets = Packets::new(self);
+        let quick = Quick::new(self);
         let (mut ids, mut open) = (Vec::new(), Vec::new());
         timing.refine += start.elapsed();
         for rays in undecided.chunks(RAYS_AT_ONCE) {
             let start = Instant::now();
             let mut open_rays = rays;
-            if let Some(packets) = &packets {
+            if let Some(quick) = &quick {
                 ids.resize(rays.len(), UNDECIDED);
-                decide_side_by_side(packets, rays, control, &mut ids)?;
+                quick.decide(self, rays, control, &mut ids)?;
                 open.clear();
                 for (&ray, &id) in rays.iter().zip(&ids) {
                     match id {
@@ -163,7 +188,7 @@ impl Stage<'_> {
     }
 
     /// The filter again, in f64: keeps the candidates that could be nearest.
-    fn decide_f64(&self, index: usize, candidates: &mut Candidates) -> Decision {
+    pub fn decide_f64(&self, index: usize, candidates: &mut Candidates) -> Decision {
         let ray = self.ray_f64(index);
         if ray.ray.direction == Vec3::ZERO {
             return Decision::Decided(0);
@@ -268,7 +293,7 @@ impl Stage<'_> {
 
 /// Objects that could be the nearest.
 #[derive(Default)]
-struct Candidates {
+pub struct Candidates {
     nearest_low: f64,
     roots: Vec<(u32, Nearness<f64>)>,
 }

@@ -138,6 +138,21 @@ impl<'a> Completer<'a> {
         Ok(())
     }
 
+    /// Fills in those of all rays whose `t` is 0, one by one.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    pub fn complete_open(&self, part: &mut Part<Surfaces>, control: &Control) -> Result<()> {
+        for at in 0..part.id.len() {
+            if part.out.t[at] == 0.0 && part.id[at] != UNDECIDED {
+                control.check()?;
+                let surface = self.stage.surface(part.first + at, part.id[at]);
+                (part.out.t[at], part.out.normal[at]) = surface.unwrap_or(MISS);
+            }
+        }
+        Ok(())
+    }
+
     /// As [`Completer::complete`]; what f64 leaves open is in [`Completer::open`].
     pub fn complete_in_f64<O: Output>(&mut self, part: &mut Part<O>) {
         let stage = self.stage;

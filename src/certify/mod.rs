@@ -2,11 +2,15 @@
 //! Undecided rays flow one way and never loop back.
 
 mod decide;
+mod in_f64;
 mod lanes;
 mod nearness;
 mod packets;
 mod point;
+#[cfg(feature = "gpu")]
+mod shaders;
 mod surface;
+mod walk;
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -28,6 +32,8 @@ use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
 pub(crate) use decide::bits;
+use in_f64::is_ordinary;
+pub(crate) use in_f64::{InF64, ray_record, suits_device};
 pub(crate) use lanes::Completer;
 use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
@@ -41,6 +47,7 @@ pub fn resolve(
     rays: &Rays,
     wants: Wants,
     control: &Control,
+    device: Option<&mut dyn DecideInF64>,
     hits: &mut Hits,
     mut timing: Timing,
 ) -> Result<Timing> {
@@ -57,13 +64,12 @@ pub fn resolve(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    let listed = || {
-        Ok((0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect())
+    let device = device.filter(|_| suits_device(prepared));
+    let is_completed = device.as_ref().is_some_and(|device| device.completes(rays));
+    let undecided = match device {
+        None => open_rays(prepared, rays, hits)?,
+        Some(device) => decide_on_device(prepared, rays, wants, control, device, hits)?,
     };
-    let undecided = undecided(prepared, rays, listed)?;
-    for &ray in &undecided {
-        hits.id[ray as usize] = UNDECIDED;
-    }
     timing.refine = start.elapsed();
 
     // Exact arithmetic gives the surfaces with the ids; they are not looked for again.
@@ -76,13 +82,85 @@ pub fn resolve(
     })?;
     if wants.surface {
         let start = Instant::now();
-        stage.fill_surfaces(control, hits)?;
+        stage.fill_surfaces(is_completed, control, hits)?;
         timing.refine += start.elapsed();
     }
     for (ray, settled) in exact {
         store(settled, ray as usize, wants, hits);
     }
     Ok(timing)
+}
+
+/// A device that runs the filter in f64.
+pub trait DecideInF64 {
+    /// Whether it also gives `t` and normals of the hits that it decides in f32, and where it decides all, with
+    /// a `t` of 0 for those that it leaves to the CPU.
+    fn completes(&self, rays: &Rays) -> bool;
+
+    /// Writes the objects that rays of a scene that [`suits_device`] see into `hits`, or
+    /// [`UNDECIDED`]: of all rays, or of those with some indices. False where that is better left to the CPU.
+    ///
+    /// # Errors
+    /// Those of [`crate::tracer::Tracer::trace`].
+    fn decide_in_f64(
+        &mut self,
+        rays: &Rays,
+        some: Option<&[u32]>,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<bool>;
+}
+
+fn listed_open(hits: &Hits) -> Vec<u32> {
+    (0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect()
+}
+
+/// The rays that f32 does not decide, which have no id from here on.
+fn open_rays(prepared: &Prepared, rays: &Rays, hits: &mut Hits) -> Result<Vec<u32>> {
+    let undecided = undecided(prepared, rays, || Ok(listed_open(hits)))?;
+    for &ray in &undecided {
+        hits.id[ray as usize] = UNDECIDED;
+    }
+    Ok(undecided)
+}
+
+/// Has a device decide the rays that f32 does not; those that it leaves open.
+fn decide_on_device(
+    prepared: &Prepared,
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+    device: &mut dyn DecideInF64,
+    hits: &mut Hits,
+) -> Result<Vec<u32>> {
+    if let (true, Rays::Pixels(_)) = (prepared.starts_in_f64(), rays)
+        && device.decide_in_f64(rays, None, control, hits)?
+    {
+        hits.level.fill(Level::F64 as u8);
+        let open = listed_open(hits);
+        let n_open = open.len() as u64;
+        hits.counts =
+            StageCounts { f32: n_open, f64: rays.len() as u64 - n_open, ..StageCounts::default() };
+        return Ok(open);
+    }
+    let undecided = open_rays(prepared, rays, hits)?;
+    let suits = |ray: &u32| match rays {
+        Rays::Pixels(_) => true,
+        Rays::List(rays) => is_ordinary(&rays[*ray as usize]),
+    };
+    let (asked, mut left): (Vec<u32>, Vec<u32>) = undecided.iter().partition(|ray| suits(ray));
+    let mut answers = Hits::default();
+    if !device.decide_in_f64(rays, Some(&asked), control, &mut answers)? {
+        return Ok(undecided);
+    }
+    for (&ray, &id) in asked.iter().zip(&answers.id) {
+        match id {
+            UNDECIDED => left.push(ray),
+            _ => store(Settled::in_f64(id), ray as usize, wants, hits),
+        }
+    }
+    left.sort_unstable();
+    Ok(left)
 }
 
 /// Leaves all rays of a scene that starts in f64 open, without asking f32.
@@ -117,15 +195,11 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range {
+    if !prepared.in_range || prepared.is_left_to_f64() {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;
     if let Rays::List(rays) = rays {
-        let is_ordinary = |ray: &Ray| {
-            exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT
-                && ray.direction != DVec3::ZERO
-        };
         undecided.extend((0..).zip(rays).filter(|(_, ray)| !is_ordinary(ray)).map(|(at, _)| at));
         undecided.sort_unstable();
         undecided.dedup();
@@ -164,6 +238,9 @@ pub fn decide(
     })?;
     Ok(all)
 }
+
+/// One of this many rays may be completed by itself before it pays to complete all side by side.
+const FEW_OPEN: usize = 16;
 
 /// Rays that one thread completes at a time.
 const RAYS_PER_PART: usize = 1 << 13;
@@ -347,8 +424,9 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Fills in `t` and normal of all rays but undecided ones.
-    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
+    /// Fills in `t` and normal of all rays but undecided ones; where hits are completed, of those whose `t`
+    /// is 0.
+    fn fill_surfaces(&self, is_completed: bool, control: &Control, hits: &mut Hits) -> Result<()> {
         hits.id
             .par_chunks(RAYS_PER_PART)
             .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
@@ -359,8 +437,14 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
+                    let n_open = t.iter().filter(|&&t| t == 0.0).count();
+                    let is_nearly_done = is_completed && n_open < t.len() / FEW_OPEN;
                     let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
-                    completer.complete(&mut Part { first, id, out }, control)
+                    let mut part = Part { first, id, out };
+                    match is_nearly_done {
+                        true => completer.complete_open(&mut part, control),
+                        false => completer.complete(&mut part, control),
+                    }
                 },
             )
     }

@@ -1,13 +1,11 @@
 //! Rays that f64 decides side by side, where objects are tested one after the other: the steps of
-//! [`Stage::decide_f64`], each for some rays before the next, so that the compiler finds them side by
-//! side. What they leave open goes there.
-
-#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+//! [`Stage::decide_f64`] without its branches. What they leave open goes there.
 
 use std::collections::HashSet;
 use std::ops::Range;
 
 use glam::DVec3;
+use pulp::Simd;
 
 use super::decide::bits;
 use super::nearness::{Foot, K, Place, PlaneF64, t_f32};
@@ -18,15 +16,17 @@ use crate::error::Result;
 use crate::guard::{self, Guard};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{
-    GuardOf, Nearness, UNDECIDED, Widening, closest_approach, plane_nearness_at,
+    GuardOf, Nearness, UNDECIDED, Widening, closest_approach, plane_nearness_at, sphere_nearness,
 };
+use crate::rays::Pixels;
 use crate::scene::{Object, Sphere};
 use crate::vec3::{Real, Vec3, dot3};
+use crate::wide::WideF64;
 
-/// Rays side by side.
-const LANES: usize = 8;
+/// Most numbers of a register.
+const MOST_LANES: usize = 8;
 
-type Lanes = [f64; LANES];
+type Lanes = [f64; MOST_LANES];
 
 /// More objects than this are found through a hierarchy where there is one.
 const MOST_TESTED: u32 = 64;
@@ -57,20 +57,23 @@ enum Sight<'a> {
     AnyPlane(&'a PlaneF64),
 }
 
-/// The numbers of some rays, and what is nearest to each so far.
-struct Packet {
+/// Some rays with origins of their own, relative to a reference point of their own.
+struct Origins {
     reference: [Lanes; 3],
     origin: [Lanes; 3],
     direction: [Lanes; 3],
-    a: Lanes,
-    inv_a: Lanes,
+}
+
+/// The numbers of some rays, and what is nearest to each so far.
+struct Packet<'a, S: Simd> {
+    rays: RayOf<WideF64<S>>,
     /// `√a`
-    length: Lanes,
-    scale: Lanes,
-    low: Lanes,
-    high: Lanes,
-    second_high: Lanes,
-    id: [u64; LANES],
+    length: WideF64<S>,
+    origins: &'a Origins,
+    low: WideF64<S>,
+    high: WideF64<S>,
+    second_high: WideF64<S>,
+    id: S::u64s,
 }
 
 impl<'a> Packets<'a> {
@@ -108,63 +111,7 @@ impl<'a> Packets<'a> {
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn decide(&self, rays: &[u32], control: &Control, ids: &mut [u32]) -> Result<()> {
-        let arch = pulp::Arch::new();
-        let mut row = Row::default();
-        for (rays, ids) in rays.chunks(LANES).zip(ids.chunks_mut(LANES)) {
-            // A ray may have millions of spheres to look at.
-            control.check()?;
-            let mut packet = self.begin(rays, &mut row);
-            arch.dispatch(Decide { packets: self, packet: &mut packet, ids });
-        }
-        Ok(())
-    }
-
-    /// The rays, the last of them repeated where there are fewer than fill a packet.
-    #[inline(always)]
-    fn begin(&self, rays: &[u32], row: &mut Row) -> Packet {
-        let mut packet = Packet {
-            reference: self.reference.to_array().map(|at| [at; LANES]),
-            origin: [[0.0; LANES]; 3],
-            direction: [[0.0; LANES]; 3],
-            a: [1.0; LANES],
-            inv_a: [1.0; LANES],
-            length: [1.0; LANES],
-            scale: [1.0; LANES],
-            low: [0.0; LANES],
-            high: [0.0; LANES],
-            second_high: [0.0; LANES],
-            id: [0; LANES],
-        };
-        for lane in 0..LANES {
-            let index = rays[lane.min(rays.len() - 1)] as usize;
-            let ray = match &self.stage.rays {
-                StageRays::Pixels { pixels, camera, .. } => {
-                    if !row.rays.contains(&index) {
-                        let width = pixels.width as usize;
-                        let first = index - index % width;
-                        let (x, y) = pixels.xy(first);
-                        *row = Row { rays: first..first + width, offset: pixels.offset2(x, y) };
-                    }
-                    let (i, j) = row.offset;
-                    camera.camera_ray((i + 2 * (index - row.rays.start) as i64) as f64, j as f64)
-                }
-                StageRays::List(_) => {
-                    let ray = self.stage.ray_f64(index);
-                    // 0 leaves a ray open.
-                    let is_usable = ray.scale().is_normal() && ray.ray.direction != Vec3::ZERO;
-                    packet.scale[lane] = if is_usable { ray.scale() } else { 0.0 };
-                    for axis in 0..3 {
-                        packet.reference[axis][lane] = ray.reference[axis];
-                    }
-                    ray.ray
-                }
-            };
-            for axis in 0..3 {
-                packet.origin[axis][lane] = ray.origin.0[axis];
-                packet.direction[axis][lane] = ray.direction.0[axis];
-            }
-        }
-        packet
+        pulp::Arch::new().dispatch(Decide { packets: self, rays, control, ids })
     }
 }
 
@@ -212,210 +159,258 @@ fn guard_of(guard: &Guard) -> GuardOf<f64> {
     GuardOf { inner2, outer2, slack }
 }
 
-/// A packet on its way through all objects, compiled for each instruction set that the processor may
+/// Rays on their way through all objects, compiled for each instruction set that the processor may
 /// have.
 struct Decide<'a> {
     packets: &'a Packets<'a>,
-    packet: &'a mut Packet,
+    rays: &'a [u32],
+    control: &'a Control,
     ids: &'a mut [u32],
 }
 
 impl pulp::WithSimd for Decide<'_> {
-    type Output = ();
+    type Output = Result<()>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Decide { packets: Packets { bounds, objects, .. }, packet, ids } = self;
-        packet.square();
-        for &(id, ref sight) in objects {
-            match *sight {
-                Sight::Outside { l, guard, q } => {
-                    let Some((s, m)) = packet.approach(l, guard.outer2) else { continue };
-                    packet.nearer(id, |packet, lane| {
-                        outside_at(s[lane], m[lane], packet.inv_a[lane], &guard, q)
-                    });
-                }
-                Sight::Inside { l, guard, q } => {
-                    let Some((s, m)) = packet.approach(l, f64::INFINITY) else { continue };
-                    packet.nearer(id, |packet, lane| {
-                        let inv_a = packet.inv_a[lane];
-                        inside_at(s[lane], m[lane], inv_a, &guard, q, &bounds.widening)
-                    });
-                }
-                Sight::Plane { away, direction_error, q } => packet.nearer(id, |packet, lane| {
-                    let away = dot3(packet.direction(lane), away);
-                    let error = direction_error * packet.length[lane];
-                    plane_at(away, error, packet.inv_a[lane], q)
-                }),
-                Sight::AnySphere(sphere, known) => packet
-                    .nearer(id, |packet, lane| any_sphere(packet, lane, sphere, known, bounds)),
-                Sight::AnyPlane(plane) => {
-                    packet.nearer(id, |packet, lane| any_plane(packet, lane, plane, bounds));
-                }
-            }
+    fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
+        let Decide { packets, rays, control, ids } = self;
+        let n_lanes = WideF64::<S>::LANES.min(MOST_LANES);
+        let mut row = Row::default();
+        let mut origins = Origins {
+            reference: packets.reference.to_array().map(|at| [at; MOST_LANES]),
+            origin: [[0.0; MOST_LANES]; 3],
+            direction: [[0.0; MOST_LANES]; 3],
+        };
+        for (rays, ids) in rays.chunks(n_lanes).zip(ids.chunks_mut(n_lanes)) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            packets.decide_packet(simd, rays, &mut row, &mut origins, ids);
         }
-        packet.finish(&bounds.widening, ids);
+        Ok(())
     }
 }
 
-impl Packet {
-    /// `d·d`, its inverse and its root.
+impl Packets<'_> {
+    /// Decides up to a register of rays. Where there are fewer, the last of them is repeated.
     #[inline(always)]
-    fn square(&mut self) {
-        for lane in 0..LANES {
-            let direction = self.direction(lane);
-            self.a[lane] = dot3(direction, direction);
-            self.inv_a[lane] = 1.0 / self.a[lane];
-            self.length[lane] = self.a[lane].sqrt();
+    fn decide_packet<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[u32],
+        row: &mut Row,
+        origins: &mut Origins,
+        ids: &mut [u32],
+    ) {
+        let n_lanes = WideF64::<S>::LANES.min(MOST_LANES);
+        let index = |lane: usize| rays[lane.min(rays.len() - 1)] as usize;
+        let mut scale = [1.0; MOST_LANES];
+        let rays = match &self.stage.rays {
+            StageRays::Pixels { pixels, camera, .. } => {
+                let (mut i, mut j) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
+                for lane in 0..n_lanes {
+                    let (x, y) = row.offset2(index(lane), pixels);
+                    (i[lane], j[lane]) = (x as f64, y as f64);
+                }
+                camera.camera_rays(WideF64::load(simd, &i), WideF64::load(simd, &j))
+            }
+            StageRays::List(_) => {
+                for (lane, scale) in scale[..n_lanes].iter_mut().enumerate() {
+                    let ray = self.stage.ray_f64(index(lane));
+                    // 0 leaves a ray open.
+                    let is_usable = ray.scale().is_normal() && ray.ray.direction != Vec3::ZERO;
+                    *scale = if is_usable { ray.scale() } else { 0.0 };
+                    for axis in 0..3 {
+                        origins.reference[axis][lane] = ray.reference[axis];
+                        origins.direction[axis][lane] = ray.ray.direction.0[axis];
+                    }
+                }
+                let direction = Vec3(origins.direction.map(|axis| WideF64::load(simd, &axis)));
+                let (zero, a) = (WideF64::splat(simd, 0.0), dot3(direction, direction));
+                let origin = zero.like3(Vec3::ZERO);
+                RayOf { origin, origin_low: origin, direction, a, inv_a: a.like(1.0) / a }
+            }
+        };
+        if !self.stage.has_one_origin {
+            for axis in 0..3 {
+                rays.origin.0[axis].store(&mut origins.origin[axis]);
+                rays.direction.0[axis].store(&mut origins.direction[axis]);
+            }
+        }
+        let (zero, none) = (rays.a.like(0.0), simd.splat_u64s(0));
+        let mut packet = Packet {
+            length: rays.a.sqrt(),
+            rays,
+            origins,
+            low: zero,
+            high: zero,
+            second_high: zero,
+            id: none,
+        };
+        for &(id, ref sight) in &self.objects {
+            if let Some(root) = packet.root(simd, sight, &self.bounds) {
+                packet.nearer(root, simd.splat_u64s(u64::from(id)));
+            }
+        }
+        packet.finish(&scale, &self.bounds.widening, ids);
+    }
+}
+
+impl Row {
+    #[inline(always)]
+    fn offset2(&mut self, index: usize, pixels: &Pixels) -> (i64, i64) {
+        if !self.rays.contains(&index) {
+            let width = pixels.width as usize;
+            let first = index - index % width;
+            let (x, y) = pixels.xy(first);
+            *self = Row { rays: first..first + width, offset: pixels.offset2(x, y) };
+        }
+        let (i, j) = self.offset;
+        (i + 2 * (index - self.rays.start) as i64, j)
+    }
+}
+
+impl<S: Simd> Packet<'_, S> {
+    /// Bounds of the roots of an object; `None` where all rays miss it.
+    #[inline(always)]
+    fn root(&self, simd: S, sight: &Sight, bounds: &Bounds) -> Option<Nearness<WideF64<S>>> {
+        let RayOf { direction, a, inv_a, .. } = self.rays;
+        match *sight {
+            Sight::Outside { l, guard, q } => {
+                let (s, m) = closest_approach(direction, inv_a, a.like3(l));
+                let is_near = m.le(m.like(guard.outer2)).any();
+                is_near.then(|| outside_at(s, m, inv_a, &guard, q))
+            }
+            Sight::Inside { l, guard, q } => {
+                let (s, m) = closest_approach(direction, inv_a, a.like3(l));
+                Some(inside_at(s, m, inv_a, &guard, q, &bounds.widening))
+            }
+            Sight::Plane { away, direction_error, q } => {
+                let away = dot3(direction, a.like3(away));
+                let error = a.like(direction_error) * self.length;
+                Some(Nearness {
+                    low: (away - error) * inv_a * a.like(q.low),
+                    high: (away + error) * inv_a * a.like(q.high),
+                })
+            }
+            Sight::AnySphere(sphere, known) => {
+                Some(self.one_by_one(simd, |ray| any_sphere(ray, sphere, known, bounds)))
+            }
+            Sight::AnyPlane(plane) => {
+                Some(self.one_by_one(simd, |ray| any_plane(ray, plane, bounds)))
+            }
         }
     }
 
     #[inline(always)]
-    fn direction(&self, lane: usize) -> Vec3<f64> {
-        Vec3(std::array::from_fn(|axis| self.direction[axis][lane]))
-    }
-
-    #[inline(always)]
-    fn ray_f64(&self, lane: usize) -> RayF64 {
-        let reference = DVec3::from_array(std::array::from_fn(|axis| self.reference[axis][lane]));
-        RayF64 { reference, ray: self.ray(lane), exponent: 0 }
-    }
-
-    #[inline(always)]
-    fn ray(&self, lane: usize) -> RayOf<f64> {
-        RayOf {
-            origin: Vec3(std::array::from_fn(|axis| self.origin[axis][lane])),
-            origin_low: Vec3::ZERO,
-            direction: self.direction(lane),
-            a: self.a[lane],
-            inv_a: self.inv_a[lane],
+    fn one_by_one(&self, simd: S, root: impl Fn(&RayF64) -> Nearness<f64>) -> Nearness<WideF64<S>> {
+        let Origins { reference, origin, direction } = self.origins;
+        let (mut a, mut inv_a) = ([1.0; MOST_LANES], [1.0; MOST_LANES]);
+        self.rays.a.store(&mut a);
+        self.rays.inv_a.store(&mut inv_a);
+        let (mut low, mut high) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
+        for lane in 0..WideF64::<S>::LANES.min(MOST_LANES) {
+            let at = |v: &[Lanes; 3]| std::array::from_fn(|axis| v[axis][lane]);
+            let ray = RayOf {
+                origin: Vec3(at(origin)),
+                origin_low: Vec3::ZERO,
+                direction: Vec3(at(direction)),
+                a: a[lane],
+                inv_a: inv_a[lane],
+            };
+            let reference = DVec3::from_array(at(reference));
+            let root = root(&RayF64 { reference, ray, exponent: 0 });
+            (low[lane], high[lane]) = (root.low, root.high);
         }
-    }
-
-    /// [`closest_approach`] of all rays; `None` where all of them stay outside of a radius.
-    #[inline(always)]
-    fn approach(&self, l: Vec3<f64>, outer2: f64) -> Option<(Lanes, Lanes)> {
-        let (mut s, mut m) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            (s[lane], m[lane]) = closest_approach(self.direction(lane), self.inv_a[lane], l);
-        }
-        let mut is_near = false;
-        for lane in 0..LANES {
-            is_near |= m[lane] <= outer2;
-        }
-        is_near.then_some((s, m))
+        Nearness { low: WideF64::load(simd, &low), high: WideF64::load(simd, &high) }
     }
 
     /// [`crate::kernel::certified::Nearest::nearer`] of all rays.
     #[inline(always)]
-    fn nearer(&mut self, id: u32, root: impl Fn(&Packet, usize) -> Nearness<f64>) {
-        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let root = root(self, lane);
-            (low[lane], high[lane]) = (root.low, root.high);
-        }
-        for lane in 0..LANES {
-            let is_nearer = high[lane] > self.high[lane];
-            let farther = if is_nearer { self.high[lane] } else { high[lane] };
-            self.low[lane] = if is_nearer { low[lane] } else { self.low[lane] };
-            self.high[lane] = if is_nearer { high[lane] } else { self.high[lane] };
-            self.id[lane] = if is_nearer { u64::from(id) } else { self.id[lane] };
-            let second = self.second_high[lane];
-            self.second_high[lane] = if farther > second { farther } else { second };
-        }
+    fn nearer(&mut self, root: Nearness<WideF64<S>>, id: S::u64s) {
+        let is_nearer = self.high.lt(root.high);
+        let farther = is_nearer.select(self.high, root.high);
+        self.low = is_nearer.select(root.low, self.low);
+        self.high = is_nearer.select(root.high, self.high);
+        self.second_high = self.second_high.max(farther);
+        self.id = is_nearer.select_whole(id, self.id);
     }
 
     /// The ids that are certain. Of a certain object `t` is, too, as it may be beyond the largest f32.
     #[inline(always)]
-    fn finish(&self, widening: &Widening<f64>, ids: &mut [u32]) {
-        let mut decided = [UNDECIDED; LANES];
-        for lane in 0..LANES {
-            let root = Nearness { low: self.low[lane], high: self.high[lane] };
-            let t = t_f32(self.a[lane], root, self.scale[lane], widening);
-            let is_hit = (root.low > self.second_high[lane]) & (t > 0.0);
-            let is_missed = (self.id[lane] == 0) & (self.scale[lane] > 0.0);
-            let id = self.id[lane] as u32;
-            decided[lane] = if is_hit | is_missed { id } else { UNDECIDED };
+    fn finish(&self, scale: &Lanes, widening: &Widening<f64>, ids: &mut [u32]) {
+        let (mut a, mut low, mut high) = ([1.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
+        let mut second_high = [0.0; MOST_LANES];
+        self.rays.a.store(&mut a);
+        self.low.store(&mut low);
+        self.high.store(&mut high);
+        self.second_high.store(&mut second_high);
+        let numbers: &[u64] = bytemuck::cast_slice(std::slice::from_ref(&self.id));
+        for (lane, id) in ids.iter_mut().enumerate() {
+            let root = Nearness { low: low[lane], high: high[lane] };
+            let t = t_f32(a[lane], root, scale[lane], widening);
+            let is_hit = (low[lane] > second_high[lane]) & (t > 0.0);
+            let is_missed = (numbers[lane] == 0) & (scale[lane] > 0.0);
+            *id = if is_hit | is_missed { numbers[lane] as u32 } else { UNDECIDED };
         }
-        ids.copy_from_slice(&decided[..ids.len()]);
     }
 }
 
-/// [`crate::kernel::certified::outside_nearness`] from the closest approach, without branches.
+/// [`crate::kernel::certified::outside_nearness`] from the closest approach.
 #[inline(always)]
-pub fn outside_at(
-    s: f64,
-    m: f64,
-    inv_a: f64,
+fn outside_at<S: Simd>(
+    s: WideF64<S>,
+    m: WideF64<S>,
+    inv_a: WideF64<S>,
     guard: &GuardOf<f64>,
     q: Nearness<f64>,
-) -> Nearness<f64> {
-    let (inner, outer) = (guard.inner2 - m, guard.outer2 - m);
-    let low = ((s - guard.slack) + (Real::max(inner, 0.0) * inv_a).sqrt()) * q.low;
-    let high = ((s + guard.slack) + (Real::max(outer, 0.0) * inv_a).sqrt()) * q.high;
-    Nearness {
-        low: if inner < 0.0 { 0.0 } else { low },
-        high: if outer < 0.0 { 0.0 } else { high },
-    }
+) -> Nearness<WideF64<S>> {
+    let (zero, slack) = (s.like(0.0), s.like(guard.slack));
+    let (inner, outer) = (s.like(guard.inner2) - m, s.like(guard.outer2) - m);
+    let low = ((s - slack) + (inner.max(zero) * inv_a).sqrt()) * s.like(q.low);
+    let high = ((s + slack) + (outer.max(zero) * inv_a).sqrt()) * s.like(q.high);
+    Nearness { low: inner.lt(zero).select(zero, low), high: outer.lt(zero).select(zero, high) }
 }
 
-/// [`crate::kernel::certified::plane_nearness`] with the error of `d·n`.
+/// [`crate::kernel::certified::inside_nearness`] from the closest approach, where `q` is not 0.
 #[inline(always)]
-pub fn plane_at(away: f64, error: f64, inv_a: f64, q: Nearness<f64>) -> Nearness<f64> {
-    Nearness { low: (away - error) * inv_a * q.low, high: (away + error) * inv_a * q.high }
-}
-
-/// [`crate::kernel::certified::inside_nearness`] from the closest approach, without branches, where
-/// `q` is not 0.
-#[inline(always)]
-pub fn inside_at(
-    s: f64,
-    m: f64,
-    inv_a: f64,
+fn inside_at<S: Simd>(
+    s: WideF64<S>,
+    m: WideF64<S>,
+    inv_a: WideF64<S>,
     guard: &GuardOf<f64>,
     q: Nearness<f64>,
     widening: &Widening<f64>,
-) -> Nearness<f64> {
-    let half = |r2: f64| (Real::max(r2 - m, 0.0) * inv_a).sqrt();
-    let u_low = (s.abs() + half(guard.inner2)) - guard.slack;
-    let u_high = (s.abs() + half(guard.outer2)) + guard.slack;
-    let ahead_low = inv_a / u_high * widening.narrower;
-    let ahead_high = inv_a / u_low * widening.wider;
-    let ahead_high = if u_low > 0.0 { ahead_high } else { f64::LARGEST };
+) -> Nearness<WideF64<S>> {
+    let (zero, slack) = (s.like(0.0), s.like(guard.slack));
+    let half = |r2: f64| ((s.like(r2) - m).max(zero) * inv_a).sqrt();
+    let u_low = (s.abs() + half(guard.inner2)) - slack;
+    let u_high = (s.abs() + half(guard.outer2)) + slack;
+    let ahead_low = inv_a / u_high * s.like(widening.narrower);
+    let ahead_high = inv_a / u_low * s.like(widening.wider);
+    let ahead_high = zero.lt(u_low).select(ahead_high, s.like(f64::LARGEST));
+    let is_ahead = zero.lt(s);
     Nearness {
-        low: if s > 0.0 { ahead_low } else { u_low * q.low },
-        high: if s > 0.0 { ahead_high } else { u_high * q.high },
+        low: is_ahead.select(ahead_low, u_low * s.like(q.low)),
+        high: is_ahead.select(ahead_high, u_high * s.like(q.high)),
     }
 }
 
 /// [`Stage::nearness`] of a sphere and a ray with an origin of its own.
 #[inline(always)]
-fn any_sphere(
-    packet: &Packet,
-    lane: usize,
-    sphere: &Sphere,
-    known: Option<K>,
-    bounds: &Bounds,
-) -> Nearness<f64> {
-    let ray = packet.ray_f64(lane);
+fn any_sphere(ray: &RayF64, sphere: &Sphere, known: Option<K>, bounds: &Bounds) -> Nearness<f64> {
     let place = Place::new(sphere, ray.reference, ray.ray.origin);
     let Foot { l, k, r, distance, guard } = Foot::new(&place, known, bounds.input);
-    let guard = guard_of(&guard);
-    let q = bounds.widening.inverse(k.value.abs(), k.error);
-    let inv_a = ray.ray.inv_a;
-    let (s, m) = closest_approach(ray.ray.direction, inv_a, l);
-    let outside = outside_at(s, m, inv_a, &guard, q);
-    let inside = inside_at(s, m, inv_a, &guard, q, &bounds.widening);
-    let root = if k.value > 0.0 { outside } else { inside };
-    let is_known = guard::sphere_in_range_f64(r, distance) & (k.value.abs() > k.error);
-    if is_known { root } else { Nearness::OPEN }
+    let K { value, error } = k;
+    match guard::sphere_in_range_f64(r, distance) {
+        true => sphere_nearness(&ray.ray, l, &guard_of(&guard), value, error, &bounds.widening),
+        false => Nearness::OPEN,
+    }
 }
 
 /// [`Stage::nearness`] of a plane and a ray with an origin of its own.
 #[inline(always)]
-fn any_plane(packet: &Packet, lane: usize, plane: &PlaneF64, bounds: &Bounds) -> Nearness<f64> {
-    let ray = packet.ray_f64(lane);
-    let (offset, error) = plane.offset(&ray, bounds.input);
+fn any_plane(ray: &RayF64, plane: &PlaneF64, bounds: &Bounds) -> Nearness<f64> {
+    let (offset, error) = plane.offset(ray, bounds.input);
     let &PlaneF64 { normal, direction_error, .. } = plane;
     plane_nearness_at(&ray.ray, offset, error, normal, direction_error, &bounds.widening)
 }

@@ -1,6 +1,6 @@
 //! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
 
-use super::decide::Decision;
+use super::decide::{Candidates, Decision, Quick};
 use super::surface::{MISS, Surface};
 use super::*;
 use crate::random::SplitMix;
@@ -136,9 +136,12 @@ impl Hitting {
 
 /// A scene and the rays of one bundle.
 fn case(seed: u64, bundle: Bundle) -> (Scene, Rays) {
+    case_of([1, 5, 40][seed as usize % 3], seed, bundle)
+}
+
+fn case_of(n_spheres: usize, seed: u64, bundle: Bundle) -> (Scene, Rays) {
     let mut random = Hitting { rng: SplitMix::new(seed), scale: 1.0 };
     random.scale = 10f64.powf(8.0 * random.number());
-    let n_spheres = [1, 5, 40][seed as usize % 3];
     let spheres: Vec<Sphere> = (0..n_spheres).map(|_| random.sphere()).collect();
     let planes = (0..seed % 3).map(|_| random.plane()).collect();
     let target = spheres[0];
@@ -200,7 +203,7 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let mut hits = decided(&stage, rays.len());
-            stage.fill_surfaces(&Control::default(), &mut hits).unwrap();
+            stage.fill_surfaces(false, &Control::default(), &mut hits).unwrap();
             assert_eq!(n_different(&stage, &hits), 0, "{bundle:?}, seed {seed}");
             let hit = hits.id.iter().position(|&id| id != 0);
             if let Some(ray) = hit {
@@ -251,5 +254,46 @@ fn surfaces_have_the_roots_of_the_filter() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn what_is_decided_quickly_is_decided_one_by_one_too() {
+    for (n_spheres, bundle) in [
+        (0, Bundle::Point),
+        (5, Bundle::Point),
+        (40, Bundle::Point),
+        (5, Bundle::Parallel),
+        (40, Bundle::Parallel),
+        (40, Bundle::Free),
+        (300, Bundle::Free),
+    ] {
+        let [mut n_rays, mut n_hits, mut n_open] = [0; 3];
+        for seed in 200..260 {
+            let (scene, rays) = case_of(n_spheres.max(1), seed, bundle);
+            let scene = match n_spheres {
+                0 => Scene { spheres: Vec::new().into(), ..scene },
+                _ => scene,
+            };
+            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let Some(quick) = Quick::new(&stage) else { continue };
+            let all: Vec<u32> = (0..rays.len() as u32).collect();
+            let mut ids = vec![7; all.len()];
+            quick.decide(&stage, &all, &Control::default(), &mut ids).unwrap();
+            for (ray, id) in ids.into_iter().enumerate() {
+                n_rays += 1;
+                n_hits += usize::from(id != 0 && id != UNDECIDED);
+                n_open += usize::from(id == UNDECIDED);
+                if id != UNDECIDED {
+                    let alone = stage.decide_f64(ray, &mut Candidates::default());
+                    let is_same = matches!(alone, Decision::Decided(other) if other == id);
+                    assert!(is_same, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}: {id}");
+                }
+            }
+        }
+        println!("{bundle:?} of {n_spheres}: {n_rays} rays, {n_hits} hits, {n_open} open");
+        assert!(n_rays > 5000 && n_open < n_rays / 4, "{n_open} of {n_rays}");
+        assert!(n_hits > n_rays / 10 || n_spheres == 0, "{n_hits} of {n_rays}");
     }
 }

@@ -1,5 +1,6 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
+mod in_f64;
 mod tile;
 mod walk;
 
@@ -16,11 +17,12 @@ use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::certified::{Filter, Nearest, UNDECIDED, Widening, nearest_listed};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
-use crate::kernel::{Kernel, PACKET, RayOf};
+use crate::kernel::{Kernel, RayOf};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, Timing, Wants};
 use crate::tracer::Tracer;
+pub use in_f64::propose_in_f64;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
@@ -225,7 +227,7 @@ fn others<F: Filter>(
     let sphere_id = |index: u32| hierarchy.rest[index as usize];
     // What follows them is no sphere.
     let spheres = &spheres[..hierarchy.rest.len()];
-    nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, widening)
+    nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, widening)
 }
 
 /// The loop over all rays.
@@ -271,16 +273,8 @@ fn trace_row<T: Twin>(
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
     let ray_at = |column: usize| T::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
-    let mut column = 0;
-    // A ray may have millions of spheres to look at.
-    while column + PACKET <= width {
-        control.check()?;
-        let rays = T::Float::pixel_rays(camera, offset_i + 2 * column as i64, j);
-        let Some(ids) = twin.packet(&rays) else { break };
-        slice.id[column..column + PACKET].copy_from_slice(&ids);
-        column += PACKET;
-    }
-    for column in column..width {
+    let done = twin.row(camera, (offset_i, j), control, slice.id)?;
+    for column in done..width {
         control.check()?;
         slice.put(column, twin, &ray_at(column), 1.0);
     }

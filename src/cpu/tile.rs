@@ -10,17 +10,20 @@
 use std::marker::PhantomData;
 
 use crate::guard;
+use crate::kernel::RayOf;
 use crate::kernel::certified::{
     Filter, GuardOf, Nearest, Nearness, ParallelFilter, PointFilter, SphereFar, Widening,
     closest_approach, far_nearness_at, parallel_nearness_at,
 };
-use crate::kernel::{PACKET, RayOf};
 use crate::rays::{CameraF32, Pixels};
 use crate::tree::footprints::{Cells, Footprints};
 use crate::vec3::Vec3;
 
 /// Columns and rows of a tile, px.
 pub const TILE: usize = 8;
+
+/// Rays of neighbouring pixels that go side by side: two registers of four, or one of eight.
+const PACKET: usize = 8;
 
 /// Columns and rows of a packet, px.
 const PACKET_SIZE: [usize; 2] = [4, 2];

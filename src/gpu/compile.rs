@@ -18,7 +18,9 @@ use crate::tree::footprints::{BORROW, IS_LEAF};
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
 
+const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
+const SURFACE: Part = part!("surface.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
@@ -55,9 +57,14 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
         parts.push(camera);
     }
     parts.extend(key.kernel.about().wgsl.parts);
-    parts.push(RENDER);
-    if key.spheres == Finding::Hierarchy {
-        parts.push(HIERARCHY);
+    parts.push(PARAMS);
+    if is_complete(key) {
+        parts.push(SURFACE);
+    } else {
+        parts.push(RENDER);
+        if key.spheres == Finding::Hierarchy {
+            parts.push(HIERARCHY);
+        }
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
 }
@@ -102,24 +109,41 @@ impl Choices<'_> {
     }
 }
 
+/// Whether the shader completes hits that are known.
+fn is_complete(key: &ShaderKey) -> bool {
+    key.surface && key.kernel == Kernel::Certified
+}
+
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
+    let is_double = key.float == Float::F64;
+    // The scene's own numbers of spheres.
+    let is_of_scene = key.kernel == Kernel::Certified
+        && is_double
+        && (is_by_hierarchy || is_complete(key) && key.n_spheres > 0);
     let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
     let has_far_filter = match key.spheres {
-        Finding::Listed => false,
+        Finding::Listed | Finding::ListedOutside | Finding::ListedInside => false,
         Finding::ListedFar => key.n_spheres > 0,
-        Finding::Hierarchy => key.bundle == Bundle::Point,
+        // In f64 its spheres are seen as all others are.
+        Finding::Hierarchy => key.bundle == Bundle::Point && !is_double,
     };
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
-        (key.surface, "surface"),
+        (key.surface && !is_complete(key), "surface"),
+        (is_complete(key), "complete"),
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
-        (key.kernel.about().float == Float::F64, "double"),
+        (is_double, "double"),
+        (key.some, "some"),
         (key.kernel == Kernel::Certified, "certified"),
+        (key.n_spheres > 0 || is_by_hierarchy && is_double, "sphere_filter"),
+        (is_of_scene, "of_scene"),
         (has_near_filter, "near"),
+        (has_near_filter && key.spheres != Finding::ListedInside, "outside"),
+        (has_near_filter && key.spheres != Finding::ListedOutside, "inside"),
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
     ]
@@ -134,22 +158,30 @@ fn workgroup() -> String {
 }
 
 fn constants(key: &ShaderKey) -> String {
-    let About { float, wgsl, .. } = key.kernel.about();
+    let ShaderKey { float, .. } = *key;
+    let About { wgsl, .. } = key.kernel.about();
     let mut text = workgroup() + &aliases(float.name());
     for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
         if count > 0 {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
-    let mut constants = (wgsl.constants)(key.bundle);
+    let mut constants = (wgsl.constants)(key.bundle, float);
     if key.spheres == Finding::Hierarchy {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("BORROW", format!("{BORROW}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
-            ("T_ROOM", format!("{:?}f", guard::T_ROOM)),
-            ("LEAST_NEARNESS", format!("{:?}f", guard::LEAST_NEARNESS)),
+            ("T_ROOM", float.literal(guard::T_ROOM.into())),
+            ("LEAST_NEARNESS", float.literal(guard::LEAST_NEARNESS.into())),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
+        ]);
+    }
+    if is_complete(key) {
+        constants.extend([
+            ("SMALLEST_T", float.literal(2f64.powi(-120))),
+            ("LARGEST_T", float.literal(2f64.powi(120))),
+            ("INFINITY", format!("{}u", f32::INFINITY.to_bits())),
         ]);
     }
     for (name, value) in constants {

@@ -1,14 +1,15 @@
 //! A hierarchy over spheres on the device.
 
 use super::device::OpenDevice;
-use super::layout::Walk;
+use super::layout::{SeenFrom, Walk};
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use crate::kernel::certified::SphereFar;
-use crate::prepare::{Hierarchy, Seen};
+use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::tree::footprints::{Footprints, Node};
 
-/// The buffers and textures that `shaders/hierarchy.wgsl` reads.
+/// The buffers and textures that `shaders/hierarchy.wgsl` reads. A clone shares them.
+#[derive(Clone)]
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,
@@ -16,6 +17,8 @@ pub struct DeviceHierarchy {
     far: wgpu::TextureView,
     n_nodes: u32,
     cell_shift: u32,
+    /// In f64: what spheres are seen from, and the spheres of the scene.
+    in_f64: Option<[wgpu::Buffer; 2]>,
 }
 
 impl DeviceHierarchy {
@@ -27,12 +30,7 @@ impl DeviceHierarchy {
     pub fn new(gpu: &OpenDevice, hierarchy: &Hierarchy) -> Result<Option<DeviceHierarchy>> {
         let Some(Seen { footprints, far }) = &hierarchy.seen else { return Ok(None) };
         check_limits(gpu, far.len())?;
-        let walk = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("walk"),
-            size: size_of::<Walk>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let walk = uniform(gpu, "walk", &Walk::default());
         let mut rest = hierarchy.rest.clone();
         rest.resize(hierarchy.n_places_of_rest(), 0);
         let rest_ids =
@@ -45,9 +43,21 @@ impl DeviceHierarchy {
             far: texture(gpu, "far spheres", bytemuck::cast_slice(far))?,
             n_nodes: nodes.len() as u32,
             cell_shift: *cell_shift,
+            in_f64: None,
         };
         gpu.check()?;
         Ok(Some(device_hierarchy))
+    }
+
+    /// The same with what f64 needs, for a walk of its own.
+    pub fn in_f64(&self, gpu: &OpenDevice, prepared: &Prepared) -> DeviceHierarchy {
+        let walk = uniform(gpu, "walk", &Walk::default());
+        DeviceHierarchy { walk, in_f64: Some(of_scene(gpu, prepared)), ..self.clone() }
+    }
+
+    /// The ids of the spheres that are not in the hierarchy.
+    pub fn rest_ids(&self) -> Option<&wgpu::Buffer> {
+        self.rest_ids.as_ref()
     }
 
     /// Bytes on the device.
@@ -64,7 +74,8 @@ impl DeviceHierarchy {
     pub fn resources(&self) -> impl Iterator<Item = wgpu::BindingResource<'_>> {
         let buffers = [Some(&self.walk), self.rest_ids.as_ref()].into_iter().flatten();
         let textures = [&self.nodes, &self.far].map(wgpu::BindingResource::TextureView);
-        buffers.map(wgpu::Buffer::as_entire_binding).chain(textures)
+        let in_f64 = self.in_f64.iter().flatten().map(wgpu::Buffer::as_entire_binding);
+        buffers.map(wgpu::Buffer::as_entire_binding).chain(textures).chain(in_f64)
     }
 
     /// Says which pixel of the picture the next tile starts at.
@@ -73,6 +84,23 @@ impl DeviceHierarchy {
         let walk = Walk { n_nodes, first_x, first_y, cell_shift };
         gpu.queue.write_buffer(&self.walk, 0, bytemuck::bytes_of(&walk));
     }
+}
+
+/// The spheres of a scene as it has them, behind what they are seen from.
+pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [wgpu::Buffer; 2] {
+    let seen_from =
+        SeenFrom { reference: prepared.reference.to_array(), spread: prepared.farthest_origin() };
+    let spheres = bytemuck::cast_slice(&prepared.scene.spheres[..]);
+    [uniform(gpu, "seen from", &seen_from), gpu.storage("spheres of the scene", spheres)]
+}
+
+/// A buffer that all invocations read.
+fn uniform(gpu: &OpenDevice, label: &str, value: &impl bytemuck::NoUninit) -> wgpu::Buffer {
+    let bytes = bytemuck::bytes_of(value);
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    let buffer = gpu.buffer(label, bytes.len(), usage);
+    gpu.queue.write_buffer(&buffer, 0, bytes);
+    buffer
 }
 
 fn check_limits(gpu: &OpenDevice, n_spheres: usize) -> Result<()> {

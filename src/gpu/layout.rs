@@ -79,6 +79,16 @@ pub struct Walk {
     pub cell_shift: u32,
 }
 
+/// Twin of `SeenFrom` in `shaders/seen.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct SeenFrom {
+    /// The camera's position, world units.
+    pub reference: [f64; 3],
+    /// Largest distance of an origin from there.
+    pub spread: f64,
+}
+
 #[cfg(test)]
 mod tests {
     use std::mem::{offset_of, size_of};
@@ -86,18 +96,26 @@ mod tests {
     use super::*;
     use crate::gpu::compile::compile;
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
-    use crate::kernel::{certified, double, lecture, stable};
+    use crate::kernel::{Float, certified, double, lecture, stable};
     use crate::prepare::{Finding, ShaderKey};
     use crate::rays::Bundle;
+    use crate::scene::Sphere;
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
-    fn device_layout(kernel: Kernel, bundle: Bundle, name: &str) -> (u32, Vec<(String, u32)>) {
+    fn device_layout(
+        kernel: Kernel,
+        float: Float,
+        bundle: Bundle,
+        name: &str,
+    ) -> (u32, Vec<(String, u32)>) {
         let is_certified = kernel == Kernel::Certified;
         let key = ShaderKey {
             kernel,
+            float,
             bundle,
+            some: false,
             spheres: match is_certified && bundle == Bundle::Point {
                 true => Finding::Hierarchy,
                 false => Finding::Listed,
@@ -123,8 +141,12 @@ mod tests {
 
     macro_rules! check {
         ($kernel:ident, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
+            let float = Kernel::$kernel.about().float;
+            check!($kernel in float, $bundle, $ty, $name, $($field),+);
+        };
+        ($kernel:ident in $float:expr, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
             let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
-            let (span, members) = device_layout(Kernel::$kernel, Bundle::$bundle, $name);
+            let (span, members) = device_layout(Kernel::$kernel, $float, Bundle::$bundle, $name);
             assert_eq!(members, expected, "{}", $name);
             assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
         };
@@ -211,6 +233,36 @@ mod tests {
             direction_error,
             n_offset_error
         );
+        check!(
+            Certified in Float::F64,
+            Point,
+            certified::SphereCertified<f64>,
+            "SphereCertified",
+            center,
+            inner2,
+            center_low,
+            outer2,
+            slack,
+            q_low,
+            q_high_or_r2,
+            k_error
+        );
+        check!(
+            Certified in Float::F64,
+            Point,
+            certified::PlaneCertified<f64>,
+            "PlaneCertified",
+            offset,
+            q_low,
+            offset_low,
+            q_high,
+            normal,
+            direction_error,
+            n_offset_error
+        );
+        check!(Certified in Float::F64, Point, SeenFrom, "SeenFrom", reference, spread);
+        check!(Certified in Float::F64, Point, Sphere, "SceneSphere", center, radius);
+        check!(Certified in Float::F64, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
         check!(Certified, Point, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
     }

@@ -17,7 +17,13 @@ pub struct Gpu {
     bare: OpenDevice,
     programs: Programs,
     arithmetic: OnceLock<Arithmetic>,
+    arithmetic_f64: OnceLock<Option<Arithmetic>>,
+    /// See [`Gpu::always_in_f64`].
+    always_in_f64: bool,
 }
+
+/// Fewer undecided rays than this the CPU decides sooner than a shader is compiled.
+const FEWEST_IN_F64: usize = 1 << 12;
 
 impl Deref for Gpu {
     type Target = OpenDevice;
@@ -55,7 +61,13 @@ impl Gpu {
 
     pub(super) fn open_adapter(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<Gpu> {
         let bare = OpenDevice::open(adapter, facts)?;
-        Ok(Gpu { bare, programs: Programs::default(), arithmetic: OnceLock::new() })
+        Ok(Gpu {
+            bare,
+            programs: Programs::default(),
+            arithmetic: OnceLock::new(),
+            arithmetic_f64: OnceLock::new(),
+            always_in_f64: false,
+        })
     }
 
     /// The program for `key`, compiled where it isn't kept. Other threads don't wait for that.
@@ -78,6 +90,42 @@ impl Gpu {
         Gpu { programs: self.programs.edited(Box::new(edit)), ..self }
     }
 
+    /// Has the device decide in f64 what it can from now on, also where the CPU would be quicker: tests see
+    /// that it is right.
+    #[doc(hidden)]
+    pub fn always_in_f64(self) -> Gpu {
+        Gpu { always_in_f64: true, ..self }
+    }
+
+    /// Whether all rays of a scene that begins in f64 are decided here, without f32.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic_f64`].
+    pub(super) fn begins_in_f64(&self) -> Result<bool> {
+        Ok(self.arithmetic_f64()?.is_some_and(|found| found.suits_filter_in_f64()))
+    }
+
+    /// Whether `n` rays that f32 left undecided are decided in f64 here. Not by a device in software: it
+    /// shares its cores with the CPU's f64, which needs no second shader.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic_f64`].
+    pub(super) fn decides_in_f64(&self, n: usize) -> Result<bool> {
+        let pays = !self.facts.is_software() && n >= FEWEST_IN_F64;
+        let is_wanted = n > 0 && (pays || self.always_in_f64);
+        Ok(is_wanted && self.begins_in_f64()?)
+    }
+
+    /// Whether `t` and normals of hits are found here. Not by a device in software, for the same reason.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic_f64`].
+    pub(super) fn completes(&self) -> Result<bool> {
+        let is_wanted = !self.facts.is_software() || self.always_in_f64;
+        let suits = |found: Arithmetic| found.suits_filter_in_f64() && found.narrows_to_nearest;
+        Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
+    }
+
     /// Takes this for what the device's f32 does.
     #[cfg(test)]
     pub(super) fn tell_arithmetic(self, arithmetic: Arithmetic) -> Gpu {
@@ -96,12 +144,16 @@ impl Gpu {
         Ok(*self.arithmetic.get_or_init(|| measured))
     }
 
-    /// The behaviour of the device's f64, measured; `None` where it has none.
+    /// The behaviour of the device's f64, measured at the first call; `None` where it has none.
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device fails the test's run.
     pub fn arithmetic_f64(&self) -> Result<Option<Arithmetic>> {
-        self.facts.f64.then(|| self_test::test_f64(&self.bare)).transpose()
+        if let Some(known) = self.arithmetic_f64.get() {
+            return Ok(*known);
+        }
+        let measured = self.facts.f64.then(|| self_test::test_f64(&self.bare)).transpose()?;
+        Ok(*self.arithmetic_f64.get_or_init(|| measured))
     }
 
     /// True where the arithmetic of `kernel` is the CPU's on this device, operation by operation, so

@@ -93,6 +93,11 @@ impl Arithmetic {
             && self.texels
     }
 
+    /// The same for the filter in f64, whose rays must be those of the host.
+    pub fn suits_filter_in_f64(&self) -> bool {
+        self.suits_filter() && self.sum_ulp == 0 && self.product_ulp == 0
+    }
+
     /// Where the certified kernel's filter runs for a device with this f32, in words.
     pub fn filter_in_words(&self) -> &'static str {
         match (self.suits_filter(), self.passthrough) {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::clock::Clock;
 use super::compile::WORKGROUP;
-use super::hierarchy::DeviceHierarchy;
+use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
 use super::live::{ProposeResident, Words};
@@ -13,14 +13,15 @@ use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use super::texture::UPLOAD_BYTES;
+use crate::certify::{self, DecideInF64, InF64};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::prepare::{Hierarchy, Prepared};
-use crate::rays::{Bundle, CameraF32, CameraF64};
+use crate::prepare::{Hierarchy, Prepared, ShaderKey};
+use crate::rays::{Bundle, CameraF32, CameraF64, Pixels};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -47,7 +48,9 @@ pub struct GpuTracer {
     gpu: Arc<Gpu>,
     prepared: Arc<Prepared>,
     wants: Wants,
-    program: Arc<Program>,
+    key: ShaderKey,
+    /// None before it is needed.
+    program: Option<Arc<Program>>,
     params: wgpu::Buffer,
     objects: Vec<wgpu::Buffer>,
     hierarchy: Option<DeviceHierarchy>,
@@ -57,6 +60,10 @@ pub struct GpuTracer {
     /// Takes the certified kernel's f32 stage where the device can't: its arithmetic doesn't suit the
     /// proof, or there is no way to the rays' many spheres.
     cpu_fallback: Option<CpuTracer>,
+    /// Completes hits.
+    surfaces: Option<Surfaces>,
+    /// Decide in f64, made when they are first needed: all rays, and some pixels.
+    in_f64: [Option<Box<GpuTracer>>; 2],
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
@@ -70,6 +77,58 @@ struct Results {
     staging: wgpu::Buffer,
     rays: Option<wgpu::Buffer>,
     bind_group: wgpu::BindGroup,
+    of_surfaces: Option<wgpu::BindGroup>,
+}
+
+/// The second step of a dispatch where hits are completed.
+struct Surfaces {
+    program: Arc<Program>,
+    params: wgpu::Buffer,
+    /// In the order of the shader's bindings, behind the results.
+    objects: Vec<wgpu::Buffer>,
+}
+
+impl Surfaces {
+    /// `None` where the CPU completes hits.
+    fn new(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        wants: Wants,
+        hierarchy: Option<&DeviceHierarchy>,
+    ) -> Result<Option<Surfaces>> {
+        let is_picture = prepared.bundle() != Bundle::Free;
+        let is_wanted = wants.surface && is_picture && certify::suits_device(prepared);
+        if !(is_wanted && fits_in_f64(gpu, prepared) && gpu.completes()?) {
+            return Ok(None);
+        }
+        let numbers = InF64::new(prepared);
+        let mut objects = Vec::new();
+        if !prepared.scene.spheres.is_empty() {
+            objects.extend(of_scene(gpu, prepared));
+        }
+        let (spheres, planes) = numbers.lists.bytes();
+        if !spheres.is_empty() {
+            objects.push(gpu.storage("spheres", spheres));
+            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+        }
+        if !planes.is_empty() {
+            let units = numbers.units(prepared);
+            objects.push(gpu.storage("planes", planes));
+            objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
+        }
+        let program = gpu.program(&numbers.surface_key(prepared))?;
+        Ok(Some(Surfaces { program, params: params_buffer(gpu, Float::F64), objects }))
+    }
+
+    fn bytes(&self) -> u64 {
+        self.params.size() + self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+    }
+}
+
+/// Whether the device takes a scene's own numbers at once.
+fn fits_in_f64(gpu: &Gpu, prepared: &Prepared) -> bool {
+    let bytes = size_of_val(&prepared.scene.spheres[..]) as u64;
+    bytes <= gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes)
 }
 
 /// Bytes of the id, of `t`, and of the normal of one ray.
@@ -87,37 +146,106 @@ impl GpuTracer {
         check_limits(&gpu, &prepared)?;
         check_memory(&gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&gpu, &prepared, wants)?;
+        let key = prepared.shader_key(wants);
+        // Who begins in f64 may never need another shader.
+        let begins_in_f64 = prepared.starts_in_f64()
+            && cpu_fallback.is_none()
+            && certify::suits_device(&prepared)
+            && gpu.begins_in_f64()?;
         let start = Instant::now();
-        let program = gpu.program(&prepared.shader_key(wants))?;
-        let compile_time = start.elapsed();
+        let objects = storage(&gpu, prepared.objects.bytes());
+        let hierarchy = device_hierarchy(&gpu, &prepared)?;
+        let upload_time = start.elapsed();
 
         let start = Instant::now();
-        let objects = object_bytes(&prepared).map(|(label, bytes)| gpu.storage(label, bytes));
-        let objects = objects.collect();
-        let hierarchy = device_hierarchy(&gpu, &prepared)?;
-        let params = params_buffer(&gpu, prepared.kernel);
+        let program = if begins_in_f64 { None } else { Some(gpu.program(&key)?) };
+        let surfaces = Surfaces::new(&gpu, &prepared, wants, hierarchy.as_ref())?;
+        let mut tracer = GpuTracer::from_parts(Parts {
+            gpu,
+            prepared,
+            wants,
+            key,
+            program,
+            objects,
+            hierarchy,
+            surfaces,
+            cpu_fallback,
+            compile_time: start.elapsed(),
+            upload_time,
+        })?;
+        if begins_in_f64 {
+            let start = Instant::now();
+            tracer.in_f64[0] = Some(Box::new(tracer.new_in_f64(false)?));
+            tracer.compile_time += start.elapsed();
+        }
+        Ok(tracer)
+    }
+
+    /// A tracer of the same scene that proposes in f64, for all rays or for some pixels.
+    fn new_in_f64(&self, some: bool) -> Result<GpuTracer> {
+        let (gpu, prepared) = (Arc::clone(&self.gpu), Arc::clone(&self.prepared));
+        let numbers = InF64::new(&prepared);
+        let key = numbers.shader_key(&prepared, some);
+        let hierarchy = self.hierarchy.as_ref();
+        let wants = Wants { surface: self.wants.surface && !some, level: false };
+        GpuTracer::from_parts(Parts {
+            program: Some(gpu.program(&key)?),
+            objects: storage(&gpu, numbers.lists.bytes()),
+            hierarchy: hierarchy.map(|hierarchy| hierarchy.in_f64(&gpu, &prepared)),
+            surfaces: Surfaces::new(&gpu, &prepared, wants, hierarchy)?,
+            gpu,
+            prepared,
+            wants,
+            key,
+            cpu_fallback: None,
+            compile_time: Duration::ZERO,
+            upload_time: Duration::ZERO,
+        })
+    }
+
+    fn from_parts(parts: Parts) -> Result<GpuTracer> {
+        let Parts { gpu, prepared, key, .. } = parts;
+        let params = params_buffer(&gpu, key.float);
         gpu.check()?;
         let tile_rays = first_tile_rays(&prepared);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
-            wants,
-            program,
+            wants: parts.wants,
+            key,
+            program: parts.program,
             params,
-            objects,
-            hierarchy,
+            objects: parts.objects,
+            hierarchy: parts.hierarchy,
+            surfaces: parts.surfaces,
             results: None,
             tile_rays,
             clock: None,
-            cpu_fallback,
-            compile_time,
-            upload_time: start.elapsed(),
+            cpu_fallback: parts.cpu_fallback,
+            in_f64: [None, None],
+            compile_time: parts.compile_time,
+            upload_time: parts.upload_time,
         };
         let start = Instant::now();
         tracer.warm_up()?;
         tracer.compile_time += start.elapsed();
         Ok(tracer)
     }
+}
+
+/// What a tracer is made of.
+struct Parts {
+    gpu: Arc<Gpu>,
+    prepared: Arc<Prepared>,
+    wants: Wants,
+    key: ShaderKey,
+    program: Option<Arc<Program>>,
+    objects: Vec<wgpu::Buffer>,
+    hierarchy: Option<DeviceHierarchy>,
+    surfaces: Option<Surfaces>,
+    cpu_fallback: Option<CpuTracer>,
+    compile_time: Duration,
+    upload_time: Duration,
 }
 
 /// Rays of the first dispatch.
@@ -127,9 +255,15 @@ fn first_tile_rays(prepared: &Prepared) -> usize {
 }
 
 /// The labels and bytes of the kinds of objects that there are.
-fn object_bytes(prepared: &Prepared) -> impl Iterator<Item = (&'static str, &[u8])> {
-    let (spheres, planes) = prepared.objects.bytes();
+fn object_bytes<'a>(
+    (spheres, planes): (&'a [u8], &'a [u8]),
+) -> impl Iterator<Item = (&'static str, &'a [u8])> {
     [("spheres", spheres), ("planes", planes)].into_iter().filter(|(_, bytes)| !bytes.is_empty())
+}
+
+/// The spheres and the planes on the device.
+fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<wgpu::Buffer> {
+    object_bytes(objects).map(|(label, bytes)| gpu.storage(label, bytes)).collect()
 }
 
 fn cpu_fallback(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
@@ -143,10 +277,10 @@ fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHiera
     Ok(hierarchy.map(|hierarchy| DeviceHierarchy::new(gpu, hierarchy)).transpose()?.flatten())
 }
 
-fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
+fn params_buffer(gpu: &Gpu, float: Float) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("params"),
-        size: match kernel.about().float {
+        size: match float {
             Float::F64 => size_of::<ParamsDouble>(),
             Float::F32 => size_of::<Params>(),
         } as u64,
@@ -196,9 +330,8 @@ fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
 
 /// Twice the offset of a tile's first pixel from the picture's centre, right and up. A picture has
 /// at most 2^31 columns and rows, so the doubled offsets fit.
-fn offsets(rays: &Rays, tile: &Tile) -> [i32; 2] {
-    let Rays::Pixels(pixels) = rays else { return [0; 2] };
-    let (x, y) = pixels.xy(tile.first);
+fn offsets(work: &Work, tile: &Tile) -> [i32; 2] {
+    let Some((pixels, [x, y])) = work.first_pixel(tile) else { return [0; 2] };
     let (offset_i, offset_j) = pixels.offset2(x, y);
     [offset_i as i32, offset_j as i32]
 }
@@ -241,6 +374,17 @@ impl Tracer for GpuTracer {
         Some((&self.prepared, self.wants))
     }
 
+    fn certify(
+        &mut self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+        timing: Timing,
+    ) -> Result<Timing> {
+        let (prepared, wants) = (Arc::clone(&self.prepared), self.wants);
+        certify::resolve(&prepared, rays, wants, control, Some(self), hits, timing)
+    }
+
     /// A moved camera costs no new shader while [`Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
@@ -248,25 +392,28 @@ impl Tracer for GpuTracer {
         check_memory(&self.gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
         let key = prepared.shader_key(self.wants);
-        let is_new = key != self.prepared.shader_key(self.wants);
+        let is_new = key != self.key;
         let program = if is_new { Some(self.gpu.program(&key)?) } else { None };
         let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
         if let Some(program) = program {
-            self.program = program;
-            self.params = params_buffer(&self.gpu, prepared.kernel);
-            let objects =
-                object_bytes(&prepared).map(|(label, bytes)| self.gpu.storage(label, bytes));
-            self.objects = objects.collect();
+            self.program = Some(program);
+            self.params = params_buffer(&self.gpu, key.float);
+            self.objects = storage(&self.gpu, prepared.objects.bytes());
             self.tile_rays = first_tile_rays(&prepared);
         } else {
-            for (buffer, (_, bytes)) in self.objects.iter().zip(object_bytes(&prepared)) {
+            for (buffer, (_, bytes)) in
+                self.objects.iter().zip(object_bytes(prepared.objects.bytes()))
+            {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        if is_new || hierarchy.is_some() {
+        if is_new || hierarchy.is_some() || self.surfaces.is_some() {
             self.results = None;
         }
+        self.key = key;
         self.cpu_fallback = cpu_fallback;
+        self.in_f64 = [None, None];
+        self.surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()
@@ -282,10 +429,63 @@ impl Tracer for GpuTracer {
             + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
             + results_bytes
+            + self.surfaces.as_ref().map_or(0, Surfaces::bytes)
+            + self.in_f64.iter().flatten().map(|tracer| tracer.bytes_device()).sum::<u64>()
     }
 
     fn use_device_clock(&mut self) {
         self.clock = Clock::new(&self.gpu);
+    }
+}
+
+/// Rays to be traced.
+enum Work<'a> {
+    /// All of them.
+    All(&'a Rays),
+    /// Those pixels with these indices.
+    Some(&'a Pixels, &'a [u32]),
+}
+
+impl<'a> Work<'a> {
+    fn n_rays(&self) -> usize {
+        match self {
+            Work::All(rays) => rays.len(),
+            Work::Some(_, indices) => indices.len(),
+        }
+    }
+
+    /// Picture column and row of a tile's first pixel; those of the picture's first one where pixels come as a
+    /// list.
+    fn first_pixel(&self, tile: &Tile) -> Option<(&'a Pixels, [u32; 2])> {
+        match self {
+            Work::All(Rays::Pixels(pixels)) => Some((pixels, pixels.xy(tile.first).into())),
+            Work::All(Rays::List(_)) => None,
+            Work::Some(pixels, _) => Some((pixels, [0, 0])),
+        }
+    }
+}
+
+impl DecideInF64 for GpuTracer {
+    fn completes(&self, rays: &Rays) -> bool {
+        matches!(rays, Rays::Pixels(_)) && self.cpu_fallback.is_none() && self.surfaces.is_some()
+    }
+
+    fn decide_in_f64(
+        &mut self,
+        rays: &Rays,
+        some: Option<&[u32]>,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<bool> {
+        let is_taken = match some {
+            None => self.gpu.begins_in_f64()?,
+            Some(some) => self.gpu.decides_in_f64(some.len())?,
+        };
+        if self.cpu_fallback.is_some() || !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
+            return Ok(false);
+        }
+        self.propose_in_f64(rays, some, control, hits)?;
+        Ok(true)
     }
 }
 
@@ -303,6 +503,42 @@ struct Tile {
 const LIST_WIDTH: usize = 1 << 13;
 
 impl GpuTracer {
+    /// Writes the objects that rays see in f64 into `hits`, for all rays or those with some indices, or
+    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED): for a scene that [`propose_in_f64`] takes, which is
+    /// the twin of this.
+    ///
+    /// [`propose_in_f64`]: crate::cpu::propose_in_f64
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn propose_in_f64(
+        &mut self,
+        rays: &Rays,
+        some: Option<&[u32]>,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<()> {
+        let list = match (rays, some) {
+            (Rays::List(rays), Some(some)) => {
+                Some(Rays::List(some.iter().map(|&ray| rays[ray as usize]).collect()))
+            }
+            _ => None,
+        };
+        let work = match (rays, some) {
+            (Rays::Pixels(pixels), Some(some)) => Work::Some(pixels, some),
+            _ => Work::All(list.as_ref().unwrap_or(rays)),
+        };
+        let place = usize::from(matches!(work, Work::Some(..)));
+        let mut tracer = match self.in_f64[place].take() {
+            Some(tracer) => tracer,
+            None => Box::new(self.new_in_f64(place == 1)?),
+        };
+        hits.make_room(work.n_rays(), Wants { surface: tracer.wants.surface, ..self.wants });
+        tracer.trace_tiles(&work, control, &mut Target::Hits(hits))?;
+        self.in_f64[place] = Some(tracer);
+        Ok(())
+    }
+
     fn propose_into(
         &mut self,
         rays: &Rays,
@@ -315,24 +551,36 @@ impl GpuTracer {
             #[cfg(feature = "view")]
             Target::Resident(_) => {}
         }
+        self.trace_tiles(&Work::All(rays), control, &mut target)
+    }
+
+    fn trace_tiles(
+        &mut self,
+        work: &Work,
+        control: &Control,
+        target: &mut Target,
+    ) -> Result<Timing> {
         let mut timing = Timing::default();
         let mut first = 0;
-        while first < rays.len() {
+        while first < work.n_rays() {
             control.check()?;
-            let tile = self.tile(rays, first);
+            let tile = self.tile(work, first);
             let start = Instant::now();
-            let spent = self.trace_tile(rays, &tile, &mut target)?;
+            let spent = self.trace_tile(work, &tile, target)?;
             timing.add(spent);
             self.adapt(tile.n_rays, start.elapsed());
             first += tile.n_rays;
-            control.advance(tile.n_rays as u64);
+            // In f64 rays are traced that were counted before.
+            if self.key.float == self.prepared.kernel.about().float {
+                control.advance(tile.n_rays as u64);
+            }
         }
         Ok(timing)
     }
 
-    fn tile(&self, rays: &Rays, first: usize) -> Tile {
-        match rays {
-            Rays::Pixels(pixels) => {
+    fn tile(&self, work: &Work, first: usize) -> Tile {
+        match work {
+            Work::All(Rays::Pixels(pixels)) => {
                 let (width, height) = (pixels.width as usize, pixels.height as usize);
                 let (row, column) = (first / width, first % width);
                 if column > 0 || self.tile_rays < width {
@@ -343,8 +591,8 @@ impl GpuTracer {
                     Tile { first, width, height, n_rays: width * height }
                 }
             }
-            Rays::List(rays) => {
-                let n_rays = self.tile_rays.min(rays.len() - first);
+            Work::All(Rays::List(_)) | Work::Some(..) => {
+                let n_rays = self.tile_rays.min(work.n_rays() - first);
                 let width = n_rays.min(LIST_WIDTH);
                 Tile { first, width, height: n_rays.div_ceil(width), n_rays }
             }
@@ -360,16 +608,26 @@ impl GpuTracer {
         self.tile_rays = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
     }
 
-    fn dispatch(&self, results: &Results, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
+    fn dispatch(
+        &self,
+        results: &Results,
+        program: &Program,
+        [x, y]: [u32; 2],
+    ) -> wgpu::CommandEncoder {
         let descriptor = wgpu::CommandEncoderDescriptor::default();
         let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: None,
             timestamp_writes: self.clock.as_ref().map(Clock::around_pass),
         });
-        pass.set_pipeline(&self.program.pipeline);
+        pass.set_pipeline(&program.pipeline);
         pass.set_bind_group(0, &results.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
+        if let (Some(surfaces), Some(bind_group)) = (&self.surfaces, &results.of_surfaces) {
+            pass.set_pipeline(&surfaces.program.pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            pass.dispatch_workgroups(x, y, 1);
+        }
         drop(pass);
         if let Some(clock) = &self.clock {
             clock.stop(&mut encoder);
@@ -377,37 +635,50 @@ impl GpuTracer {
         encoder
     }
 
-    fn float(&self) -> Float {
-        self.prepared.kernel.about().float
-    }
-
     /// Runs one workgroup on an empty tile: some drivers compile a shader when it first runs, and
     /// that time belongs to compiling, nor should it mislead the tiles' size.
     fn warm_up(&mut self) -> Result<()> {
-        self.make_room(64)?;
+        let Some(program) = self.program.clone() else { return Ok(()) };
+        self.make_room(64, &program)?;
         let Some(results) = &self.results else { return Ok(()) };
-        let params = match self.float() {
+        let params = match self.key.float {
             Float::F64 => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
             Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        self.gpu.submit(self.dispatch(results, [1, 1]).finish());
+        if let Some(surfaces) = &self.surfaces {
+            let params = bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() });
+            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
+        }
+        self.gpu.submit(self.dispatch(results, &program, [1, 1]).finish());
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
         self.gpu.check()
     }
 
-    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, target: &mut Target) -> Result<Timing> {
-        self.make_room(tile.n_rays)?;
+    fn trace_tile(&mut self, work: &Work, tile: &Tile, target: &mut Target) -> Result<Timing> {
+        let program = match &self.program {
+            Some(program) => Arc::clone(program),
+            None => Arc::clone(self.program.insert(self.gpu.program(&self.key)?)),
+        };
+        self.make_room(tile.n_rays, &program)?;
         let Some(results) = &self.results else { return Ok(Timing::default()) };
         let start = Instant::now();
-        self.write_params(rays, tile);
+        self.write_params(work, tile);
         let mut exponents = Vec::new();
-        if let (Rays::List(rays), Some(buffer)) = (rays, &results.rays) {
-            let tile_rays = &rays[tile.first..tile.first + tile.n_rays];
-            exponents = self.upload_rays(tile_rays, buffer);
+        if let Some(buffer) = &results.rays {
+            let range = tile.first..tile.first + tile.n_rays;
+            match work {
+                Work::All(Rays::Pixels(_)) => {}
+                Work::All(Rays::List(rays)) => exponents = self.upload_rays(&rays[range], buffer),
+                Work::Some(pixels, indices) => {
+                    let place = |&index: &u32| <[u32; 2]>::from(pixels.xy(index as usize));
+                    let places: Vec<[u32; 2]> = indices[range].iter().map(place).collect();
+                    self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&places));
+                }
+            }
         }
-        let encoder = self.dispatch(results, workgroups(tile));
+        let encoder = self.dispatch(results, &program, workgroups(tile));
         match target {
             Target::Hits(hits) => self.read_tile(results, encoder, tile, &exponents, start, hits),
             #[cfg(feature = "view")]
@@ -486,20 +757,23 @@ impl GpuTracer {
         ))
     }
 
-    fn write_params(&self, rays: &Rays, tile: &Tile) {
-        let params = match self.float() {
-            Float::F64 => bytes(&self.params_double(rays, tile)),
-            Float::F32 => bytes(&self.params(rays, tile)),
+    fn write_params(&self, work: &Work, tile: &Tile) {
+        let params = match self.key.float {
+            Float::F64 => bytes(&self.params_double(work, tile)),
+            Float::F32 => bytes(&self.params(work, tile)),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        if let (Some(hierarchy), Rays::Pixels(pixels)) = (&self.hierarchy, rays) {
-            let (x, y) = pixels.xy(tile.first);
-            hierarchy.start_at(&self.gpu, [x, y]);
+        if let Some(surfaces) = &self.surfaces {
+            let params = bytes(&self.params_double(work, tile));
+            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
+        }
+        if let (Some(hierarchy), Some((_, first))) = (&self.hierarchy, work.first_pixel(tile)) {
+            hierarchy.start_at(&self.gpu, first);
         }
     }
 
-    fn params(&self, rays: &Rays, tile: &Tile) -> Params {
-        let [offset_i, offset_j] = offsets(rays, tile);
+    fn params(&self, work: &Work, tile: &Tile) -> Params {
+        let [offset_i, offset_j] = offsets(work, tile);
         let common = Params {
             n_spheres: self.prepared.scene.spheres.len() as u32,
             n_planes: self.prepared.scene.planes.len() as u32,
@@ -510,7 +784,7 @@ impl GpuTracer {
             width: tile.width as u32,
             ..Params::default()
         };
-        let Rays::Pixels(pixels) = rays else { return common };
+        let Some((pixels, _)) = work.first_pixel(tile) else { return common };
         let camera = CameraF32::new(pixels);
         Params {
             forward: camera.forward.0,
@@ -521,8 +795,8 @@ impl GpuTracer {
         }
     }
 
-    fn params_double(&self, rays: &Rays, tile: &Tile) -> ParamsDouble {
-        let [offset_i, offset_j] = offsets(rays, tile);
+    fn params_double(&self, work: &Work, tile: &Tile) -> ParamsDouble {
+        let [offset_i, offset_j] = offsets(work, tile);
         let common = ParamsDouble {
             n_spheres: self.prepared.scene.spheres.len() as u32,
             n_planes: self.prepared.scene.planes.len() as u32,
@@ -533,7 +807,7 @@ impl GpuTracer {
             width: tile.width as u32,
             ..ParamsDouble::default()
         };
-        let Rays::Pixels(pixels) = rays else { return common };
+        let Some((pixels, _)) = work.first_pixel(tile) else { return common };
         let camera = CameraF64::new(pixels);
         ParamsDouble {
             forward: camera.forward.0,
@@ -548,9 +822,12 @@ impl GpuTracer {
     /// The exponents of the rays' scales, empty where they have none.
     fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
         let (queue, coordinates) = (&self.gpu.queue, self.prepared.coordinates());
-        if self.float() == Float::F64 {
-            let records: Vec<RayRecordDouble> =
-                rays.iter().map(|ray| coordinates.ray_record_double(ray)).collect();
+        if self.key.float == Float::F64 {
+            let record = |ray: &Ray| match self.key.kernel {
+                Kernel::Certified => certify::ray_record(ray),
+                _ => coordinates.ray_record_double(ray),
+            };
+            let records: Vec<RayRecordDouble> = rays.iter().map(record).collect();
             queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
             return Vec::new();
         }
@@ -561,7 +838,7 @@ impl GpuTracer {
     }
 
     /// Sees to it that results for `n_rays` fit.
-    fn make_room(&mut self, n_rays: usize) -> Result<()> {
+    fn make_room(&mut self, n_rays: usize, program: &Program) -> Result<()> {
         if self.results.as_ref().is_some_and(|results| results.n_rays >= n_rays) {
             return Ok(());
         }
@@ -576,8 +853,8 @@ impl GpuTracer {
             })
         };
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let n_results =
-            if self.prepared.shader_key(self.wants).surface { RESULT_BYTES.len() } else { 1 };
+        let n_proposed = if self.key.surface { RESULT_BYTES.len() } else { 1 };
+        let n_results = if self.surfaces.is_some() { RESULT_BYTES.len() } else { n_proposed };
         let device_buffers: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)
@@ -587,22 +864,31 @@ impl GpuTracer {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (self.prepared.bundle() == Bundle::Free).then(|| {
+        let rays = (self.key.bundle == Bundle::Free || self.key.some).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            let bytes_per_ray = match self.float() {
+            let bytes_per_ray = match self.key.float {
+                _ if self.key.some => size_of::<[u32; 2]>(),
                 Float::F64 => size_of::<RayRecordDouble>(),
                 Float::F32 => size_of::<RayRecord>(),
             };
             buffer("rays", bytes_per_ray, usage)
         });
+        let proposed = &device_buffers[..n_proposed];
         let buffers =
-            std::iter::once(&self.params).chain(&device_buffers).chain(&self.objects).chain(&rays);
+            std::iter::once(&self.params).chain(proposed).chain(&self.objects).chain(&rays);
         let resources = buffers
             .map(wgpu::Buffer::as_entire_binding)
             .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
-        let bind_group = bind_resources(device, &self.program.bind_group_layout, resources);
+        let bind_group = bind_resources(device, &program.bind_group_layout, resources);
+        let of_surfaces = self.surfaces.as_ref().map(|surfaces| {
+            let Surfaces { program, params, objects } = surfaces;
+            let buffers = std::iter::once(params).chain(&device_buffers).chain(objects);
+            let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+            bind_resources(device, &program.bind_group_layout, resources)
+        });
         self.gpu.check()?;
-        self.results = Some(Results { n_rays, device: device_buffers, staging, rays, bind_group });
+        let device = device_buffers;
+        self.results = Some(Results { n_rays, device, staging, rays, bind_group, of_surfaces });
         Ok(())
     }
 }

@@ -39,5 +39,12 @@ pub const NORMAL_FOOT: f64 = 10.6;
 /// (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2.
 pub const CHORD: f64 = 6.6;
 
+/// The same on a device, whose division takes 2.5 and whose root 4.5: half the chord
+/// (1 + 1 + 5.5 + 1)/2 + 4.5, `h·d` and the sum 2.
+pub const CHORD_WIDE: f64 = 10.8;
+
+/// [`crate::kernel::certified::normalized`] there: 3/2 + 4.5 + 2.5 + 1.
+pub const NORMALIZED_WIDE: f64 = 9.6;
+
 /// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
 pub const NORMALIZED: f64 = 4.6;

@@ -19,7 +19,7 @@ pub struct About {
 }
 
 /// The floating-point numbers of a kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Float {
     /// 24 bits.
     F32,
@@ -33,6 +33,14 @@ impl Float {
         match self {
             Float::F32 => "f32",
             Float::F64 => "f64",
+        }
+    }
+
+    /// A number of the type in WGSL.
+    pub fn literal(self, x: f64) -> String {
+        match self {
+            Float::F32 => format!("{:?}f", x as f32),
+            Float::F64 => format!("{x:?}lf"),
         }
     }
 }
@@ -81,8 +89,8 @@ pub struct Wgsl {
     pub records: &'static str,
     /// The parts that are its own.
     pub parts: &'static [Part],
-    /// Names and values of the constants in them, for rays that lie so.
-    pub constants: fn(Bundle) -> Vec<(&'static str, String)>,
+    /// Names and values of the constants in them, for rays that lie so and for this arithmetic.
+    pub constants: fn(Bundle, Float) -> Vec<(&'static str, String)>,
 }
 
 /// A part of a shader.

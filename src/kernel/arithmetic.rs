@@ -14,11 +14,6 @@ pub trait Arithmetic: Real {
     fn camera(coordinates: &Coordinates, pixels: &Pixels) -> Self::Camera;
     /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     fn pixel_ray(camera: &Self::Camera, i: i64, j: i64) -> RayOf<Self>;
-    /// [`Arithmetic::pixel_ray`] of `N` pixels side by side, the first at `(i, j)`.
-    #[inline(always)]
-    fn pixel_rays<const N: usize>(camera: &Self::Camera, i: i64, j: i64) -> [RayOf<Self>; N] {
-        std::array::from_fn(|lane| Self::pixel_ray(camera, i + 2 * lane as i64, j))
-    }
     /// A ray of a list, and what its `t` must be multiplied with.
     fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<Self>, f64);
     /// The nearest number.
@@ -41,11 +36,6 @@ impl Arithmetic for f32 {
     #[inline(always)]
     fn pixel_ray(camera: &CameraF32, i: i64, j: i64) -> RayOf<f32> {
         camera.camera_ray(i as f32, j as f32)
-    }
-
-    #[inline(always)]
-    fn pixel_rays<const N: usize>(camera: &CameraF32, i: i64, j: i64) -> [RayOf<f32>; N] {
-        camera.camera_rays(i, j)
     }
 
     #[inline(always)]

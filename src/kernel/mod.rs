@@ -44,9 +44,6 @@ impl<R: Real> RayOf<R> {
     }
 }
 
-/// Rays of neighbouring pixels that go side by side: two registers of four, or one of eight.
-pub const PACKET: usize = 8;
-
 /// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<R> {
@@ -91,7 +88,8 @@ impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
         }
     }
 
-    fn bytes(&self) -> (&[u8], &[u8]) {
+    /// The bytes of the spheres and those of the planes.
+    pub fn bytes(&self) -> (&[u8], &[u8]) {
         (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
     }
 }

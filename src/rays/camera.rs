@@ -9,7 +9,8 @@ use glam::DVec3;
 use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
-use crate::vec3::Vec3;
+use crate::vec3::{Vec3, dot3};
+use crate::wide::{WideF32, WideF64};
 
 /// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -244,6 +245,26 @@ impl CameraF64 {
     }
 }
 
+impl CameraF64 {
+    /// [`CameraF64::camera_ray`] of pixels side by side.
+    #[inline(always)]
+    pub(crate) fn camera_rays<S: pulp::Simd>(
+        &self,
+        i: WideF64<S>,
+        j: WideF64<S>,
+    ) -> RayOf<WideF64<S>> {
+        let [forward, right, true_up] =
+            [self.forward, self.right, self.true_up].map(|v| i.like3(v));
+        let (step, zero) = (i.like(self.step), i.like3(Vec3::ZERO));
+        let (origin, direction) = match self.lens {
+            Lens::Perspective => (zero, (forward + right * (step * i)) + true_up * (step * j)),
+            Lens::Orthographic => (zero + (right * (step * i) + true_up * (step * j)), forward),
+        };
+        let a = dot3(direction, direction);
+        RayOf { origin, origin_low: zero, direction, a, inv_a: i.like(1.0) / a }
+    }
+}
+
 /// The camera that f32 kernels see: rounded, with the pixel's size multiplied in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraF32 {
@@ -292,19 +313,17 @@ impl CameraF32 {
         }
     }
 
-    /// [`CameraF32::camera_ray`] of `N` pixels side by side, the first at `(i, j)`. The lens is looked
-    /// at once, so that the compiler finds the rays' numbers side by side.
+    /// [`CameraF32::camera_ray`] of pixels side by side, at `i` in the row `j`.
     #[inline(always)]
-    pub fn camera_rays<const N: usize>(&self, i: i64, j: i64) -> [RayOf<f32>; N] {
-        let i = |lane: usize| (i + 2 * lane as i64) as f32;
-        let (j, low) = (j as f32, Vec3::ZERO);
-        match self.lens {
-            Lens::Perspective => std::array::from_fn(|lane| {
-                RayOf::new(self.origin, low, self.camera_direction(i(lane), j))
-            }),
-            Lens::Orthographic => std::array::from_fn(|lane| {
-                RayOf::new(self.camera_origin(i(lane), j), low, self.forward)
-            }),
-        }
+    pub(crate) fn camera_rays<S: pulp::Simd>(&self, i: WideF32<S>, j: i64) -> RayOf<WideF32<S>> {
+        let [origin, forward, right_step, true_up_step] =
+            [self.origin, self.forward, self.right_step, self.true_up_step].map(|v| i.like3(v));
+        let (j, zero) = (i.like(j as f32), i.like3(Vec3::ZERO));
+        let (origin, direction) = match self.lens {
+            Lens::Perspective => (origin, (forward + right_step * i) + true_up_step * j),
+            Lens::Orthographic => (origin + (right_step * i + true_up_step * j), forward),
+        };
+        let a = dot3(direction, direction);
+        RayOf { origin, origin_low: zero, direction, a, inv_a: i.like(1.0) / a }
     }
 }

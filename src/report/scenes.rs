@@ -75,6 +75,7 @@ scenes! {
     Hard "hard/grazing.toml",
     Hard "hard/touching.toml",
     Hard "hard/coincident.toml",
+    Hard "hard/coincident_far.toml",
     Hard "hard/inside_nested.toml",
     Hard "hard/distant_1e2.toml",
     Hard "hard/distant_1e4.toml",

@@ -7,10 +7,9 @@
 //!
 //! # What is needed of the margin
 //! A ray's direction is that of the scene, times a power of two. So each slab is that of the exact ray
-//! but for these roundings of `½·2⁻⁵²`: of `L_k`, of `L_k − r` and of the margin's subtraction, of the
-//! widening by the slack (each of up to `|L_k| + r`), and of the origin, of its own size. Together
-//! `2⁻⁵¹(|L_k| + r)`, `NEED`, and `2⁻⁵³` of the origin. What follows, the difference, the inverse
-//! and the product, is relative and in [`super::wide`]'s `WIDER`.
+//! but for these roundings of `½·2⁻⁵²`: of `L_k`, of `L_k − r` and of the margin's subtraction, and one
+//! in reserve (each of up to `|L_k| + r`). Together `2⁻⁵¹(|L_k| + r)`, `NEED`. What rounds in the ray
+//! itself and in the slabs is in [`super::wide`]'s slack and in its `WIDER`.
 //!
 //! The margin is `2⁶` times that: hidden in f32's own outward rounding, it costs nothing, and half of it
 //! is seen by no test of a ray. A test looks at the need itself.
@@ -99,7 +98,7 @@ mod tests {
         (s, (a - (s - part)) - (b + part))
     }
 
-    /// The lower side of a slab without any margin, in the steps of `sphere_box` and `enter`: how far
+    /// The lower side of a slab without any margin, in the steps of `Node::leaf`, and one more: how far
     /// it is above the exact one, as part of what is needed.
     #[test]
     fn the_need_of_a_margin() {

@@ -25,6 +25,7 @@ use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
 pub use segment::Segment;
+pub(crate) use wide::Open;
 pub use wide::TreeRay;
 use wide::{WIDE_BYTES, Wide};
 
@@ -83,6 +84,7 @@ impl Tree {
     }
 
     /// The nodes for rays from anywhere, made when they are first needed.
+    #[inline]
     fn wide(&self) -> &Wide {
         self.wide.get_or_init(|| Wide::new(self))
     }

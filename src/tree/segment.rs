@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::wide::{Slab, enter};
 use super::{IS_LEAF, Tree};
+use crate::guard::round_up;
 
 /// `origin + s·way` for `0 ≤ s ≤ 1`, or for all `s ≥ 0`, in the tree's frame.
 #[derive(Clone, Copy, Debug)]
@@ -38,11 +39,13 @@ impl<V: FnMut(usize) -> bool> pulp::WithSimd for Walk<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
         let Walk { tree, segment, mut visit } = self;
         let wide = tree.wide();
-        let slabs = Slab::new(segment.origin, segment.way, segment.slack);
-        let end = if segment.is_endless { f64::INFINITY } else { 1.0 };
+        // With a largest component in 1..2, as slabs ask for, the end is at this power of two.
+        let power = power_of_two_below(segment.way.abs().max_element());
+        let slabs = Slab::of(segment.origin, segment.way / power, segment.slack);
+        let end = if segment.is_endless { f32::INFINITY } else { round_up(power) };
         let mut open = Vec::with_capacity(64);
         if !wide.nodes.is_empty() {
             open.push(wide.root as u32);
@@ -55,9 +58,16 @@ impl<V: FnMut(usize) -> bool> pulp::WithSimd for Walk<'_, V> {
                 continue;
             }
             let node = &wide.nodes[link as usize];
-            let (_, is_hit) = enter(node, &slabs, end);
-            let links = node.links[..node.n_boxes].iter().zip(is_hit);
-            open.extend(links.filter(|(_, is_hit)| *is_hit).map(|(link, _)| *link));
+            let (_, mut hit) = enter(simd, node, &slabs, end);
+            while hit != 0 {
+                open.push(node.links[hit.trailing_zeros() as usize]);
+                hit &= hit - 1;
+            }
         }
     }
+}
+
+/// The power of two just not above a number, or the least normal one.
+fn power_of_two_below(number: f64) -> f64 {
+    f64::from_bits(number.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE)
 }

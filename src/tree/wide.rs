@@ -1,30 +1,35 @@
-//! The tree for rays from anywhere: nodes of up to eight boxes, which a ray meets side by side.
+//! The tree for rays from anywhere: nodes of up to sixteen boxes, which a ray meets side by side.
 
 use glam::DVec3;
+use pulp::Simd;
 use rayon::prelude::*;
 
 use super::{IS_LEAF, Tree};
+use crate::guard::round_up;
+use crate::wide::WideF32;
 
 /// Most boxes of a node.
-const WIDTH: usize = 8;
+const WIDTH: usize = 16;
 
-/// Eight numbers side by side.
+/// As many numbers side by side.
 type Lanes<T> = [T; WIDTH];
 
-/// Boxes, and what is in each.
+/// Boxes, and what is in each. Where there are fewer, the others are empty: no ray meets them.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(super) struct WideNode {
     low: [Lanes<f32>; 3],
     high: [Lanes<f32>; 3],
     /// The place of a sphere, with [`IS_LEAF`], or the number of a node.
     pub links: Lanes<u32>,
-    pub n_boxes: usize,
 }
 
 impl WideNode {
-    const EMPTY: WideNode =
-        WideNode { low: [[0.0; WIDTH]; 3], high: [[0.0; WIDTH]; 3], links: [0; WIDTH], n_boxes: 0 };
+    const EMPTY: WideNode = WideNode {
+        low: [[f32::INFINITY; WIDTH]; 3],
+        high: [[f32::NEG_INFINITY; WIDTH]; 3],
+        links: [IS_LEAF; WIDTH],
+    };
 }
 
 /// The nodes.
@@ -104,7 +109,7 @@ fn widen(tree: &Tree, root: usize, done: impl Fn(usize) -> Option<u32>, nodes: &
             n_boxes += 1;
         }
         let below = &below[..n_boxes];
-        let mut wide = WideNode { n_boxes, ..WideNode::EMPTY };
+        let mut wide = WideNode::EMPTY;
         for (lane, &at) in below.iter().enumerate() {
             let node = &tree.nodes[at];
             for axis in 0..3 {
@@ -130,65 +135,33 @@ fn widen(tree: &Tree, root: usize, done: impl Fn(usize) -> Option<u32>, nodes: &
 pub struct TreeRay {
     /// Offset of the origin from the reference point.
     pub origin: DVec3,
-    /// Direction.
+    /// Direction, with a largest component in `1..2`.
     pub direction: DVec3,
 }
+
+/// Nodes that a ray still has to look at, with lower bounds of the `t` at which it enters them.
+pub(crate) type Open = Vec<(f32, u32)>;
 
 impl Tree {
     /// Shows `visit` every sphere, by its place in [`Tree::order`], that the ray may hit at
     /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
-    ///
-    /// Slabs are computed in f64. The box's margin covers what rounds in its own size, and `2⁻⁴⁵` of the
-    /// origin's distance what rounds in that.
-    #[inline(always)]
     pub fn visit(&self, ray: &TreeRay, visit: impl FnMut(usize) -> f64) {
-        let slabs = Slab::new(ray.origin, ray.direction, 0.0);
-        let walk = Walk { wide: self.wide(), slabs, visit };
-        pulp::Arch::new().dispatch(walk);
+        pulp::Arch::new().dispatch(Walk { tree: self, ray, visit });
     }
-}
 
-/// A ray along one axis.
-#[derive(Clone, Copy)]
-pub(super) struct Slab {
-    origin: f64,
-    slack: f64,
-    direction: f64,
-    /// `1/direction`
-    inverse: f64,
-}
-
-impl Slab {
-    /// Of a ray that may lie up to `slack` beside the true one.
-    pub fn new(origin: DVec3, direction: DVec3, slack: f64) -> [Slab; 3] {
-        // 2⁸ times the rounding of the offset to the origin.
-        const SLACK: f64 = 1.0 / (1u64 << 45) as f64;
-        let slack = slack + origin.abs().max_element() * SLACK;
-        let inverse = direction.recip();
-        std::array::from_fn(|axis| Slab {
-            origin: origin[axis],
-            slack,
-            direction: direction[axis],
-            inverse: inverse[axis],
-        })
-    }
-}
-
-/// A ray on its way, compiled for each instruction set that the processor may have.
-struct Walk<'a, V> {
-    wide: &'a Wide,
-    slabs: [Slab; 3],
-    visit: V,
-}
-
-impl<V: FnMut(usize) -> f64> pulp::WithSimd for Walk<'_, V> {
-    type Output = ();
-
+    /// [`Tree::visit`] for one ray of many; `open` is room that they share.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Walk { wide, slabs, mut visit } = self;
-        let mut t_max = f64::INFINITY;
-        let mut open = Vec::with_capacity(64);
+    pub(crate) fn walk<S: Simd>(
+        &self,
+        simd: S,
+        ray: &TreeRay,
+        open: &mut Open,
+        mut visit: impl FnMut(usize) -> f64,
+    ) {
+        let wide = self.wide();
+        let slabs = Slab::of(ray.origin, ray.direction, 0.0);
+        let mut t_max = f32::INFINITY;
+        open.clear();
         if !wide.nodes.is_empty() {
             open.push((0.0, wide.root as u32));
         }
@@ -197,52 +170,135 @@ impl<V: FnMut(usize) -> f64> pulp::WithSimd for Walk<'_, V> {
                 continue;
             }
             if link & IS_LEAF != 0 {
-                t_max = visit((link & !IS_LEAF) as usize);
+                t_max = round_up(visit((link & !IS_LEAF) as usize));
                 continue;
             }
             let node = &wide.nodes[link as usize];
-            let (enter, is_hit) = enter(node, &slabs, t_max);
+            let (enter, mut hit) = enter(simd, node, &slabs, t_max);
             let base = open.len();
-            for lane in 0..node.n_boxes {
-                if is_hit[lane] {
-                    // The nearest one last.
-                    let farther = open[base..].iter().take_while(|(t, _)| *t > enter[lane]).count();
-                    open.insert(base + farther, (enter[lane], node.links[lane]));
+            while hit != 0 {
+                let lane = hit.trailing_zeros() as usize;
+                hit &= hit - 1;
+                // The nearest one last.
+                let mut at = open.len();
+                open.push((enter[lane], node.links[lane]));
+                while at > base && open[at - 1].0 < open[at].0 {
+                    open.swap(at - 1, at);
+                    at -= 1;
                 }
             }
         }
     }
 }
 
-/// Lower bounds of the `t ≥ 0` at which the ray enters boxes, and which of these it may hit up to
-/// `t_max`.
-#[inline(always)]
-#[allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
-pub(super) fn enter(node: &WideNode, slabs: &[Slab; 3], t_max: f64) -> (Lanes<f64>, Lanes<bool>) {
-    // Three roundings, of the difference, of the inverse and of the product.
-    const WIDER: f64 = 1.0 + 4.0 * f64::EPSILON;
-    const NARROWER: f64 = 1.0 - 4.0 * f64::EPSILON;
-    let (mut enter, mut leave) = ([0.0; WIDTH], [t_max; WIDTH]);
-    for (axis, &Slab { origin, slack, direction, inverse }) in slabs.iter().enumerate() {
-        let (mut low, mut high) = ([0.0; WIDTH], [0.0; WIDTH]);
-        for k in 0..WIDTH {
-            low[k] = f64::from(node.low[axis][k]) - slack - origin;
-            high[k] = f64::from(node.high[axis][k]) + slack - origin;
-        }
-        if inverse.is_finite() {
-            for k in 0..WIDTH {
-                let (a, b) = (low[k] * inverse, high[k] * inverse);
-                let (near, far) = if a < b { (a, b) } else { (b, a) };
-                let (near, far) = (near * NARROWER, far * WIDER);
-                enter[k] = if near > enter[k] { near } else { enter[k] };
-                leave[k] = if far < leave[k] { far } else { leave[k] };
-            }
-        } else if direction == 0.0 {
-            // Along a direction this flat the slab is left only where it is not entered at all.
-            for k in 0..WIDTH {
-                leave[k] = if low[k] > 0.0 || high[k] < 0.0 { -1.0 } else { leave[k] };
-            }
-        }
+/// A ray on its way, compiled for each instruction set that the processor may have.
+struct Walk<'a, V> {
+    tree: &'a Tree,
+    ray: &'a TreeRay,
+    visit: V,
+}
+
+impl<V: FnMut(usize) -> f64> pulp::WithSimd for Walk<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.tree.walk(simd, self.ray, &mut Vec::with_capacity(64), self.visit);
     }
-    (enter, std::array::from_fn(|k| enter[k] <= leave[k]))
+}
+
+/// A ray along one axis, in f32. What it enters first is a box's low side, or its high side where it
+/// goes down.
+///
+/// With `u = 2⁻²⁴`, a slab `(c − o)·(1/d)` has these errors. Of the origin `o ± slack`: its rounding
+/// to f32 and that of the sum, `2.01u` of the largest component of the origin; [`Slab::of`] takes twice
+/// as much for the slack, so that boxes only become wider. Relative ones, of `u` each: the difference,
+/// the inverse, its widening, and the product. They are 4 of the 8 that [`WIDER`] has. Underflow takes
+/// `2⁻¹⁴⁹` from a product, and the slack is at least `2⁻¹⁰⁰`, which the largest component of the
+/// direction, below 2, can at most halve. Overflow gives the ∞ of the right sign, or boxes that are met
+/// although they are not.
+#[derive(Clone, Copy)]
+pub(super) struct Slab {
+    goes_down: bool,
+    /// The origin, moved by the slack to meet the near side sooner and the far side later.
+    near_origin: f32,
+    far_origin: f32,
+    /// `1/direction`, 0 where that is 0 or nearly so.
+    near_inverse: f32,
+    far_inverse: f32,
+    /// True where the direction is 0.
+    is_flat: bool,
+}
+
+/// Relative room of a slab.
+const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
+const NARROWER: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Components of a direction below this leave a slab only where it is not entered at all.
+const FLAT: f64 = 1.0 / (1u128 << 100) as f64;
+
+impl Slab {
+    /// Of a ray that may lie up to this much beside the true one. The largest component of its direction
+    /// is below 2.
+    pub fn of(origin: DVec3, direction: DVec3, beside: f64) -> [Slab; 3] {
+        const SLACK: f32 = 4.0 / (1 << 24) as f32;
+        const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
+        // The third digit is for the roundings of this sum.
+        let slack = origin.abs().max_element() as f32 * SLACK + (1.001 * beside) as f32 + LEAST;
+        std::array::from_fn(|axis| {
+            let (origin, direction) = (origin[axis] as f32, direction[axis]);
+            let goes_down = direction < 0.0;
+            let slack_here = if goes_down { -slack } else { slack };
+            let inverse = match direction.abs() > FLAT {
+                true => (1.0 / direction) as f32,
+                false => 0.0,
+            };
+            Slab {
+                goes_down,
+                near_origin: origin + slack_here,
+                far_origin: origin - slack_here,
+                near_inverse: inverse * NARROWER,
+                far_inverse: inverse * WIDER,
+                is_flat: direction == 0.0,
+            }
+        })
+    }
+}
+
+/// Lower bounds of the `t ≥ 0` at which the ray enters boxes, and which of these it may hit up to
+/// `t_max`, bit by bit.
+#[inline(always)]
+pub(super) fn enter<S: Simd>(
+    simd: S,
+    node: &WideNode,
+    slabs: &[Slab; 3],
+    t_max: f32,
+) -> (Lanes<f32>, u32) {
+    let n_lanes = WideF32::<S>::LANES.min(WIDTH);
+    let (mut enters, mut hits) = ([0.0; WIDTH], 0);
+    for first in (0..WIDTH).step_by(n_lanes) {
+        let load = |side: &Lanes<f32>| WideF32::load(simd, &side[first..]);
+        let zero = WideF32::splat(simd, 0.0);
+        let (mut enter, mut leave) = (zero, zero.like(t_max));
+        for (axis, slab) in slabs.iter().enumerate() {
+            let (low, high) = (&node.low[axis], &node.high[axis]);
+            if slab.near_inverse != 0.0 {
+                let (near, far) = if slab.goes_down { (high, low) } else { (low, high) };
+                let near =
+                    (load(near) - zero.like(slab.near_origin)) * zero.like(slab.near_inverse);
+                let far = (load(far) - zero.like(slab.far_origin)) * zero.like(slab.far_inverse);
+                enter = enter.max(near);
+                leave = leave.min(far);
+            } else if slab.is_flat {
+                let is_beside = zero
+                    .like(slab.near_origin)
+                    .lt(load(low))
+                    .or(load(high).lt(zero.like(slab.far_origin)));
+                leave = is_beside.select(zero.like(-1.0), leave);
+            }
+        }
+        enter.store(&mut enters[first..]);
+        hits |= enter.le(leave).bits() << first;
+    }
+    (enters, hits)
 }

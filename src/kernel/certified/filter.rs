@@ -3,8 +3,8 @@
 //! [`crate::guard`].
 
 use super::records::{PlaneCertified, SphereCertified};
-use crate::kernel::{PACKET, RayOf};
-use crate::vec3::{Real, Vec3, dot3};
+use crate::kernel::RayOf;
+use crate::vec3::{Number, Real, Vec3, dot3};
 
 /// The id of a ray that the filter could not decide.
 pub const UNDECIDED: u32 = u32::MAX;
@@ -97,9 +97,9 @@ pub struct GuardOf<R> {
     pub slack: R,
 }
 
-impl SphereCertified {
+impl<R: Real> SphereCertified<R> {
     #[inline(always)]
-    fn guard(&self) -> GuardOf<f32> {
+    fn guard(&self) -> GuardOf<R> {
         GuardOf { inner2: self.inner2, outer2: self.outer2, slack: self.slack }
     }
 }
@@ -143,7 +143,7 @@ pub fn far_nearness<R: Real>(
 
 /// Parameter of the point of a line that is closest to the centre, and its squared distance.
 #[inline(always)]
-pub fn closest_approach<R: Real>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
+pub fn closest_approach<R: Number>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
     let s = dot3(direction, l) * inv_a;
     let p = l - direction * s;
     (s, dot3(p, p))
@@ -306,28 +306,26 @@ pub fn normalized<R: Real>(v: Vec3<R>) -> Vec3<R> {
 }
 
 #[inline(always)]
-fn offset(ray: &RayOf<f32>, high: [f32; 3], low: [f32; 3]) -> Vec3<f32> {
+fn offset<R: Real>(ray: &RayOf<R>, high: [R; 3], low: [R; 3]) -> Vec3<R> {
     (Vec3(high) - ray.origin) + (Vec3(low) - ray.origin_low)
 }
 
 /// The filter of one bundle of rays, on the records of the device's list.
-pub(crate) trait Filter: Sync {
+pub(crate) trait Filter<R = f32>: Sync {
     /// True for [`far_nearness`], whose lower bounds still lack a factor.
     const IS_FAR: bool = false;
-    /// True where its steps are the same for all rays, so that they go side by side.
-    const IS_STRAIGHT: bool = false;
     /// A sphere.
     fn sphere_nearness(
-        ray: &RayOf<f32>,
-        sphere: &SphereCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32>;
+        ray: &RayOf<R>,
+        sphere: &SphereCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R>;
     /// A plane.
     fn plane_nearness(
-        ray: &RayOf<f32>,
-        plane: &PlaneCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32>;
+        ray: &RayOf<R>,
+        plane: &PlaneCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R>;
 }
 
 /// Rays from the reference point, far from all spheres.
@@ -342,41 +340,36 @@ pub(crate) struct ParallelFilter;
 /// Any rays.
 pub(crate) struct FreeFilter;
 
-impl Filter for FarFilter {
+impl<R: Real> Filter<R> for FarFilter {
     const IS_FAR: bool = true;
-    const IS_STRAIGHT: bool = true;
 
     #[inline(always)]
     fn sphere_nearness(
-        ray: &RayOf<f32>,
-        sphere: &SphereCertified,
-        _: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        sphere: &SphereCertified<R>,
+        _: &Widening<R>,
+    ) -> Nearness<R> {
         let &SphereCertified { center, inner2, outer2, q_high_or_r2, .. } = sphere;
         far_nearness(ray, Vec3(center), inner2, outer2, q_high_or_r2)
     }
 
     #[inline(always)]
-    fn plane_nearness(
-        ray: &RayOf<f32>,
-        plane: &PlaneCertified,
-        _: &Widening<f32>,
-    ) -> Nearness<f32> {
+    fn plane_nearness(ray: &RayOf<R>, plane: &PlaneCertified<R>, _: &Widening<R>) -> Nearness<R> {
         let q = Nearness { low: plane.q_low, high: plane.q_high };
         plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
     }
 }
 
-impl Filter for PointFilter {
+impl<R: Real> Filter<R> for PointFilter {
     #[inline(always)]
     fn sphere_nearness(
-        ray: &RayOf<f32>,
-        sphere: &SphereCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        sphere: &SphereCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         let (guard, l) = (sphere.guard(), Vec3(sphere.center));
         let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high_or_r2.abs() };
-        match sphere.q_low > 0.0 {
+        match sphere.q_low > R::ZERO {
             true => outside_nearness(ray, l, &guard, q),
             false => inside_nearness(ray, l, &guard, q, widening),
         }
@@ -384,43 +377,41 @@ impl Filter for PointFilter {
 
     #[inline(always)]
     fn plane_nearness(
-        ray: &RayOf<f32>,
-        plane: &PlaneCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        plane: &PlaneCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         FarFilter::plane_nearness(ray, plane, widening)
     }
 }
 
-impl Filter for ParallelFilter {
-    const IS_STRAIGHT: bool = true;
-
+impl<R: Real> Filter<R> for ParallelFilter {
     #[inline(always)]
     fn sphere_nearness(
-        ray: &RayOf<f32>,
-        sphere: &SphereCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        sphere: &SphereCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         parallel_nearness(ray, Vec3(sphere.center) - ray.origin, &sphere.guard(), widening)
     }
 
     #[inline(always)]
     fn plane_nearness(
-        ray: &RayOf<f32>,
-        plane: &PlaneCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        plane: &PlaneCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         FreeFilter::plane_nearness(ray, plane, widening)
     }
 }
 
-impl Filter for FreeFilter {
+impl<R: Real> Filter<R> for FreeFilter {
     #[inline(always)]
     fn sphere_nearness(
-        ray: &RayOf<f32>,
-        sphere: &SphereCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        sphere: &SphereCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         let l = offset(ray, sphere.center, sphere.center_low);
         let k = dot3(l, l) - sphere.q_high_or_r2;
         sphere_nearness(ray, l, &sphere.guard(), k, sphere.k_error, widening)
@@ -428,10 +419,10 @@ impl Filter for FreeFilter {
 
     #[inline(always)]
     fn plane_nearness(
-        ray: &RayOf<f32>,
-        plane: &PlaneCertified,
-        widening: &Widening<f32>,
-    ) -> Nearness<f32> {
+        ray: &RayOf<R>,
+        plane: &PlaneCertified<R>,
+        widening: &Widening<R>,
+    ) -> Nearness<R> {
         let &PlaneCertified { n_offset_error, direction_error, .. } = plane;
         let normal = Vec3(plane.normal);
         let n_offset = dot3(offset(ray, plane.offset, plane.offset_low), normal);
@@ -442,14 +433,14 @@ impl Filter for FreeFilter {
 /// The nearest of the objects that are tested one after the other. Planes have the ids after those of
 /// `n_spheres`.
 #[inline(always)]
-pub(crate) fn nearest_listed<F: Filter>(
-    ray: &RayOf<f32>,
-    spheres: &[SphereCertified],
-    planes: &[PlaneCertified],
+pub(crate) fn nearest_listed<R: Real, F: Filter<R>>(
+    ray: &RayOf<R>,
+    spheres: &[SphereCertified<R>],
+    planes: &[PlaneCertified<R>],
     n_spheres: u32,
     sphere_id: impl Fn(u32) -> u32,
-    widening: &Widening<f32>,
-) -> Nearest<f32> {
+    widening: &Widening<R>,
+) -> Nearest<R> {
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
         nearest = nearest.nearer(F::sphere_nearness(ray, sphere, widening), sphere_id(i as u32));
@@ -462,63 +453,4 @@ pub(crate) fn nearest_listed<F: Filter>(
         nearest = nearest.nearer(root, n_spheres + i as u32 + 1);
     }
     nearest
-}
-
-/// The ids of a packet of pixels' rays from [`nearest_listed`]. The same operations, ordered so that the compiler finds
-/// them side by side; a test holds the two against each other.
-#[inline(always)]
-pub(crate) fn decide_packet<F: Filter>(
-    rays: &[RayOf<f32>; PACKET],
-    spheres: &[SphereCertified],
-    planes: &[PlaneCertified],
-    widening: &Widening<f32>,
-) -> [u32; PACKET] {
-    let mut low = [0.0; PACKET];
-    let mut high = [0.0; PACKET];
-    let mut second_high = [0.0; PACKET];
-    let mut id = [0; PACKET];
-    let origin: [[f32; PACKET]; 3] = std::array::from_fn(|axis| rays.map(|ray| ray.origin.0[axis]));
-    let direction: [[f32; PACKET]; 3] =
-        std::array::from_fn(|axis| rays.map(|ray| ray.direction.0[axis]));
-    let inv_a = rays.map(|ray| ray.inv_a);
-    for (i, &sphere) in spheres.iter().enumerate() {
-        for lane in 0..PACKET {
-            // Far rays have one origin, which their filter never looks at.
-            let origin = match F::IS_FAR {
-                true => Vec3::ZERO,
-                false => Vec3([origin[0][lane], origin[1][lane], origin[2][lane]]),
-            };
-            let ray = RayOf {
-                origin,
-                direction: Vec3([direction[0][lane], direction[1][lane], direction[2][lane]]),
-                inv_a: inv_a[lane],
-                ..rays[lane]
-            };
-            let root = F::sphere_nearness(&ray, &sphere, widening);
-            let nearest = Nearest {
-                low: low[lane],
-                high: high[lane],
-                second_high: second_high[lane],
-                id: id[lane],
-            }
-            .nearer(root, i as u32 + 1);
-            low[lane] = nearest.low;
-            high[lane] = nearest.high;
-            second_high[lane] = nearest.second_high;
-            id[lane] = nearest.id;
-        }
-    }
-    std::array::from_fn(|lane| {
-        let mut nearest = Nearest {
-            low: if F::IS_FAR { low[lane] * widening.far_narrower } else { low[lane] },
-            high: high[lane],
-            second_high: second_high[lane],
-            id: id[lane],
-        };
-        for (i, plane) in planes.iter().enumerate() {
-            let root = F::plane_nearness(&rays[lane], plane, widening);
-            nearest = nearest.nearer(root, (spheres.len() + i) as u32 + 1);
-        }
-        nearest.decide()
-    })
 }

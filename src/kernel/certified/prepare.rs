@@ -152,18 +152,7 @@ impl Frame {
     fn sphere(&self, sphere: &Sphere) -> SphereCertified {
         let r = sphere.radius.abs();
         if r == 0.0 {
-            // Seen from outside, where no line comes within −1.
-            return SphereCertified {
-                inner2: -1.0,
-                outer2: -1.0,
-                slack: 1.0,
-                q_low: 1.0,
-                q_high_or_r2: match self.bundle {
-                    Bundle::Point | Bundle::Parallel => 1.0,
-                    Bundle::Free => -1.0,
-                },
-                ..SphereCertified::zeroed()
-            };
+            return SphereCertified::never(self.bundle);
         }
         let l = sphere.center - self.reference;
         let distance = guard::length_bound(l) + self.farthest_origin;
@@ -175,17 +164,7 @@ impl Frame {
             Bundle::Parallel | Bundle::Free => (r * r, true),
         };
         if !(guard::sphere_in_range_f32(r, distance) && k_in_range) {
-            // As seen from outside, this may be nearer than everything; see guard's "Range".
-            return SphereCertified {
-                inner2: -1.0,
-                // Above every `m` of parallel rays, which start beside it.
-                outer2: if self.bundle == Bundle::Parallel { guard::UNKNOWN } else { 0.0 },
-                slack: guard::LARGEST_F32 as f32,
-                q_low: 1.0,
-                q_high_or_r2: guard::LARGEST_F32 as f32,
-                k_error: guard::UNKNOWN,
-                ..SphereCertified::zeroed()
-            };
+            return SphereCertified::open(self.bundle);
         }
         let (center, center_low) = self.split(l);
         let [inner2, outer2, slack, k_error] =
@@ -224,7 +203,7 @@ impl Frame {
 
     fn plane(&self, plane: &Plane) -> PlaneCertified {
         if plane.normal == DVec3::ZERO {
-            return PlaneCertified { n_offset_error: -1.0, ..PlaneCertified::zeroed() };
+            return PlaneCertified::never();
         }
         let exponent = exponent_of(plane.normal);
         let normal = scale_by_power_of_two(plane.normal, -exponent);
@@ -236,14 +215,7 @@ impl Frame {
             Bundle::Parallel | Bundle::Free => 0.0,
         };
         if !(guard::plane_in_range_f32(distance) && offset_in_range(n_offset)) {
-            // As seen along the normal, this may be nearer than everything.
-            return PlaneCertified {
-                q_low: 1.0,
-                q_high: guard::LARGEST_F32 as f32,
-                direction_error: guard::LARGEST_F32 as f32,
-                n_offset_error: guard::UNKNOWN,
-                ..PlaneCertified::zeroed()
-            };
+            return PlaneCertified::open();
         }
         let (offset, offset_low) = self.split(l);
         let [n_offset_error, direction_error] = [
@@ -290,6 +262,60 @@ impl Frame {
     }
 }
 
+impl<R: Zeroable + From<f32>> SphereCertified<R> {
+    /// A sphere of radius 0, seen from outside, where no line comes within −1.
+    pub fn never(bundle: Bundle) -> Self {
+        let q_high_or_r2 = match bundle {
+            Bundle::Point | Bundle::Parallel => 1.0,
+            Bundle::Free => -1.0,
+        };
+        SphereCertified {
+            inner2: (-1.0).into(),
+            outer2: (-1.0).into(),
+            slack: 1.0.into(),
+            q_low: 1.0.into(),
+            q_high_or_r2: q_high_or_r2.into(),
+            ..Self::zeroed()
+        }
+    }
+
+    /// A sphere that is out of range: as seen from outside, it may be nearer than everything; see
+    /// guard's "Range".
+    pub fn open(bundle: Bundle) -> Self {
+        // Above every `m` of parallel rays, which start beside it.
+        let outer2 = if bundle == Bundle::Parallel { guard::UNKNOWN } else { 0.0 };
+        let largest = guard::LARGEST_F32 as f32;
+        SphereCertified {
+            inner2: (-1.0).into(),
+            outer2: outer2.into(),
+            slack: largest.into(),
+            q_low: 1.0.into(),
+            q_high_or_r2: largest.into(),
+            k_error: guard::UNKNOWN.into(),
+            ..Self::zeroed()
+        }
+    }
+}
+
+impl<R: Zeroable + From<f32>> PlaneCertified<R> {
+    /// A plane without a normal.
+    pub fn never() -> Self {
+        PlaneCertified { n_offset_error: (-1.0).into(), ..Self::zeroed() }
+    }
+
+    /// A plane that is out of range: as seen along the normal, it may be nearer than everything.
+    pub fn open() -> Self {
+        let largest = guard::LARGEST_F32 as f32;
+        PlaneCertified {
+            q_low: 1.0.into(),
+            q_high: largest.into(),
+            direction_error: largest.into(),
+            n_offset_error: guard::UNKNOWN.into(),
+            ..Self::zeroed()
+        }
+    }
+}
+
 /// The number in f64; NaN where it is not 0 but f64 says so.
 fn with_exact_sign(exact: &Root) -> f64 {
     match exact.to_f64() {
@@ -298,13 +324,14 @@ fn with_exact_sign(exact: &Root) -> f64 {
     }
 }
 
-fn offset_in_range(offset: f64) -> bool {
+/// True where neither `(a − o)·n` nor its inverse leaves f32's range.
+pub fn offset_in_range(offset: f64) -> bool {
     offset == 0.0 || (SMALLEST_OFFSET..=LARGEST_OFFSET).contains(&offset.abs())
 }
 
 /// True where neither `k` nor a nearness `u/k`, with `u` up to `2·reach`, leaves f32's range.
 #[inline(always)]
-fn k_in_range(k: f64, reach: f64) -> bool {
+pub fn k_in_range(k: f64, reach: f64) -> bool {
     k == 0.0
         || (SMALLEST_K..=LARGEST_OFFSET).contains(&k.abs())
             && reach <= k.abs() * guard::LARGEST_NEARNESS

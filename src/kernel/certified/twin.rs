@@ -3,19 +3,22 @@
 use std::marker::PhantomData;
 
 use super::filter::{
-    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, decide_packet,
-    nearest_listed,
+    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, nearest_listed,
 };
 use super::records::{PlaneCertified, SphereCertified};
+use super::rows::{DecideRow, decide_row, no_row};
+use crate::control::Control;
+use crate::error::Result;
 use crate::guard;
 use crate::kernel::twin::{Twin, WithTwin};
-use crate::kernel::{Hit, Lists, PACKET, RayOf};
-use crate::rays::Bundle;
+use crate::kernel::{Hit, Lists, RayOf};
+use crate::rays::{Bundle, CameraF32};
 use crate::vec3::Vec3;
 
 struct Certified<'a, F> {
     objects: &'a Lists<SphereCertified, PlaneCertified>,
     widening: Widening<f32>,
+    row: DecideRow,
     filter: PhantomData<F>,
 }
 
@@ -29,14 +32,20 @@ impl<F: Filter> Twin for Certified<'_, F> {
         let n_spheres = spheres.len() as u32;
         let sphere_id = |index: u32| index + 1;
         let nearest =
-            nearest_listed::<F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
+            nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
         Hit { id: nearest.decide(), ..Hit::MISS }
     }
-    #[inline(always)]
-    fn packet(&self, rays: &[RayOf<f32>; PACKET]) -> Option<[u32; PACKET]> {
-        let Lists { spheres, planes } = self.objects;
-        F::IS_STRAIGHT.then(|| decide_packet::<F>(rays, spheres, planes, &self.widening))
+
+    fn row(
+        &self,
+        camera: &CameraF32,
+        offset: (i64, i64),
+        control: &Control,
+        ids: &mut [u32],
+    ) -> Result<usize> {
+        (self.row)(self.objects, &self.widening, camera, offset, control, ids)
     }
+
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
         Vec3::ZERO
@@ -51,16 +60,18 @@ pub fn with_twin<W: WithTwin>(
     work: W,
 ) -> W::Output {
     match bundle {
-        Bundle::Point if near => with::<PointFilter, W>(lists, work),
-        Bundle::Point => with::<FarFilter, W>(lists, work),
-        Bundle::Parallel => with::<ParallelFilter, W>(lists, work),
-        Bundle::Free => with::<FreeFilter, W>(lists, work),
+        Bundle::Point if near => with::<PointFilter, W>(lists, decide_row::<PointFilter>, work),
+        Bundle::Point => with::<FarFilter, W>(lists, decide_row::<FarFilter>, work),
+        Bundle::Parallel => with::<ParallelFilter, W>(lists, decide_row::<ParallelFilter>, work),
+        Bundle::Free => with::<FreeFilter, W>(lists, no_row, work),
     }
 }
 
 fn with<F: Filter, W: WithTwin>(
     objects: &Lists<SphereCertified, PlaneCertified>,
+    row: DecideRow,
     work: W,
 ) -> W::Output {
-    work.with(&Certified::<F> { objects, widening: guard::widening_f32(), filter: PhantomData })
+    let widening = guard::widening_f32();
+    work.with(&Certified::<F> { objects, widening, row, filter: PhantomData })
 }

@@ -1,0 +1,50 @@
+//! The shaders for f64 on a device, and what they need beyond [`InF64::lists`].
+
+use super::in_f64::{Frame, InF64};
+use super::nearness::PlaneF64;
+use crate::kernel::certified::PlaneCertified;
+use crate::kernel::{Float, Kernel};
+use crate::prepare::{Finding, Prepared, ShaderKey};
+use crate::rays::Bundle;
+use crate::scene::Plane;
+
+impl InF64 {
+    /// The shader for all rays, or for some pixels that come as a list.
+    pub fn shader_key(&self, prepared: &Prepared, some: bool) -> ShaderKey {
+        let Frame { bundle, .. } = self.frame;
+        let are_all = |is_so: fn(f64) -> bool| {
+            bundle == Bundle::Point && self.lists.spheres.iter().all(|sphere| is_so(sphere.q_low))
+        };
+        ShaderKey {
+            kernel: Kernel::Certified,
+            float: Float::F64,
+            bundle,
+            some: some && bundle != Bundle::Free,
+            spheres: match &prepared.hierarchy {
+                Some(_) => Finding::Hierarchy,
+                None if are_all(|q| q > 0.0) => Finding::ListedOutside,
+                None if are_all(|q| q < 0.0) => Finding::ListedInside,
+                None => Finding::Listed,
+            },
+            n_spheres: self.lists.spheres.len(),
+            n_planes: self.lists.planes.len(),
+            surface: false,
+        }
+    }
+
+    /// The shader for `t` and normals of hits.
+    pub fn surface_key(&self, prepared: &Prepared) -> ShaderKey {
+        ShaderKey { surface: true, ..self.shader_key(prepared, false) }
+    }
+
+    /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list
+    /// is turned.
+    pub fn units(&self, prepared: &Prepared) -> Vec<[u32; 4]> {
+        let unit = |(plane, listed): (&Plane, &PlaneCertified<f64>)| {
+            let PlaneF64 { normal, unit, .. } = PlaneF64::new(plane, self.frame.input);
+            let [x, y, z] = unit.0.map(|component| (component as f32).to_bits());
+            [x, y, z, u32::from(listed.normal != normal.0)]
+        };
+        prepared.scene.planes.iter().zip(&self.lists.planes).map(unit).collect()
+    }
+}
