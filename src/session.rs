@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::control::Control;
 use crate::device::{Device, Made};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, PictureOptions, PictureWriter};
@@ -202,15 +202,49 @@ impl Session {
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
-        let srgb8 = self.colors(&pixels, &hits)?;
+        let n_samples = self.scene.samples.unwrap_or(1);
+        let srgb8 = self.colors_of(&pixels, &hits, n_samples, wants, &Control::default())?;
         Ok(Picture { width, height, hits, srgb8 })
     }
 
-    /// The colours of a picture whose hits are there.
-    fn colors(&mut self, pixels: &Pixels, hits: &Hits) -> Result<Vec<[u8; 3]>> {
-        let (n_samples, control) = (self.scene.samples.unwrap_or(1), Control::default());
-        let wants = Wants { surface: true, level: true };
-        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, wants, &control)?;
+    /// The colours of `pixels` with `n_samples` × `n_samples` samples each, in sRGB with 8 bits a channel, as
+    /// [`Session::draw`] writes them. All samples are in memory at once, so that a picture is best made in
+    /// [`crate::render::bands`]; what they need is made for the first one alone.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for no samples or more than [`Scene::MAX_SAMPLES`]; [`Error::TooLarge`] where they do
+    /// not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
+    pub fn colors(
+        &mut self,
+        pixels: &Pixels,
+        n_samples: u32,
+        control: &Control,
+    ) -> Result<Vec<[u8; 3]>> {
+        if !(1..=Scene::MAX_SAMPLES).contains(&n_samples) {
+            let most = Scene::MAX_SAMPLES;
+            let message = format!("{n_samples} samples across a pixel: give 1 to {most}");
+            return Err(Error::Usage(message));
+        }
+        let (wants, mut hits) = (Wants::default(), Hits::default());
+        let bytes = hits_bytes(pixels.samples(n_samples).len() as u64, wants);
+        memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
+        // Of several samples the painter finds the hits.
+        if n_samples == 1 {
+            self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
+        }
+        self.colors_of(pixels, &hits, n_samples, wants, control)
+    }
+
+    /// The colours of pixels; `hits` are of their centre rays, which are looked at where there is one sample.
+    fn colors_of(
+        &mut self,
+        pixels: &Pixels,
+        hits: &Hits,
+        n_samples: u32,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<Vec<[u8; 3]>> {
+        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, wants, control)?;
         let (prepared, of_samples) = match of_samples {
             Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
             None => (&ready.prepared, None),
@@ -218,7 +252,7 @@ impl Session {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let mut painter = Painter::new(prepared, style, pixels, of_samples);
         let mut colors = Colors::new(Encoding::Srgb8);
-        painter.paint(pixels, hits, &control, &mut colors)?;
+        painter.paint(pixels, hits, control, &mut colors)?;
         match colors {
             Colors::Srgb8(pixels) => Ok(pixels),
             Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
@@ -356,7 +390,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Color, Sphere};
+    use crate::render::bands;
+    use crate::scene::{Color, Sphere, parse_scene};
     use crate::trace::Ray;
 
     fn ball() -> Scene {
@@ -452,6 +487,31 @@ mod tests {
         assert_eq!(center(&mut session), (1, [255, 0, 0]));
         session.set_scene(Scene { background: Color([0.0, 0.0, 1.0]), ..Scene::default() });
         assert_eq!(center(&mut session), (0, [0, 0, 255]));
+    }
+
+    #[test]
+    fn bands_have_the_colours_of_the_picture() {
+        let text = include_str!("../scenes/lit/figure1.toml");
+        let scene = parse_scene(text, "figure1.toml".as_ref()).unwrap();
+        let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
+        let (whole, control) = (session.pixels(64, 36).unwrap(), Control::default());
+        let picture = session.render(64, 36).unwrap().srgb8;
+        let mut colors = |n_samples, n_rows| -> Vec<[u8; 3]> {
+            let bands = bands(&whole, n_rows);
+            bands.flat_map(|band| session.colors(&band, n_samples, &control).unwrap()).collect()
+        };
+        assert_eq!(colors(3, 7), picture);
+        assert_ne!(colors(1, 36), picture);
+        assert_eq!(colors(1, 36), colors(1, 5));
+        for n_samples in [0, 17, u32::MAX] {
+            let refused = session.colors(&whole, n_samples, &control).unwrap_err();
+            assert!(matches!(refused, Error::Usage(_)), "{refused}");
+        }
+        control.cancel();
+        for n_samples in [1, 3] {
+            let stopped = session.colors(&whole, n_samples, &control).unwrap_err();
+            assert!(matches!(stopped, Error::Interrupted), "{stopped}");
+        }
     }
 
     #[test]

@@ -157,6 +157,21 @@ fn every_control_of_the_camera_works() {
     seen.quit();
 }
 
+/// Looks at the window until each pixel left of the divider is as in the first picture, and right of it as
+/// in the second: all but the line itself and the names beside it.
+#[track_caller]
+fn wait_for_both(seen: &mut Seen, divider: u32, [left, right]: [&Image; 2]) {
+    let part = |x: u32, y: u32| {
+        if y > 250 || x.abs_diff(divider) < 4 {
+            return None;
+        }
+        Some(if x < divider { left.at(x, y) } else { right.at(x, y) })
+    };
+    seen.wait_for(&format!("the divider at {divider}"), |image| {
+        (0..300).all(|y| (0..480).all(|x| part(x, y).is_none_or(|c| c == image.at(x, y))))
+    });
+}
+
 #[test]
 fn two_kernels_stand_side_by_side() {
     let desk = Desk::new();
@@ -174,16 +189,7 @@ fn two_kernels_stand_side_by_side() {
             seen.drag_divider(divider, to);
             divider = to;
         }
-        // All but the line itself and the names beside it.
-        let part = |x: u32, y: u32| {
-            if y > 250 || x.abs_diff(divider) < 4 {
-                return None;
-            }
-            Some(if x < divider { lecture.at(x, y) } else { certified.at(x, y) })
-        };
-        seen.wait_for(&format!("the divider at {to}"), |image| {
-            (0..300).all(|y| (0..480).all(|x| part(x, y).is_none_or(|c| c == image.at(x, y))))
-        });
+        wait_for_both(&mut seen, divider, [&lecture, &certified]);
     }
     // The left kernel is another one after shift + K.
     seen.key("shift+k");
@@ -266,6 +272,75 @@ fn numbers_are_seen() {
     // While the camera moves, the colours are shown; the depth comes again when it rests.
     seen.moves(|seen| seen.key("w"));
     assert_eq!(seen.last_shown().show(), "depth");
+    seen.quit();
+}
+
+#[test]
+fn light_and_samples_are_those_that_render_draws() {
+    let desk = Desk::new();
+    let path = scene("lit/figure1");
+    let folder = tempfile::tempdir().unwrap();
+    let with_samples = |name: &str, of: &str, n: u32| {
+        let text = fs::read_to_string(scene(of)).unwrap().replace("samples = 3\n", "");
+        let path = folder.path().join(name);
+        fs::write(&path, text.replace("[image]\n", &format!("[image]\nsamples = {n}\n"))).unwrap();
+        path
+    };
+    let lit = [1, 2].map(|n| with_samples(&format!("lit{n}.toml"), "lit/figure1", n));
+    // The same objects without light.
+    let flat = [1, 2].map(|n| with_samples(&format!("flat{n}.toml"), "figure1", n));
+
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    log_gpu("light_and_samples_are_those_that_render_draws", &seen);
+    assert!(seen.last_shown().is_lit() && seen.last_shown().number("samples") == 3);
+    let mut pictures = vec![assert_as_rendered(&mut seen, &path, "certified")];
+    let mut saved = Vec::new();
+    for (key, n, is_lit, as_in) in [
+        ("shift+n", 2, true, &lit[1]),
+        ("l", 2, false, &flat[1]),
+        ("shift+n", 1, false, &flat[0]),
+        ("l", 1, true, &lit[0]),
+    ] {
+        seen.key(key);
+        seen.wait(|event| {
+            event.name() == "shown"
+                && event.is_settled()
+                && (event.is_lit(), event.number("samples")) == (is_lit, n)
+        });
+        pictures.push(assert_as_rendered(&mut seen, as_in, "certified"));
+        seen.key("ctrl+s");
+        saved.push(seen.wait(|event| event.name() == "saved").path().to_owned());
+    }
+    for (path, shown) in saved.iter().zip(&pictures[1..]) {
+        assert!(Image::open(&seen.folder().join(path)) == *shown, "{path}");
+    }
+    for (i, picture) in pictures.iter().enumerate() {
+        assert!(pictures[..i].iter().all(|other| other != picture), "{i} is like another");
+    }
+
+    // Light comes again when the camera rests; other numbers don't mind it.
+    seen.moves(|seen| seen.key("3"));
+    assert_as_rendered(&mut seen, &lit[0], "certified");
+    seen.key("F4");
+    seen.wait(|event| event.show() == "id" && event.is_settled() && !event.is_lit());
+    seen.key("F1");
+    seen.wait(|event| event.show() == "colour" && event.is_settled());
+    assert_as_rendered(&mut seen, &lit[0], "certified");
+    seen.quit();
+}
+
+#[test]
+fn two_kernels_light_a_scene_side_by_side() {
+    let desk = Desk::new();
+    let path = scene("lit/hard/contacts_moved");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    seen.key("c");
+    seen.wait(|event| event.is_settled() && event.kernels() == ["lecture", "certified"]);
+    let camera = seen.camera();
+    let [lecture, certified] =
+        ["lecture", "certified"].map(|kernel| render(&path, &camera, [480, 300], kernel));
+    assert!(lecture != certified, "a scene that tells them apart");
+    wait_for_both(&mut seen, 240, [&lecture, &certified]);
     seen.quit();
 }
 

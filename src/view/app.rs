@@ -22,7 +22,7 @@ use super::panels::{self, BAR, LINES};
 use super::reload::watch;
 use super::save::{Save, free_name};
 use super::screen::{Panels, Screen};
-use super::show::Show;
+use super::show::{Look, Show};
 use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
 use super::worker::Worker;
@@ -191,7 +191,7 @@ struct Open {
     palette: Option<((u64, Show), Arc<Words>)>,
     palettes: Pool,
     ordered: Option<Order>,
-    painting: Option<(u64, Show)>,
+    painting: Option<(u64, Look)>,
     /// The last pixel that was asked for.
     hovered: Option<Question>,
     /// The time of the last frame, and the picture in it.
@@ -519,7 +519,7 @@ impl<N: FnMut(&Notice)> App<N> {
         let Some(open) = &self.open else { return };
         let state = &self.state;
         let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
-        let (scene, device) = (Arc::clone(&state.scene), open.backend.device.clone());
+        let (scene, device) = (state.saved_scene(), open.backend.device.clone());
         let mut session = Session::new(scene, device, state.kernels[1]);
         session.set_camera(state.rig.camera.clone());
         let path = free_name(Path::new("."), &state.path, &self.saves);

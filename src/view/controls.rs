@@ -94,6 +94,8 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
         }
         Key::C => state.toggle_compare(),
         Key::V => state.show = state.show.step(!shift),
+        Key::L => state.has_light = !state.has_light,
+        Key::N => state.step_samples(!shift),
         Key::T => next_theme(ui),
         Key::O => state.has_panels = !state.has_panels,
         Key::H | Key::Questionmark => state.has_help = !state.has_help,

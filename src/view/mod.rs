@@ -17,8 +17,8 @@
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
 //! turns them into colours. What the certified kernel left undecided goes to the CPU as a list of
-//! pixels, and their ids come back; until then they are grey. All other numbers are those that
-//! `render` writes to an EXR file, computed when the camera rests.
+//! pixels, and their ids come back; until then they are grey. Light and samples are those that `render`
+//! draws, all other numbers those that it writes to an EXR file, computed when the camera rests.
 
 mod app;
 mod ask;

@@ -31,6 +31,10 @@ pub enum Notice<'a> {
         kernels: &'a [&'static str],
         /// The mode of showing.
         show: &'static str,
+        /// True where colours are those that the scene's light gives.
+        lit: bool,
+        /// Samples across and down a pixel.
+        samples: u32,
         /// Number of the newest picture asked for.
         asked: u64,
         /// Milliseconds from the last frame.

@@ -9,7 +9,7 @@ use super::controls::{self, next_theme};
 use super::paint;
 use super::rig::Axis;
 use super::show::Show;
-use super::state::{Area, Command, Explained, State, point, six_digits};
+use super::state::{Area, Command, Explained, SAMPLES, State, point, six_digits};
 use crate::trace::Kernel;
 
 /// Heights of the bar above and of the lines below the picture, points.
@@ -21,7 +21,7 @@ pub const LINES: f32 = 46.0;
 const INSET: f32 = 12.0;
 
 /// All controls, as the help lists them.
-const HELP: [(&str, &str); 22] = [
+const HELP: [(&str, &str); 24] = [
     ("left drag", "orbit around the pivot"),
     ("middle or shift + left drag", "pan"),
     ("wheel", "zoom toward the pointer"),
@@ -33,12 +33,14 @@ const HELP: [(&str, &str); 22] = [
     ("1 2 3, 4 5 6", "look from +x +y +z, from −x −y −z"),
     ("R", "back to the file's camera"),
     ("P", "print the camera as TOML"),
-    ("Ctrl + S", "save the picture at full resolution"),
+    ("Ctrl + S", "save the picture at full resolution, with this light and samples"),
     ("K, shift + K", "next kernel, on the right and on the left"),
     ("C", "two kernels side by side"),
     ("drag the divider", "more of one, less of the other"),
     ("V, shift + V", "what is shown: next, previous"),
     ("F1 … F8", "colour, depth, normal, id, side, discriminant, error, stage"),
+    ("L", "the scene's light on and off"),
+    ("N, shift + N", "more samples a pixel, fewer"),
     ("T", "light, dark, or as the system"),
     ("O", "panels on and off"),
     ("H or ?", "this help"),
@@ -114,6 +116,7 @@ fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
                 }
             },
         );
+        light(ui, state);
         ui.separator();
         ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -125,6 +128,30 @@ fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
             }
         });
     });
+}
+
+fn light(ui: &mut Ui, state: &mut State) {
+    let (is_lit, is_on) = (state.scene.is_lit(), state.has_light && state.scene.is_lit());
+    let label = egui::Button::selectable(is_on, "light");
+    let tip = "The scene's light on or off (L)";
+    let response = ui.add_enabled(is_lit, label).on_hover_text(tip);
+    if response.on_disabled_hover_text("The scene has no light").clicked() {
+        state.has_light = !state.has_light;
+    }
+    ComboBox::from_id_salt("samples")
+        .width(58.0)
+        .selected_text(samples_text(state.n_samples))
+        .show_ui(ui, |ui| {
+            for n in SAMPLES {
+                ui.selectable_value(&mut state.n_samples, n, samples_text(n));
+            }
+        })
+        .response
+        .on_hover_text("Samples a pixel (N, shift + N)");
+}
+
+fn samples_text(n: u32) -> String {
+    format!("{n} × {n}")
 }
 
 fn kernel_box(ui: &mut Ui, id: &str, kernel: &mut Kernel) {
@@ -212,7 +239,20 @@ fn status_text(state: &State) -> String {
     }
     let kernels: Vec<_> = state.shown_kernels().iter().map(|kernel| kernel.name()).collect();
     parts.push(kernels.join(" | "));
+    if state.show == Show::Color {
+        parts.extend(painting_text(state));
+    }
     parts.join("  ·  ")
+}
+
+/// How far painting is; `None` where there is nothing to paint, or nothing any more.
+fn painting_text(state: &State) -> Option<String> {
+    let is_open = state.look().is_painted() && !state.is_settled();
+    is_open.then(|| match (state.painted_share(), state.show) {
+        (0.0, Show::Color) => "flat colours until the camera rests".to_string(),
+        (0.0, _) => "colours until the camera rests".to_string(),
+        (share, _) => format!("{:.0} % of it painted", share * 100.0),
+    })
 }
 
 fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
@@ -237,11 +277,8 @@ fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
                         ui.label(meaning);
                     });
                 }
-                if state.show.is_painted() && !state.is_settled() {
-                    ui.weak(match state.painted_share() {
-                        0.0 => "colours until the camera rests".to_string(),
-                        share => format!("{:.0} % of it painted", share * 100.0),
-                    });
+                if let Some(text) = painting_text(state) {
+                    ui.weak(text);
                 }
             });
         });
@@ -320,4 +357,28 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
                 }
             });
         });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The keys between grave accents in the README's table are in the help.
+    #[test]
+    fn the_help_has_the_keys_of_the_readme() {
+        let readme = include_str!("../../README.md");
+        let table = readme.split_once("| control | does |").expect("the table").1;
+        let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+        let marked = rows.flat_map(|row| row.split('`').skip(1).step_by(2));
+        // The other marked words are commands.
+        let keys: Vec<&str> = marked.filter(|word| !word.starts_with(char::is_lowercase)).collect();
+        assert!(keys.len() > 20 && keys.contains(&"L") && keys.contains(&"N"), "{keys:?}");
+        let controls = HELP.map(|(control, _)| control);
+        let is_told = |key: &str| {
+            let words = controls.iter().flat_map(|control| control.split([' ', ',']));
+            key.split('+').all(|part| words.clone().any(|word| word == part))
+        };
+        assert_eq!(keys.into_iter().filter(|key| !is_told(key)).collect::<Vec<_>>(), [""; 0]);
+        assert!(!is_told("X") && !is_told("Ctrl+X"));
+    }
 }

@@ -38,7 +38,7 @@ impl Show {
     /// The menu's word and one sentence.
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Show::Color => ("colour", "The colour of the object that is seen"),
+            Show::Color => ("colour", "What the command render draws, with light and samples"),
             Show::Depth => ("depth", "t, the depth along the view axis, on a logarithmic scale"),
             Show::Normal => ("normal", "The unit normal: x, y, z as red, green, blue"),
             Show::Id => ("id", "A colour for each object id"),
@@ -62,15 +62,32 @@ impl Show {
         self.words().1
     }
 
-    /// True where single pixels must be painted by the CPU, which happens when the camera rests.
-    pub fn is_painted(self) -> bool {
-        !matches!(self, Show::Color | Show::Id | Show::Side)
-    }
-
     /// The next one, or the one before.
     pub fn step(self, forward: bool) -> Show {
         let n = Show::ALL.len();
         let at = Show::ALL.iter().position(|&show| show == self).unwrap_or(0);
         Show::ALL[(at + if forward { 1 } else { n - 1 }) % n]
+    }
+}
+
+/// How a picture is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Look {
+    /// The quantity.
+    pub show: Show,
+    /// Colours are those that the scene's light gives.
+    pub is_lit: bool,
+    /// Samples across and down a pixel.
+    pub n_samples: u32,
+}
+
+impl Look {
+    /// True where single pixels must be painted, which happens when the camera rests.
+    pub fn is_painted(self) -> bool {
+        match self.show {
+            Show::Color => self.is_lit || self.n_samples > 1,
+            Show::Id | Show::Side => false,
+            Show::Depth | Show::Normal | Show::Discriminant | Show::Error | Show::Stage => true,
+        }
     }
 }

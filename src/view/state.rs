@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::ask::{Answer, Question};
 use super::painter::Painted;
 use super::rig::{Extent, Rig};
-use super::show::Show;
+use super::show::{Look, Show};
 use super::tracing::DevicePicture;
 use crate::rays::Pixels;
 use crate::scene::{Camera, Scene};
@@ -15,6 +15,9 @@ use crate::trace::Kernel;
 
 /// How long a message is shown.
 const MESSAGE_TIME: Duration = Duration::from_secs(6);
+
+/// The samples across and down a pixel that can be chosen.
+pub const SAMPLES: [u32; 5] = [1, 2, 4, 8, 16];
 
 /// A rectangle of the window, px.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,6 +55,8 @@ pub struct Explained {
 pub struct State {
     pub path: PathBuf,
     pub scene: Arc<Scene>,
+    /// The scene without its light; the same one where it has none.
+    unlit: Arc<Scene>,
     /// The scene file's camera.
     pub home: Camera,
     pub extent: Extent,
@@ -62,6 +67,10 @@ pub struct State {
     /// Where the divider stands, 0 to 1.
     pub divider: f32,
     pub show: Show,
+    /// The scene's light is on.
+    pub has_light: bool,
+    /// Samples across and down a pixel, where colours are shown.
+    pub n_samples: u32,
     /// Keys that went down with Ctrl and are not up again: they don't fly, even if Ctrl is.
     pub with_command: Vec<egui::Key>,
     pub has_panels: bool,
@@ -97,11 +106,14 @@ impl State {
             extent: Extent::new(&scene),
             rig: Rig::new(&camera),
             home: camera,
+            unlit: without_light(&scene),
+            n_samples: scene.samples.unwrap_or(1),
             scene,
             kernels: [Kernel::Lecture, kernel],
             compares: false,
             divider: 0.5,
             show: Show::Color,
+            has_light: true,
             with_command: Vec::new(),
             has_panels: true,
             has_help: false,
@@ -120,13 +132,18 @@ impl State {
         }
     }
 
-    /// A new scene from the file. The camera follows the file where the file's camera changed.
+    /// A new scene from the file. The camera follows the file where the file's camera changed, and so do
+    /// the samples.
     pub fn reload(&mut self, scene: Arc<Scene>, camera: Camera) {
         if camera != self.home {
             self.rig = Rig::new(&camera);
             self.home = camera;
         }
+        if scene.samples != self.scene.samples {
+            self.n_samples = scene.samples.unwrap_or(1);
+        }
         self.extent = Extent::new(&scene);
+        self.unlit = without_light(&scene);
         self.scene = scene;
         self.scene_error = None;
         self.hover = None;
@@ -135,6 +152,38 @@ impl State {
     /// The kernels that are shown, from left to right.
     pub fn shown_kernels(&self) -> Vec<Kernel> {
         if self.compares { self.kernels.to_vec() } else { vec![self.kernels[1]] }
+    }
+
+    /// The scene with its light on or off, as it is wanted.
+    pub fn colored_scene(&self) -> &Arc<Scene> {
+        if self.has_light { &self.scene } else { &self.unlit }
+    }
+
+    /// The scene that is saved: with the light and the samples that are shown.
+    pub fn saved_scene(&self) -> Scene {
+        Scene { samples: Some(self.n_samples), ..Scene::clone(self.colored_scene()) }
+    }
+
+    /// More samples a pixel, or fewer.
+    pub fn step_samples(&mut self, more: bool) {
+        let mut all = SAMPLES.into_iter();
+        let next = match more {
+            true => all.find(|&n| n > self.n_samples),
+            false => all.rfind(|&n| n < self.n_samples),
+        };
+        self.n_samples = next.unwrap_or(self.n_samples);
+    }
+
+    /// How the picture is looked at. Light and samples change colours alone.
+    pub fn look(&self) -> Look {
+        match self.show {
+            Show::Color => Look {
+                show: Show::Color,
+                is_lit: self.colored_scene().is_lit(),
+                n_samples: self.n_samples,
+            },
+            show => Look { show, is_lit: false, n_samples: 1 },
+        }
     }
 
     /// Back to the file's camera.
@@ -190,18 +239,21 @@ impl State {
         self.picture.as_ref().is_none_or(|picture| picture.order.serial < self.asked)
     }
 
-    /// The paint of the picture that is shown, where it is the one that is wanted.
+    /// The paint of the picture that is shown; colours with other samples stay until the wanted ones come.
     pub fn paint(&self, place: usize) -> Option<&Painted> {
         let serial = self.picture.as_ref()?.order.serial;
         let painted = self.painted[place].as_ref()?;
-        (painted.serial == serial && painted.show == self.show).then_some(painted)
+        let wanted = self.look();
+        let is_like_it = Look { n_samples: wanted.n_samples, ..painted.look } == wanted;
+        (wanted.is_painted() && painted.serial == serial && is_like_it).then_some(painted)
     }
 
     /// Part of the painting that is done, 0 to 1.
     pub fn painted_share(&self) -> f32 {
         let n = self.shown_kernels().len();
-        (0..n).filter_map(|place| self.paint(place)).map(|paint| paint.share).sum::<f32>()
-            / n as f32
+        let look = self.look();
+        let paint = (0..n).filter_map(|place| self.paint(place)).filter(|paint| paint.look == look);
+        paint.map(|paint| paint.share).sum::<f32>() / n as f32
     }
 
     /// True when the newest picture is shown, each pixel of it decided and painted.
@@ -209,7 +261,7 @@ impl State {
         let is_decided = |picture: &Arc<DevicePicture>| picture.progress().left == 0;
         !self.is_waiting()
             && self.picture.as_ref().is_some_and(is_decided)
-            && (!self.show.is_painted() || self.painted_share() >= 1.0)
+            && (!self.look().is_painted() || self.painted_share() >= 1.0)
     }
 
     /// Tells the user something for a while.
@@ -253,6 +305,14 @@ impl State {
     }
 }
 
+fn without_light(scene: &Arc<Scene>) -> Arc<Scene> {
+    if !scene.is_lit() {
+        return Arc::clone(scene);
+    }
+    let scene = Scene::clone(scene);
+    Arc::new(Scene { lights: Vec::new(), sky: None, ambient: None, ..scene })
+}
+
 /// `(1, 2, 3)`, to six digits.
 pub fn point(answer: &Answer) -> String {
     let [x, y, z] = answer.position.to_array().map(six_digits);
@@ -277,6 +337,69 @@ pub fn six_digits(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::parse_scene;
+
+    const LIT: &str = include_str!("../../scenes/lit/figure1.toml");
+
+    fn lit(text: &str) -> (Arc<Scene>, Camera) {
+        let scene = parse_scene(text, "figure1.toml".as_ref()).unwrap();
+        let camera = scene.camera.clone().unwrap();
+        (Arc::new(scene), camera)
+    }
+
+    fn state() -> State {
+        let (scene, camera) = lit(LIT);
+        State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
+    }
+
+    #[test]
+    fn samples_go_up_and_down_from_any_number() {
+        let mut state = state();
+        let mut steps = |from, more| {
+            state.n_samples = from;
+            state.step_samples(more);
+            state.n_samples
+        };
+        for (down, from, up) in [(1, 1, 2), (1, 2, 4), (2, 3, 4), (8, 13, 16), (8, 16, 16)] {
+            assert_eq!((steps(from, false), steps(from, true)), (down, up), "{from}");
+        }
+        assert_eq!(SAMPLES[SAMPLES.len() - 1], Scene::MAX_SAMPLES);
+    }
+
+    #[test]
+    fn samples_follow_the_file_where_its_own_change() {
+        let mut state = state();
+        assert_eq!(state.n_samples, 3);
+        state.step_samples(true);
+        let reload = |state: &mut State, text: &str| {
+            let (scene, camera) = lit(text);
+            state.reload(scene, camera);
+            state.n_samples
+        };
+        assert_eq!(reload(&mut state, &LIT.replace("0.45", "0.3")), 4);
+        assert_eq!(reload(&mut state, &LIT.replace("samples = 3", "samples = 5")), 5);
+        assert_eq!(reload(&mut state, &LIT.replace("samples = 3", "")), 1);
+    }
+
+    #[test]
+    fn light_and_samples_are_of_colours_and_are_saved() {
+        let mut state = state();
+        let shown = Look { show: Show::Color, is_lit: true, n_samples: 3 };
+        assert_eq!(state.look(), shown);
+        assert_eq!(state.saved_scene(), *state.scene);
+        state.show = Show::Id;
+        assert_eq!(state.look(), Look { show: Show::Id, is_lit: false, n_samples: 1 });
+        assert!(!state.look().is_painted());
+        state.show = Show::Color;
+        state.has_light = false;
+        assert_eq!(state.look(), Look { is_lit: false, ..shown });
+        assert!(state.look().is_painted(), "samples are");
+        state.n_samples = 1;
+        assert!(!state.look().is_painted());
+        let saved = state.saved_scene();
+        assert!(!saved.is_lit() && saved.samples == Some(1));
+        assert_eq!(saved.spheres, state.scene.spheres);
+    }
 
     #[test]
     fn numbers_have_six_digits() {

@@ -206,6 +206,10 @@ impl Event {
         kernels.map_or_else(Vec::new, |all| all.iter().filter_map(Value::as_str).collect())
     }
 
+    pub fn is_lit(&self) -> bool {
+        self.0["lit"] == true
+    }
+
     pub fn number(&self, name: &str) -> u64 {
         self.0[name].as_u64().unwrap()
     }

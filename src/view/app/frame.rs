@@ -81,17 +81,19 @@ impl<N: FnMut(&Notice)> App<N> {
         open.trace.ask(order);
     }
 
-    /// Has the newest picture painted where that is wanted.
+    /// Has the newest picture painted; the thread knows what needs no paint.
     fn paint(&mut self) {
         let (Some(open), Some(picture)) = (&mut self.open, &self.state.picture) else { return };
-        let wanted = (picture.order.serial, self.state.show);
-        if !self.state.show.is_painted() || self.state.is_waiting() {
+        let look = self.state.look();
+        let wanted = (picture.order.serial, look);
+        if self.state.is_waiting() {
             if open.painting.take().is_some() {
                 open.paint.stop();
             }
         } else if open.painting != Some(wanted) {
             open.painting = Some(wanted);
-            open.paint.ask(Painting { picture: Arc::clone(picture), show: self.state.show });
+            let scene = Arc::clone(self.state.colored_scene());
+            open.paint.ask(Painting { picture: Arc::clone(picture), scene, look });
         }
     }
 
@@ -149,13 +151,16 @@ impl<N: FnMut(&Notice)> App<N> {
         self.frame += 1;
         let area = self.state.area;
         let kernels: Vec<_> = self.state.shown_kernels().iter().map(|k| k.name()).collect();
+        let look = self.state.look();
         (self.notify)(&Notice::Shown {
             frame: self.frame,
             picture,
             area: [area.left, area.top, area.width, area.height],
             settled: self.state.is_settled(),
             kernels: &kernels,
-            show: self.state.show.name(),
+            show: look.show.name(),
+            lit: look.is_lit,
+            samples: look.n_samples,
             asked: self.state.asked,
             ms,
         });
