@@ -197,16 +197,10 @@ impl Job<'_> {
     }
 
     pub fn color(&self, id: u32) -> [f64; 3] {
-        let scene = &self.lit.scene;
-        let color = match (id as usize).checked_sub(1) {
-            None if self.lit.style.background != Background::Shown => None,
-            None => Some(scene.background),
-            Some(index) => scene
-                .spheres
-                .color(index)
-                .or_else(|| scene.planes.get(index - scene.spheres.len()).map(|plane| plane.color)),
-        };
-        color.unwrap_or(Color::BLACK).0
+        match id == 0 && self.lit.style.background != Background::Shown {
+            true => Color::BLACK.0,
+            false => self.lit.scene.color(id).0,
+        }
     }
 }
 
