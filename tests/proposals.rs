@@ -359,9 +359,15 @@ fn proposals_in_f64_of_the_lectures_scenes() {
 
 #[test]
 fn proposals_in_f64_of_hard_scenes() {
-    let all = assert_proposals_in_f64(&scenes_of("scenes/hard"));
+    let cases = scenes_of("scenes/hard").into_iter();
+    let (beyond, within): (Vec<_>, Vec<_>) =
+        cases.partition(|case| case.what.contains("coincident_far"));
+    let all = assert_proposals_in_f64(&within);
     // Measured: 8 rays that touch exactly.
     assert!(all.undecided > 0 && all.decided_share() > 0.9999, "{all:?}");
+    // Made so that f64 can't tell all of its pairs apart. Measured: 0.5 % are left open.
+    let all = assert_proposals_in_f64(&beyond);
+    assert!(all.undecided > 100 && all.decided_share() > 0.99, "{all:?}");
 }
 
 #[test]
