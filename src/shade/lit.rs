@@ -157,6 +157,13 @@ impl Job<'_> {
             })
     }
 
+    /// The object that all samples of a pixel see, the first one of which is `first`, if it is one.
+    fn only_id(&self, first: usize) -> Option<u32> {
+        let (n, id) = (self.lit.style.n_samples as usize, self.ids[first]);
+        let mut rows = (0..n).map(|row| &self.ids[first + row * self.row..][..n]);
+        rows.all(|row| row.iter().all(|&other| other == id)).then_some(id)
+    }
+
     /// The number that the sum of a pixel's samples is divided by.
     pub fn n_counted(&self, pixel: usize) -> u64 {
         match self.lit.style.background {
@@ -373,6 +380,11 @@ impl<'a> Work<'a> {
     fn bounds(&self, pixel: usize, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
         let Certified { job, .. } = self.certified;
         let n_samples = job.lit.style.n_samples as usize;
+        if job.lit.lighting.is_none()
+            && let Some(id) = job.only_id(first_sample + at * n_samples)
+        {
+            return job.color(id).map(|part| Interval { low: part, high: part });
+        }
         let packs_of_row = (n * n_samples).div_ceil(LANES);
         let mut sums = [Interval::default(); 3];
         for row in 0..n_samples {
@@ -394,8 +406,6 @@ impl<'a> Work<'a> {
         let n_samples = n_samples * n_samples;
         let n_terms = match &job.lit.lighting {
             Some(lighting) => n_samples + lighting.lamps.len() + 9,
-            // A flat colour of one sample is what it is.
-            None if n_samples == 1 => return sums,
             None => n_samples + 8,
         };
         let (n_counted, error) = (job.n_counted(pixel) as f64, n_terms as f64 * UNIT_F64);
