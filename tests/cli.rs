@@ -368,7 +368,8 @@ fn no_adapter_exits_4_unless_the_device_is_auto() {
 
     // A picture for which a device in software would be quicker, with --quiet as well: what traced is
     // not what was hoped for.
-    let auto = ["render", &scene, "-o", &out, "--size", "8192x4096", "--device", "auto", "-q"];
+    let size = ["--size", "8192x4096", "--kernel", "stable"];
+    let auto = [&["render", &scene, "-o", &out, "--device", "auto", "-q"][..], &size].concat();
     let ran = finish(without_driver(&auto));
     assert_eq!(ran.code, 0, "{}", ran.stderr);
     assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);

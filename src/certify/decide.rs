@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::packets::Packets;
-use super::surface::{MISS, exact_surface};
+use super::surface::MISS;
 use super::walk::Walks;
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::control::Control;
@@ -280,13 +280,11 @@ impl Stage<'_> {
         match nearest(&ray, shapes) {
             None => miss,
             Some(hit) if !wants.surface => Settled { id: hit.id, ..miss },
-            Some(hit) => match self.scene.object(hit.id) {
-                Some(object) => {
-                    let (t, normal) = exact_surface(&ray, &hit, &Shape::from(object));
-                    Settled { id: hit.id, t, normal, level }
-                }
-                None => miss,
-            },
+            // As for the rays that f64 decides, so that a hit's numbers don't tell its stage.
+            Some(hit) => {
+                let (t, normal) = self.surface(index, hit.id).unwrap_or(MISS);
+                Settled { id: hit.id, t, normal, level }
+            }
         }
     }
 }

@@ -72,7 +72,7 @@ pub fn resolve(
     };
     timing.refine = start.elapsed();
 
-    // Exact arithmetic gives the surfaces with the ids; they are not looked for again.
+    // The exact stage gives the surfaces with the ids; they are not looked for again.
     let mut exact = Vec::new();
     stage.decide(&undecided, wants, control, &mut timing, |ray, settled| {
         match wants.surface && settled.level == Level::Exact {

@@ -268,6 +268,6 @@ impl Stage<'_> {
     }
 }
 
-pub fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
+fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
     (hit.t_f32(), hit.normal_f32(ray, shape))
 }
