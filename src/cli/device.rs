@@ -136,10 +136,11 @@ pub fn open_for_list(
     Ok(device)
 }
 
-/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware.
+/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
+/// of them stay on the device that shows the picture, whose shaders are there by then.
 #[cfg(feature = "view")]
 pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
-    let is_quicker = why_the_cpu(kernel, scene.spheres.len(), usize::MAX).is_some();
+    let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
     choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
 }
 
