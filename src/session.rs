@@ -151,26 +151,29 @@ impl Session {
         Ok((self.ready.insert(ready), making))
     }
 
-    /// As [`Session::ready`] for pixels, and for their samples where there are several.
-    fn ready_to_draw(
+    /// A tracer of pixels' centre rays, and a painter that has what their samples need.
+    fn painter(
         &mut self,
         pixels: &Pixels,
-        n_samples: u32,
+        style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<(&mut Ready, Option<&mut Ready>)> {
+    ) -> Result<(&mut dyn Tracer, Painter<'_>)> {
         let source = (&self.scene, &self.device, self.kernel);
         let rays = Rays::Pixels(*pixels);
         let (ready, _) = Ready::renewed(&mut self.ready, None, source, &rays, wants, control)?;
-        let ready = self.ready.insert(ready);
-        if n_samples == 1 {
-            return Ok((ready, None));
+        let Ready { prepared, tracer, .. } = self.ready.insert(ready);
+        if style.n_samples == 1 {
+            return Ok((&mut **tracer, Painter::new(prepared, style, pixels, None)));
         }
-        let rays = Rays::Pixels(pixels.samples(n_samples));
+        let rays = Rays::Pixels(pixels.samples(style.n_samples));
         // The tree is there already.
-        let (slot, tree, wants) = (&mut self.of_samples, Some(&*ready.prepared), Wants::default());
+        let (slot, tree, wants) = (&mut self.of_samples, Some(&**prepared), Wants::default());
         let (of_samples, _) = Ready::renewed(slot, tree, source, &rays, wants, control)?;
-        Ok((ready, Some(self.of_samples.insert(of_samples))))
+        let of_samples = self.of_samples.insert(of_samples);
+        let of_pixels = Some(&mut *of_samples.tracer);
+        let painter = Painter::new(&of_samples.prepared, style, pixels, of_pixels);
+        Ok((&mut **tracer, painter))
     }
 
     /// Traces any rays, or pixels of a picture.
@@ -198,11 +201,15 @@ impl Session {
         let wants = Wants { surface: true, level: true };
         let n_pixels = pixels.len() as u64;
         let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_pixels);
-        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors);
+        let n_samples = self.scene.samples.unwrap_or(1);
+        let of_samples = match n_samples {
+            1 => 0,
+            _ => hits_bytes(pixels.samples(n_samples).len() as u64, Wants::default()),
+        };
+        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors).saturating_add(of_samples);
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let mut hits = Hits::default();
         self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
-        let n_samples = self.scene.samples.unwrap_or(1);
         let srgb8 = self.colors_of(&pixels, &hits, n_samples, wants, &Control::default())?;
         Ok(Picture { width, height, hits, srgb8 })
     }
@@ -244,13 +251,8 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<Vec<[u8; 3]>> {
-        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, wants, control)?;
-        let (prepared, of_samples) = match of_samples {
-            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
-            None => (&ready.prepared, None),
-        };
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-        let mut painter = Painter::new(prepared, style, pixels, of_samples);
+        let (_, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut colors = Colors::new(Encoding::Srgb8);
         painter.paint(pixels, hits, control, &mut colors)?;
         match colors {
@@ -295,19 +297,12 @@ impl Session {
         file: OutputFile,
         control: &Control,
     ) -> Result<(Rendered, OutputFile)> {
-        let Plan { format, options, n_samples, n_band_rows, .. } = *plan;
-        let (ready, of_samples) = self.ready_to_draw(pixels, n_samples, plan.wants(), control)?;
-        let (prepared, of_samples) = match of_samples {
-            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
-            None => (&ready.prepared, None),
-        };
-        let style = plan.style();
-        let mut painter = Painter::new(prepared, style, pixels, of_samples);
+        let Plan { format, options, n_band_rows, .. } = *plan;
+        let (tracer, mut painter) = self.painter(pixels, plan.style(), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
         let begin = start.elapsed();
-        let tracer = &mut *ready.tracer;
         let mut rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut writer, control)?;
         let start = Instant::now();
         let file = writer.finish()?;
@@ -325,14 +320,8 @@ impl Session {
         plan: &Plan,
         control: &Control,
     ) -> Result<Rendered> {
-        let (ready, of_samples) =
-            self.ready_to_draw(pixels, plan.n_samples, plan.wants(), control)?;
-        let (prepared, of_samples) = match of_samples {
-            Some(Ready { prepared, tracer, .. }) => (&*prepared, Some(&mut **tracer)),
-            None => (&ready.prepared, None),
-        };
-        let mut painter = Painter::new(prepared, plan.style(), pixels, of_samples);
-        paint_only(&mut *ready.tracer, &mut painter, pixels, plan.n_band_rows, control)
+        let (tracer, mut painter) = self.painter(pixels, plan.style(), plan.wants(), control)?;
+        paint_only(tracer, &mut painter, pixels, plan.n_band_rows, control)
     }
 
     /// What the last rays were prepared as.

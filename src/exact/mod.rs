@@ -20,7 +20,7 @@ use std::cmp::Ordering;
 pub use enclosure::Enclosure;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Real, real, signum};
-pub(crate) use number::{double, integer, product3, real3};
+pub(crate) use number::{double, exact, integer, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
 pub(crate) use root::layout;

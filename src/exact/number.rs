@@ -45,6 +45,11 @@ pub fn real(value: f64) -> Option<Real> {
     })
 }
 
+/// The exact value of a number of a scene, which is finite; else 0.
+pub(crate) fn exact(x: f64) -> Real {
+    real(x).unwrap_or_else(Real::zero)
+}
+
 /// -1, 0 or 1.
 pub fn signum(x: &Real) -> i32 {
     if x.mantissa.is_zero() {

@@ -11,7 +11,7 @@ use super::light::{
 use super::numbers::{Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
 use super::ray::{RayNumbers, short};
 use crate::exact::{
-    ExactBeam, ExactCosine, ExactHit, ExactPixels, Real, Root, Shape, integer, real,
+    ExactBeam, ExactCosine, ExactHit, ExactPixels, Real, Root, Shape, exact, integer, real,
 };
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
@@ -498,10 +498,6 @@ fn gives_plainly(kernel: usize, way: &PlainWay, weight: f64) -> f64 {
         (true, 2) => weight * way.cosine,
         (true, _) => f64::from(weight as f32 * way.cosine as f32),
     }
-}
-
-fn exact(x: f64) -> Real {
-    real(x).unwrap_or_else(Real::zero)
 }
 
 fn name_of(index: usize) -> String {

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting, Origin};
 use super::mean::ExactMean;
-use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Real, Shape, integer, real};
+use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, exact, integer};
 use crate::prepare::{exponent_of, scale_by_power_of_two};
 use crate::rays::Ray;
 use crate::scene::{Object, Scene};
@@ -141,17 +141,13 @@ pub(crate) fn add_sample<'a>(
     }
 }
 
-/// A scene's numbers are finite.
-fn exact(x: f64) -> Real {
-    real(x).unwrap_or_else(Real::zero)
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::exact::Real;
     use crate::exact::nearest;
     use crate::scene::{Plane, Sphere};
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::exact::{Real, integer, real};
+use crate::exact::{Real, exact, integer};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
@@ -87,9 +87,4 @@ fn origin_of(light: &Light, view: &View) -> Origin {
         (Source::Eye, Lens::Perspective) => Origin::Eye,
         (Source::Eye, Lens::Orthographic) => Origin::Sun(view.forward),
     }
-}
-
-/// A scene's numbers are finite.
-fn exact(x: f64) -> Real {
-    real(x).unwrap_or_else(Real::zero)
 }

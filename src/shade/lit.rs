@@ -15,7 +15,7 @@ use super::{Background, Colors, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
-use crate::exact::{ExactPoint, Real, Shape, integer, real};
+use crate::exact::{ExactPoint, Shape, exact, integer};
 use crate::guard::UNIT_F64;
 use crate::host;
 use crate::kernel::Kernel;
@@ -325,11 +325,6 @@ impl Certified<'_> {
         }
         std::array::from_fn(|channel| decide(&mean, channel))
     }
-}
-
-/// The numbers of scenes are finite.
-fn exact(x: f64) -> Real {
-    real(x).unwrap_or_else(Real::zero)
 }
 
 /// Samples side by side on their way to bounds.
