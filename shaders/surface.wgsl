@@ -1,10 +1,13 @@
 // t and normals of hits in f64, where both have one f32 that they must be; 0 stands for a t that is left to
-// the CPU. src/guard.rs says how far a normal may be off.
+// the CPU. src/guard.rs says how far a normal may be off. lit.wgsl starts from the same hits.
 
 @group(0) @binding(next) var<storage, read> ids: array<u32>;
+//#if light
+//#else
 // The words of numbers, as ∞ and −0 must arrive.
 @group(0) @binding(next) var<storage, read_write> ts: array<u32>;
 @group(0) @binding(next) var<storage, read_write> normals: array<u32>;
+//#end
 //#if of_scene
 @group(0) @binding(next) var<uniform> seen_from: SeenFrom;
 @group(0) @binding(next) var<storage, read> scene_spheres: array<SceneSphere>;
@@ -17,10 +20,15 @@
 //#end
 //#if planes
 @group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
+//#if light
+//#else
 // The words of unit normals, as the host rounds them.
 @group(0) @binding(next) var<storage, read> units: array<vec4u>;
 //#end
+//#end
 
+//#if light
+//#else
 struct Surface {
     t: u32,
     normal: vec3u,
@@ -36,6 +44,22 @@ fn t_word(ray: Ray, root: Nearness) -> u32 {
     let is_one = t == f32(select(1.0, high, is_held));
     return select(0u, bitcast<u32>(t), is_held && is_one);
 }
+//#end
+
+//#if unit_normals
+fn normalized(v: Vec3) -> Vec3 {
+    return v * (1.0 / sqrt(dot3(v, v)));
+}
+
+// The unit normal where a ray meets an object, with a bound of its error.
+struct Facing {
+    normal: Vec3,
+    error: f64,
+    is_certain: bool,
+    // Unless the ray starts in it.
+    is_outside: bool,
+}
+//#end
 
 //#if of_scene
 fn half_chord_radius(ray: Ray, l: Vec3, r: f64, is_outside: bool) -> Vec3 {
@@ -43,10 +67,6 @@ fn half_chord_radius(ray: Ray, l: Vec3, r: f64, is_outside: bool) -> Vec3 {
     let half_chord = sqrt(max(r * r - dot3(p, p), 0.0) * ray.inv_a);
     let chord = ray.direction * half_chord;
     return select(p - chord, -p - chord, is_outside);
-}
-
-fn normalized(v: Vec3) -> Vec3 {
-    return v * (1.0 / sqrt(dot3(v, v)));
 }
 
 fn record_of(id: u32) -> SphereCertified {
@@ -67,7 +87,7 @@ fn record_of(id: u32) -> SphereCertified {
     //#end
 }
 
-fn sphere_surface(ray: Ray, sphere: SphereCertified, r: f64) -> Surface {
+fn sphere_normal(ray: Ray, sphere: SphereCertified, r: f64) -> Facing {
     //#if point
     let l = sphere.center;
     let is_outside = sphere.q_low > 0.0;
@@ -86,9 +106,18 @@ fn sphere_surface(ray: Ray, sphere: SphereCertified, r: f64) -> Surface {
     let distance = sqrt(dot3(sphere.center, sphere.center)) * LENGTH_ROOM + seen_from.spread;
     let off = (NORMAL_CHORD * chord + NORMAL_DISTANCE * distance) / r + NORMAL_RADIUS;
     let normal = normalized(half_chord_radius(ray, l, r, is_outside));
-    let low = vec3f(normal - Vec3(off));
-    let high = vec3f(normal + Vec3(off));
-    let is_one = all(low == high) && is_apart && is_known;
+    return Facing(normal, off, is_apart && is_known, is_outside);
+}
+//#end
+
+//#if light
+//#else
+//#if of_scene
+fn sphere_surface(ray: Ray, sphere: SphereCertified, r: f64) -> Surface {
+    let facing = sphere_normal(ray, sphere, r);
+    let low = vec3f(facing.normal - Vec3(facing.error));
+    let high = vec3f(facing.normal + Vec3(facing.error));
+    let is_one = all(low == high) && facing.is_certain;
     let t = t_word(ray, sphere_nearness(ray, sphere));
     return Surface(select(0u, t, is_one), bitcast<vec3u>(low));
 }
@@ -139,3 +168,4 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     normals[3u * index + 1u] = surface.normal.y;
     normals[3u * index + 2u] = surface.normal.z;
 }
+//#end

@@ -233,6 +233,9 @@ pub fn is_far(guard: &Guard, k: f64, longest: f64) -> bool {
     k > 0.0 && guard.slack * longest <= FAR * k.sqrt()
 }
 
+/// For what is of higher order in a bound in f64.
+pub const ROOM: f64 = 1.01;
+
 /// Unit of a faithful rounding of f32.
 pub const UNIT_F32: f64 = 1.0 / (1u64 << 23) as f64;
 

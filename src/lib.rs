@@ -115,7 +115,8 @@
 //!    `shaders/surface.wgsl` on a GPU where it is sure of each byte.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit or sampled ones by
 //!    [`shade::Lit::shade`], in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
-//!    (`exact/light.rs`, `shade/mean.rs`).
+//!    (`exact/light.rs`, `shade/mean.rs`). A GPU proposes the bytes of lit ones by the same bounds
+//!    (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), and the CPU shades what that leaves open.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!

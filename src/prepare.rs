@@ -2,6 +2,7 @@
 
 mod first_stage;
 mod hierarchy;
+mod light;
 
 use std::iter;
 use std::sync::Arc;
@@ -26,6 +27,10 @@ pub use crate::kernel::coordinates::{
 };
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
+pub use light::{
+    ColorInF64, LampInF64, LightInF64, LightOfAll, OPEN_COLOR, PlaneInTheWay, SphereInTheWay,
+    lamp_kind,
+};
 
 use first_stage::is_left_open;
 
@@ -49,6 +54,8 @@ pub struct ShaderKey {
     pub n_planes: usize,
     /// True where `t` and normals are wanted.
     pub surface: bool,
+    /// True for colours of samples whose objects are known.
+    pub light: bool,
 }
 
 /// How a shader finds spheres.
@@ -311,6 +318,7 @@ impl Prepared {
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
+            light: false,
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
-use crate::shade::{Background, Colors, Encoding, Painted, Painter, Shader, Style};
+use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Shader, Style};
 use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -149,6 +149,8 @@ pub struct Rendered {
     pub timing: Timing,
     /// How many ways from samples to lamps each stage decided.
     pub shadow_rays: StageCounts,
+    /// How many pixels' colours the device and the CPU found, where they are not flat.
+    pub colors: ColorCounts,
     /// Time for colours.
     pub shade: Duration,
     /// Time for encoding and writing.
@@ -159,6 +161,7 @@ impl Rendered {
     fn add(&mut self, painted: Painted) {
         self.counts.add(painted.counts);
         self.shadow_rays.add(painted.shadow_rays);
+        self.colors.add(painted.colors);
         self.timing.add(painted.timing);
         self.shade += painted.shade;
     }
@@ -183,7 +186,7 @@ pub fn render<W: Write + Seek>(
     let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
+        rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
         let start = Instant::now();
         match painter.coverage() {
             None => writer.rows(&colors, &hits, band.height)?,
@@ -213,7 +216,7 @@ pub fn paint_only(
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         // What flat colours take is part of writing them.
         if let Painter::Lit(_) = painter {
-            rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
+            rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
         }
     }
     Ok(rendered)

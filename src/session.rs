@@ -252,9 +252,9 @@ impl Session {
         control: &Control,
     ) -> Result<Vec<[u8; 3]>> {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-        let (_, mut painter) = self.painter(pixels, style, wants, control)?;
+        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut colors = Colors::new(Encoding::Srgb8);
-        painter.paint(pixels, hits, control, &mut colors)?;
+        painter.paint_with(Some(tracer), pixels, hits, control, &mut colors)?;
         match colors {
             Colors::Srgb8(pixels) => Ok(pixels),
             Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),

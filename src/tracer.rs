@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::Prepared;
+use crate::prepare::{LightInF64, Prepared};
+use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, Timing, Wants};
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
@@ -60,6 +61,14 @@ pub trait Tracer: Send {
         self.certify(rays, control, hits, timing)
     }
 
+    /// What shades in f64, where a device does that for this scene.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] when the device failed.
+    fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
+        Ok(None)
+    }
+
     /// Takes another prepared scene, with the same [`Wants`]. After an
     /// error it can trace no more.
     ///
@@ -72,4 +81,24 @@ pub trait Tracer: Send {
 
     /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
     fn use_device_clock(&mut self) {}
+}
+
+/// A device that shades in f64.
+pub trait ProposeColors {
+    /// Replaces `colors` by those of pixels, as `0xbbggrr`, or
+    /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. `samples` are the rays of their
+    /// samples, a rectangle of whole pixels, and `ids` what they see.
+    ///
+    /// Returns how many ways to lamps it looked along for the colours that it proposes.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn propose_colors(
+        &mut self,
+        light: &Arc<LightInF64>,
+        samples: &Pixels,
+        ids: &[u32],
+        control: &Control,
+        colors: &mut Vec<u32>,
+    ) -> Result<u64>;
 }

@@ -360,7 +360,7 @@ fn mapped(
 
 /// The colours and ids, without how they were found.
 fn content(painted: Painted) -> Painted {
-    Painted { shadow_rays: Default::default(), ..painted }
+    Painted { shadow_rays: Default::default(), colors: Default::default(), ..painted }
 }
 
 #[track_caller]

@@ -98,6 +98,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
         n_spheres: 3,
         n_planes: 2,
         surface: false,
+        light: false,
     }
 }
 
@@ -158,6 +159,15 @@ fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
     keys.map(|key| ShaderKey { surface: true, ..key })
 }
 
+/// The shaders for the light on hits.
+fn keys_of_light() -> impl Iterator<Item = ShaderKey> {
+    let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
+    keys.map(|key| {
+        let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
+        ShaderKey { light: true, n_spheres, n_planes, ..key }
+    })
+}
+
 fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
     let shader = compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}"));
     let words = shader.spirv().unwrap();
@@ -166,7 +176,7 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    for key in all_keys().into_iter().chain(keys_of_surfaces()) {
+    for key in all_keys().into_iter().chain(keys_of_surfaces()).chain(keys_of_light()) {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -374,5 +384,26 @@ fn surfaces_are_completed_without_what_finds_objects() {
         assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
         let has_spheres = key.n_spheres > 0 || key.spheres == Finding::Hierarchy;
         assert_eq!(has(&whole, "sphere_surface"), has_spheres, "{key:?}");
+    }
+}
+
+/// Light is in no shader but its own, which has nothing of what finds objects, and of objects only what
+/// there is.
+#[test]
+fn light_only_where_it_is_asked_for() {
+    for key in all_keys().into_iter().chain(keys_of_surfaces()) {
+        let (whole, _) = shader(&key);
+        let names = ["light", "lamp", "beam", "palette", "edges", "box", "in_the_way"];
+        assert!(!names.iter().any(|name| has(&whole, name)), "{key:?}");
+    }
+    for key in keys_of_light() {
+        let (whole, words) = shader(&key);
+        assert_complete(&whole, &words);
+        assert!(has(&whole, "light_on") && !has(&whole, "nearer") && !has(&whole, "t_word"));
+        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
+        let is_tree = key.spheres == Finding::Hierarchy;
+        assert_eq!(has(&whole, "sphere"), key.n_spheres > 0 || is_tree, "{key:?}");
+        assert_eq!(has(&whole, "box"), is_tree, "{key:?}");
+        assert_eq!(has(&whole, "look_in_tree"), is_tree, "{key:?}");
     }
 }

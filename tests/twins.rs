@@ -9,9 +9,10 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 7] = [
+const DEVICE_ALONE: [(&str, &str); 8] = [
     ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
     ("shaders/surface.wgsl", "t and normals: tests/proposals.rs compares their bytes"),
+    ("shaders/lit.wgsl", "colours: tests/lit_on_device.rs compares their bytes"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
     ("shaders/undecided.wgsl", "lists and settles ids: the window's tests"),
@@ -19,8 +20,12 @@ const DEVICE_ALONE: [(&str, &str); 7] = [
     ("shaders/self_test.wgsl", "measures the device: src/gpu/self_test.rs expects its results"),
 ];
 
+/// A twin that is no kernel's.
+const OF_LIGHT: (&str, &str) = ("shaders/beam.wgsl", "src/shade/beam.rs");
+
 /// Functions whose twin has another name, each with that.
-const OTHER_NAMES: [(&str, &str); 2] = [
+const OTHER_NAMES: [(&str, &str); 3] = [
+    ("beam_from", "Beam::new"),
     ("ray_from", "RayOf::new"),
     ("sphere_id", "the parameter of nearest_listed, another function with a hierarchy"),
 ];
@@ -113,7 +118,8 @@ fn faults(wgsl: &Functions, rust: &Functions) -> Vec<String> {
 fn parts() -> BTreeMap<&'static str, Option<&'static str>> {
     let own = Kernel::ALL.into_iter().flat_map(|kernel| kernel.about().wgsl.parts);
     let twins = own.chain(&SHARED_PARTS).map(|part| (part.file, part.twin));
-    twins.chain(DEVICE_ALONE.map(|(file, _)| (file, None))).collect()
+    let alone = DEVICE_ALONE.map(|(file, _)| (file, None));
+    twins.chain(alone).chain([(OF_LIGHT.0, Some(OF_LIGHT.1))]).collect()
 }
 
 fn read(path: &str) -> String {

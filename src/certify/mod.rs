@@ -37,6 +37,8 @@ pub(crate) use in_f64::{InF64, ray_record, suits_device};
 pub(crate) use lanes::Completer;
 use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
+#[cfg(feature = "gpu")]
+pub(crate) use point::factors_of_points;
 pub(crate) use point::{LANES, Pack, Points};
 use surface::Bounds;
 

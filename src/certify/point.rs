@@ -6,8 +6,10 @@ use super::lanes::{self, Output, Part, Queue};
 use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
 use super::{Completer, Stage, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::UNIT_F64;
+use crate::guard::{self, InputError, ROOM, UNIT_F64};
 use crate::kernel::RayOf;
+#[cfg(feature = "gpu")]
+use crate::rays::Bundle;
 use crate::scene::Object;
 use crate::vec3::{Vec3, dot3};
 
@@ -80,10 +82,10 @@ impl PointF64 {
         let half = (high - low) / 2.0;
         let t = low + half;
         let length = ray.a.sqrt();
-        let rounding = UNIT_F64 * (bounds.input.direction + 3.0) * t * length;
+        let rounding = UNIT_F64 * of_point(bounds.input) * t * length;
         PointF64 {
             at: ray.direction * t,
-            error: 1.01 * (length * half + rounding),
+            error: ROOM * (length * half + rounding),
             normal: found.normal,
             normal_error: found.normal_error,
         }
@@ -92,7 +94,30 @@ impl PointF64 {
 
 /// The part of a point's error that comes with its ray's origin.
 fn origin_error(origin: Vec3<f64>, bounds: &Bounds) -> f64 {
-    1.01 * UNIT_F64 * (bounds.input.offset + 1.0) * dot3(origin, origin).sqrt()
+    ROOM * UNIT_F64 * of_origin(bounds.input) * dot3(origin, origin).sqrt()
+}
+
+/// Of `t|d|` in a point's error, in units.
+fn of_point(input: InputError) -> f64 {
+    input.direction + 3.0
+}
+
+/// Of the length of its ray's origin.
+fn of_origin(input: InputError) -> f64 {
+    input.offset + 1.0
+}
+
+/// The constants of the same in `shaders/lit.wgsl`, by their names there. A device's division is in the
+/// bounds of `t`, its roots are lengths in bounds, and a plane's unit normal has a bound for a device.
+#[cfg(feature = "gpu")]
+pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
+    let input = guard::input_of_picture(bundle).unwrap_or(guard::LIST_F64);
+    [
+        ("OF_POINT", of_point(input)),
+        ("OF_ORIGIN", of_origin(input)),
+        ("OF_PLANE_NORMAL", guard::steps::NORMALIZED_WIDE),
+        ("DIRECTION_ERROR", UNIT_F64 * input.direction),
+    ]
 }
 
 /// The points of consecutive rays.

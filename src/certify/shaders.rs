@@ -29,12 +29,20 @@ impl InF64 {
             n_spheres: self.lists.spheres.len(),
             n_planes: self.lists.planes.len(),
             surface: false,
+            light: false,
         }
     }
 
     /// The shader for `t` and normals of hits.
     pub fn surface_key(&self, prepared: &Prepared) -> ShaderKey {
         ShaderKey { surface: true, ..self.shader_key(prepared, false) }
+    }
+
+    /// The shader for the light on hits. How many objects there are is no part of it.
+    pub fn light_key(&self, prepared: &Prepared) -> ShaderKey {
+        let key = self.shader_key(prepared, false);
+        let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
+        ShaderKey { light: true, n_spheres, n_planes, ..key }
     }
 
     /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list

@@ -6,6 +6,7 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::render::Rendered;
 use kugelblitz::scene::Scene;
+use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::{StageCounts, Timing};
 use kugelblitz::{Making, Result, Session};
 use serde::Serialize;
@@ -158,6 +159,9 @@ pub struct Traced {
     /// Ways from samples to lamps, of a lit picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow_rays: Option<RayCounts>,
+    /// Its pixels by where their colours are from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colors: Option<ColorCounts>,
     bytes_device: u64,
     ms: Ms,
     /// Of --repeat.
@@ -183,6 +187,7 @@ impl Traced {
             hits: done.hits,
             samples: None,
             shadow_rays: None,
+            colors: None,
             bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),

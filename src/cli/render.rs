@@ -69,6 +69,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         summary.size = Some([pixels.width, pixels.height]);
         summary.samples = (n_samples > 1).then_some(n_samples);
         summary.shadow_rays = scene.is_lit().then(|| rendered.shadow_rays.into());
+        summary.colors = scene.is_lit().then_some(rendered.colors);
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }

@@ -5,15 +5,18 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::texture::TEXELS_PER_ROW;
+use crate::certify;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
-use crate::prepare::{Finding, ShaderKey};
+use crate::prepare::{Finding, OPEN_COLOR, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
+use crate::shade::BEAM_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
+use crate::tree::{SEGMENT_CONSTANTS, SLAB_CONSTANTS};
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -21,6 +24,8 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const SURFACE: Part = part!("surface.wgsl");
+const BEAM: Part = part!("beam.wgsl", "src/shade/beam.rs");
+const LIT: Part = part!("lit.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
@@ -60,6 +65,9 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     parts.push(PARAMS);
     if is_complete(key) {
         parts.push(SURFACE);
+        if key.light {
+            parts.extend([BEAM, LIT]);
+        }
     } else {
         parts.push(RENDER);
         if key.spheres == Finding::Hierarchy {
@@ -109,9 +117,9 @@ impl Choices<'_> {
     }
 }
 
-/// Whether the shader completes hits that are known.
+/// Whether the shader completes hits that are known, or shades them.
 fn is_complete(key: &ShaderKey) -> bool {
-    key.surface && key.kernel == Kernel::Certified
+    (key.surface || key.light) && key.kernel == Kernel::Certified
 }
 
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
@@ -133,6 +141,8 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (key.n_planes > 0, "planes"),
         (key.surface && !is_complete(key), "surface"),
         (is_complete(key), "complete"),
+        (key.light, "light"),
+        (is_of_scene && is_complete(key) || key.light, "unit_normals"),
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
@@ -184,10 +194,37 @@ fn constants(key: &ShaderKey) -> String {
             ("INFINITY", format!("{}u", f32::INFINITY.to_bits())),
         ]);
     }
+    if key.light {
+        constants.extend(constants_of_light(key));
+    }
     for (name, value) in constants {
         text += &format!("const {name} = {value};\n");
     }
     text
+}
+
+/// The constants of `beam.wgsl` and `lit.wgsl`.
+fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
+    let unsigned = [
+        ("NO", 0),
+        ("OPEN", 1),
+        ("YES", 2),
+        ("OPEN_COLOR", OPEN_COLOR),
+        ("NO_BYTE", u32::MAX),
+        ("LAMP_POINT", lamp_kind::POINT),
+        ("LAMP_SUN", lamp_kind::SUN),
+    ];
+    let mut constants: Vec<_> = unsigned.map(|(name, value)| (name, format!("{value}u"))).into();
+    let of_points = certify::factors_of_points(key.bundle);
+    let in_f64 = BEAM_CONSTANTS.iter().chain(&of_points);
+    let in_f64 = in_f64.map(|&(name, value)| (name, Float::F64.literal(value)));
+    constants.extend(in_f64.chain([("ROOM", Float::F64.literal(guard::ROOM))]));
+    if key.spheres == Finding::Hierarchy {
+        let in_f64 = SEGMENT_CONSTANTS.map(|(name, value)| (name, Float::F64.literal(value)));
+        let in_f32 = SLAB_CONSTANTS.map(|(name, value)| (name, Float::F32.literal(value.into())));
+        constants.extend(in_f64.into_iter().chain(in_f32));
+    }
+    constants
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.

@@ -95,7 +95,11 @@ pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [wgpu::Buffer; 2] {
 }
 
 /// A buffer that all invocations read.
-fn uniform(gpu: &OpenDevice, label: &str, value: &impl bytemuck::NoUninit) -> wgpu::Buffer {
+pub(super) fn uniform(
+    gpu: &OpenDevice,
+    label: &str,
+    value: &impl bytemuck::NoUninit,
+) -> wgpu::Buffer {
     let bytes = bytemuck::bytes_of(value);
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
     let buffer = gpu.buffer(label, bytes.len(), usage);

@@ -97,10 +97,13 @@ mod tests {
     use crate::gpu::compile::compile;
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
-    use crate::prepare::{Finding, ShaderKey};
+    use crate::prepare::{
+        Finding, LampInF64, LightOfAll, PlaneInTheWay, ShaderKey, SphereInTheWay,
+    };
     use crate::rays::Bundle;
     use crate::scene::Sphere;
     use crate::trace::Kernel;
+    use crate::tree::BoxOnDevice;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
@@ -123,6 +126,7 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: !is_certified,
+            light: is_certified && float == Float::F64 && bundle != Bundle::Free,
         };
         let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -262,6 +266,25 @@ mod tests {
         );
         check!(Certified in Float::F64, Point, SeenFrom, "SeenFrom", reference, spread);
         check!(Certified in Float::F64, Point, Sphere, "SceneSphere", center, radius);
+        check!(
+            Certified in Float::F64,
+            Point,
+            LightOfAll,
+            "LightOfAll",
+            ambient,
+            mean_error,
+            to_tree,
+            n_lamps,
+            n_samples,
+            n_listed_spheres,
+            n_listed_planes,
+            n_boxes,
+            leaves_out
+        );
+        check!(Certified in Float::F64, Point, LampInF64, "Lamp", at, kind, shadows, weight);
+        check!(Certified in Float::F64, Point, SphereInTheWay, "InTheWaySphere", center, radius, id);
+        check!(Certified in Float::F64, Point, PlaneInTheWay, "InTheWayPlane", point, id, normal);
+        check!(Certified in Float::F64, Point, BoxOnDevice, "Box", low, high, link);
         check!(Certified in Float::F64, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
         check!(Certified, Point, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);

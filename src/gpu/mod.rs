@@ -6,6 +6,7 @@ mod compile;
 mod device;
 mod hierarchy;
 mod layout;
+mod light;
 #[cfg(feature = "view")]
 mod live;
 mod open;

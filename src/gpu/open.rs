@@ -126,6 +126,14 @@ impl Gpu {
         Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
     }
 
+    /// Whether pixels are shaded here, by the same rule.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::arithmetic_f64`].
+    pub(super) fn shades(&self) -> Result<bool> {
+        self.completes()
+    }
+
     /// Takes this for what the device's f32 does.
     #[cfg(test)]
     pub(super) fn tell_arithmetic(self, arithmetic: Arithmetic) -> Gpu {

@@ -7,6 +7,7 @@ use super::clock::Clock;
 use super::compile::WORKGROUP;
 use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
+use super::light::DeviceLight;
 #[cfg(feature = "view")]
 use super::live::{ProposeResident, Words};
 use super::open::Gpu;
@@ -20,10 +21,10 @@ use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::prepare::{Hierarchy, Prepared, ShaderKey};
+use crate::prepare::{Hierarchy, LightInF64, Prepared, ShaderKey};
 use crate::rays::{Bundle, CameraF32, CameraF64, Pixels};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
-use crate::tracer::Tracer;
+use crate::tracer::{ProposeColors, Tracer};
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
 /// watchdog and for a quick Ctrl-C.
@@ -64,6 +65,8 @@ pub struct GpuTracer {
     surfaces: Option<Surfaces>,
     /// Decide in f64, made when they are first needed: all rays, and some pixels.
     in_f64: [Option<Box<GpuTracer>>; 2],
+    /// Shades pixels, made when that is first needed.
+    light: Option<Box<DeviceLight>>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
@@ -223,6 +226,7 @@ impl GpuTracer {
             clock: None,
             cpu_fallback: parts.cpu_fallback,
             in_f64: [None, None],
+            light: None,
             compile_time: parts.compile_time,
             upload_time: parts.upload_time,
         };
@@ -385,6 +389,15 @@ impl Tracer for GpuTracer {
         certify::resolve(&prepared, rays, wants, control, Some(self), hits, timing)
     }
 
+    fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
+        let (gpu, prepared) = (&self.gpu, &*self.prepared);
+        let suits = self.cpu_fallback.is_none()
+            && certify::suits_device(prepared)
+            && DeviceLight::fits(gpu, prepared)
+            && gpu.shades()?;
+        Ok(suits.then_some(self))
+    }
+
     /// A moved camera costs no new shader while [`Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
@@ -413,6 +426,7 @@ impl Tracer for GpuTracer {
         self.key = key;
         self.cpu_fallback = cpu_fallback;
         self.in_f64 = [None, None];
+        self.light = None;
         self.surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
@@ -431,6 +445,7 @@ impl Tracer for GpuTracer {
             + results_bytes
             + self.surfaces.as_ref().map_or(0, Surfaces::bytes)
             + self.in_f64.iter().flatten().map(|tracer| tracer.bytes_device()).sum::<u64>()
+            + self.light.as_ref().map_or(0, |light| light.bytes())
     }
 
     fn use_device_clock(&mut self) {
@@ -486,6 +501,26 @@ impl DecideInF64 for GpuTracer {
         }
         self.propose_in_f64(rays, some, control, hits)?;
         Ok(true)
+    }
+}
+
+impl ProposeColors for GpuTracer {
+    fn propose_colors(
+        &mut self,
+        light: &Arc<LightInF64>,
+        samples: &Pixels,
+        ids: &[u32],
+        control: &Control,
+        colors: &mut Vec<u32>,
+    ) -> Result<u64> {
+        let GpuTracer { gpu, prepared, hierarchy, .. } = self;
+        let mut device_light = match self.light.take().filter(|made| made.is_of(light)) {
+            Some(made) => made,
+            None => Box::new(DeviceLight::new(gpu, prepared, hierarchy.as_ref(), light)?),
+        };
+        let proposed = device_light.propose(gpu, prepared, samples, ids, control, colors);
+        self.light = Some(device_light);
+        proposed
     }
 }
 

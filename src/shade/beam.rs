@@ -25,14 +25,57 @@
 //! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
 //! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
 
-use crate::guard::UNIT_F64;
+use crate::guard::{ROOM, UNIT_F64, steps};
 use crate::vec3::{Real, Vec3, dot3};
 
 /// What a squared distance and the square that it is compared with are off by together, relative.
 const RELATIVE: f64 = 8.0 * UNIT_F64;
 
 /// Numbers up to this and above its inverse have squares in range.
-const LARGEST: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+pub const LARGEST: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+
+/// Of `|w|` in `E`.
+const OF_WAY: f64 = 4.0;
+
+/// Of `|l|` in `E`.
+const OF_OFFSET: f64 = 14.0;
+
+/// Of the largest component of `c` in `E`: `√3` and room.
+const OF_PLACE: f64 = 1.75;
+
+/// Of `|l| + |w|` in the `E` of a plane.
+const OF_PLANE: f64 = 5.0;
+
+/// Of `|n||w|` in the error of `n·w`.
+const OF_SLOPE: f64 = 4.0;
+
+/// Of `n·ω`: three roundings of a dot product of vectors of length 1, and
+/// [`crate::guard::steps::NORMALIZED`] of one of them.
+const OF_COSINE: f64 = 8.0;
+const _: () = assert!(steps::DOT + steps::NORMALIZED < OF_COSINE);
+
+/// The same on a device, where division and root are not as good.
+#[cfg(feature = "gpu")]
+const OF_COSINE_WIDE: f64 = 13.0;
+#[cfg(feature = "gpu")]
+const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE < OF_COSINE_WIDE);
+
+/// The constants of the twin in `shaders/beam.wgsl`, by their names there. A device rounds each sum and
+/// product to nearest as the host does. Its roots are parts of bounds alone, and its division is off by up
+/// to 2.5 units where the host's is by a half: step 2 of [`crate::guard`] has room for that, and so has
+/// [`ROOM`]. Only the cosine has a bound of its own.
+#[cfg(feature = "gpu")]
+pub const FOR_DEVICE: [(&str, f64); 9] = [
+    ("RELATIVE", RELATIVE),
+    ("BEYOND", LARGEST),
+    ("NEGLIGIBLE", 1.0 / LARGEST),
+    ("OF_WAY", OF_WAY),
+    ("OF_OFFSET", OF_OFFSET),
+    ("OF_PLACE", OF_PLACE),
+    ("OF_PLANE", OF_PLANE),
+    ("OF_SLOPE", OF_SLOPE),
+    ("OF_COSINE", OF_COSINE_WIDE),
+];
 
 /// What f64 knows of an object in the way, as numbers of which the largest wins.
 pub mod in_the_way {
@@ -74,44 +117,41 @@ impl Beam {
     /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
     /// for f64, its bounds say nothing.
     #[inline(always)]
-    pub fn to_point(from: Vec3<f64>, error: f64, position: Vec3<f64>) -> Beam {
-        let way = position - from;
+    pub fn to_point(start: Vec3<f64>, error: f64, position: Vec3<f64>) -> Beam {
+        let way = position - start;
         let distance = length(way);
         let off = error + UNIT_F64 * (length(position) + distance);
         let is_apart = (distance > 4.0 * off) & (distance > 1.0 / LARGEST) & (distance < LARGEST);
         let off = if is_apart { off } else { f64::INFINITY };
         // |w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|
-        Beam::new(from, way, off + 4.0 * UNIT_F64 * distance, 2.0 * off / distance)
+        Beam::new(start, way, off + OF_WAY * UNIT_F64 * distance, 2.0 * off / distance)
     }
 
     /// The beam back along a ray whose direction is off by the relative error `turned`.
     #[inline(always)]
-    pub fn to_eye(from: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
-        Beam::new(from, -direction, 0.0, 2.0 * turned)
+    pub fn to_eye(start: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
+        Beam::new(start, -direction, 0.0, 2.0 * turned)
     }
 
     /// The beam against the direction of a sun's light, whose largest component is from 1 to 2.
     #[inline(always)]
-    pub fn to_sun(from: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
-        Beam { is_endless: true, ..Beam::new(from, -direction, error, 0.0) }
+    pub fn to_sun(start: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
+        Beam { is_endless: true, ..Beam::new(start, -direction, error, 0.0) }
     }
 
     #[inline(always)]
-    fn new(from: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
+    fn new(start: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
         let square = dot3(way, way);
         let (inverse, is_endless, unit) = (1.0 / square, false, UNIT_F64);
-        Beam { from, way, square, inverse, error, is_endless, turned, unit }
+        Beam { from: start, way, square, inverse, error, is_endless, turned, unit }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
     /// to be positive.
-    ///
-    /// Three roundings of a dot product of vectors of length 1 and [`crate::guard::steps::NORMALIZED`] of
-    /// one of them: below 8 units.
     #[inline(always)]
     pub fn cosine(&self, normal: Vec3<f64>, normal_error: f64) -> (f64, f64) {
         let cosine = dot3(normal, self.way) * (1.0 / self.square.sqrt());
-        let error = 1.01 * (normal_error + self.turned) + 8.0 * UNIT_F64;
+        let error = ROOM * (normal_error + self.turned) + OF_COSINE * UNIT_F64;
         // What is not a number says nothing.
         let (low, high) = (cosine - error, cosine + error);
         let high = if high < 1.0 { high } else { 1.0 };
@@ -127,7 +167,7 @@ impl Beam {
         let last = if self.is_endless { f64::MAX } else { 1.0 };
         let foot = Real::min(Real::max(dot3(l, self.way) * self.inverse, 0.0), last);
         let q = l - self.way * foot;
-        let e = self.error + self.unit * (1.75 * far + 14.0 * l2.sqrt());
+        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * l2.sqrt());
         let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
         let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
         let outer2 = outer * outer * (1.0 + RELATIVE);
@@ -144,21 +184,25 @@ impl Beam {
     /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
     /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for
-    /// the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone.
+    /// the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are exact; so its
+    /// beam surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> f64 {
         let l = point - self.from;
         let end = l - self.way;
         let (n, way) = (length(normal), self.square.sqrt());
-        let e = self.error + self.unit * (length(point) + 5.0 * (length(l) + way));
+        let e = self.error + self.unit * (length(point) + OF_PLANE * (length(l) + way));
         let start = dot3(normal, l);
-        let (start_error, sun_error) = (1.01 * n * e, 4.0 * self.unit * n * way);
+        let (start_error, sun_error) = (ROOM * n * e, OF_SLOPE * self.unit * n * way);
         let stop = if self.is_endless { -dot3(normal, self.way) } else { dot3(normal, end) };
         let stop_error = if self.is_endless { sun_error } else { start_error };
         let are_known = (start.abs() > start_error) & (stop.abs() > stop_error) & (e < LARGEST);
         let are_apart = (start > 0.0) != (stop > 0.0);
+        let is_zero = |axis: usize| (normal.0[axis] == 0.0) | (self.way.0[axis] == 0.0);
+        let runs_along = self.is_endless & is_zero(0) & is_zero(1) & is_zero(2);
         let known = if are_apart { in_the_way::YES } else { in_the_way::NO };
-        if are_known { known } else { in_the_way::OPEN }
+        let known = if are_known { known } else { in_the_way::OPEN };
+        if runs_along { in_the_way::NO } else { known }
     }
 }
 
@@ -252,6 +296,22 @@ mod tests {
             }
         }
         (wrong, n_said)
+    }
+
+    /// A sun at the horizon of a floor, which is often exactly there.
+    #[test]
+    fn suns_along_a_plane_are_known() {
+        let floor = (Vec3([0.0, -1.0, 3.0]), Vec3([0.0, 1.0, 0.0]));
+        for (sun, known) in [
+            (DVec3::new(1.0, 0.0, -0.5), in_the_way::NO),
+            (DVec3::new(1.0, 1e-300, -0.5), in_the_way::OPEN),
+            (DVec3::new(1.0, 1e-9, -0.5), in_the_way::YES),
+            (DVec3::new(1.0, -1e-9, -0.5), in_the_way::NO),
+        ] {
+            // Its light comes from there.
+            let beam = Beam::to_sun(Vec3([0.1, 0.7, 0.3]), 1e-15, sun.into());
+            assert_eq!(beam.meets_plane(floor.0, floor.1), known, "{sun}");
+        }
     }
 
     #[test]

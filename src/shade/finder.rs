@@ -27,20 +27,20 @@ pub struct Finder<'a> {
     prepared: &'a Prepared,
     scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one.
-    listed: Vec<Listed>,
+    pub(super) listed: Vec<Listed>,
     /// From the reference point to that of the tree.
-    to_tree: DVec3,
-    lamps: Vec<LampF64>,
+    pub(super) to_tree: DVec3,
+    pub(super) lamps: Vec<LampF64>,
 }
 
 /// An object, relative to the reference point.
-struct Listed {
-    id: u32,
-    at: Vec3<f64>,
-    shape: ListedShape,
+pub(super) struct Listed {
+    pub id: u32,
+    pub at: Vec3<f64>,
+    pub shape: ListedShape,
 }
 
-enum ListedShape {
+pub(super) enum ListedShape {
     Sphere(f64),
     /// With its normal.
     Plane(Vec3<f64>),
@@ -48,7 +48,7 @@ enum ListedShape {
 
 /// [`Origin`], relative to the reference point.
 #[derive(Clone, Copy)]
-enum LampF64 {
+pub(super) enum LampF64 {
     Eye,
     Point(Vec3<f64>),
     Sun(Vec3<f64>),

@@ -9,9 +9,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::finder::{Finder, Row};
+use super::in_f64::{light_in_f64, n_terms};
 use super::lamp::Lighting;
 use super::mean::ExactMean;
-use super::{Background, Colors, PIXELS_AT_ONCE, Style, plain};
+use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -19,7 +20,7 @@ use crate::exact::{ExactPoint, Shape, exact, integer};
 use crate::guard::UNIT_F64;
 use crate::host;
 use crate::kernel::Kernel;
-use crate::prepare::Prepared;
+use crate::prepare::{LightInF64, OPEN_COLOR, Prepared};
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Scene};
 use crate::trace::{Coverage, Rays, StageCounts};
@@ -116,6 +117,70 @@ impl Lit {
                 job.run(n_pixels, control, out, |bounds, at, n| job.linear(bounds, at, n))
             }
         }
+    }
+}
+
+impl Lit {
+    /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
+    /// the CPU: where colours are not bytes, where nothing lights them, and where numbers are too large.
+    pub fn in_f64(&self, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
+        let lighting = self.lighting.as_ref()?;
+        if prepared.kernel != Kernel::Certified || self.style.encoding != Encoding::Srgb8 {
+            return None;
+        }
+        let rays = Rays::Pixels(*samples);
+        light_in_f64(self, lighting, prepared, &Finder::new(prepared, &rays, Some(lighting)))
+    }
+
+    /// As [`Lit::shade`], with what a device proposed of each pixel: those that it left open are shaded.
+    ///
+    /// # Errors
+    /// Those of [`Lit::shade`].
+    pub fn shade_open(
+        &self,
+        prepared: &Prepared,
+        (samples, ids): (&Pixels, &[u32]),
+        proposed: &[u32],
+        control: &Control,
+        out: &mut Vec<[u8; 3]>,
+    ) -> Result<StageCounts> {
+        out.clear();
+        out.extend(proposed.iter().map(|color| {
+            let [r, g, b, _] = color.to_le_bytes();
+            [r, g, b]
+        }));
+        let is_open = |pixel: &usize| proposed[*pixel] == OPEN_COLOR;
+        let open: Vec<usize> = (0..proposed.len()).filter(is_open).collect();
+        let job = Job { lit: self, ids, row: samples.width as usize };
+        job.advance(control, proposed.len() - open.len());
+        if open.is_empty() {
+            return Ok(StageCounts::default());
+        }
+        let rays = Rays::Pixels(*samples);
+        let finder = Finder::new(prepared, &rays, self.lighting.as_ref());
+        let certified = Certified { job, finder: &finder };
+        let some = |open: &[usize]| {
+            let mut work = Work::new(&certified);
+            let mut found = Vec::with_capacity(open.len());
+            for &pixel in open {
+                control.check()?;
+                host::check()?;
+                work.find(pixel, 1);
+                job.advance(control, 1);
+                let bounds = work.bounds(pixel, job.first_sample(pixel), 0, 1);
+                let edges = Edges::srgb8();
+                let code = certified.code(bounds, pixel, edges, 255, &mut work.counts);
+                found.push((pixel, code.map(|code| code as u8)));
+            }
+            Ok((found, work.counts))
+        };
+        let parts: Vec<_> = open.par_chunks(job.part()).map(some).collect::<Result<Vec<_>>>()?;
+        let mut counts = StageCounts::default();
+        for (found, counted) in parts {
+            counts.add(counted);
+            found.into_iter().for_each(|(pixel, color)| out[pixel] = color);
+        }
+        Ok(counts)
     }
 }
 
@@ -400,7 +465,7 @@ impl<'a> Work<'a> {
         }
         let n_samples = n_samples * n_samples;
         let n_terms = match &job.lit.lighting {
-            Some(lighting) => n_samples + lighting.lamps.len() + 9,
+            Some(lighting) => n_terms(n_samples, lighting),
             None => n_samples + 8,
         };
         let (n_counted, error) = (job.n_counted(pixel) as f64, n_terms as f64 * UNIT_F64);

@@ -3,6 +3,7 @@
 mod beam;
 mod exactly;
 mod finder;
+mod in_f64;
 mod lamp;
 mod lit;
 mod mean;
@@ -14,11 +15,13 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
+#[cfg(feature = "gpu")]
+pub(crate) use beam::FOR_DEVICE as BEAM_CONSTANTS;
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub use lit::Lit;
 pub(crate) use mean::ExactMean;
-pub use painter::{Background, LitPainter, Painted, Painter, Style};
+pub use painter::{Background, ColorCounts, LitPainter, Painted, Painter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::{Colors, Encoding, Lighting, Lit, Shader};
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::Prepared;
+use crate::prepare::{LightInF64, OPEN_COLOR, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
 use crate::tracer::Tracer;
@@ -42,6 +42,23 @@ pub enum Background {
     Black,
 }
 
+/// How many pixels of a lit picture have their colour from where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ColorCounts {
+    /// The device.
+    pub device: u64,
+    /// The CPU: in f64, and exactly where that is not enough.
+    pub cpu: u64,
+}
+
+impl ColorCounts {
+    /// Adds another part of the same picture.
+    pub fn add(&mut self, other: ColorCounts) {
+        self.device += other.device;
+        self.cpu += other.cpu;
+    }
+}
+
 /// What painting took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Painted {
@@ -49,6 +66,8 @@ pub struct Painted {
     pub counts: StageCounts,
     /// How many ways from samples to lamps each stage decided.
     pub shadow_rays: StageCounts,
+    /// How many pixels' colours the device and the CPU found, where they are not flat.
+    pub colors: ColorCounts,
     /// Time for tracing the samples.
     pub timing: Timing,
     /// Time for colours.
@@ -72,6 +91,15 @@ pub struct LitPainter<'a> {
     /// Traces it, where it is not the picture itself.
     tracer: Option<&'a mut (dyn Tracer + 'static)>,
     hits: Hits,
+    on_device: OnDevice,
+}
+
+/// What a device that shades has, and what it proposes.
+#[derive(Default)]
+struct OnDevice {
+    /// None before it is needed; then none where the device has no part in it.
+    light: Option<Option<Arc<LightInF64>>>,
+    proposed: Vec<u32>,
 }
 
 impl<'a> Painter<'a> {
@@ -96,6 +124,7 @@ impl<'a> Painter<'a> {
             prepared: Arc::clone(prepared),
             tracer,
             hits: Hits::default(),
+            on_device: OnDevice::default(),
         }))
     }
 
@@ -127,6 +156,21 @@ impl<'a> Painter<'a> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
+        self.paint_with(None, band, hits, control, colors)
+    }
+
+    /// The same; the pixels' tracer `of_pixels` may have a device that shades.
+    ///
+    /// # Errors
+    /// Those of [`Painter::paint`].
+    pub fn paint_with(
+        &mut self,
+        of_pixels: Option<&mut dyn Tracer>,
+        band: &Pixels,
+        hits: &Hits,
+        control: &Control,
+        colors: &mut Colors,
+    ) -> Result<Painted> {
         let painter = match self {
             Painter::Flat(shader) => {
                 let start = Instant::now();
@@ -135,27 +179,64 @@ impl<'a> Painter<'a> {
             }
             Painter::Lit(painter) => painter,
         };
-        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples } = &mut **painter;
+        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples, on_device } =
+            &mut **painter;
         let style = *lit.style();
         if colors.encoding() != style.encoding {
             *colors = Colors::new(style.encoding);
         }
         let mut painted = Painted::default();
-        let (samples, ids) = match tracer {
-            None => (*band, &hits.id),
+        let (samples, ids, device) = match tracer {
+            None => (*band, &hits.id, of_pixels),
             Some(tracer) => {
                 let samples = band.samples(style.n_samples);
                 painted.timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
                 painted.counts = of_samples.counts;
-                (samples, &of_samples.id)
+                (samples, &of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
             }
         };
         let start = Instant::now();
-        painted.shadow_rays = lit.shade(prepared, &samples, ids, control, colors)?;
+        let n_ways = match device {
+            Some(tracer) => on_device.propose(lit, prepared, (&samples, ids), tracer, control)?,
+            None => None,
+        };
+        let proposed = &on_device.proposed;
+        painted.shadow_rays = match (n_ways, &mut *colors) {
+            (Some(n_ways), Colors::Srgb8(out)) => {
+                let of_cpu = lit.shade_open(prepared, (&samples, ids), proposed, control, out)?;
+                let n_open = proposed.iter().filter(|&&color| color == OPEN_COLOR).count() as u64;
+                let n_pixels = proposed.len() as u64;
+                painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
+                StageCounts { f64: of_cpu.f64 + n_ways, ..of_cpu }
+            }
+            (_, colors) => {
+                let counts = lit.shade(prepared, &samples, ids, control, colors)?;
+                painted.colors.cpu = colors.len() as u64;
+                counts
+            }
+        };
         if let Some(coverage) = coverage {
             *coverage = lit.coverage(&samples, ids);
         }
         painted.shade = start.elapsed();
         Ok(painted)
+    }
+}
+
+impl OnDevice {
+    /// Has the device of a tracer propose colours; how many ways to lamps it looked along, or `None` where it
+    /// has no part in it.
+    fn propose(
+        &mut self,
+        lit: &Lit,
+        prepared: &Prepared,
+        (samples, ids): (&Pixels, &[u32]),
+        tracer: &mut dyn Tracer,
+        control: &Control,
+    ) -> Result<Option<u64>> {
+        let Some(device) = tracer.shades_in_f64()? else { return Ok(None) };
+        let light = self.light.get_or_insert_with(|| lit.in_f64(prepared, samples).map(Arc::new));
+        let Some(light) = light else { return Ok(None) };
+        device.propose_colors(light, samples, ids, control, &mut self.proposed).map(Some)
     }
 }

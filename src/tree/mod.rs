@@ -10,6 +10,8 @@ mod build;
 pub mod footprint;
 pub mod footprints;
 mod members;
+#[cfg(feature = "gpu")]
+mod on_device;
 mod segment;
 mod wide;
 
@@ -24,6 +26,8 @@ use crate::memory;
 use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
+#[cfg(feature = "gpu")]
+pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS, SLAB_CONSTANTS};
 pub use segment::Segment;
 pub(crate) use wide::Open;
 pub use wide::TreeRay;

@@ -231,8 +231,17 @@ pub(super) struct Slab {
 }
 
 /// Relative room of a slab.
-const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
-const NARROWER: f32 = 1.0 - 4.0 * f32::EPSILON;
+pub(super) const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
+pub(super) const NARROWER: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Of the largest component of an origin in the slack.
+pub(super) const SLACK: f32 = 4.0 / (1 << 24) as f32;
+
+/// The least slack.
+pub(super) const LEAST_SLACK: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// Of what a ray may lie beside the true one; the third digit is for the roundings of the slack.
+pub(super) const BESIDE: f64 = 1.001;
 
 /// Components of a direction below this leave a slab only where it is not entered at all.
 const FLAT: f64 = 1.0 / (1u128 << 100) as f64;
@@ -241,10 +250,8 @@ impl Slab {
     /// Of a ray that may lie up to this much beside the true one. The largest component of its direction
     /// is below 2.
     pub fn of(origin: DVec3, direction: DVec3, beside: f64) -> [Slab; 3] {
-        const SLACK: f32 = 4.0 / (1 << 24) as f32;
-        const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
-        // The third digit is for the roundings of this sum.
-        let slack = origin.abs().max_element() as f32 * SLACK + (1.001 * beside) as f32 + LEAST;
+        let far = origin.abs().max_element() as f32;
+        let slack = far * SLACK + (BESIDE * beside) as f32 + LEAST_SLACK;
         std::array::from_fn(|axis| {
             let (origin, direction) = (origin[axis] as f32, direction[axis]);
             let goes_down = direction < 0.0;

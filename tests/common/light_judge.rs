@@ -13,8 +13,9 @@ use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Color, Object, Scene, Source};
-use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
+use kugelblitz::shade::{Background, ColorCounts, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
+use kugelblitz::tracer::Tracer;
 
 use crate::light_oracle::Oracle;
 
@@ -39,6 +40,7 @@ pub struct Painted {
     /// Where the background is not shown: samples of each pixel that hit an object.
     pub n_hits: Option<Vec<u16>>,
     pub shadow_rays: StageCounts,
+    pub colors: ColorCounts,
 }
 
 /// What was judged.
@@ -54,6 +56,8 @@ pub struct Tally {
     pub ties: u64,
     /// All ways from samples to lamps, also those of pixels that were not judged.
     pub shadow_rays: StageCounts,
+    /// Colours that a device found, of all pixels.
+    pub on_device: u64,
 }
 
 impl Tally {
@@ -65,6 +69,7 @@ impl Tally {
         self.hard += other.hard;
         self.ties += other.ties;
         self.shadow_rays.add(other.shadow_rays);
+        self.on_device += other.on_device;
     }
 }
 
@@ -87,7 +92,7 @@ impl LightCase {
 
     /// The picture by any kernel; where it has no proof, shadow rays start at `epsilon`.
     pub fn paint_by(&self, kernel: Kernel, epsilon: f64, device: &Device) -> Painted {
-        let (hits, of_pixels) = self.traced(kernel, device);
+        let (hits, of_pixels, mut tracer) = self.traced(kernel, device);
         let mut of_samples = (self.n_samples > 1).then(|| {
             let prepared = self.prepared(kernel, &self.pixels.samples(self.n_samples));
             let tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
@@ -95,16 +100,17 @@ impl LightCase {
         });
         let mut painted = Painted { ids: hits.id.clone(), ..Painted::default() };
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
-            let (prepared, tracer) = match &mut of_samples {
+            let (prepared, of_samples) = match &mut of_samples {
                 Some((prepared, tracer)) => (&*prepared, Some(&mut **tracer)),
                 None => (&of_pixels, None),
             };
             let (n_samples, background) = (self.n_samples, self.background);
             let style = Style { n_samples, background, epsilon, ..Style::new(encoding) };
-            let mut painter = Painter::new(prepared, style, &self.pixels, tracer);
+            let mut painter = Painter::new(prepared, style, &self.pixels, of_samples);
             let mut colors = Colors::new(encoding);
-            let control = Control::default();
-            let done = painter.paint(&self.pixels, &hits, &control, &mut colors).unwrap();
+            let (control, tracer) = (Control::default(), Some(&mut *tracer as &mut dyn Tracer));
+            let done = painter.paint_with(tracer, &self.pixels, &hits, &control, &mut colors);
+            let done = done.unwrap();
             match colors {
                 Colors::Srgb8(colors) => painted.srgb8 = colors,
                 Colors::Srgb16(colors) => painted.srgb16 = colors,
@@ -112,6 +118,7 @@ impl LightCase {
             }
             painted.n_hits = painter.coverage().map(|coverage| coverage.n_hits.clone());
             painted.shadow_rays.add(done.shadow_rays);
+            painted.colors.add(done.colors);
         }
         painted
     }
@@ -121,12 +128,12 @@ impl LightCase {
         Arc::new(Prepared::new(scene, kernel, &rays).unwrap())
     }
 
-    fn traced(&self, kernel: Kernel, device: &Device) -> (Hits, Arc<Prepared>) {
+    fn traced(&self, kernel: Kernel, device: &Device) -> (Hits, Arc<Prepared>, Box<dyn Tracer>) {
         let prepared = self.prepared(kernel, &self.pixels);
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         let mut hits = Hits::default();
         tracer.trace(&Rays::Pixels(self.pixels), &Control::default(), &mut hits).unwrap();
-        (hits, prepared)
+        (hits, prepared, tracer)
     }
 
     /// The scene as a file, and the pixel.
@@ -143,13 +150,14 @@ impl LightCase {
 /// Every `step`-th pixel, and those aimed at, must have the oracle's id, bytes and floats.
 pub fn judge(case: &LightCase, painted: &Painted, step: usize) -> Result<Tally, String> {
     let n_pixels = case.pixels.len();
-    let Painted { ids, srgb8, srgb16, linear, n_hits, shadow_rays } = painted;
+    let Painted { ids, srgb8, srgb16, linear, n_hits, shadow_rays, colors } = painted;
     if [ids.len(), srgb8.len(), srgb16.len(), linear.len()] != [n_pixels; 4] {
         return Err(format!("{n_pixels} pixels, but {} and {}", ids.len(), srgb8.len()));
     }
     let oracle = case.oracle();
     let n_samples = u64::from(case.n_samples).pow(2);
-    let mut tally = Tally { shadow_rays: *shadow_rays, ..Tally::default() };
+    let mut tally =
+        Tally { shadow_rays: *shadow_rays, on_device: colors.device, ..Tally::default() };
     let judged: BTreeSet<usize> =
         (0..n_pixels).step_by(step).chain(case.aims.iter().copied()).collect();
     for i in judged {

@@ -1,0 +1,308 @@
+//! Shading in f64: the bytes of pixels whose samples' objects are known.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::compile::WORKGROUP;
+use super::hierarchy::{DeviceHierarchy, of_scene, uniform};
+use super::layout::ParamsDouble;
+use super::open::Gpu;
+use super::pipeline::bind_resources;
+use super::program::Program;
+use crate::certify::InF64;
+use crate::control::Control;
+use crate::error::Result;
+use crate::memory;
+use crate::prepare::{LightInF64, Prepared};
+use crate::rays::{CameraF64, Pixels};
+use crate::tree::BoxOnDevice;
+
+/// Aim for the time of a dispatch, as for that of rays.
+const TILE_TARGET: Duration = Duration::from_millis(75);
+
+/// A dispatch that takes longer than this is given up.
+const TILE_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Most samples of one dispatch; bounds the memory for their ids.
+const MOST_SAMPLES: usize = 1 << 20;
+
+/// Most ways to lamps of one dispatch: they are counted in 32 bits.
+const MOST_WAYS: usize = 1 << 31;
+
+/// Ways of the first dispatch, before anything is known about the device.
+const FIRST_WAYS: usize = 1 << 14;
+
+/// Storage buffers of the shader; of a scene that has no use for some it binds fewer.
+const N_STORAGE_BUFFERS: u32 = 12;
+
+/// Shades one scene.
+pub struct DeviceLight {
+    light: Arc<LightInF64>,
+    program: Arc<Program>,
+    params: wgpu::Buffer,
+    /// In the order of the shader's bindings, between the ids and the colours.
+    objects: Vec<wgpu::Buffer>,
+    n_ways: wgpu::Buffer,
+    room: Option<Room>,
+    /// Pixels of a dispatch.
+    n_tile_pixels: usize,
+}
+
+/// The buffers whose size depends on the tile's.
+struct Room {
+    n_pixels: usize,
+    ids: wgpu::Buffer,
+    colors: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+}
+
+/// Consecutive pixels of one dispatch: whole rows, or a part of one.
+#[derive(Clone, Copy)]
+struct Tile {
+    /// Index of its first pixel.
+    first: usize,
+    width: usize,
+    height: usize,
+}
+
+impl DeviceLight {
+    /// Whether a device has the bindings and the room for the light of a scene.
+    pub fn fits(gpu: &Gpu, prepared: &Prepared) -> bool {
+        let limits = gpu.device.limits();
+        let n_boxes = prepared.hierarchy.as_ref().map_or(0, |hierarchy| hierarchy.tree.n_nodes());
+        let bytes = (n_boxes * size_of::<BoxOnDevice>())
+            .max(size_of_val(&prepared.scene.spheres[..]))
+            .max((prepared.scene.n_objects() + 1) * 32);
+        let most = gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes);
+        limits.max_storage_buffers_per_shader_stage >= N_STORAGE_BUFFERS && bytes as u64 <= most
+    }
+
+    /// Compiles the shader and uploads the scene.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] when the device refuses the shader, [`Error::TooLarge`] where there is no memory
+    /// to hand the scene over, [`Error::Device`] when the device fails.
+    pub fn new(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        hierarchy: Option<&DeviceHierarchy>,
+        light: &Arc<LightInF64>,
+    ) -> Result<DeviceLight> {
+        let numbers = InF64::new(prepared);
+        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
+        let bytes = size_of_val(&light.palette[..]) + size_of_val(&prepared.scene.spheres[..]);
+        let what = format!("handing the scene's light to `{}`", gpu.facts.name);
+        memory::require(what, bytes as u64, "use fewer objects, or `--device cpu`")?;
+        let mut objects = Vec::new();
+        let has_spheres = !prepared.scene.spheres.is_empty();
+        if has_spheres {
+            objects.extend(of_scene(gpu, prepared));
+        }
+        let (spheres, planes) = numbers.lists.bytes();
+        if !spheres.is_empty() {
+            objects.push(gpu.storage("spheres", spheres));
+            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+        }
+        if !planes.is_empty() {
+            objects.push(gpu.storage("planes", planes));
+        }
+        objects.push(uniform(gpu, "light of all", &light.all));
+        objects.push(list(gpu, "lamps", &light.lamps));
+        objects.push(list(gpu, "palette", &light.palette));
+        objects.push(list(gpu, "edges", &light.edges));
+        if has_spheres {
+            objects.push(list(gpu, "spheres in the way", &light.spheres));
+        }
+        if !planes.is_empty() {
+            objects.push(list(gpu, "planes in the way", &light.planes));
+        }
+        objects.extend(tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())));
+        let program = gpu.program(&numbers.light_key(prepared))?;
+        let of_params = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let of_count = wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC;
+        gpu.check()?;
+        Ok(DeviceLight {
+            light: Arc::clone(light),
+            program,
+            params: gpu.buffer("params", size_of::<ParamsDouble>(), of_params),
+            objects,
+            n_ways: gpu.buffer("ways", size_of::<u32>(), of_count),
+            room: None,
+            n_tile_pixels: (FIRST_WAYS / ways_of_pixel(light)).max(WORKGROUP[0] as usize),
+        })
+    }
+
+    /// Whether it was made for this light.
+    pub fn is_of(&self, light: &Arc<LightInF64>) -> bool {
+        Arc::ptr_eq(&self.light, light)
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        let room = self
+            .room
+            .as_ref()
+            .map_or(0, |room| room.ids.size() + room.colors.size() + room.staging.size());
+        let objects: u64 = self.objects.iter().map(wgpu::Buffer::size).sum();
+        objects + self.params.size() + self.n_ways.size() + room
+    }
+
+    /// See [`ProposeColors::propose_colors`](crate::tracer::ProposeColors::propose_colors).
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails, [`Error::Interrupted`].
+    pub fn propose(
+        &mut self,
+        gpu: &Gpu,
+        prepared: &Prepared,
+        samples: &Pixels,
+        ids: &[u32],
+        control: &Control,
+        colors: &mut Vec<u32>,
+    ) -> Result<u64> {
+        let n = self.light.all.n_samples as usize;
+        let (columns, rows) = (samples.width as usize / n, samples.height as usize / n);
+        let n_pixels = columns * rows;
+        colors.clear();
+        colors.reserve(n_pixels);
+        let mut n_ways = 0;
+        while colors.len() < n_pixels {
+            control.check()?;
+            let start = Instant::now();
+            let tile = self.tile(colors.len(), columns, rows);
+            n_ways += self.propose_tile(gpu, prepared, samples, ids, tile, colors)?;
+            self.adapt(tile.width * tile.height, start.elapsed());
+        }
+        Ok(n_ways)
+    }
+
+    fn tile(&self, first: usize, columns: usize, rows: usize) -> Tile {
+        let (row, column) = (first / columns, first % columns);
+        if column > 0 || self.n_tile_pixels < columns {
+            return Tile { first, width: self.n_tile_pixels.min(columns - column), height: 1 };
+        }
+        let height = (self.n_tile_pixels / columns).min(rows - row);
+        Tile { first, width: columns, height }
+    }
+
+    /// Moves the tile's size toward the target time.
+    fn adapt(&mut self, n_pixels: usize, spent: Duration) {
+        let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
+        let wanted = (n_pixels as f64 * ratio.clamp(0.125, 8.0)) as usize;
+        let n_samples = (self.light.all.n_samples as usize).pow(2);
+        let most = (MOST_SAMPLES / n_samples).min(MOST_WAYS / ways_of_pixel(&self.light));
+        let least = if ratio >= 1.0 { self.n_tile_pixels } else { 1 };
+        self.n_tile_pixels = wanted.max(least).clamp(1, most.max(1));
+    }
+
+    fn propose_tile(
+        &mut self,
+        gpu: &Gpu,
+        prepared: &Prepared,
+        samples: &Pixels,
+        ids: &[u32],
+        tile: Tile,
+        colors: &mut Vec<u32>,
+    ) -> Result<u64> {
+        let n_pixels = tile.width * tile.height;
+        self.make_room(gpu, n_pixels)?;
+        let Some(room) = &self.room else { return Ok(0) };
+        let n = self.light.all.n_samples as usize;
+        let columns = samples.width as usize / n;
+        let first_sample =
+            tile.first / columns * n * samples.width as usize + tile.first % columns * n;
+        let (width, height) = (tile.width * n, tile.height * n);
+        if tile.width == columns {
+            let ids = &ids[first_sample..][..width * height];
+            gpu.queue.write_buffer(&room.ids, 0, bytemuck::cast_slice(ids));
+        } else {
+            for row in 0..height {
+                let ids = &ids[first_sample + row * samples.width as usize..][..width];
+                let offset = (row * width * size_of::<u32>()) as u64;
+                gpu.queue.write_buffer(&room.ids, offset, bytemuck::cast_slice(ids));
+            }
+        }
+        let params = params(prepared, samples, first_sample, tile);
+        gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let mut encoder = gpu.encoder();
+        encoder.clear_buffer(&self.n_ways, 0, None);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.program.pipeline);
+        pass.set_bind_group(0, &room.bind_group, &[]);
+        let [across, down] = WORKGROUP;
+        pass.dispatch_workgroups(
+            (tile.width as u32).div_ceil(across),
+            (tile.height as u32).div_ceil(down),
+            1,
+        );
+        drop(pass);
+        let word = size_of::<u32>() as u64;
+        let bytes = n_pixels as u64 * word;
+        encoder.copy_buffer_to_buffer(&self.n_ways, 0, &room.staging, 0, Some(word));
+        encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, word, Some(bytes));
+        gpu.submit(encoder.finish());
+        let words: Vec<u32> =
+            gpu.read(&room.staging, n_pixels + 1, TILE_TIMEOUT, "shade some pixels")?;
+        colors.extend_from_slice(&words[1..]);
+        Ok(words[0].into())
+    }
+
+    /// Sees to it that tiles of so many pixels fit.
+    fn make_room(&mut self, gpu: &Gpu, n_pixels: usize) -> Result<()> {
+        if self.room.as_ref().is_some_and(|room| room.n_pixels >= n_pixels) {
+            return Ok(());
+        }
+        use wgpu::BufferUsages as Usage;
+        let n_ids = n_pixels * (self.light.all.n_samples as usize).pow(2);
+        let word = size_of::<u32>();
+        let ids = gpu.buffer("ids", n_ids * word, Usage::STORAGE | Usage::COPY_DST);
+        let colors = gpu.buffer("colors", n_pixels * word, Usage::STORAGE | Usage::COPY_SRC);
+        let staging =
+            gpu.buffer("staging", (n_pixels + 1) * word, Usage::MAP_READ | Usage::COPY_DST);
+        let buffers = [&self.params, &ids].into_iter().chain(&self.objects);
+        let buffers = buffers.chain([&colors, &self.n_ways]);
+        let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+        let layout = &self.program.bind_group_layout;
+        let bind_group = bind_resources(&gpu.device, layout, resources);
+        gpu.check()?;
+        self.room = Some(Room { n_pixels, ids, colors, staging, bind_group });
+        Ok(())
+    }
+}
+
+/// Ways to lamps of a pixel, at least 1.
+fn ways_of_pixel(light: &LightInF64) -> usize {
+    (light.lamps.len().max(1)) * (light.all.n_samples as usize).pow(2)
+}
+
+/// A buffer with these values, or with room for one where there is none: none can be empty.
+fn list<T: bytemuck::Pod>(gpu: &Gpu, label: &str, values: &[T]) -> wgpu::Buffer {
+    match values {
+        [] => gpu.storage(label, bytemuck::bytes_of(&T::zeroed())),
+        values => gpu.storage(label, bytemuck::cast_slice(values)),
+    }
+}
+
+fn params(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> ParamsDouble {
+    let (x, y) = samples.xy(first);
+    let (offset_i, offset_j) = samples.offset2(x, y);
+    let camera = CameraF64::new(samples);
+    ParamsDouble {
+        forward: camera.forward.0,
+        n_spheres: prepared.scene.spheres.len() as u32,
+        n_planes: prepared.scene.planes.len() as u32,
+        right: camera.right.0,
+        step: camera.step,
+        true_up: camera.true_up.0,
+        infinity: f64::INFINITY,
+        origin: prepared.coordinates().camera_origin().to_array(),
+        n_rays: (tile.width * tile.height) as u32,
+        offset_i: offset_i as i32,
+        offset_j: offset_j as i32,
+        width: tile.width as u32,
+        ..ParamsDouble::default()
+    }
+}

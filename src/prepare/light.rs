@@ -1,0 +1,122 @@
+//! The light of a picture in numbers of f64, for a device that shades it. Coordinates are relative to
+//! [`Prepared::reference`](super::Prepared::reference).
+
+use bytemuck::{Pod, Zeroable};
+
+/// Stands for a pixel whose colour a device leaves open.
+pub const OPEN_COLOR: u32 = u32::MAX;
+
+/// The numbers for the colours of a picture's pixels in [`Encoding::Srgb8`](crate::shade::Encoding).
+#[derive(Clone, Debug)]
+pub struct LightInF64 {
+    /// What is the same for all pixels.
+    pub all: LightOfAll,
+    /// Lights and suns of the sky.
+    pub lamps: Vec<LampInF64>,
+    /// Spheres that are looked at one after the other; others are in the scene's tree.
+    pub spheres: Vec<SphereInTheWay>,
+    /// Planes.
+    pub planes: Vec<PlaneInTheWay>,
+    /// Linear colours by id, the first that of samples that hit nothing.
+    pub palette: Vec<ColorInF64>,
+    /// The values at which bytes end, ascending.
+    pub edges: Vec<f64>,
+}
+
+/// See [`LightInF64::all`]. Twin of `LightOfAll` in `shaders/lit.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct LightOfAll {
+    /// Light from nowhere.
+    pub ambient: [f64; 3],
+    /// Relative error of a mean of colours, above that of the light.
+    pub mean_error: f64,
+    /// From the reference point to that of the tree.
+    pub to_tree: [f64; 3],
+    /// Number of lamps.
+    pub n_lamps: u32,
+    /// Samples across and down a pixel.
+    pub n_samples: u32,
+    /// Spheres that are looked at one after the other.
+    pub n_listed_spheres: u32,
+    /// Planes.
+    pub n_listed_planes: u32,
+    /// Nodes of the tree.
+    pub n_boxes: u32,
+    /// 1 where samples that hit nothing are left out of the mean, else 0.
+    pub leaves_out: u32,
+    /// Fills WGSL's 32-byte alignment of the struct.
+    pub padding: [u32; 4],
+}
+
+/// A light, or a sun of the sky. Twin of `Lamp` in `shaders/lit.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct LampInF64 {
+    /// The place of a point, or the direction of a sun's light with a largest component from 1 to 2.
+    pub at: [f64; 3],
+    /// One of [`lamp_kind`].
+    pub kind: u32,
+    /// 1 where objects are in its way, else 0.
+    pub shadows: u32,
+    /// [`Lamp::weight`](crate::shade::Lamp::weight)
+    pub weight: [f64; 3],
+    /// Fills WGSL's 32-byte alignment of a vector.
+    pub padding: f64,
+}
+
+/// What a lamp is.
+pub mod lamp_kind {
+    /// The point that all rays start from.
+    pub const EYE: u32 = 0;
+    /// A point.
+    pub const POINT: u32 = 1;
+    /// A sun.
+    pub const SUN: u32 = 2;
+}
+
+/// A sphere that may be in a lamp's way. Twin of `InTheWaySphere` in `shaders/lit.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct SphereInTheWay {
+    /// Its centre.
+    pub center: [f64; 3],
+    /// Its radius.
+    pub radius: f64,
+    /// The object's id.
+    pub id: u32,
+    /// Fills WGSL's 32-byte alignment of a vector.
+    pub padding: [u32; 7],
+}
+
+/// A plane that may be in a lamp's way. Twin of `InTheWayPlane` in `shaders/lit.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct PlaneInTheWay {
+    /// A point of it.
+    pub point: [f64; 3],
+    /// The object's id.
+    pub id: u32,
+    /// Fills WGSL's 32-byte alignment of a vector.
+    pub padding: u32,
+    /// Its normal, with a largest component from 1 to 2.
+    pub normal: [f64; 3],
+    /// Fills it again.
+    pub padding_again: f64,
+}
+
+/// A linear colour, with the alignment of a vector in WGSL.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct ColorInF64 {
+    /// Red, green and blue.
+    pub parts: [f64; 3],
+    /// Fills WGSL's 32-byte alignment of a vector.
+    pub padding: f64,
+}
+
+impl From<[f64; 3]> for ColorInF64 {
+    fn from(parts: [f64; 3]) -> ColorInF64 {
+        ColorInF64 { parts, padding: 0.0 }
+    }
+}

@@ -1,0 +1,345 @@
+//! Colours that a device shades in f64 against those of the CPU, byte for byte. A device in software
+//! is told to shade, which it leaves to the CPU otherwise.
+
+mod common;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use common::{camera, in_cube, plane, sphere};
+use glam::{DVec3, dvec3};
+use kugelblitz::control::Control;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{Camera, Color, Light, Projection, Scene, Sky, Source, Sphere, read_scene};
+use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
+use kugelblitz::tracer::Tracer;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// A picture to be shaded.
+struct Case {
+    what: String,
+    scene: Arc<Scene>,
+    pixels: Pixels,
+    style: Style,
+}
+
+/// What a device did of a picture.
+#[derive(Clone, Copy, Debug, Default)]
+struct Done {
+    pixels: u64,
+    left: u64,
+    ways: u64,
+}
+
+impl Done {
+    fn add(&mut self, other: Done) {
+        self.pixels += other.pixels;
+        self.left += other.left;
+        self.ways += other.ways;
+    }
+}
+
+impl Case {
+    fn new(what: &str, scene: &Arc<Scene>, camera: &Camera, [width, height]: [u32; 2]) -> Case {
+        let pixels = Pixels::whole(View::new(camera), width, height);
+        let (what, scene) = (what.to_string(), Arc::clone(scene));
+        Case { what, scene, pixels, style: Style::new(Encoding::Srgb8) }
+    }
+
+    fn prepared(&self, n_samples: u32) -> Arc<Prepared> {
+        let rays = Rays::Pixels(self.pixels.samples(n_samples));
+        Arc::new(Prepared::new(Arc::clone(&self.scene), Kernel::Certified, &rays).unwrap())
+    }
+
+    /// The bytes, and what the tracers' device did of them.
+    fn paint(&self, tracer: impl Fn(Arc<Prepared>) -> Box<dyn Tracer>) -> (Vec<[u8; 3]>, Done) {
+        let (control, mut hits) = (Control::default(), Hits::default());
+        let n_samples = self.style.n_samples;
+        let (of_pixels, of_samples) = (self.prepared(1), self.prepared(n_samples));
+        let mut tracers = [tracer(Arc::clone(&of_pixels)), tracer(Arc::clone(&of_samples))];
+        let [pixels_tracer, samples_tracer] = &mut tracers;
+        pixels_tracer.trace(&Rays::Pixels(self.pixels), &control, &mut hits).unwrap();
+        let samples_tracer = (n_samples > 1).then_some(&mut **samples_tracer);
+        let mut painter = Painter::new(&of_samples, self.style, &self.pixels, samples_tracer);
+        let mut colors = Colors::new(Encoding::Srgb8);
+        let tracer = Some(&mut **pixels_tracer as &mut dyn Tracer);
+        let painted =
+            painter.paint_with(tracer, &self.pixels, &hits, &control, &mut colors).unwrap();
+        let Colors::Srgb8(colors) = colors else { panic!("bytes") };
+        let pixels = self.pixels.len() as u64;
+        (colors, Done { pixels, left: painted.colors.cpu, ways: painted.shadow_rays.total() })
+    }
+
+    /// What the device did, or where its picture differs from the CPU's.
+    fn compare(&self, gpu: &Arc<Gpu>) -> Result<Done, String> {
+        let wants = Wants::default();
+        let (of_cpu, cpu) = self.paint(|prepared| Box::new(CpuTracer::new(prepared, wants)));
+        assert_eq!(cpu.left, cpu.pixels);
+        let (of_device, done) = self
+            .paint(|prepared| Box::new(GpuTracer::new(Arc::clone(gpu), prepared, wants).unwrap()));
+        if let Some(pixel) = (0..of_cpu.len()).find(|&at| of_cpu[at] != of_device[at]) {
+            let (x, y) = self.pixels.xy(pixel);
+            let [cpu, device] = [of_cpu[pixel], of_device[pixel]];
+            return Err(format!("{}, ({x}, {y}): {cpu:?}, on the device {device:?}", self.what));
+        }
+        // Of the same colours, a device may have more ways to look along.
+        match done.ways >= cpu.ways {
+            true => Ok(done),
+            false => Err(format!("{}: {} ways instead of {}", self.what, done.ways, cpu.ways)),
+        }
+    }
+}
+
+/// A device that shades, with other words in the shaders that do.
+fn device(edits: &[(&'static str, &'static str)]) -> Arc<Gpu> {
+    let edits = edits.to_vec();
+    let gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+    Arc::new(gpu.always_in_f64().edit_shaders(move |wgsl| {
+        let edit = |wgsl: String, (from, to): &(&str, &str)| wgsl.replace(from, to);
+        match wgsl.contains("struct LightOfAll") {
+            true => edits.iter().fold(wgsl.to_string(), edit),
+            false => wgsl.into(),
+        }
+    }))
+}
+
+/// Compares pictures, of which the device leaves at most this share to the CPU.
+fn assert_equal(cases: &[Case], most: f64) -> Done {
+    let gpu = device(&[]);
+    let mut all = Done::default();
+    for case in cases {
+        let done = case.compare(&gpu).unwrap_or_else(|what| panic!("{what}"));
+        println!("{}: {} of {} left to the CPU", case.what, done.left, done.pixels);
+        all.add(done);
+    }
+    println!("all: {} of {} left to the CPU", all.left, all.pixels);
+    assert!(all.left as f64 <= most * all.pixels as f64, "{} of {}", all.left, all.pixels);
+    all
+}
+
+/// The scenes of a folder as their cameras see them.
+fn scenes_of(folder: &str, size: [u32; 2]) -> Vec<Case> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|ending| ending == "toml")).collect();
+    files.sort();
+    let case = |path: &std::path::PathBuf| {
+        let scene = Arc::new(read_scene(path).unwrap());
+        let camera = scene.camera.clone().unwrap();
+        Case::new(&path.display().to_string(), &scene, &camera, size)
+    };
+    files.iter().map(case).collect()
+}
+
+/// Balls of many colours.
+fn balls(spheres: impl IntoIterator<Item = Sphere>) -> kugelblitz::scene::Spheres {
+    let color = |k: usize| Color([0.9 - 0.01 * (k % 50) as f64, 0.2, 0.1 * (k % 9) as f64]);
+    spheres.into_iter().enumerate().map(|(k, sphere)| (sphere, color(k))).collect()
+}
+
+fn light(source: Source, intensity: f64) -> Light {
+    Light { source, color: Color([1.0, 0.875, 0.75]), intensity, shadows: true }
+}
+
+/// Lights of each kind, and a sky of which one sun is at the horizon.
+fn lit(scene: Scene) -> Scene {
+    let lights = vec![
+        light(Source::Point(dvec3(3.0, 4.0, 2.0)), 0.5),
+        light(Source::Sun(dvec3(-1.0, -2.0, -0.7)), 0.25),
+        light(Source::Eye, 0.125),
+        Light { shadows: false, ..light(Source::Point(dvec3(-4.0, 1.0, 3.0)), 0.125) },
+    ];
+    let (sky, ambient) = (Some(Sky { intensity: 0.125, directions: 7 }), Some(Color([0.03; 3])));
+    Scene { lights, sky, ambient, ..scene }
+}
+
+/// Some balls over a floor and beside a wall, from outside and from inside of one of them, and by both cameras.
+fn worlds(n_spheres: usize) -> Vec<Case> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1420 + n_spheres as u64);
+    let size = 1.5 / (n_spheres as f64).cbrt();
+    let mut spheres: Vec<Sphere> =
+        (0..n_spheres).map(|_| sphere(in_cube(&mut rng) * 2.0, size)).collect();
+    let planes = vec![
+        plane(dvec3(0.0, -2.5, 0.0), dvec3(0.0, 3.0, 0.0)),
+        plane(dvec3(-4.0, 0.0, 0.0), dvec3(1.0, 0.2, 0.1)),
+    ];
+    let outside = camera(dvec3(1.0, 1.5, 7.0), dvec3(0.0, -0.25, 0.0));
+    let inside = camera(dvec3(0.1, 0.2, 2.3), dvec3(0.0, 0.0, -1.0));
+    let across = Camera { projection: Projection::Orthographic { height: 6.0 }, ..outside.clone() };
+    let mut cases = Vec::new();
+    for with_room in [false, true] {
+        if with_room {
+            spheres[0] = sphere(dvec3(0.0, 0.0, 1.0), 5.6);
+        }
+        let scene =
+            Scene { spheres: balls(spheres.clone()), planes: planes.clone(), ..Scene::default() };
+        let scene = Arc::new(lit(scene));
+        for (view, camera) in [("outside", &outside), ("inside", &inside), ("across", &across)] {
+            let what = format!("{n_spheres} balls, {view}, room {with_room}");
+            let case = Case::new(&what, &scene, camera, [40, 30]);
+            let backgrounds = [Background::Shown, Background::LeftOut, Background::Black];
+            for (n_samples, background) in (1..=3).zip(backgrounds) {
+                let style = Style { n_samples, background, ..case.style };
+                let scene = Arc::clone(&case.scene);
+                let what = format!("{what}, {n_samples} samples");
+                cases.push(Case { what, scene, style, ..case });
+            }
+        }
+    }
+    cases
+}
+
+#[test]
+fn few_objects_are_shaded_as_on_the_cpu() {
+    let done = assert_equal(&worlds(9), 0.001);
+    assert!(done.ways > 200_000, "{done:?}");
+}
+
+#[test]
+fn many_spheres_are_shaded_as_on_the_cpu() {
+    let done = assert_equal(&worlds(700), 0.001);
+    assert!(done.ways > 200_000, "{done:?}");
+}
+
+/// Spheres or planes alone.
+#[test]
+fn objects_of_one_kind_are_shaded_as_on_the_cpu() {
+    let view = camera(dvec3(1.0, 1.5, 7.0), DVec3::ZERO);
+    let floor = plane(dvec3(0.0, -1.0, 0.0), DVec3::Y);
+    let ball = sphere(dvec3(0.0, 0.5, 0.0), 1.0);
+    let planes = lit(Scene { planes: vec![floor], ..Scene::default() });
+    let spheres = lit(Scene { spheres: balls([ball]), ..Scene::default() });
+    let dark = Scene { lights: vec![], sky: None, ..spheres.clone() };
+    let cases = [("planes", planes), ("spheres", spheres), ("no lamps", dark)];
+    let cases = cases.map(|(what, scene)| Case::new(what, &Arc::new(scene), &view, [64, 48]));
+    assert_equal(&cases, 0.001);
+}
+
+/// A ball on a floor, and a wall with light behind it: where they meet, as near as f64 can look at it.
+fn contacts() -> Vec<Case> {
+    let spheres = [sphere(dvec3(0.0, 1.0, 0.0), 1.0), sphere(dvec3(2.0, 1.0, 0.0), 1.0)];
+    let scene = Scene {
+        spheres: balls(spheres),
+        planes: vec![plane(DVec3::ZERO, DVec3::Y)],
+        lights: vec![
+            light(Source::Point(dvec3(4.0, 6.0, 3.0)), 0.7),
+            light(Source::Sun(dvec3(-1.0, -1e-5, -1.0)), 0.3),
+        ],
+        ambient: Some(Color([0.03125; 3])),
+        ..Scene::default()
+    };
+    let wall = plane(dvec3(-1.0, 0.0, 0.0), dvec3(1.0, 0.0, 0.3));
+    let crossing = Scene {
+        planes: vec![plane(DVec3::ZERO, DVec3::Y), wall],
+        lights: vec![light(Source::Point(dvec3(-3.0, 2.0, 0.1)), 0.7)],
+        ..Scene::default()
+    };
+    let (scene, crossing) = (Arc::new(scene), Arc::new(crossing));
+    let mut cases = Vec::new();
+    for width in [1e-5, 1e-9, 1e-13, 1e-15] {
+        for look_at in [DVec3::ZERO, dvec3(1.0, 1.0, 0.0)] {
+            let what = format!("contact at {look_at}, {width:e} wide");
+            let eye = dvec3(3.0, 0.5, 4.0);
+            cases.push(Case::new(&what, &scene, &camera(eye, look_at), [32, 32]));
+            cases.last_mut().unwrap().pixels.view.h = width;
+        }
+        let what = format!("crossing, {width:e} wide");
+        let eye = dvec3(3.0, 2.0, 4.0);
+        cases.push(Case::new(&what, &crossing, &camera(eye, dvec3(-1.0, 0.0, 0.0)), [32, 32]));
+        cases.last_mut().unwrap().pixels.view.h = width;
+    }
+    cases
+}
+
+#[test]
+fn contacts_are_shaded_as_on_the_cpu() {
+    assert_equal(&contacts(), 0.9);
+}
+
+#[test]
+fn hard_scenes_are_shaded_as_on_the_cpu() {
+    let mut cases = scenes_of("scenes/hard", [48, 27]);
+    for case in &mut cases {
+        let camera = case.scene.camera.clone().unwrap();
+        let depth = camera.look_at - camera.position;
+        let aside = depth.any_orthogonal_vector().normalize() * depth.length();
+        let mut scene = (*case.scene).clone();
+        scene.lights = vec![
+            light(Source::Point(camera.position + aside * 0.3), 0.5),
+            light(Source::Sun(depth.normalize() - DVec3::Y), 0.25),
+            light(Source::Eye, 0.125),
+        ];
+        scene.sky = Some(Sky { intensity: 0.125, directions: 5 });
+        case.scene = Arc::new(scene);
+    }
+    assert_equal(&cases, 0.5);
+}
+
+#[test]
+fn lit_scenes_are_shaded_as_on_the_cpu() {
+    assert_equal(&scenes_of("scenes/lit", [160, 90]), 0.001);
+}
+
+#[test]
+fn lit_hard_scenes_are_shaded_as_on_the_cpu() {
+    assert_equal(&scenes_of("scenes/lit/hard", [96, 54]), 0.5);
+}
+
+/// Each spoiled formula and each bound left out is seen as a wrong byte.
+#[test]
+fn sabotage_is_noticed() {
+    let (few, many) = (worlds(9), worlds(700));
+    let mut near = contacts();
+    near.extend(scenes_of("scenes/lit/hard", [96, 54]));
+    let notices = |edit: (&'static str, &'static str), cases: &[Case]| {
+        let gpu = device(&[edit]);
+        cases.iter().any(|case| case.compare(&gpu).is_err())
+    };
+    for (from, to) in [
+        ("i < light_of_all.n_lamps", "i + 1u < light_of_all.n_lamps"),
+        (
+            "var sum = Light(light_of_all.ambient, light_of_all.ambient",
+            "var sum = Light(Vec3(0.0), Vec3(0.0)",
+        ),
+        ("return beam_from(start, -direction, 0.0", "return beam_from(start, direction, 0.0"),
+        ("beam.is_endless = true", "beam.is_endless = false"),
+        ("let way = position - start", "let way = start - position"),
+        ("select(unit, -unit, dot3", "select(unit, unit, dot3"),
+        ("p - chord, -p - chord", "-p - chord, p - chord"),
+        ("if sphere.id != id {", "if false {"),
+        ("if plane.id != id {", "if false {"),
+        (
+            "    if beam.is_endless {\n        return YES;",
+            "    if beam.is_endless {\n        return NO;",
+        ),
+        ("NO, is_inside), in_range", "YES, is_inside), in_range"),
+        ("r | g << 8u", "g | r << 8u"),
+        ("place.y * params.width * n", "place.y * params.width"),
+        ("light_of_all.leaves_out != 0u", "light_of_all.leaves_out == 0u"),
+        ("let outer2 = outer * outer * (1.0 + RELATIVE);", "let outer2 = outer * outer * 0.9;"),
+        ("ROOM * (normal_error + beam.turned) + OF_COSINE * UNIT", "Real(-0.01)"),
+    ] {
+        assert!(notices((from, to), &few), "{from} is not noticed");
+    }
+    for (from, to) in [
+        ("at + 1u, is_met || is_leaf)", "at + 1u, is_leaf)"),
+        ("slab.far_origin) * slab.far_inverse", "slab.far_origin) * slab.far_inverse * 0.5f"),
+        ("is_met && is_leaf && index", "is_leaf && false && index"),
+        ("beam.start + light_of_all.to_tree", "beam.start"),
+        ("f32(far) * SLACK", "0.0f * SLACK - 0.02f"),
+    ] {
+        assert!(notices((from, to), &many), "{from} is not noticed");
+    }
+    for (from, to) in [
+        ("let e = beam.error + UNIT * (OF_PLACE", "let e = 0.0 * UNIT * (OF_PLACE"),
+        ("let start_error = ROOM * n * e;", "let start_error = Real(0.0);"),
+    ] {
+        assert!(notices((from, to), &near), "{from} is not noticed");
+    }
+}
