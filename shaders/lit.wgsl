@@ -1,4 +1,4 @@
-// Colours of pixels whose samples' objects are known, in f64: bytes where each is the one that it must be,
+// Colours of pixels whose samples' objects are known, in f64: numbers where each is the one that it must be,
 // OPEN_COLOR where that is left to the CPU. Points are those of src/certify/point.rs, and means those of
 // src/shade/lit.rs, where their bounds are derived.
 
@@ -41,7 +41,10 @@ struct InTheWayPlane {
 @group(0) @binding(next) var<uniform> light_of_all: LightOfAll;
 @group(0) @binding(next) var<storage, read> lamps: array<Lamp>;
 @group(0) @binding(next) var<storage, read> palette: array<vec3<f64>>;
+//#if floats
+//#else
 @group(0) @binding(next) var<storage, read> edges: array<f64>;
+//#end
 //#if of_scene
 @group(0) @binding(next) var<storage, read> listed_spheres: array<InTheWaySphere>;
 //#end
@@ -52,7 +55,7 @@ struct InTheWayPlane {
 // The spheres' own indices are in the leaves.
 @group(0) @binding(next) var<storage, read> boxes: array<Box>;
 //#end
-// The samples' colours of a pixel, packed.
+// Bytes in one word a pixel, or three words.
 @group(0) @binding(next) var<storage, read_write> colors: array<u32>;
 // Ways to lamps that were looked at for those pixels whose colours are not left open.
 @group(0) @binding(next) var<storage, read_write> n_ways: atomic<u32>;
@@ -284,23 +287,27 @@ struct Mean {
     n_hits: u32,
 }
 
-// The one byte that both bounds of a channel have, or NO_BYTE.
-fn byte_of(low: f64, high: f64) -> u32 {
-    var byte = 0u;
-    for (var step = 128u; step > 0u; step >>= 1u) {
-        let next = byte + step;
-        byte = select(byte, next, edges[next - 1u] <= low);
+//#if floats
+// The word of the one f32 that both bounds of a channel round to, or OPEN_COLOR.
+fn word_of(low: f64, high: f64) -> u32 {
+    let is_held = low > SMALLEST_T && high < LARGEST_T;
+    let word = f32(select(1.0, low, is_held));
+    let is_one = is_held && word == f32(select(1.0, high, is_held));
+    return select(select(OPEN_COLOR, bitcast<u32>(word), is_one), 0u, high == 0.0);
+}
+//#else
+// The one number whose range has both bounds of a channel, or OPEN_COLOR.
+fn word_of(low: f64, high: f64) -> u32 {
+    let largest = arrayLength(&edges);
+    var number = 0u;
+    for (var step = (largest + 1u) >> 1u; step > 0u; step >>= 1u) {
+        let next = number + step;
+        number = select(number, next, edges[next - 1u] <= low);
     }
-    let is_one = byte == 255u || high < edges[min(byte, 254u)];
-    return select(NO_BYTE, byte, is_one);
+    let is_one = number == largest || high < edges[min(number, largest - 1u)];
+    return select(OPEN_COLOR, number, is_one);
 }
-
-fn color_of(low: Vec3, high: Vec3) -> u32 {
-    let r = byte_of(low.x, high.x);
-    let g = byte_of(low.y, high.y);
-    let b = byte_of(low.z, high.z);
-    return select(OPEN_COLOR, r | g << 8u | b << 16u, max(max(r, g), b) != NO_BYTE);
-}
+//#end
 
 // Adds a sample of a pixel; false where it can't tell.
 fn add_sample(sum: ptr<function, Mean>, place: vec2u, id: u32) -> bool {
@@ -349,9 +356,18 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let n_counted = select(n * n, max(sum.n_hits, 1u), light_of_all.leaves_out != 0u);
     let low = sum.low / Real(i32(n_counted)) * (1.0 - light_of_all.mean_error);
     let high = sum.high / Real(i32(n_counted)) * (1.0 + light_of_all.mean_error);
-    let color = select(OPEN_COLOR, color_of(low, high), is_known);
-    colors[index] = color;
-    if color != OPEN_COLOR {
+    let r = word_of(low.x, high.x);
+    let g = word_of(low.y, high.y);
+    let b = word_of(low.z, high.z);
+    let is_open = !is_known || max(max(r, g), b) == OPEN_COLOR;
+    //#if bytes
+    colors[index] = select(r | g << 8u | b << 16u, OPEN_COLOR, is_open);
+    //#else
+    colors[3u * index] = select(r, OPEN_COLOR, is_open);
+    colors[3u * index + 1u] = g;
+    colors[3u * index + 2u] = b;
+    //#end
+    if !is_open {
         atomicAdd(&n_ways, sum.n_ways);
     }
 }

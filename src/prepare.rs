@@ -28,8 +28,8 @@ pub use crate::kernel::coordinates::{
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
 pub use light::{
-    ColorInF64, LampInF64, LightInF64, LightOfAll, OPEN_COLOR, PlaneInTheWay, SphereInTheWay,
-    lamp_kind,
+    ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, OPEN_COLOR, PlaneInTheWay,
+    SphereInTheWay, lamp_kind,
 };
 
 use first_stage::is_left_open;
@@ -54,8 +54,8 @@ pub struct ShaderKey {
     pub n_planes: usize,
     /// True where `t` and normals are wanted.
     pub surface: bool,
-    /// True for colours of samples whose objects are known.
-    pub light: bool,
+    /// For colours of samples whose objects are known: how they are given.
+    pub light: Option<ColorWords>,
 }
 
 /// How a shader finds spheres.
@@ -318,7 +318,7 @@ impl Prepared {
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
-            light: false,
+            light: None,
         }
     }
 }

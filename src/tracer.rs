@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{LightInF64, Prepared};
+use crate::prepare::{LightInF64, LightKey, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, Timing, Wants};
 
@@ -85,20 +85,22 @@ pub trait Tracer: Send {
 
 /// A device that shades in f64.
 pub trait ProposeColors {
-    /// Replaces `colors` by those of pixels, as `0xbbggrr`, or
-    /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. `samples` are the rays of their
-    /// samples, a rectangle of whole pixels, and `ids` what they see.
+    /// Replaces `colors` by the [words](crate::prepare::ColorWords) of pixels, the first one
+    /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. They are at the rays of their
+    /// samples, a rectangle of whole pixels, with the ids of what these see. `make` gives the numbers for `key`, of
+    /// the scene that this traces, where the device doesn't have them yet.
     ///
-    /// Returns how many ways to lamps it looked along for the colours that it proposes.
+    /// Returns how many ways to lamps it looked along for the colours that it proposes; `None` where there are no
+    /// numbers, and nothing is proposed.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
     fn propose_colors(
         &mut self,
-        light: &Arc<LightInF64>,
-        samples: &Pixels,
-        ids: &[u32],
+        key: LightKey,
+        make: &dyn Fn() -> Option<LightInF64>,
+        at: (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<u64>;
+    ) -> Result<Option<u64>>;
 }

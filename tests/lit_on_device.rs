@@ -1,4 +1,4 @@
-//! Colours that a device shades in f64 against those of the CPU, byte for byte. A device in software
+//! Colours that a device shades in f64 against those of the CPU, bit by bit. A device in software
 //! is told to shade, which it leaves to the CPU otherwise.
 
 mod common;
@@ -56,41 +56,62 @@ impl Case {
         Arc::new(Prepared::new(Arc::clone(&self.scene), Kernel::Certified, &rays).unwrap())
     }
 
-    /// The bytes, and what the tracers' device did of them.
-    fn paint(&self, tracer: impl Fn(Arc<Prepared>) -> Box<dyn Tracer>) -> (Vec<[u8; 3]>, Done) {
+    /// The bits of the colours, and what the tracers' device did of them.
+    fn paint(
+        &self,
+        encoding: Encoding,
+        tracer: impl Fn(Arc<Prepared>) -> Box<dyn Tracer>,
+    ) -> (Vec<[u32; 3]>, Done) {
         let (control, mut hits) = (Control::default(), Hits::default());
-        let n_samples = self.style.n_samples;
-        let (of_pixels, of_samples) = (self.prepared(1), self.prepared(n_samples));
+        let style = Style { encoding, ..self.style };
+        let (of_pixels, of_samples) = (self.prepared(1), self.prepared(style.n_samples));
         let mut tracers = [tracer(Arc::clone(&of_pixels)), tracer(Arc::clone(&of_samples))];
         let [pixels_tracer, samples_tracer] = &mut tracers;
         pixels_tracer.trace(&Rays::Pixels(self.pixels), &control, &mut hits).unwrap();
-        let samples_tracer = (n_samples > 1).then_some(&mut **samples_tracer);
-        let mut painter = Painter::new(&of_samples, self.style, &self.pixels, samples_tracer);
-        let mut colors = Colors::new(Encoding::Srgb8);
+        let samples_tracer = (style.n_samples > 1).then_some(&mut **samples_tracer);
+        let mut painter = Painter::new(&of_samples, style, &self.pixels, samples_tracer);
+        let mut colors = Colors::new(encoding);
         let tracer = Some(&mut **pixels_tracer as &mut dyn Tracer);
         let painted =
             painter.paint_with(tracer, &self.pixels, &hits, &control, &mut colors).unwrap();
-        let Colors::Srgb8(colors) = colors else { panic!("bytes") };
         let pixels = self.pixels.len() as u64;
-        (colors, Done { pixels, left: painted.colors.cpu, ways: painted.shadow_rays.total() })
+        let bits = match colors {
+            Colors::Srgb8(colors) => colors.iter().map(|color| color.map(u32::from)).collect(),
+            Colors::Srgb16(colors) => colors.iter().map(|color| color.map(u32::from)).collect(),
+            Colors::Linear(colors) => colors.iter().map(|color| color.map(f32::to_bits)).collect(),
+        };
+        (bits, Done { pixels, left: painted.colors.cpu, ways: painted.shadow_rays.total() })
     }
 
-    /// What the device did, or where its picture differs from the CPU's.
+    /// What the device did in each encoding, or where its picture differs from the CPU's.
     fn compare(&self, gpu: &Arc<Gpu>) -> Result<Done, String> {
-        let wants = Wants::default();
-        let (of_cpu, cpu) = self.paint(|prepared| Box::new(CpuTracer::new(prepared, wants)));
+        let encodings = [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear];
+        let mut all = Done::default();
+        for encoding in encodings {
+            all.add(self.compare_in(encoding, gpu)?);
+        }
+        Ok(all)
+    }
+
+    fn compare_in(&self, encoding: Encoding, gpu: &Arc<Gpu>) -> Result<Done, String> {
+        let (wants, what) = (Wants::default(), &self.what);
+        let on_cpu = |prepared| Box::new(CpuTracer::new(prepared, wants)) as Box<dyn Tracer>;
+        let (of_cpu, cpu) = self.paint(encoding, on_cpu);
         assert_eq!(cpu.left, cpu.pixels);
-        let (of_device, done) = self
-            .paint(|prepared| Box::new(GpuTracer::new(Arc::clone(gpu), prepared, wants).unwrap()));
+        let (of_device, done) = self.paint(encoding, |prepared| {
+            Box::new(GpuTracer::new(Arc::clone(gpu), prepared, wants).unwrap())
+        });
         if let Some(pixel) = (0..of_cpu.len()).find(|&at| of_cpu[at] != of_device[at]) {
-            let (x, y) = self.pixels.xy(pixel);
+            let place = self.pixels.xy(pixel);
             let [cpu, device] = [of_cpu[pixel], of_device[pixel]];
-            return Err(format!("{}, ({x}, {y}): {cpu:?}, on the device {device:?}", self.what));
+            return Err(format!(
+                "{what}, {encoding:?} at {place:?}: {cpu:x?}, on the device {device:x?}"
+            ));
         }
         // Of the same colours, a device may have more ways to look along.
         match done.ways >= cpu.ways {
             true => Ok(done),
-            false => Err(format!("{}: {} ways instead of {}", self.what, done.ways, cpu.ways)),
+            false => Err(format!("{what}: {} ways instead of {}", done.ways, cpu.ways)),
         }
     }
 }
@@ -299,7 +320,7 @@ fn sabotage_is_noticed() {
     near.extend(scenes_of("scenes/lit/hard", [96, 54]));
     let notices = |edit: (&'static str, &'static str), cases: &[Case]| {
         let gpu = device(&[edit]);
-        cases.iter().any(|case| case.compare(&gpu).is_err())
+        cases.iter().any(|case| case.compare_in(Encoding::Srgb8, &gpu).is_err())
     };
     for (from, to) in [
         ("i < light_of_all.n_lamps", "i + 1u < light_of_all.n_lamps"),
@@ -326,6 +347,15 @@ fn sabotage_is_noticed() {
         ("ROOM * (normal_error + beam.turned) + OF_COSINE * UNIT", "Real(-0.01)"),
     ] {
         assert!(notices((from, to), &few), "{from} is not noticed");
+    }
+    for (from, to, encoding) in [
+        ("OPEN_COLOR, number, is_one", "OPEN_COLOR, number ^ 1u, is_one", Encoding::Srgb16),
+        ("colors[3u * index + 1u] = g", "colors[3u * index + 1u] = b", Encoding::Srgb16),
+        ("bitcast<u32>(word), is_one", "bitcast<u32>(word) + 1u, is_one", Encoding::Linear),
+    ] {
+        let gpu = device(&[(from, to)]);
+        let mut verdicts = few.iter().map(|case| case.compare_in(encoding, &gpu));
+        assert!(verdicts.any(|verdict| verdict.is_err()), "{from} is not noticed");
     }
     for (from, to) in [
         ("at + 1u, is_met || is_leaf)", "at + 1u, is_leaf)"),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::kernel::Float;
-use kugelblitz::prepare::{FEW_SPHERES, Finding, Prepared, ShaderKey};
+use kugelblitz::prepare::{ColorWords, FEW_SPHERES, Finding, Prepared, ShaderKey};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
@@ -98,7 +98,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
         n_spheres: 3,
         n_planes: 2,
         surface: false,
-        light: false,
+        light: None,
     }
 }
 
@@ -162,9 +162,14 @@ fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
 /// The shaders for the light on hits.
 fn keys_of_light() -> impl Iterator<Item = ShaderKey> {
     let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
-    keys.map(|key| {
+    keys.flat_map(|key| {
         let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
-        ShaderKey { light: true, n_spheres, n_planes, ..key }
+        [ColorWords::Bytes, ColorWords::Shorts, ColorWords::Floats].map(|words| ShaderKey {
+            light: Some(words),
+            n_spheres,
+            n_planes,
+            ..key
+        })
     })
 }
 
@@ -405,5 +410,6 @@ fn light_only_where_it_is_asked_for() {
         assert_eq!(has(&whole, "sphere"), key.n_spheres > 0 || is_tree, "{key:?}");
         assert_eq!(has(&whole, "box"), is_tree, "{key:?}");
         assert_eq!(has(&whole, "look_in_tree"), is_tree, "{key:?}");
+        assert_eq!(has(&whole, "edges"), key.light != Some(ColorWords::Floats), "{key:?}");
     }
 }

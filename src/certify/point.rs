@@ -6,12 +6,15 @@ use super::lanes::{self, Output, Part, Queue};
 use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
 use super::{Completer, Stage, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{self, InputError, ROOM, UNIT_F64};
+use crate::guard::{InputError, ROOM, UNIT_F64};
 use crate::kernel::RayOf;
-#[cfg(feature = "gpu")]
-use crate::rays::Bundle;
 use crate::scene::Object;
 use crate::vec3::{Vec3, dot3};
+#[cfg(feature = "gpu")]
+use crate::{
+    guard::{LIST_F64, input_of_picture, steps},
+    rays::Bundle,
+};
 
 /// Points side by side.
 pub const LANES: usize = 8;
@@ -111,11 +114,11 @@ fn of_origin(input: InputError) -> f64 {
 /// bounds of `t`, its roots are lengths in bounds, and a plane's unit normal has a bound for a device.
 #[cfg(feature = "gpu")]
 pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
-    let input = guard::input_of_picture(bundle).unwrap_or(guard::LIST_F64);
+    let input = input_of_picture(bundle).unwrap_or(LIST_F64);
     [
         ("OF_POINT", of_point(input)),
         ("OF_ORIGIN", of_origin(input)),
-        ("OF_PLANE_NORMAL", guard::steps::NORMALIZED_WIDE),
+        ("OF_PLANE_NORMAL", steps::NORMALIZED_WIDE),
         ("DIRECTION_ERROR", UNIT_F64 * input.direction),
     ]
 }

@@ -4,7 +4,7 @@ use super::in_f64::{Frame, InF64};
 use super::nearness::PlaneF64;
 use crate::kernel::certified::PlaneCertified;
 use crate::kernel::{Float, Kernel};
-use crate::prepare::{Finding, Prepared, ShaderKey};
+use crate::prepare::{ColorWords, Finding, Prepared, ShaderKey};
 use crate::rays::Bundle;
 use crate::scene::Plane;
 
@@ -29,7 +29,7 @@ impl InF64 {
             n_spheres: self.lists.spheres.len(),
             n_planes: self.lists.planes.len(),
             surface: false,
-            light: false,
+            light: None,
         }
     }
 
@@ -39,10 +39,10 @@ impl InF64 {
     }
 
     /// The shader for the light on hits. How many objects there are is no part of it.
-    pub fn light_key(&self, prepared: &Prepared) -> ShaderKey {
+    pub fn light_key(&self, prepared: &Prepared, words: ColorWords) -> ShaderKey {
         let key = self.shader_key(prepared, false);
         let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
-        ShaderKey { light: true, n_spheres, n_planes, ..key }
+        ShaderKey { light: Some(words), n_spheres, n_planes, ..key }
     }
 
     /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list

@@ -12,7 +12,7 @@ use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
-use crate::prepare::{Finding, OPEN_COLOR, ShaderKey, lamp_kind};
+use crate::prepare::{ColorWords, Finding, OPEN_COLOR, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
 use crate::shade::BEAM_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
@@ -65,7 +65,7 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     parts.push(PARAMS);
     if is_complete(key) {
         parts.push(SURFACE);
-        if key.light {
+        if key.light.is_some() {
             parts.extend([BEAM, LIT]);
         }
     } else {
@@ -119,7 +119,7 @@ impl Choices<'_> {
 
 /// Whether the shader completes hits that are known, or shades them.
 fn is_complete(key: &ShaderKey) -> bool {
-    (key.surface || key.light) && key.kernel == Kernel::Certified
+    (key.surface || key.light.is_some()) && key.kernel == Kernel::Certified
 }
 
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
@@ -141,8 +141,10 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (key.n_planes > 0, "planes"),
         (key.surface && !is_complete(key), "surface"),
         (is_complete(key), "complete"),
-        (key.light, "light"),
-        (is_of_scene && is_complete(key) || key.light, "unit_normals"),
+        (key.light.is_some(), "light"),
+        (key.light == Some(ColorWords::Bytes), "bytes"),
+        (key.light == Some(ColorWords::Floats), "floats"),
+        (is_of_scene && is_complete(key) || key.light.is_some(), "unit_normals"),
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
@@ -194,7 +196,7 @@ fn constants(key: &ShaderKey) -> String {
             ("INFINITY", format!("{}u", f32::INFINITY.to_bits())),
         ]);
     }
-    if key.light {
+    if key.light.is_some() {
         constants.extend(constants_of_light(key));
     }
     for (name, value) in constants {
@@ -210,7 +212,6 @@ fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
         ("OPEN", 1),
         ("YES", 2),
         ("OPEN_COLOR", OPEN_COLOR),
-        ("NO_BYTE", u32::MAX),
         ("LAMP_POINT", lamp_kind::POINT),
         ("LAMP_SUN", lamp_kind::SUN),
     ];

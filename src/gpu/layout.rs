@@ -98,7 +98,7 @@ mod tests {
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
     use crate::prepare::{
-        Finding, LampInF64, LightOfAll, PlaneInTheWay, ShaderKey, SphereInTheWay,
+        ColorWords, Finding, LampInF64, LightOfAll, PlaneInTheWay, ShaderKey, SphereInTheWay,
     };
     use crate::rays::Bundle;
     use crate::scene::Sphere;
@@ -126,7 +126,8 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: !is_certified,
-            light: is_certified && float == Float::F64 && bundle != Bundle::Free,
+            light: (is_certified && float == Float::F64 && bundle != Bundle::Free)
+                .then_some(ColorWords::Bytes),
         };
         let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {

@@ -1,4 +1,4 @@
-//! Shading in f64: the bytes of pixels whose samples' objects are known.
+//! Shading in f64: the colours of pixels whose samples' objects are known.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use crate::certify::InF64;
 use crate::control::Control;
 use crate::error::Result;
 use crate::memory;
-use crate::prepare::{LightInF64, Prepared};
+use crate::prepare::{LightInF64, LightKey, Prepared};
 use crate::rays::{CameraF64, Pixels};
 use crate::tree::BoxOnDevice;
 
@@ -33,11 +33,14 @@ const MOST_WAYS: usize = 1 << 31;
 const FIRST_WAYS: usize = 1 << 14;
 
 /// Storage buffers of the shader; of a scene that has no use for some it binds fewer.
-const N_STORAGE_BUFFERS: u32 = 12;
+const N_STORAGE_BUFFERS: u32 = 13;
 
 /// Shades one scene.
 pub struct DeviceLight {
-    light: Arc<LightInF64>,
+    /// What it was made for.
+    pub key: LightKey,
+    /// Ways to lamps, at least 1.
+    n_ways_of_pixel: usize,
     program: Arc<Program>,
     params: wgpu::Buffer,
     /// In the order of the shader's bindings, between the ids and the colours.
@@ -87,7 +90,8 @@ impl DeviceLight {
         gpu: &Gpu,
         prepared: &Prepared,
         hierarchy: Option<&DeviceHierarchy>,
-        light: &Arc<LightInF64>,
+        key: LightKey,
+        light: &LightInF64,
     ) -> Result<DeviceLight> {
         let numbers = InF64::new(prepared);
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
@@ -110,7 +114,9 @@ impl DeviceLight {
         objects.push(uniform(gpu, "light of all", &light.all));
         objects.push(list(gpu, "lamps", &light.lamps));
         objects.push(list(gpu, "palette", &light.palette));
-        objects.push(list(gpu, "edges", &light.edges));
+        if !light.edges.is_empty() {
+            objects.push(list(gpu, "edges", &light.edges));
+        }
         if has_spheres {
             objects.push(list(gpu, "spheres in the way", &light.spheres));
         }
@@ -118,26 +124,23 @@ impl DeviceLight {
             objects.push(list(gpu, "planes in the way", &light.planes));
         }
         objects.extend(tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())));
-        let program = gpu.program(&numbers.light_key(prepared))?;
+        let program = gpu.program(&numbers.light_key(prepared, key.words))?;
         let of_params = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let of_count = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_DST
             | wgpu::BufferUsages::COPY_SRC;
+        let n_ways_of_pixel = light.lamps.len().max(1) * (key.n_samples as usize).pow(2);
         gpu.check()?;
         Ok(DeviceLight {
-            light: Arc::clone(light),
+            key,
+            n_ways_of_pixel,
             program,
             params: gpu.buffer("params", size_of::<ParamsDouble>(), of_params),
             objects,
             n_ways: gpu.buffer("ways", size_of::<u32>(), of_count),
             room: None,
-            n_tile_pixels: (FIRST_WAYS / ways_of_pixel(light)).max(WORKGROUP[0] as usize),
+            n_tile_pixels: (FIRST_WAYS / n_ways_of_pixel).max(WORKGROUP[0] as usize),
         })
-    }
-
-    /// Whether it was made for this light.
-    pub fn is_of(&self, light: &Arc<LightInF64>) -> bool {
-        Arc::ptr_eq(&self.light, light)
     }
 
     /// Bytes on the device.
@@ -163,16 +166,17 @@ impl DeviceLight {
         control: &Control,
         colors: &mut Vec<u32>,
     ) -> Result<u64> {
-        let n = self.light.all.n_samples as usize;
+        let n = self.key.n_samples as usize;
         let (columns, rows) = (samples.width as usize / n, samples.height as usize / n);
         let n_pixels = columns * rows;
         colors.clear();
-        colors.reserve(n_pixels);
-        let mut n_ways = 0;
-        while colors.len() < n_pixels {
+        colors.reserve(n_pixels * self.key.words.per_pixel());
+        let (mut n_ways, mut first) = (0, 0);
+        while first < n_pixels {
             control.check()?;
             let start = Instant::now();
-            let tile = self.tile(colors.len(), columns, rows);
+            let tile = self.tile(first, columns, rows);
+            first += tile.width * tile.height;
             n_ways += self.propose_tile(gpu, prepared, samples, ids, tile, colors)?;
             self.adapt(tile.width * tile.height, start.elapsed());
         }
@@ -192,8 +196,8 @@ impl DeviceLight {
     fn adapt(&mut self, n_pixels: usize, spent: Duration) {
         let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
         let wanted = (n_pixels as f64 * ratio.clamp(0.125, 8.0)) as usize;
-        let n_samples = (self.light.all.n_samples as usize).pow(2);
-        let most = (MOST_SAMPLES / n_samples).min(MOST_WAYS / ways_of_pixel(&self.light));
+        let n_samples = (self.key.n_samples as usize).pow(2);
+        let most = (MOST_SAMPLES / n_samples).min(MOST_WAYS / self.n_ways_of_pixel);
         let least = if ratio >= 1.0 { self.n_tile_pixels } else { 1 };
         self.n_tile_pixels = wanted.max(least).clamp(1, most.max(1));
     }
@@ -210,7 +214,7 @@ impl DeviceLight {
         let n_pixels = tile.width * tile.height;
         self.make_room(gpu, n_pixels)?;
         let Some(room) = &self.room else { return Ok(0) };
-        let n = self.light.all.n_samples as usize;
+        let n = self.key.n_samples as usize;
         let columns = samples.width as usize / n;
         let first_sample =
             tile.first / columns * n * samples.width as usize + tile.first % columns * n;
@@ -240,12 +244,13 @@ impl DeviceLight {
         );
         drop(pass);
         let word = size_of::<u32>() as u64;
-        let bytes = n_pixels as u64 * word;
+        let n_words = n_pixels * self.key.words.per_pixel();
+        let bytes = n_words as u64 * word;
         encoder.copy_buffer_to_buffer(&self.n_ways, 0, &room.staging, 0, Some(word));
         encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, word, Some(bytes));
         gpu.submit(encoder.finish());
         let words: Vec<u32> =
-            gpu.read(&room.staging, n_pixels + 1, TILE_TIMEOUT, "shade some pixels")?;
+            gpu.read(&room.staging, n_words + 1, TILE_TIMEOUT, "shade some pixels")?;
         colors.extend_from_slice(&words[1..]);
         Ok(words[0].into())
     }
@@ -256,12 +261,13 @@ impl DeviceLight {
             return Ok(());
         }
         use wgpu::BufferUsages as Usage;
-        let n_ids = n_pixels * (self.light.all.n_samples as usize).pow(2);
+        let n_ids = n_pixels * (self.key.n_samples as usize).pow(2);
         let word = size_of::<u32>();
         let ids = gpu.buffer("ids", n_ids * word, Usage::STORAGE | Usage::COPY_DST);
-        let colors = gpu.buffer("colors", n_pixels * word, Usage::STORAGE | Usage::COPY_SRC);
+        let n_words = n_pixels * self.key.words.per_pixel();
+        let colors = gpu.buffer("colors", n_words * word, Usage::STORAGE | Usage::COPY_SRC);
         let staging =
-            gpu.buffer("staging", (n_pixels + 1) * word, Usage::MAP_READ | Usage::COPY_DST);
+            gpu.buffer("staging", (n_words + 1) * word, Usage::MAP_READ | Usage::COPY_DST);
         let buffers = [&self.params, &ids].into_iter().chain(&self.objects);
         let buffers = buffers.chain([&colors, &self.n_ways]);
         let resources = buffers.map(wgpu::Buffer::as_entire_binding);
@@ -271,11 +277,6 @@ impl DeviceLight {
         self.room = Some(Room { n_pixels, ids, colors, staging, bind_group });
         Ok(())
     }
-}
-
-/// Ways to lamps of a pixel, at least 1.
-fn ways_of_pixel(light: &LightInF64) -> usize {
-    (light.lamps.len().max(1)) * (light.all.n_samples as usize).pow(2)
 }
 
 /// A buffer with these values, or with room for one where there is none: none can be empty.
@@ -304,5 +305,34 @@ fn params(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> Pa
         offset_j: offset_j as i32,
         width: tile.width as u32,
         ..ParamsDouble::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::compile::compile;
+    use crate::kernel::{Float, Kernel};
+    use crate::prepare::{ColorWords, Finding, ShaderKey};
+    use crate::rays::Bundle;
+
+    #[test]
+    fn no_shader_binds_more_buffers_than_are_asked_for() {
+        let key = ShaderKey {
+            kernel: Kernel::Certified,
+            float: Float::F64,
+            bundle: Bundle::Point,
+            some: false,
+            spheres: Finding::Hierarchy,
+            n_spheres: 1,
+            n_planes: 1,
+            surface: false,
+            light: Some(ColorWords::Bytes),
+        };
+        let shader = compile(&key).unwrap();
+        let is_storage = |space| matches!(space, naga::AddressSpace::Storage { .. });
+        let globals = shader.module.global_variables.iter();
+        let n = globals.filter(|(_, variable)| is_storage(variable.space)).count();
+        assert_eq!(n, N_STORAGE_BUFFERS as usize);
     }
 }

@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::prepare::{Hierarchy, LightInF64, Prepared, ShaderKey};
+use crate::prepare::{Hierarchy, LightInF64, LightKey, Prepared, ShaderKey};
 use crate::rays::{Bundle, CameraF32, CameraF64, Pixels};
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::{ProposeColors, Tracer};
@@ -507,20 +507,23 @@ impl DecideInF64 for GpuTracer {
 impl ProposeColors for GpuTracer {
     fn propose_colors(
         &mut self,
-        light: &Arc<LightInF64>,
-        samples: &Pixels,
-        ids: &[u32],
+        key: LightKey,
+        make: &dyn Fn() -> Option<LightInF64>,
+        (samples, ids): (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<u64> {
-        let GpuTracer { gpu, prepared, hierarchy, .. } = self;
-        let mut device_light = match self.light.take().filter(|made| made.is_of(light)) {
+    ) -> Result<Option<u64>> {
+        let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
+        let made = match kept.take().filter(|made| made.key == key) {
             Some(made) => made,
-            None => Box::new(DeviceLight::new(gpu, prepared, hierarchy.as_ref(), light)?),
+            None => match make() {
+                None => return Ok(None),
+                Some(light) => {
+                    Box::new(DeviceLight::new(gpu, prepared, hierarchy.as_ref(), key, &light)?)
+                }
+            },
         };
-        let proposed = device_light.propose(gpu, prepared, samples, ids, control, colors);
-        self.light = Some(device_light);
-        proposed
+        kept.insert(made).propose(gpu, prepared, samples, ids, control, colors).map(Some)
     }
 }
 

@@ -1,69 +1,181 @@
 //! The numbers of a picture's light for a device that shades it in f64, and what is made of the colours
 //! that it proposes.
 
+use rayon::prelude::*;
+
 use super::beam::LARGEST;
 use super::finder::{Finder, LampF64, ListedShape};
 use super::lamp::{Lamp, Lighting, Origin};
-use super::lit::Lit;
-use super::painter::Background;
+use super::lit::{Certified, Interval, Job, Lit, Work};
+use super::{Background, Colors, Encoding, Style};
+use crate::control::Control;
+use crate::error::Result;
 use crate::guard::UNIT_F64;
+use crate::host;
+use crate::kernel::Kernel;
 use crate::prepare::{
-    ColorInF64, LampInF64, LightInF64, LightOfAll, PlaneInTheWay, Prepared, SphereInTheWay,
-    lamp_kind,
+    ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, OPEN_COLOR, PlaneInTheWay,
+    Prepared, SphereInTheWay, lamp_kind,
 };
+use crate::rays::Pixels;
 use crate::scene::{Color, Edges};
+use crate::trace::{Rays, StageCounts};
 
-/// The numbers for a device; `None` where one may leave the range that f64 has there.
-pub fn light_in_f64(
-    lit: &Lit,
-    lighting: &Lighting,
-    prepared: &Prepared,
-    finder: &Finder,
-) -> Option<LightInF64> {
-    let style = lit.style();
-    let lamps = lighting.lamps.iter().zip(&finder.lamps).map(lamp_in_f64).collect();
-    let (mut spheres, mut planes) = (Vec::new(), Vec::new());
-    for listed in &finder.listed {
-        let (id, at) = (listed.id, listed.at.0);
-        match listed.shape {
-            ListedShape::Sphere(radius) => {
-                spheres.push(SphereInTheWay { center: at, radius, id, padding: [0; 7] });
+impl Lit {
+    /// What tells the numbers of this style from others of the same picture.
+    pub fn light_key(&self) -> LightKey {
+        let Style { encoding, n_samples, background, .. } = *self.style();
+        LightKey {
+            words: match encoding {
+                Encoding::Srgb8 => ColorWords::Bytes,
+                Encoding::Srgb16 => ColorWords::Shorts,
+                Encoding::Linear => ColorWords::Floats,
+            },
+            n_samples,
+            shows_background: background == Background::Shown,
+            leaves_out: background == Background::LeftOut,
+        }
+    }
+
+    /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
+    /// the CPU: where nothing lights them, and where numbers may leave the range that f64 has there.
+    pub fn in_f64(&self, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
+        let lighting = self.lighting.as_ref()?;
+        if prepared.kernel != Kernel::Certified {
+            return None;
+        }
+        let rays = Rays::Pixels(*samples);
+        let finder = Finder::new(prepared, &rays, Some(lighting));
+        let LightKey { words, n_samples, shows_background, leaves_out } = self.light_key();
+        let (mut spheres, mut planes) = (Vec::new(), Vec::new());
+        for listed in &finder.listed {
+            let (id, at) = (listed.id, listed.at.0);
+            match listed.shape {
+                ListedShape::Sphere(radius) => {
+                    spheres.push(SphereInTheWay { center: at, radius, id, padding: [0; 7] });
+                }
+                ListedShape::Plane(normal) => {
+                    let (normal, padding, padding_again) = (normal.0, 0, 0.0);
+                    planes.push(PlaneInTheWay { point: at, id, padding, normal, padding_again });
+                }
             }
-            ListedShape::Plane(normal) => {
-                let (normal, padding, padding_again) = (normal.0, 0, 0.0);
-                planes.push(PlaneInTheWay { point: at, id, padding, normal, padding_again });
+        }
+        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
+        let all = LightOfAll {
+            ambient: lighting.ambient,
+            mean_error: n_terms((n_samples as usize).pow(2), lighting) as f64 * UNIT_F64,
+            to_tree: finder.to_tree.to_array(),
+            n_lamps: lighting.lamps.len() as u32,
+            n_samples,
+            n_listed_spheres: spheres.len() as u32,
+            n_listed_planes: planes.len() as u32,
+            n_boxes: tree.map_or(0, |tree| tree.n_nodes() as u32),
+            leaves_out: u32::from(leaves_out),
+            padding: [0; 4],
+        };
+        let nothing = if shows_background { prepared.scene.background } else { Color::BLACK };
+        let colors = std::iter::once(nothing).chain(prepared.scene.colors().skip(1));
+        let edges = |edges: &Edges, largest: u16| -> Vec<f64> {
+            (1..=largest).map(|number| edges.range(number).0).collect()
+        };
+        let light = LightInF64 {
+            words,
+            all,
+            lamps: lighting.lamps.iter().zip(&finder.lamps).map(lamp_in_f64).collect(),
+            spheres,
+            planes,
+            palette: colors.map(|color| ColorInF64::from(color.0)).collect(),
+            edges: match words {
+                ColorWords::Bytes => edges(Edges::srgb8(), 255),
+                ColorWords::Shorts => edges(Edges::srgb16(), u16::MAX),
+                ColorWords::Floats => Vec::new(),
+            },
+        };
+        is_in_range(&light).then_some(light)
+    }
+
+    /// As [`Lit::shade`], with the words that a device proposed of each pixel: those that it left open are
+    /// shaded. Their number comes with the counts.
+    ///
+    /// # Errors
+    /// Those of [`Lit::shade`].
+    pub fn shade_open(
+        &self,
+        prepared: &Prepared,
+        (samples, ids): (&Pixels, &[u32]),
+        proposed: &[u32],
+        control: &Control,
+        colors: &mut Colors,
+    ) -> Result<(u64, StageCounts)> {
+        let rays = Rays::Pixels(*samples);
+        let finder = Finder::new(prepared, &rays, self.lighting.as_ref());
+        let job = Job { lit: self, ids, row: samples.width as usize };
+        let job = Certified { job, finder: &finder };
+        match colors {
+            Colors::Srgb8(out) => {
+                let take = |words: &[u32; 1]| {
+                    let [r, g, b, _] = words[0].to_le_bytes();
+                    [r, g, b]
+                };
+                job.run_open(proposed, take, control, out, |bounds, at, counts| {
+                    job.code(bounds, at, Edges::srgb8(), 255, counts).map(|code| code as u8)
+                })
+            }
+            Colors::Srgb16(out) => {
+                let take = |words: &[u32; 3]| words.map(|word| word as u16);
+                job.run_open(proposed, take, control, out, |bounds, at, counts| {
+                    job.code(bounds, at, Edges::srgb16(), u16::MAX, counts)
+                })
+            }
+            Colors::Linear(out) => {
+                let take = |words: &[u32; 3]| words.map(f32::from_bits);
+                job.run_open(proposed, take, control, out, |bounds, at, counts| {
+                    job.linear(bounds, at, counts)
+                })
             }
         }
     }
-    let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
-    let n_samples = style.n_samples as usize;
-    let all = LightOfAll {
-        ambient: lighting.ambient,
-        mean_error: n_terms(n_samples.pow(2), lighting) as f64 * UNIT_F64,
-        to_tree: finder.to_tree.to_array(),
-        n_lamps: lighting.lamps.len() as u32,
-        n_samples: style.n_samples,
-        n_listed_spheres: spheres.len() as u32,
-        n_listed_planes: planes.len() as u32,
-        n_boxes: tree.map_or(0, |tree| tree.n_nodes() as u32),
-        leaves_out: u32::from(style.background == Background::LeftOut),
-        padding: [0; 4],
-    };
-    let nothing = match style.background {
-        Background::Shown => prepared.scene.background,
-        Background::LeftOut | Background::Black => Color::BLACK,
-    };
-    let colors = std::iter::once(nothing).chain(prepared.scene.colors().skip(1));
-    let edges = Edges::srgb8();
-    let light = LightInF64 {
-        all,
-        lamps,
-        spheres,
-        planes,
-        palette: colors.map(|color| ColorInF64::from(color.0)).collect(),
-        edges: (1..=255).map(|byte| edges.range(byte).0).collect(),
-    };
-    is_in_range(&light).then_some(light)
+}
+
+impl Certified<'_> {
+    /// Fills `out` with what `take` makes of the `N` words of each pixel, and `pixel` of the bounds of those that are
+    /// left open.
+    fn run_open<T: Send + Copy, const N: usize>(
+        &self,
+        proposed: &[u32],
+        take: impl Fn(&[u32; N]) -> [T; 3],
+        control: &Control,
+        out: &mut Vec<[T; 3]>,
+        pixel: impl Fn([Interval; 3], usize, &mut StageCounts) -> [T; 3] + Sync,
+    ) -> Result<(u64, StageCounts)> {
+        let (proposed, _) = proposed.as_chunks::<N>();
+        out.clear();
+        out.extend(proposed.iter().map(take));
+        let is_open = |pixel: &usize| proposed[*pixel][0] == OPEN_COLOR;
+        let open: Vec<usize> = (0..proposed.len()).filter(is_open).collect();
+        self.job.advance(control, proposed.len() - open.len());
+        let some = |open: &[usize]| {
+            let mut work = Work::new(self);
+            let mut found = Vec::with_capacity(open.len());
+            for &at in open {
+                control.check()?;
+                host::check()?;
+                work.find(at, 1);
+                self.job.advance(control, 1);
+                let bounds = work.bounds(at, self.job.first_sample(at), 0, 1);
+                found.push((at, pixel(bounds, at, &mut work.counts)));
+            }
+            Ok((found, work.counts))
+        };
+        let parts: Vec<_> =
+            open.par_chunks(self.job.part()).map(some).collect::<Result<Vec<_>>>()?;
+        let mut counts = StageCounts::default();
+        for (found, counted) in parts {
+            counts.add(counted);
+            found.into_iter().for_each(|(at, color)| out[at] = color);
+        }
+        Ok((open.len() as u64, counts))
+    }
 }
 
 /// What [`Lit::shade`] counts as the terms of a pixel's mean; on a device the sum's roundings, the quotient's 2½

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::finder::{Finder, Row};
-use super::in_f64::{light_in_f64, n_terms};
+use super::in_f64::n_terms;
 use super::lamp::Lighting;
 use super::mean::ExactMean;
-use super::{Background, Colors, Encoding, PIXELS_AT_ONCE, Style, plain};
+use super::{Background, Colors, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -20,7 +20,7 @@ use crate::exact::{ExactPoint, Shape, exact, integer};
 use crate::guard::UNIT_F64;
 use crate::host;
 use crate::kernel::Kernel;
-use crate::prepare::{LightInF64, OPEN_COLOR, Prepared};
+use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Scene};
 use crate::trace::{Coverage, Rays, StageCounts};
@@ -35,7 +35,7 @@ pub struct Lit {
 
 /// Bounds of a number.
 #[derive(Clone, Copy, Debug, Default)]
-struct Interval {
+pub(super) struct Interval {
     low: f64,
     high: f64,
 }
@@ -120,77 +120,13 @@ impl Lit {
     }
 }
 
-impl Lit {
-    /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
-    /// the CPU: where colours are not bytes, where nothing lights them, and where numbers are too large.
-    pub fn in_f64(&self, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
-        let lighting = self.lighting.as_ref()?;
-        if prepared.kernel != Kernel::Certified || self.style.encoding != Encoding::Srgb8 {
-            return None;
-        }
-        let rays = Rays::Pixels(*samples);
-        light_in_f64(self, lighting, prepared, &Finder::new(prepared, &rays, Some(lighting)))
-    }
-
-    /// As [`Lit::shade`], with what a device proposed of each pixel: those that it left open are shaded.
-    ///
-    /// # Errors
-    /// Those of [`Lit::shade`].
-    pub fn shade_open(
-        &self,
-        prepared: &Prepared,
-        (samples, ids): (&Pixels, &[u32]),
-        proposed: &[u32],
-        control: &Control,
-        out: &mut Vec<[u8; 3]>,
-    ) -> Result<StageCounts> {
-        out.clear();
-        out.extend(proposed.iter().map(|color| {
-            let [r, g, b, _] = color.to_le_bytes();
-            [r, g, b]
-        }));
-        let is_open = |pixel: &usize| proposed[*pixel] == OPEN_COLOR;
-        let open: Vec<usize> = (0..proposed.len()).filter(is_open).collect();
-        let job = Job { lit: self, ids, row: samples.width as usize };
-        job.advance(control, proposed.len() - open.len());
-        if open.is_empty() {
-            return Ok(StageCounts::default());
-        }
-        let rays = Rays::Pixels(*samples);
-        let finder = Finder::new(prepared, &rays, self.lighting.as_ref());
-        let certified = Certified { job, finder: &finder };
-        let some = |open: &[usize]| {
-            let mut work = Work::new(&certified);
-            let mut found = Vec::with_capacity(open.len());
-            for &pixel in open {
-                control.check()?;
-                host::check()?;
-                work.find(pixel, 1);
-                job.advance(control, 1);
-                let bounds = work.bounds(pixel, job.first_sample(pixel), 0, 1);
-                let edges = Edges::srgb8();
-                let code = certified.code(bounds, pixel, edges, 255, &mut work.counts);
-                found.push((pixel, code.map(|code| code as u8)));
-            }
-            Ok((found, work.counts))
-        };
-        let parts: Vec<_> = open.par_chunks(job.part()).map(some).collect::<Result<Vec<_>>>()?;
-        let mut counts = StageCounts::default();
-        for (found, counted) in parts {
-            counts.add(counted);
-            found.into_iter().for_each(|(pixel, color)| out[pixel] = color);
-        }
-        Ok(counts)
-    }
-}
-
 /// The pixels of one call.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub lit: &'a Lit,
     pub ids: &'a [u32],
     /// Samples of a row.
-    row: usize,
+    pub row: usize,
 }
 
 impl Job<'_> {
@@ -241,21 +177,21 @@ impl Job<'_> {
     }
 
     /// Counts the light of pixels that are about to get it.
-    fn advance(&self, control: &Control, n_pixels: usize) {
+    pub fn advance(&self, control: &Control, n_pixels: usize) {
         if self.lit.lighting.is_some() {
             control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
         }
     }
 
     /// Pixels that take a moment, between which Ctrl-C is looked at.
-    fn part(&self) -> usize {
+    pub fn part(&self) -> usize {
         let n_lamps = self.lit.lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
         let n_questions = self.lit.style.n_samples.pow(2) as usize * (n_lamps + 1);
         (PIXELS_AT_ONCE / n_questions).clamp(16, PIXELS_AT_ONCE / 8)
     }
 
     /// Index of a pixel's first sample.
-    fn first_sample(&self, pixel: usize) -> usize {
+    pub fn first_sample(&self, pixel: usize) -> usize {
         let (n, n_columns) =
             (self.lit.style.n_samples as usize, self.row / self.lit.style.n_samples as usize);
         pixel / n_columns * n * self.row + pixel % n_columns * n
@@ -278,9 +214,9 @@ impl Job<'_> {
 
 /// The pixels of the kernel `certified`.
 #[derive(Clone, Copy)]
-struct Certified<'a> {
-    job: Job<'a>,
-    finder: &'a Finder<'a>,
+pub(super) struct Certified<'a> {
+    pub job: Job<'a>,
+    pub finder: &'a Finder<'a>,
 }
 
 impl Certified<'_> {
@@ -319,7 +255,7 @@ impl Certified<'_> {
         })
     }
 
-    fn code(
+    pub fn code(
         &self,
         bounds: [Interval; 3],
         pixel: usize,
@@ -336,7 +272,12 @@ impl Certified<'_> {
         })
     }
 
-    fn linear(&self, bounds: [Interval; 3], pixel: usize, counts: &mut StageCounts) -> [f32; 3] {
+    pub fn linear(
+        &self,
+        bounds: [Interval; 3],
+        pixel: usize,
+        counts: &mut StageCounts,
+    ) -> [f32; 3] {
         let low = bounds.map(|b| b.low as f32);
         if low == bounds.map(|b| b.high as f32) {
             return low;
@@ -393,7 +334,7 @@ impl Certified<'_> {
 }
 
 /// Samples side by side on their way to bounds.
-struct Work<'a> {
+pub(super) struct Work<'a> {
     certified: &'a Certified<'a>,
     completer: Option<Box<Completer<'a>>>,
     points: Points,
@@ -401,11 +342,11 @@ struct Work<'a> {
     light: Vec<[[Row; 2]; 3]>,
     /// See [`Finder::light`], for each lamp.
     last: Vec<Option<usize>>,
-    counts: StageCounts,
+    pub counts: StageCounts,
 }
 
 impl<'a> Work<'a> {
-    fn new(certified: &'a Certified<'a>) -> Work<'a> {
+    pub fn new(certified: &'a Certified<'a>) -> Work<'a> {
         let lighting = certified.job.lit.lighting.as_ref();
         Work {
             certified,
@@ -418,7 +359,7 @@ impl<'a> Work<'a> {
     }
 
     /// Finds the light of the samples of `n` pixels in a row, from `first` on.
-    fn find(&mut self, first: usize, n: usize) {
+    pub fn find(&mut self, first: usize, n: usize) {
         let Certified { job, finder } = self.certified;
         let (Some(lighting), Some(completer)) = (&job.lit.lighting, &mut self.completer) else {
             return;
@@ -437,7 +378,7 @@ impl<'a> Work<'a> {
 
     /// Bounds of the mean of `pixel`, the one `at` in a part of `n` pixels whose first sample is given. Each sum of
     /// `n` terms, products of three numbers, is off by `n + 4` roundings at most.
-    fn bounds(&self, pixel: usize, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
+    pub fn bounds(&self, pixel: usize, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
         let Certified { job, .. } = self.certified;
         let n_samples = job.lit.style.n_samples as usize;
         if job.lit.lighting.is_none()

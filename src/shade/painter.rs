@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::{Colors, Encoding, Lighting, Lit, Shader};
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{LightInF64, OPEN_COLOR, Prepared};
+use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
 use crate::tracer::Tracer;
@@ -91,14 +91,7 @@ pub struct LitPainter<'a> {
     /// Traces it, where it is not the picture itself.
     tracer: Option<&'a mut (dyn Tracer + 'static)>,
     hits: Hits,
-    on_device: OnDevice,
-}
-
-/// What a device that shades has, and what it proposes.
-#[derive(Default)]
-struct OnDevice {
-    /// None before it is needed; then none where the device has no part in it.
-    light: Option<Option<Arc<LightInF64>>>,
+    /// What a device proposes.
     proposed: Vec<u32>,
 }
 
@@ -124,7 +117,7 @@ impl<'a> Painter<'a> {
             prepared: Arc::clone(prepared),
             tracer,
             hits: Hits::default(),
-            on_device: OnDevice::default(),
+            proposed: Vec::new(),
         }))
     }
 
@@ -179,7 +172,7 @@ impl<'a> Painter<'a> {
             }
             Painter::Lit(painter) => painter,
         };
-        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples, on_device } =
+        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples, proposed } =
             &mut **painter;
         let style = *lit.style();
         if colors.encoding() != style.encoding {
@@ -196,20 +189,24 @@ impl<'a> Painter<'a> {
             }
         };
         let start = Instant::now();
+        let of_samples = (&samples, &ids[..]);
+        let device = device.map(|tracer| tracer.shades_in_f64()).transpose()?.flatten();
         let n_ways = match device {
-            Some(tracer) => on_device.propose(lit, prepared, (&samples, ids), tracer, control)?,
+            Some(device) => {
+                let make = || lit.in_f64(prepared, &samples);
+                device.propose_colors(lit.light_key(), &make, of_samples, control, proposed)?
+            }
             None => None,
         };
-        let proposed = &on_device.proposed;
-        painted.shadow_rays = match (n_ways, &mut *colors) {
-            (Some(n_ways), Colors::Srgb8(out)) => {
-                let of_cpu = lit.shade_open(prepared, (&samples, ids), proposed, control, out)?;
-                let n_open = proposed.iter().filter(|&&color| color == OPEN_COLOR).count() as u64;
-                let n_pixels = proposed.len() as u64;
+        painted.shadow_rays = match n_ways {
+            Some(n_ways) => {
+                let (n_open, counts) =
+                    lit.shade_open(prepared, of_samples, proposed, control, colors)?;
+                let n_pixels = colors.len() as u64;
                 painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
-                StageCounts { f64: of_cpu.f64 + n_ways, ..of_cpu }
+                StageCounts { f64: counts.f64 + n_ways, ..counts }
             }
-            (_, colors) => {
+            None => {
                 let counts = lit.shade(prepared, &samples, ids, control, colors)?;
                 painted.colors.cpu = colors.len() as u64;
                 counts
@@ -220,23 +217,5 @@ impl<'a> Painter<'a> {
         }
         painted.shade = start.elapsed();
         Ok(painted)
-    }
-}
-
-impl OnDevice {
-    /// Has the device of a tracer propose colours; how many ways to lamps it looked along, or `None` where it
-    /// has no part in it.
-    fn propose(
-        &mut self,
-        lit: &Lit,
-        prepared: &Prepared,
-        (samples, ids): (&Pixels, &[u32]),
-        tracer: &mut dyn Tracer,
-        control: &Control,
-    ) -> Result<Option<u64>> {
-        let Some(device) = tracer.shades_in_f64()? else { return Ok(None) };
-        let light = self.light.get_or_insert_with(|| lit.in_f64(prepared, samples).map(Arc::new));
-        let Some(light) = light else { return Ok(None) };
-        device.propose_colors(light, samples, ids, control, &mut self.proposed).map(Some)
     }
 }
