@@ -90,6 +90,7 @@
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
+//! | `system` | what kinds of systems do differently |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
@@ -113,10 +114,13 @@
 //!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
 //!    ([`exact::nearest`]) the rest; `certify/lanes.rs` fills in `t` and normals, or
 //!    `shaders/surface.wgsl` on a GPU where it is sure of each byte.
-//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit or sampled ones by
-//!    [`shade::Lit::shade`], in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
-//!    (`exact/light.rs`, `shade/mean.rs`). A GPU proposes the bytes of lit ones by the same bounds
-//!    (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), and the CPU shades what that leaves open.
+//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
+//!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
+//!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`. A GPU proposes lit
+//!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), and the CPU
+//!    shades what that leaves open.
+//!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which
+//!    pixels show one object alone.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!
@@ -159,6 +163,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod shape;
+mod system;
 pub mod trace;
 pub mod tracer;
 pub mod tree;

@@ -149,7 +149,7 @@ pub struct Rendered {
     pub timing: Timing,
     /// How many ways from samples to lamps each stage decided.
     pub shadow_rays: StageCounts,
-    /// How many pixels' colours the device and the CPU found, where they are not flat.
+    /// How many lit pixels' colours the device and the CPU found.
     pub colors: ColorCounts,
     /// Time for colours.
     pub shade: Duration,
@@ -215,7 +215,7 @@ pub fn paint_only(
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         // What flat colours take is part of writing them.
-        if let Painter::Lit(_) = painter {
+        if let Painter::Sampled(_) = painter {
             rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
         }
     }

@@ -17,10 +17,12 @@ mod oracle;
 #[path = "common/setups.rs"]
 mod setups;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use common::{camera, gpu, in_cube, log_uniform};
+use exr::prelude::{ReadChannels, ReadLayers};
 use glam::{DVec3, dvec3};
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -541,8 +543,31 @@ fn sessions_and_files_have_the_same_numbers() {
                 })
                 .collect();
             assert_eq!(linear, expected.linear);
+            let exr = exr_channels(&write("picture.exr", Bits::Eight));
+            let color = |at: usize| ["R", "G", "B"].map(|channel| exr[channel][at]);
+            let linear: Vec<[f32; 3]> = (0..40 * 25).map(color).collect();
+            assert_eq!(linear, expected.linear);
+            assert!(exr["A"].iter().all(|&alpha| alpha == 1.0));
         }
     }
+}
+
+/// The channels of floats of an EXR file.
+fn exr_channels(path: &Path) -> HashMap<String, Vec<f32>> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap();
+    let channels = image.layer_data.channel_data.list.into_iter();
+    let floats = channels.filter_map(|channel| match channel.sample_data {
+        exr::prelude::FlatSamples::F32(floats) => Some((channel.name.to_string(), floats)),
+        _ => None,
+    });
+    floats.collect()
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -265,8 +265,9 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
         }
         if let (Some(shown), Some(truth), Some(colors)) = (&mut shown, true_colors, colors) {
             let painted = |hits: &Hits, tracers: &mut Tracers| {
-                let tracer = tracers.samples.as_deref_mut();
-                Shown::painted(&of_samples, band, colors.n_samples, hits, tracer, control)
+                let Tracers { pixels, samples } = tracers;
+                let (n, samples) = (colors.n_samples, samples.as_deref_mut());
+                Shown::painted(&of_samples, band, n, hits, &mut **pixels, samples, control)
             };
             let of_cpu = painted(&on_cpu, &mut cpu)?;
             let against = compare_colors_to_exact(&of_cpu, truth);

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::beam::LARGEST;
 use super::finder::{Finder, LampF64, ListedShape};
 use super::lamp::{Lamp, Lighting, Origin};
-use super::lit::{Certified, Interval, Job, Lit, Work};
+use super::lit::{Certified, Job, Lit, Work};
+use super::written::Written;
 use super::{Background, Colors, Encoding, Style};
 use crate::control::Control;
 use crate::error::Result;
@@ -20,6 +21,7 @@ use crate::prepare::{
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges};
 use crate::trace::{Rays, StageCounts};
+use crate::tracer::ProposeColors;
 
 impl Lit {
     /// What tells the numbers of this style from others of the same picture.
@@ -38,14 +40,14 @@ impl Lit {
     }
 
     /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
-    /// the CPU: where nothing lights them, and where numbers may leave the range that f64 has there.
+    /// the CPU where numbers may leave the range that f64 has there.
     pub fn in_f64(&self, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
-        let lighting = self.lighting.as_ref()?;
+        let lighting = &self.lighting;
         if prepared.kernel != Kernel::Certified {
             return None;
         }
         let rays = Rays::Pixels(*samples);
-        let finder = Finder::new(prepared, &rays, Some(lighting));
+        let finder = Finder::new(prepared, &rays, lighting);
         let LightKey { words, n_samples, shows_background, leaves_out } = self.light_key();
         let (mut spheres, mut planes) = (Vec::new(), Vec::new());
         for listed in &finder.listed {
@@ -63,7 +65,7 @@ impl Lit {
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
         let all = LightOfAll {
             ambient: lighting.ambient,
-            mean_error: n_terms((n_samples as usize).pow(2), lighting) as f64 * UNIT_F64,
+            mean_error: n_terms(n_samples, lighting) as f64 * UNIT_F64,
             to_tree: finder.to_tree.to_array(),
             n_lamps: lighting.lamps.len() as u32,
             n_samples,
@@ -94,6 +96,22 @@ impl Lit {
         is_in_range(&light).then_some(light)
     }
 
+    /// Has a device propose the words of pixels, at the rays of their samples and the ids that these see. Returns how
+    /// many ways to lamps it looked along; `None` where it has no part in it.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`](crate::tracer::Tracer::trace).
+    pub fn propose(
+        &self,
+        (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
+        device: &mut dyn ProposeColors,
+        control: &Control,
+        proposed: &mut Vec<u32>,
+    ) -> Result<Option<u64>> {
+        let make = || self.in_f64(prepared, samples);
+        device.propose_colors(self.light_key(), &make, (samples, ids), control, proposed)
+    }
+
     /// As [`Lit::shade`], with the words that a device proposed of each pixel: those that it left open are
     /// shaded. Their number comes with the counts.
     ///
@@ -101,14 +119,13 @@ impl Lit {
     /// Those of [`Lit::shade`].
     pub fn shade_open(
         &self,
-        prepared: &Prepared,
-        (samples, ids): (&Pixels, &[u32]),
+        (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
         proposed: &[u32],
         control: &Control,
         colors: &mut Colors,
     ) -> Result<(u64, StageCounts)> {
         let rays = Rays::Pixels(*samples);
-        let finder = Finder::new(prepared, &rays, self.lighting.as_ref());
+        let finder = Finder::new(prepared, &rays, &self.lighting);
         let job = Job { lit: self, ids, row: samples.width as usize };
         let job = Certified { job, finder: &finder };
         match colors {
@@ -117,36 +134,29 @@ impl Lit {
                     let [r, g, b, _] = words[0].to_le_bytes();
                     [r, g, b]
                 };
-                job.run_open(proposed, take, control, out, |bounds, at, counts| {
-                    job.code(bounds, at, Edges::srgb8(), 255, counts).map(|code| code as u8)
-                })
+                job.run_open(proposed, take, control, out)
             }
             Colors::Srgb16(out) => {
                 let take = |words: &[u32; 3]| words.map(|word| word as u16);
-                job.run_open(proposed, take, control, out, |bounds, at, counts| {
-                    job.code(bounds, at, Edges::srgb16(), u16::MAX, counts)
-                })
+                job.run_open(proposed, take, control, out)
             }
             Colors::Linear(out) => {
                 let take = |words: &[u32; 3]| words.map(f32::from_bits);
-                job.run_open(proposed, take, control, out, |bounds, at, counts| {
-                    job.linear(bounds, at, counts)
-                })
+                job.run_open(proposed, take, control, out)
             }
         }
     }
 }
 
 impl Certified<'_> {
-    /// Fills `out` with what `take` makes of the `N` words of each pixel, and `pixel` of the bounds of those that are
-    /// left open.
-    fn run_open<T: Send + Copy, const N: usize>(
+    /// Fills `out` with what `take` makes of the `N` words of each pixel, and with the colours of those that are left
+    /// open.
+    fn run_open<T: Written, const N: usize>(
         &self,
         proposed: &[u32],
-        take: impl Fn(&[u32; N]) -> [T; 3],
+        take: impl Fn(&[u32; N]) -> T,
         control: &Control,
-        out: &mut Vec<[T; 3]>,
-        pixel: impl Fn([Interval; 3], usize, &mut StageCounts) -> [T; 3] + Sync,
+        out: &mut Vec<T>,
     ) -> Result<(u64, StageCounts)> {
         let (proposed, _) = proposed.as_chunks::<N>();
         out.clear();
@@ -160,10 +170,10 @@ impl Certified<'_> {
             for &at in open {
                 control.check()?;
                 host::check()?;
-                work.find(at, 1);
+                // Each is a part by itself, the first one of its row.
+                work.find(at, 1, 0);
                 self.job.advance(control, 1);
-                let bounds = work.bounds(at, self.job.first_sample(at), 0, 1);
-                found.push((at, pixel(bounds, at, &mut work.counts)));
+                found.push((at, work.color(at, 0)));
             }
             Ok((found, work.counts))
         };
@@ -180,8 +190,8 @@ impl Certified<'_> {
 
 /// What [`Lit::shade`] counts as the terms of a pixel's mean; on a device the sum's roundings, the quotient's 2½
 /// and 6 others are fewer too.
-pub fn n_terms(n_samples: usize, lighting: &Lighting) -> usize {
-    n_samples + lighting.lamps.len() + 9
+pub fn n_terms(n_samples: u32, lighting: &Lighting) -> usize {
+    n_samples.pow(2) as usize + lighting.lamps.len() + 9
 }
 
 fn lamp_in_f64((lamp, here): (&Lamp, &LampF64)) -> LampInF64 {

@@ -9,6 +9,8 @@ mod lit;
 mod mean;
 mod painter;
 mod plain;
+mod unlit;
+mod written;
 
 use rayon::prelude::*;
 
@@ -19,9 +21,8 @@ use crate::trace::Hits;
 pub(crate) use beam::FOR_DEVICE as BEAM_CONSTANTS;
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
-pub use lit::Lit;
 pub(crate) use mean::ExactMean;
-pub use painter::{Background, ColorCounts, LitPainter, Painted, Painter, Style};
+pub use painter::{Background, ColorCounts, Every, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.

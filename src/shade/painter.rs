@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Colors, Encoding, Lighting, Lit, Shader};
+use super::lit::Lit;
+use super::unlit::Unlit;
+use super::{Colors, Encoding, Lighting, Shader};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
+use crate::trace::{Coverage, Hits, Rays, Samples, StageCounts, Timing};
 use crate::tracer::Tracer;
 
 /// How pixels get their colours.
@@ -66,7 +68,7 @@ pub struct Painted {
     pub counts: StageCounts,
     /// How many ways from samples to lamps each stage decided.
     pub shadow_rays: StageCounts,
-    /// How many pixels' colours the device and the CPU found, where they are not flat.
+    /// How many lit pixels' colours the device and the CPU found.
     pub colors: ColorCounts,
     /// Time for tracing the samples.
     pub timing: Timing,
@@ -78,13 +80,13 @@ pub struct Painted {
 pub enum Painter<'a> {
     /// Each object has its own, and each pixel one sample.
     Flat(Shader),
-    /// The scene has light, or each pixel several samples.
-    Lit(Box<LitPainter<'a>>),
+    /// The scene has light, or each pixel several samples, or the background is left out.
+    Sampled(Box<SamplePainter<'a>>),
 }
 
-/// See [`Painter::Lit`].
-pub struct LitPainter<'a> {
-    lit: Lit,
+/// See [`Painter::Sampled`].
+pub struct SamplePainter<'a> {
+    colorist: Colorist,
     coverage: Option<Coverage>,
     /// Of the picture whose pixels are the samples.
     prepared: Arc<Prepared>,
@@ -94,6 +96,24 @@ pub struct LitPainter<'a> {
     /// What a device proposes.
     proposed: Vec<u32>,
 }
+
+/// Makes colours of what samples see.
+enum Colorist {
+    Lit(Lit),
+    Unlit(Unlit, Samples),
+}
+
+impl Colorist {
+    fn style(&self) -> &Style {
+        match self {
+            Colorist::Lit(lit) => lit.style(),
+            Colorist::Unlit(unlit, _) => unlit.style(),
+        }
+    }
+}
+
+/// A pixel's colour in every encoding.
+pub type Every = ([u8; 3], [u16; 3], [f32; 3]);
 
 impl<'a> Painter<'a> {
     /// Paints pixels. `prepared` is of the picture whose pixels are their samples, [`Pixels::samples`],
@@ -106,13 +126,16 @@ impl<'a> Painter<'a> {
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
-        let lighting = Lighting::new(scene, &pixels.view);
         let is_shown = style.background == Background::Shown;
-        if lighting.is_none() && style.n_samples == 1 && is_shown {
-            return Painter::Flat(Shader::new(scene, style.encoding));
-        }
-        Painter::Lit(Box::new(LitPainter {
-            lit: Lit::new(Arc::clone(scene), lighting, style),
+        let colorist = match Lighting::new(scene, &pixels.view) {
+            None if style.n_samples == 1 && is_shown => {
+                return Painter::Flat(Shader::new(scene, style.encoding));
+            }
+            None => Colorist::Unlit(Unlit::new(Arc::clone(scene), style), Samples::default()),
+            Some(lighting) => Colorist::Lit(Lit::new(Arc::clone(scene), lighting, style)),
+        };
+        Painter::Sampled(Box::new(SamplePainter {
+            colorist,
             coverage: (!is_shown).then(Coverage::default),
             prepared: Arc::clone(prepared),
             tracer,
@@ -125,7 +148,7 @@ impl<'a> Painter<'a> {
     pub fn encoding(&self) -> Encoding {
         match self {
             Painter::Flat(shader) => shader.encoding(),
-            Painter::Lit(painter) => painter.lit.style().encoding,
+            Painter::Sampled(painter) => painter.colorist.style().encoding,
         }
     }
 
@@ -134,14 +157,14 @@ impl<'a> Painter<'a> {
     pub fn coverage(&self) -> Option<&Coverage> {
         match self {
             Painter::Flat(_) => None,
-            Painter::Lit(painter) => painter.coverage.as_ref(),
+            Painter::Sampled(painter) => painter.coverage.as_ref(),
         }
     }
 
     /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays.
     ///
     /// # Errors
-    /// Those of [`Tracer::trace`], [`Shader::shade`] and [`Lit::shade`].
+    /// Those of [`Tracer::trace_samples`] and [`Shader::shade`]; [`crate::Error::Interrupted`].
     pub fn paint(
         &mut self,
         band: &Pixels,
@@ -164,56 +187,113 @@ impl<'a> Painter<'a> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
-        let painter = match self {
+        match self {
             Painter::Flat(shader) => {
                 let start = Instant::now();
                 shader.shade(hits, colors)?;
-                return Ok(Painted { shade: start.elapsed(), ..Painted::default() });
+                Ok(Painted { shade: start.elapsed(), ..Painted::default() })
             }
-            Painter::Lit(painter) => painter,
-        };
-        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples, proposed } =
-            &mut **painter;
-        let style = *lit.style();
-        if colors.encoding() != style.encoding {
-            *colors = Colors::new(style.encoding);
+            Painter::Sampled(painter) => {
+                let encoding = painter.colorist.style().encoding;
+                if colors.encoding() != encoding {
+                    *colors = Colors::new(encoding);
+                }
+                painter.paint(of_pixels, band, hits, control, Canvas::One(colors))
+            }
         }
+    }
+}
+
+/// Where colours go.
+enum Canvas<'c> {
+    /// In the style's encoding.
+    One(&'c mut Colors),
+    Every(&'c mut Vec<Every>),
+}
+
+impl SamplePainter<'_> {
+    /// The colours of a band of pixels in every encoding, as [`Painter::paint`] gives them in one.
+    ///
+    /// # Errors
+    /// Those of [`Painter::paint`].
+    pub fn paint_every(
+        &mut self,
+        band: &Pixels,
+        hits: &Hits,
+        control: &Control,
+    ) -> Result<Vec<Every>> {
+        let mut every = Vec::new();
+        self.paint(None, band, hits, control, Canvas::Every(&mut every))?;
+        Ok(every)
+    }
+
+    fn paint(
+        &mut self,
+        of_pixels: Option<&mut dyn Tracer>,
+        band: &Pixels,
+        hits: &Hits,
+        control: &Control,
+        canvas: Canvas,
+    ) -> Result<Painted> {
+        let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples, proposed } =
+            self;
+        let n_samples = colorist.style().n_samples;
         let mut painted = Painted::default();
-        let (samples, ids, device) = match tracer {
-            None => (*band, &hits.id, of_pixels),
-            Some(tracer) => {
-                let samples = band.samples(style.n_samples);
-                painted.timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
-                painted.counts = of_samples.counts;
-                (samples, &of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
+        let start;
+        match colorist {
+            Colorist::Unlit(unlit, samples) => {
+                match tracer {
+                    None => *samples = Samples::of_ids(&hits.id),
+                    Some(tracer) => {
+                        painted.timing =
+                            tracer.trace_samples(band, n_samples, control, of_samples, samples)?;
+                        painted.counts = samples.counts;
+                    }
+                }
+                start = Instant::now();
+                match canvas {
+                    Canvas::One(colors) => unlit.shade(samples, control, colors)?,
+                    Canvas::Every(out) => unlit.shade_as(samples, control, out)?,
+                }
+                if let Some(coverage) = coverage {
+                    *coverage = samples.coverage();
+                }
             }
-        };
-        let start = Instant::now();
-        let of_samples = (&samples, &ids[..]);
-        let device = device.map(|tracer| tracer.shades_in_f64()).transpose()?.flatten();
-        let n_ways = match device {
-            Some(device) => {
-                let make = || lit.in_f64(prepared, &samples);
-                device.propose_colors(lit.light_key(), &make, of_samples, control, proposed)?
+            Colorist::Lit(lit) => {
+                let (samples, ids, device) = match tracer {
+                    None => (*band, &hits.id, of_pixels),
+                    Some(tracer) => {
+                        let samples = band.samples(n_samples);
+                        painted.timing =
+                            tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
+                        painted.counts = of_samples.counts;
+                        (samples, &of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
+                    }
+                };
+                start = Instant::now();
+                let at = (&**prepared, &samples, &ids[..]);
+                let device = device.map(|tracer| tracer.shades_in_f64()).transpose()?.flatten();
+                let n_ways = match (device, &canvas) {
+                    (Some(device), Canvas::One(_)) => lit.propose(at, device, control, proposed)?,
+                    _ => None,
+                };
+                let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
+                painted.colors.cpu = n_pixels;
+                painted.shadow_rays = match (n_ways, canvas) {
+                    (Some(n_ways), Canvas::One(colors)) => {
+                        let (n_open, counts) = lit.shade_open(at, proposed, control, colors)?;
+                        painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
+                        StageCounts { f64: counts.f64 + n_ways, ..counts }
+                    }
+                    (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, control, out)?,
+                    (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, control, out)?,
+                    (_, Canvas::One(Colors::Linear(out))) => lit.shade(at, control, out)?,
+                    (_, Canvas::Every(out)) => lit.shade(at, control, out)?,
+                };
+                if let Some(coverage) = coverage {
+                    *coverage = lit.coverage(&samples, ids);
+                }
             }
-            None => None,
-        };
-        painted.shadow_rays = match n_ways {
-            Some(n_ways) => {
-                let (n_open, counts) =
-                    lit.shade_open(prepared, of_samples, proposed, control, colors)?;
-                let n_pixels = colors.len() as u64;
-                painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
-                StageCounts { f64: counts.f64 + n_ways, ..counts }
-            }
-            None => {
-                let counts = lit.shade(prepared, &samples, ids, control, colors)?;
-                painted.colors.cpu = colors.len() as u64;
-                counts
-            }
-        };
-        if let Some(coverage) = coverage {
-            *coverage = lit.coverage(&samples, ids);
         }
         painted.shade = start.elapsed();
         Ok(painted)

@@ -28,6 +28,7 @@ use crate::scene::Sphere;
 pub use members::MOST_SPHERES;
 #[cfg(feature = "gpu")]
 pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS, SLAB_CONSTANTS};
+pub(crate) use segment::Ahead;
 pub use segment::Segment;
 pub(crate) use wide::Open;
 pub use wide::TreeRay;

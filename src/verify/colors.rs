@@ -34,8 +34,8 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays;
-    /// `prepared` and `tracer` are those of [`Painter::new`].
+    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays, which
+    /// `of_pixels` traces; `prepared` and `tracer` are those of [`Painter::new`].
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
@@ -44,16 +44,33 @@ impl Shown {
         band: &Pixels,
         n_samples: u32,
         hits: &Hits,
+        of_pixels: &mut dyn Tracer,
         mut tracer: Option<&mut (dyn Tracer + 'static)>,
         control: &Control,
     ) -> Result<Shown> {
+        let device = match &mut tracer {
+            Some(tracer) => tracer.shades_in_f64()?,
+            None => of_pixels.shades_in_f64()?,
+        };
+        // A device gives one encoding at a time, and flat colours are looked up.
+        if device.is_none() {
+            let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+            let painter = Painter::new(prepared, style, band, tracer.as_deref_mut());
+            if let Painter::Sampled(mut painter) = painter {
+                let every = painter.paint_every(band, hits, control)?;
+                return Ok(Shown {
+                    srgb8: every.iter().map(|every| every.0).collect(),
+                    srgb16: every.iter().map(|every| every.1).collect(),
+                    linear: every.iter().map(|every| every.2).collect(),
+                });
+            }
+        }
         let mut shown = Shown::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
-            let tracer = tracer.as_deref_mut();
             let style = Style { n_samples, ..Style::new(encoding) };
-            let mut painter = Painter::new(prepared, style, band, tracer);
+            let mut painter = Painter::new(prepared, style, band, tracer.as_deref_mut());
             let mut colors = Colors::new(encoding);
-            painter.paint(band, hits, control, &mut colors)?;
+            painter.paint_with(Some(&mut *of_pixels), band, hits, control, &mut colors)?;
             match colors {
                 Colors::Srgb8(pixels) => shown.srgb8 = pixels,
                 Colors::Srgb16(pixels) => shown.srgb16 = pixels,
