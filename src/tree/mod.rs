@@ -11,6 +11,7 @@ pub mod footprint;
 pub mod footprints;
 mod members;
 mod segment;
+mod walk;
 mod wide;
 
 use std::ops::Range;
@@ -25,8 +26,8 @@ use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
 pub use segment::Segment;
-pub(crate) use wide::Open;
-pub use wide::TreeRay;
+pub(crate) use walk::Company;
+pub use walk::TreeRay;
 use wide::{WIDE_BYTES, Wide};
 
 /// Set in a leaf's link, on the device too.

@@ -2,6 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::FEW_SPHERES;
 use super::records::{PlaneCertified, SphereCertified, SphereFar};
@@ -23,7 +24,8 @@ pub fn objects(
 
 /// Largest distance of an origin from the reference point.
 pub fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
-    rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
+    let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
+    rays.par_iter().map(distance).reduce(|| 0.0, f64::max)
 }
 
 /// The point that the numbers are relative to, and how far the rays are from it.
