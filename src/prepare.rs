@@ -2,6 +2,7 @@
 
 mod first_stage;
 mod hierarchy;
+mod in_space;
 
 use std::iter;
 use std::sync::Arc;
@@ -28,6 +29,7 @@ pub use crate::kernel::coordinates::{
 };
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
+pub use in_space::InSpace;
 
 use first_stage::is_left_open;
 
@@ -66,6 +68,8 @@ pub enum Finding {
     ListedInside,
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
+    /// Rays of a list by the kernel `certified`, through the boxes of a tree, but for some.
+    Tree,
 }
 
 /// A sphere that no ray hits.
@@ -280,8 +284,8 @@ impl Prepared {
         self.starts_in_f64
     }
 
-    /// True where the f32 stage has no way to these rays' many spheres, which f64 then finds.
-    pub fn is_left_to_f64(&self) -> bool {
+    /// True for a list of rays into many spheres. A device finds these in f32 alone, the CPU in f64 alone.
+    pub fn has_tree_in_space(&self) -> bool {
         self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none())
     }
 
@@ -309,6 +313,7 @@ impl Prepared {
             some: false,
             spheres: match &self.hierarchy {
                 Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
+                Some(_) => Finding::Tree,
                 None if is_certified && is_point && !self.near => Finding::ListedFar,
                 _ => Finding::Listed,
             },

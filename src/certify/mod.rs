@@ -195,7 +195,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range || prepared.is_left_to_f64() {
+    if !prepared.in_range {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;

@@ -2,6 +2,7 @@
 
 mod in_f64;
 mod tile;
+mod tree;
 mod walk;
 
 use std::sync::Arc;
@@ -24,6 +25,7 @@ use crate::trace::{Hits, Timing, Wants};
 use crate::tracer::Tracer;
 pub use in_f64::propose_in_f64;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
+pub use tree::propose_in_space;
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;

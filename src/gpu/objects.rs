@@ -28,8 +28,7 @@ pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<wgpu::Buffer> {
 }
 
 pub fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
-    let hierarchy = prepared.hierarchy.as_ref();
-    Ok(hierarchy.map(|hierarchy| DeviceHierarchy::new(gpu, hierarchy)).transpose()?.flatten())
+    DeviceHierarchy::new(gpu, prepared)
 }
 
 pub fn params_buffer(gpu: &Gpu, float: Float) -> wgpu::Buffer {

@@ -7,7 +7,7 @@ use super::objects::{fits_in_f64, params_buffer};
 use super::open::Gpu;
 use super::program::Program;
 use crate::certify::{self, InF64};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::kernel::Float;
 use crate::prepare::Prepared;
 use crate::rays::Bundle;
@@ -49,7 +49,11 @@ impl Surfaces {
             objects.push(gpu.storage("planes", planes));
             objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
         }
-        let program = gpu.program(&numbers.surface_key(prepared))?;
+        let program = match gpu.program(&numbers.surface_key(prepared)) {
+            // The device binds too few buffers at once.
+            Err(Error::TooLarge(_)) => return Ok(None),
+            program => program?,
+        };
         Ok(Some(Surfaces { program, params: params_buffer(gpu, Float::F64), objects }))
     }
 

@@ -76,7 +76,12 @@ impl GpuTracer {
         gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&gpu, &prepared)?;
         check_memory(&gpu, &prepared)?;
-        let cpu_fallback = cpu_fallback(&gpu, &prepared, wants)?;
+        let start = Instant::now();
+        let objects = storage(&gpu, prepared.objects.bytes());
+        let hierarchy = device_hierarchy(&gpu, &prepared)?;
+        let upload_time = start.elapsed();
+
+        let cpu_fallback = cpu_fallback(&gpu, &prepared, hierarchy.as_ref(), wants)?;
         let key = prepared.shader_key(wants);
         // Who begins in f64 may never need another shader.
         let begins_in_f64 = prepared.starts_in_f64()
@@ -84,12 +89,8 @@ impl GpuTracer {
             && certify::suits_device(&prepared)
             && gpu.begins_in_f64()?;
         let start = Instant::now();
-        let objects = storage(&gpu, prepared.objects.bytes());
-        let hierarchy = device_hierarchy(&gpu, &prepared)?;
-        let upload_time = start.elapsed();
-
-        let start = Instant::now();
-        let program = if begins_in_f64 { None } else { Some(gpu.program(&key)?) };
+        let needs_none = begins_in_f64 || cpu_fallback.is_some();
+        let program = if needs_none { None } else { Some(gpu.program(&key)?) };
         let surfaces = Surfaces::new(&gpu, &prepared, wants, hierarchy.as_ref())?;
         let mut tracer = GpuTracer::from_parts(Parts {
             gpu,
@@ -179,9 +180,15 @@ struct Parts {
     upload_time: Duration,
 }
 
-fn cpu_fallback(gpu: &Gpu, prepared: &Arc<Prepared>, wants: Wants) -> Result<Option<CpuTracer>> {
-    let unsuited = prepared.kernel == Kernel::Certified
-        && (prepared.is_left_to_f64() || !gpu.arithmetic()?.suits_filter());
+fn cpu_fallback(
+    gpu: &Gpu,
+    prepared: &Arc<Prepared>,
+    hierarchy: Option<&DeviceHierarchy>,
+    wants: Wants,
+) -> Result<Option<CpuTracer>> {
+    let has_no_way = prepared.hierarchy.is_some() && hierarchy.is_none();
+    let unsuited =
+        prepared.kernel == Kernel::Certified && (has_no_way || !gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
 }
 
@@ -233,13 +240,16 @@ impl Tracer for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
         check_memory(&self.gpu, &prepared)?;
-        let cpu_fallback = cpu_fallback(&self.gpu, &prepared, self.wants)?;
+        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
+        let cpu_fallback = cpu_fallback(&self.gpu, &prepared, hierarchy.as_ref(), self.wants)?;
         let key = prepared.shader_key(self.wants);
         let is_new = key != self.key;
-        let program = if is_new { Some(self.gpu.program(&key)?) } else { None };
-        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
-        if let Some(program) = program {
-            self.program = Some(program);
+        let program = match is_new && cpu_fallback.is_none() {
+            true => Some(self.gpu.program(&key)?),
+            false => None,
+        };
+        if is_new {
+            self.program = program;
             self.params = params_buffer(&self.gpu, key.float);
             self.objects = storage(&self.gpu, prepared.objects.bytes());
             self.tile_size = TileSize::first(&prepared);
@@ -295,8 +305,11 @@ impl DecideInF64 for GpuTracer {
         if self.cpu_fallback.is_some() || !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
             return Ok(false);
         }
-        self.propose_in_f64(rays, some, control, hits)?;
-        Ok(true)
+        match self.propose_in_f64(rays, some, control, hits) {
+            // The device binds too few buffers at once, or has too little room.
+            Err(Error::TooLarge(_)) => Ok(false),
+            done => done.map(|()| true),
+        }
     }
 }
 

@@ -7,10 +7,12 @@
 
 mod boxes;
 mod build;
+pub mod flat;
 pub mod footprint;
 pub mod footprints;
 mod members;
 mod segment;
+pub mod slabs;
 mod walk;
 mod wide;
 

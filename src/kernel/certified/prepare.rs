@@ -77,17 +77,19 @@ impl Frame {
                     || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
                 Frame { near, ..frame }
             }
-            Rays::List(rays) => {
-                let farthest_origin = farthest_origin(rays, reference);
-                Frame {
-                    bundle,
-                    reference,
-                    farthest_origin,
-                    input: guard::LIST,
-                    in_range: farthest_origin <= guard::LARGEST_F32,
-                    near: true,
-                }
-            }
+            Rays::List(rays) => Frame::of_list(reference, farthest_origin(rays, reference)),
+        }
+    }
+
+    /// That of rays of a list with origins up to `farthest_origin` from a point.
+    pub fn of_list(reference: DVec3, farthest_origin: f64) -> Frame {
+        Frame {
+            bundle: Bundle::Free,
+            reference,
+            farthest_origin,
+            input: guard::LIST,
+            in_range: farthest_origin <= guard::LARGEST_F32,
+            near: true,
         }
     }
 
@@ -151,7 +153,8 @@ impl Frame {
         ExactRay::new(&Ray { origin: self.reference, direction: DVec3::X })
     }
 
-    fn sphere(&self, sphere: &Sphere) -> SphereCertified {
+    /// A sphere that is tested by itself.
+    pub fn sphere(&self, sphere: &Sphere) -> SphereCertified {
         let r = sphere.radius.abs();
         if r == 0.0 {
             return SphereCertified::never(self.bundle);
