@@ -135,8 +135,8 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
     // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
     // were added, which change no memory access. Indices into buffers stay below lengths that the
     // host passes along. Those into textures are below `Walk::n_nodes`, or places of leaves, which
-    // `Footprints::new` counts and `gpu::hierarchy` has texels for. Those into boxes are below
-    // `LightOfAll::n_boxes`, as each link leads to a node of the tree or behind the last one, and ids of objects
-    // are compared with their number first.
+    // `Footprints::new` and the tree's builder count and `gpu::hierarchy` has texels for. Those into boxes are
+    // below `LightOfAll::n_boxes`, as each link leads to a node of the tree or behind the last one, and ids of
+    // objects are compared with their number first.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }

@@ -7,12 +7,15 @@
 
 mod boxes;
 mod build;
+pub mod flat;
 pub mod footprint;
 pub mod footprints;
 mod members;
 #[cfg(feature = "gpu")]
 mod on_device;
 mod segment;
+pub mod slabs;
+mod walk;
 mod wide;
 
 use std::ops::Range;
@@ -30,8 +33,8 @@ pub use members::MOST_SPHERES;
 pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS, SLAB_CONSTANTS};
 pub(crate) use segment::Ahead;
 pub use segment::Segment;
-pub(crate) use wide::Open;
-pub use wide::TreeRay;
+pub(crate) use walk::Company;
+pub use walk::TreeRay;
 use wide::{WIDE_BYTES, Wide};
 
 /// Set in a leaf's link, on the device too.

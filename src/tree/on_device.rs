@@ -2,7 +2,6 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::wide::{BESIDE, LEAST_SLACK, NARROWER, SLACK, WIDER};
 use super::{IS_LEAF, Node, Tree};
 use crate::guard::LARGEST_F32;
 
@@ -18,6 +17,19 @@ pub struct BoxOnDevice {
     pub link: u32,
 }
 
+/// Relative room of a slab.
+const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
+const NARROWER: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Room of an origin, relative to its largest component.
+const SLACK: f32 = 4.0 / (1 << 24) as f32;
+
+/// The least of it.
+const LEAST_SLACK: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// For the roundings of the slack.
+const BESIDE: f64 = 1.001;
+
 /// Constants in f64 of the walk in `shaders/lit.wgsl`, by their names there.
 ///
 /// No origin lies farther away than spheres do, and so every box is nearer than four times that, in the
@@ -30,7 +42,7 @@ pub const SEGMENT_CONSTANTS: [(&str, f64); 4] = [
     ("BESIDE", BESIDE),
 ];
 
-/// The same in f32: those of [`super::wide`]. A device rounds to f32 to nearest, which is measured, and each
+/// The same in f32, for slabs as [`super::wide`] has them. A device rounds to f32 to nearest, which is measured, and each
 /// sum, difference and product to either side, by `2u` at most. So an origin is off by `3u` of the `4u` that the slack
 /// has, and a slab by `7u` (difference, inverse, its widening, product) of the `8u` that it is widened by.
 /// What is flushed to 0 is far below the least slack.
