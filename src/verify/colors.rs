@@ -319,13 +319,13 @@ mod tests {
         };
         let control = Control::default();
         let mut hits = Hits::default();
-        CpuTracer::new(make(pixels), Wants::default())
-            .trace(&Rays::Pixels(*pixels), &control, &mut hits)
-            .unwrap();
+        let mut of_pixels = CpuTracer::new(make(pixels), Wants::default());
+        of_pixels.trace(&Rays::Pixels(*pixels), &control, &mut hits).unwrap();
         let of_samples = make(&pixels.samples(n_samples));
         let mut tracer = CpuTracer::new(Arc::clone(&of_samples), Wants::default());
         let tracer: Option<&mut dyn Tracer> = (n_samples > 1).then_some(&mut tracer);
-        Shown::painted(&of_samples, pixels, n_samples, &hits, tracer, &control).unwrap()
+        Shown::painted(&of_samples, pixels, n_samples, &hits, &mut of_pixels, tracer, &control)
+            .unwrap()
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {
