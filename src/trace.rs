@@ -126,7 +126,7 @@ impl Samples {
     /// Takes in what all samples see, as rows of a picture that is `n` times as large as one of so many
     /// columns.
     pub fn gather(&mut self, hits: &Hits, n_columns: usize, n: usize) {
-        let row = n_columns * n;
+        let (n_columns, row) = (n_columns.max(1), n_columns.max(1) * n);
         let ids_of_row = hits.id.par_chunks_exact(row * n);
         resize(&mut self.whole, hits.id.len() / (n * n));
         let rows = self.whole.par_chunks_mut(n_columns).zip(ids_of_row).enumerate();

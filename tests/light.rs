@@ -473,6 +473,30 @@ fn samples_of_a_uniform_pixel_are_one() {
     }
 }
 
+/// Samples of pixels without light, most of which show one object alone, before every background.
+#[test]
+fn samples_without_light() {
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    for n_samples in 1..=4 {
+        for background in [Background::Shown, Background::LeftOut, Background::Black] {
+            let case = world(&mut rng, n_samples);
+            let mut scene = (*case.scene).clone();
+            (scene.lights, scene.sky, scene.ambient) = (Vec::new(), None, None);
+            scene.background = Color([0.1, 0.7, 0.3]);
+            // Else there is no background.
+            scene.planes.truncate((n_samples % 2) as usize);
+            let mut case =
+                LightCase { background, ..LightCase::new(scene, case.pixels, n_samples) };
+            if n_samples > 2 {
+                (case.pixels.view.lens, case.pixels.view.h) = (Lens::Orthographic, 4.5);
+            }
+            for device in [CPU, &Device::Gpu(gpu())] {
+                assert_right("without light", &case, device, 1);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_sun_is_a_point_very_far_away() {
     for case in worlds() {

@@ -64,7 +64,7 @@ impl<'a> Squares<'a> {
     /// `None` where samples are better traced without.
     pub fn new(prepared: &'a Prepared, pixels: &'a Pixels, n: u32) -> Option<Squares<'a>> {
         let is_proven = prepared.kernel == Kernel::Certified && !prepared.starts_in_f64();
-        if n == 1 || !is_proven || prepared.hierarchy.is_some() {
+        if n == 1 || pixels.is_empty() || !is_proven || prepared.hierarchy.is_some() {
             return None;
         }
         let sides = [LARGEST, LARGEST / 4, LARGEST / 16].into_iter();

@@ -213,13 +213,13 @@ fn vector(rows: &[Row; 3], lane: usize) -> Vec3<f64> {
     Vec3([rows[0][lane], rows[1][lane], rows[2][lane]])
 }
 
-/// The middle of the points whose number in `asked` is positive, and how far each true one may be from it;
-/// `None` where there are none.
+/// The middle of the points whose number in `asked` is positive, and how far each true one may be from it.
+/// Without points, or where one is no number, that is as far as can be.
 ///
 /// They lie in a box, so that half its diagonal reaches them, the 0.01 for its rounding. The middle itself is
 /// rounded once.
 #[inline(always)]
-fn middle<'p>(points: impl Iterator<Item = (&'p Pack, &'p Row)>) -> Option<(Vec3<f64>, f64)> {
+fn middle<'p>(points: impl Iterator<Item = (&'p Pack, &'p Row)>) -> (Vec3<f64>, f64) {
     let (mut low, mut high) = ([[f64::INFINITY; LANES]; 3], [[f64::NEG_INFINITY; LANES]; 3]);
     let mut error = [0.0; LANES];
     for (pack, asked) in points {
@@ -241,7 +241,8 @@ fn middle<'p>(points: impl Iterator<Item = (&'p Pack, &'p Row)>) -> Option<(Vec3
     let half = (high - low) * 0.5;
     let middle = low + half;
     let reach = 1.01 * dot3(half, half).sqrt() + UNIT_F64 * dot3(middle, middle).sqrt();
-    (low.0[0] <= high.0[0]).then_some((middle, most(&error) + reach))
+    let error = most(&error) + reach;
+    if error < f64::INFINITY { (middle, error) } else { (Vec3::ZERO, f64::INFINITY) }
 }
 
 impl<'a> Finder<'a> {
@@ -343,7 +344,10 @@ impl<'a> Finder<'a> {
             return given;
         }
         let asked = given.each_ref().map(|given| given.high);
-        let Some((from, error)) = middle(packs.iter().zip(&asked)) else { return given };
+        if asked == [[0.0; LANES]; PACKS] {
+            return given;
+        }
+        let (from, error) = middle(packs.iter().zip(&asked));
         // What is not in the way of a beam around all of them is in the way of none.
         let around = self.beam(self.lamps[index], from, error, Vec3::ZERO);
         room.listed.clear();
@@ -423,7 +427,7 @@ impl<'a> Finder<'a> {
             for lane in 0..LANES {
                 asked[lane] = if some[lane] > 0.0 { 0.0 } else { asked[lane] };
             }
-            let Some((from, error)) = middle(std::iter::once((pack, &some))) else { return };
+            let (from, error) = middle(std::iter::once((pack, &some)));
             let around = self.beam(self.lamps[index], from, error, Vec3::ZERO);
             let last = &mut room.last[slot];
             let look_at = |place: usize| {
@@ -559,10 +563,8 @@ mod tests {
                 }
             }
             let asked = std::array::from_fn(|_| if rng.random_bool(0.5) { 0.5 } else { 0.0 });
-            let Some((middle, reach)) = middle(std::iter::once((&pack, &asked))) else {
-                assert_eq!(asked, [0.0; LANES]);
-                continue;
-            };
+            let (middle, reach) = middle(std::iter::once((&pack, &asked)));
+            assert_eq!(reach.is_infinite(), asked == [0.0; LANES]);
             for lane in (0..LANES).filter(|&lane| asked[lane] > 0.0) {
                 // The points are so near each other that this is exact, or so far apart that it need not be.
                 let away = vector(&pack.at, lane) - middle;
@@ -606,7 +608,7 @@ mod tests {
                     pack.at[axis][lane] = at.0[axis];
                 }
             }
-            let (from, error) = middle(std::iter::once((&pack, &[1.0; LANES]))).unwrap();
+            let (from, error) = middle(std::iter::once((&pack, &[1.0; LANES])));
             // Mostly about as far away as the beam is thick.
             let r = 0.5 + 0.4 * vector(1.0).0[0];
             let center = at + (lamp - at) * (0.5 + vector(0.5).0[0]) + vector(r);

@@ -84,6 +84,12 @@ impl Lit {
     }
 }
 
+/// Rows whose parts follow each other: what is in the way of one row is in the cache for the next one.
+const STRIP_ROWS: usize = 8;
+
+/// Most pixels of a row that are painted before the next row.
+const MOST_COLUMNS: usize = 128;
+
 /// The pixels of one call.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
@@ -135,11 +141,11 @@ impl Job<'_> {
         control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
     }
 
-    /// Pixels that take a moment, between which Ctrl-C is looked at.
+    /// Pixels of a row that take a moment, between which Ctrl-C is looked at.
     pub fn part(&self) -> usize {
         let n_questions =
             self.lit.style.n_samples.pow(2) as usize * (self.lit.lighting.lamps.len() + 1);
-        (PIXELS_AT_ONCE / n_questions).clamp(16, PIXELS_AT_ONCE / 8)
+        (PIXELS_AT_ONCE / n_questions).clamp(16, MOST_COLUMNS)
     }
 
     /// Index of a pixel's first sample.
@@ -178,23 +184,30 @@ impl Certified<'_> {
         let n_samples = job.lit.style.n_samples as usize;
         let (row, part) = (job.row / n_samples, job.part());
         let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
-        out.par_chunks_mut(row)
+        let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
+            control.check()?;
+            host::check()?;
+            work.find(first, out.len(), number);
+            job.advance(control, out.len());
+            let first_sample = job.first_sample(first);
+            for (at, out) in out.iter_mut().enumerate() {
+                *out = match job.is_background(first_sample + at * n_samples) {
+                    true => background,
+                    false => work.color(first + at, at),
+                };
+            }
+            Ok(())
+        };
+        out.par_chunks_mut(row.max(1) * STRIP_ROWS)
             .enumerate()
             .try_fold(
                 || Work::new(self),
-                |mut work, (y, out)| {
-                    for (number, out) in out.chunks_mut(part).enumerate() {
-                        control.check()?;
-                        host::check()?;
-                        let first = y * row + number * part;
-                        work.find(first, out.len(), number);
-                        job.advance(control, out.len());
-                        let first_sample = job.first_sample(first);
-                        for (at, out) in out.iter_mut().enumerate() {
-                            *out = match job.is_background(first_sample + at * n_samples) {
-                                true => background,
-                                false => work.color(first + at, at),
-                            };
+                |mut work, (strip, out)| {
+                    for column in (0..row).step_by(part) {
+                        for (y, out) in out.chunks_mut(row).enumerate() {
+                            let first = (strip * STRIP_ROWS + y) * row + column;
+                            let out = &mut out[column..(column + part).min(row)];
+                            paint(&mut work, first, column / part, out)?;
                         }
                     }
                     Ok(work)
