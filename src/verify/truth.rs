@@ -19,7 +19,7 @@ pub const SAMPLE_BYTES: u64 = 128;
 /// The exact results for some of the rays.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
-    /// The rays, as indices into the [`Hits`] of all rays.
+    /// The rays, as indices into the [`Hits`](crate::trace::Hits) of all rays.
     pub index: Vec<usize>,
     /// Object ids, 0 for the background.
     pub id: Vec<u32>,
