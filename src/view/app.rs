@@ -15,7 +15,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
-use super::display::no_display;
+use super::display::{display_lost, no_display};
 use super::notice::Notice;
 use super::painter::{self, Painted, Painting};
 use super::panels::{self, BAR, LINES};
@@ -125,10 +125,7 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     };
     style(&app.context);
     x11::on_loss(app.options.on_display_lost);
-    let ran = events.run_app(&mut app).map_err(|error| Error::Io {
-        path: "the display".into(),
-        source: std::io::Error::other(error.to_string()),
-    });
+    let ran = events.run_app(&mut app).map_err(display_lost);
     drop(watch);
     app.closing.cancel();
     app.open = None;
@@ -333,6 +330,7 @@ impl<N: FnMut(&Notice)> App<N> {
             None => (Device::Cpu, format!("the CPU, shown by {}", gpu.label())),
         };
         self.state.device = name;
+        self.state.offered = device.kernels();
         let backend = Backend { screen: Arc::clone(&screen.gpu), device };
         let closing = Arc::clone(&self.closing);
         let trace = tracing::start(backend.clone(), closing, self.say(Said::Traced))?;

@@ -24,3 +24,13 @@ pub fn no_display(error: &EventLoopError, scene: &Path) -> Error {
         scene.display()
     ))
 }
+
+/// The event loop ended by itself, as it does when the connection is gone.
+pub fn display_lost(error: EventLoopError) -> Error {
+    let why = match error {
+        // All that winit says of Wayland.
+        EventLoopError::ExitFailure(_) => "the connection was lost".into(),
+        other => other.to_string(),
+    };
+    Error::Io { path: "the display".into(), source: std::io::Error::other(why) }
+}
