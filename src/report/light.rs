@@ -36,7 +36,7 @@ const SAMPLES: usize = 1 << 13;
 const FAR_LEVELS: u8 = 8;
 
 /// Most scenes with pictures.
-const MOST_SCENES: usize = 3;
+const MOST_SCENES: usize = 2;
 
 /// The kernel whose acne and leaks are shown: the best plain f32.
 const SHOWN: Kernel = Kernel::Stable;
