@@ -233,7 +233,7 @@ mod tests {
         let spheres = (0..seed % 12).map(|k| {
             let away = forward * 8.0 + vector() * 6.0;
             let radius = match k {
-                0 if seed % 5 == 0 => away.length() * (1.0 + 0.1 * vector().x.abs()),
+                0 if seed.is_multiple_of(5) => away.length() * (1.0 + 0.1 * vector().x.abs()),
                 _ => 2f64.powf(3.0 * vector().x - 1.0),
             };
             (Sphere { center: position + away, radius }, Color([0.1 * k as f64, 0.5, 1.0]))

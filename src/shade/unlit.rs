@@ -115,9 +115,8 @@ impl Unlit {
         };
         let mut sums = [0.0; 3];
         for &id in ids {
-            let color = self.color(id);
-            for channel in 0..3 {
-                sums[channel] += color[channel];
+            for (sum, part) in sums.iter_mut().zip(self.color(id)) {
+                *sum += part;
             }
         }
         // A sum of `n` numbers is off by `n` roundings at most, and the quotient by two more.
@@ -132,9 +131,8 @@ impl Unlit {
         T::of_bounds(&bounds).unwrap_or_else(|| {
             let mut mean = ExactMean::new(n_counted as u64);
             for &id in ids {
-                let color = self.color(id);
-                for channel in 0..3 {
-                    mean.add(channel, &exact(color[channel]));
+                for (channel, part) in self.color(id).into_iter().enumerate() {
+                    mean.add(channel, &exact(part));
                 }
             }
             T::of_exact(&mean, &bounds)
