@@ -235,7 +235,7 @@ impl Tracer for GpuTracer {
         certify::resolve(&prepared, rays, wants, control, Some(self), hits, timing)
     }
 
-    /// A moved camera costs no new shader while [`Hierarchy::n_places_of_rest`] stays.
+    /// A moved camera costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
