@@ -249,7 +249,7 @@ impl Tracer for GpuTracer {
         Ok(suits.then_some(self))
     }
 
-    /// A moved camera costs no new shader while [`Hierarchy::n_places_of_rest`] stays.
+    /// A moved camera costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
