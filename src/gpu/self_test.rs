@@ -297,7 +297,7 @@ fn judge_words<F: Float>(
 fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
     let OpenDevice { device, queue, .. } = gpu;
-    let layout = bind_group_layout(device, &shader);
+    let layout = bind_group_layout(gpu, &shader)?;
     let pipeline = pipeline(gpu, &shader, "self_test", &layout)?;
     let buffer = |bytes: usize, usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
