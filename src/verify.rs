@@ -1,6 +1,8 @@
 //! Results of a kernel against exact arithmetic, and the promises that they keep or break.
 
+mod allowed;
 mod colors;
+mod span;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,11 +17,13 @@ use crate::random::SplitMix;
 use crate::rays::Pixels;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Ray};
+pub use allowed::{Outside, compare_to_allowed};
 pub(crate) use colors::samples_of_pixel;
 pub use colors::{
     COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, color_promise,
     compare_colors, compare_colors_to_exact,
 };
+pub use span::{QUOTIENT_ULP, ROOT_ULP, Span};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most
 /// 2⁻²⁹ of a step.
@@ -295,6 +299,22 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
     let promise = &kernel.about().promise;
     if bit_equal { promise.words } else { promise.words_elsewhere }
+}
+
+/// The promise, in words, of a kernel whose results have been [`compare_to_allowed`].
+pub const PRECISION_PROMISE: &str = "ids, t and normals as Vulkan's precision allows them; neither \
+     exactness nor equality with the CPU is promised";
+
+/// The promise that a device's results outside Vulkan's precision break.
+pub fn broken_precision(kernel: Kernel, device: &str, found: &Outside) -> Option<String> {
+    let Outside { rays, outside, .. } = found;
+    let name = kernel.name();
+    (*outside > 0).then(|| {
+        format!(
+            "{name} on the {device}: {outside} of {rays} rays have results that Vulkan's precision does \
+             not allow"
+        )
+    })
 }
 
 /// The promises of `kernel` that these results break, one sentence each. `parity` compares GPU
