@@ -50,10 +50,8 @@ fi
 gpu_log="$target/gpu-tests.log"
 rm -f "$gpu_log"
 tests=0
-
 system_log="$target/system-driver.log"
-printf '\n== cargo test --release --locked --no-fail-fast\n'
-cargo test --release --locked --no-fail-fast 2>&1 | tee "$system_log" || tests=$?
+step cargo test --release --locked --no-fail-fast 2>&1 | tee "$system_log" || tests=$?
 # The table that is checked in is renewed by `ci/drivers.sh docs/devices/drivers.md`.
 step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?
 step cargo test --release --locked --no-default-features --no-fail-fast || tests=$?
