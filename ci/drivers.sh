@@ -93,7 +93,8 @@ mkdir -p "$(dirname "$table")"
     echo "# Drivers"
     echo
     echo "Written by \`ci/drivers.sh\`: what each Vulkan driver is and does by the self-test, how many tests"
-    echo "passed on it, and whether the pictures of all scenes have the digests of \`tests/digests.toml\`."
+    echo "passed on it, and whether the pictures of all scenes have the digests of \`tests/digests.toml\`. Tests"
+    echo "in f64 ask nothing of a device that has none."
     echo
     each "" adapter
     row "---" "${ran[@]/*/---}"

@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use super::adapter::{AdapterFacts, INSTALL_HINT};
-use super::compile::Shader;
 use crate::error::{Error, Result};
 
 /// An error that a device reported on its own.
@@ -79,10 +78,12 @@ impl OpenDevice {
         Ok(OpenDevice { device, queue, errors, handing_over, edit_spirv: None, facts })
     }
 
-    /// The words of a shader that is passed through.
-    pub(super) fn spirv(&self, shader: &Shader) -> Result<Vec<u32>> {
-        let words = shader.spirv()?;
-        Ok(self.edit_spirv.as_ref().map_or_else(|| words.clone(), |edit| edit(&words)))
+    /// The words of a shader that is passed through, as they are but for a test's change.
+    pub(super) fn edited(&self, words: Vec<u32>) -> Vec<u32> {
+        match &self.edit_spirv {
+            Some(edit) => edit(&words),
+            None => words,
+        }
     }
 
     /// While this is held, no other thread hands over commands.

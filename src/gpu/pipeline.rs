@@ -160,7 +160,8 @@ pub fn pipeline(
     bind_group_layout: &wgpu::BindGroupLayout,
 ) -> Result<wgpu::ComputePipeline> {
     let device = &gpu.device;
-    let spirv = gpu.facts.passthrough.then(|| gpu.spirv(shader)).transpose()?;
+    let spirv = gpu.facts.passthrough.then(|| shader.spirv()).transpose()?;
+    let spirv = spirv.map(|words| gpu.edited(words));
     unless_refused(gpu, || {
         let module = match &spirv {
             Some(words) => pass_through(device, words, entry_point),
