@@ -46,7 +46,7 @@ impl Programs {
             return Ok(program);
         }
         let shader = compile_edited(key, self.edit.as_ref())?;
-        let bind_group_layout = bind_group_layout(&device.device, &shader);
+        let bind_group_layout = bind_group_layout(device, &shader)?;
         let pipeline = pipeline(device, &shader, "render", &bind_group_layout)?;
         let program = Arc::new(Program { bind_group_layout, pipeline });
         self.keep(*key, &program);
