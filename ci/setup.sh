@@ -3,8 +3,9 @@
 #
 #   ci/setup.sh                     a linker, a Vulkan loader and driver, what the window opens
 #                                   when it runs, rustfmt and clippy
-#   ci/setup.sh --tests             also a display without a screen, a hand for its mouse, and a
-#                                   Wayland compositor
+#   ci/setup.sh --tests             also a display without a screen, a hand for its mouse, a Wayland
+#                                   compositor, and two more Vulkan drivers, unpacked into the build
+#                                   folder
 #   ci/setup.sh --software-driver   Mesa's software driver even where another driver is installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -95,3 +96,77 @@ for component in rustfmt clippy; do
         say "the Rust component $component is missing and could not be added; ci/test.sh needs it"
     fi
 done
+
+# The same bytes on every driver: the tests run on these as well. Each is one library and a file that
+# names it, below drivers/ in the build folder; nothing of the system changes.
+[ "$want_tests" = yes ] || exit 0
+target=$(cargo metadata --format-version 1 --no-deps --locked |
+    sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+drivers=$target/drivers
+release=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release 2>/dev/null || true)
+work=
+
+# apt-get with lists and a cache of its own.
+apt_apart() {
+    apt-get -q -o "Dir::State::Lists=$work/lists" -o "Dir::Cache=$work/cache" \
+        -o "Dir::Etc::SourceList=$work/sources.list" -o Dir::Etc::SourceParts=/dev/null \
+        -o Acquire::Languages=none -o Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false \
+        -o APT::Sandbox::User=root -o Debug::NoLocking=true "$@"
+}
+
+prepare_apt() {
+    local key=/usr/share/keyrings/debian-archive-keyring.gpg mirror=http://deb.debian.org
+    work=$(mktemp -d)
+    trap 'rm -rf "$work" "${log:-}"' EXIT
+    mkdir -p "$work/lists/partial" "$work/cache/archives/partial"
+    printf "deb [signed-by=$key] $mirror/%s main\n" "debian $release" "debian $release-backports" \
+        "debian-security $release-security" >"$work/sources.list"
+    apt_apart -o APT::Update::Error-Mode=any update >"$work/log" 2>&1
+}
+
+# Unpacks the driver LIBRARY, described by DESCRIPTION, of a package that apt-get is told to get.
+fetch_driver() {
+    local name=$1 library=$2 description=$3 folder=$drivers/$1 tree package found
+    shift 3
+    [ ! -f "$folder/icd.json" ] || return 0
+    rm -rf "$folder"
+    if [ -z "$work" ] && ! prepare_apt; then
+        say "no driver $name: $(tail -n 1 "$work/log")"
+        return 0
+    fi
+    tree=$work/$name
+    mkdir -p "$tree" "$folder"
+    rm -f "$work"/cache/archives/*.deb
+    if ! (cd "$tree" && apt_apart "$@") >"$work/log" 2>&1; then
+        say "no driver $name: $(tail -n 1 "$work/log")"
+        return 0
+    fi
+    for package in "$tree"/*.deb "$work"/cache/archives/*.deb; do
+        [ ! -f "$package" ] || dpkg-deb -x "$package" "$tree"
+    done
+    found=$(find "$tree" -name "$library" -print -quit)
+    description=$(find "$tree" -name "$description" -print -quit)
+    if [ -z "$found" ] || [ -z "$description" ]; then
+        say "no driver $name: its package has no $library"
+        return 0
+    fi
+    # Beside it, what it needs that the system lacks or has older; not what a browser has of its own.
+    cp -P "$found" "$folder"
+    find "$tree" -path '*-linux-gnu/lib*.so.*' -exec cp -P {} "$folder" \;
+    if LD_LIBRARY_PATH=$folder ldd "$folder/$library" | grep 'not found' >"$work/log"; then
+        say "no driver $name: $(head -n 1 "$work/log")"
+        return 0
+    fi
+    # Last of all, so that a driver is whole where it is there.
+    sed "s|\"library_path\": *\"[^\"]*\"|\"library_path\": \"$folder/$library\"|" "$description" \
+        >"$folder/icd.json"
+    say "unpacked the driver $name"
+}
+
+if command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null && [ -n "$release" ]; then
+    fetch_driver swiftshader libvk_swiftshader.so vk_swiftshader_icd.json download chromium-common
+    fetch_driver mesa-backports libvulkan_lvp.so 'lvp_icd*.json' install --download-only -y \
+        --no-install-recommends "mesa-vulkan-drivers/$release-backports"
+else
+    say "no more drivers: apt-get, dpkg-deb or the release's name is missing"
+fi

@@ -50,17 +50,21 @@ fi
 gpu_log="$target/gpu-tests.log"
 rm -f "$gpu_log"
 tests=0
-step cargo test --release --locked --no-fail-fast || tests=$?
+system_log="$target/system-driver.log"
+step cargo test --release --locked --no-fail-fast 2>&1 | tee "$system_log" || tests=$?
+# The table that is checked in is renewed by `ci/drivers.sh docs/devices/drivers.md`.
+step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?
 step cargo test --release --locked --no-default-features --no-fail-fast || tests=$?
 
-# Each line: a test, "on", its adapter. Absence is a failure.
+# Each line: a test, "on", its adapter and driver. Absence is a failure.
 printf '\n== GPU tests\n'
 if [ ! -s "$gpu_log" ]; then
     echo "0 GPU tests ran: no Vulkan device was opened" >&2
     exit 1
 fi
-printf '%s GPU tests ran on %s\n' "$(cut -d' ' -f1 "$gpu_log" | sort -u | wc -l)" \
-    "$(cut -d' ' -f3- "$gpu_log" | sort -u | paste -sd ';')"
+cut -d' ' -f3- "$gpu_log" | sort -u | while read -r device; do
+    printf '%s GPU tests ran on %s\n' "$(grep -F " on $device" "$gpu_log" | sort -u | wc -l)" "$device"
+done
 if [ "$tests" -ne 0 ]; then
     echo "tests failed; the list is above" >&2
     exit "$tests"

@@ -19,6 +19,8 @@ struct Results {
     sum_error: FLOAT,
     // a b − round(a b): 0 where fma takes two roundings.
     fma_remainder: FLOAT,
+    // round(a b) + b: another number where the driver makes one operation of both.
+    product_sum: FLOAT,
 }
 
 struct Words {
@@ -59,6 +61,7 @@ fn self_test(@builtin(global_invocation_id) invocation: vec3u) {
         max(a, b),
         (a - a_part) + (b - b_part),
         fma(a, b, -product),
+        product + b,
     );
     let texel = textureLoad(texels, vec2u(i, 0u), 0);
     let compared = select(0u, 1u, a < b) | select(0u, 2u, a <= b) | select(0u, 4u, a == b)

@@ -144,7 +144,7 @@
 //! | `+`, `−`, `×` give one of the two neighbours of the exact result. | specified as correctly rounded in either direction; measured |
 //! | `x/y` is within 2.5 units for `2⁻¹²⁶ ≤ \|y\| ≤ 2¹²⁶`, with a constant numerator, for which drivers may take a reciprocal, too. | specified; measured for both at exponents from −104 to 120 |
 //! | `√x` is within 4.5 units. | specified as that of `1/inverseSqrt(x)`; measured at the same exponents |
-//! | A subnormal counts as it is or as 0, as an operand and as a result. A product, quotient or root of one is nothing else; `√` of one is at most `2⁻⁶³`, and a quotient by one is `2¹²⁶` or more, or ∞. | specified, but for the root and the quotient; measured |
+//! | A subnormal counts as it is or as 0 of either sign, as an operand and as a result. A product, quotient or root of one is nothing else; `√` of one is at most `2⁻⁶³`, and a quotient by one is `2¹²⁶` or more, or ∞. | specified, but for the root and the quotient; measured |
 //! | An integer of magnitude up to `2²⁴` becomes that number. | specified; measured |
 //! | A texel's words arrive bit by bit, whatever they would be as floats, and `bitcast` gives that number, a subnormal one perhaps as 0. No word that is a NaN or ∞ is used as a float. | specified; measured |
 //! | `<`, `≤`, `=`, `≥`, `>` and `max` are right for finite numbers that are not subnormal. | specified; measured up to the largest number |
@@ -154,7 +154,7 @@
 //! An `fma` may round once or twice, as the kernels have none.
 //!
 //! In f64 Vulkan promises next to nothing, and all of the table is *measured*, with one row more: `+`, `−`
-//! and `×` round to nearest ([`Arithmetic::suits_filter_in_f64`](crate::gpu::Arithmetic::suits_filter_in_f64)).
+//! and `×` round to nearest, and no product is fused with a sum ([`Arithmetic::suits_filter_in_f64`](crate::gpu::Arithmetic::suits_filter_in_f64)).
 //! So a device's rays are the host's, bit by bit, and errors of inputs that were derived for the host hold.
 //! The numbers are those that f32 has room for, so that none comes near the ends of f64's range.
 //!

@@ -92,6 +92,7 @@
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
@@ -138,6 +139,7 @@ pub mod compare;
 pub mod control;
 pub mod cpu;
 pub mod device;
+pub mod digest;
 pub mod error;
 pub mod exact;
 pub mod explain;

@@ -46,6 +46,7 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args, run),
         Command::Generate(args) => cli::generate::run(&args, run),
+        Command::Digest(args) => cli::digest::run(&args, run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
         Command::Man(args) => cli::man::run(&args),

@@ -6,13 +6,16 @@ use std::time::{Duration, Instant};
 
 use crate::control::Control;
 use crate::device::{Device, Made};
+use crate::digest::Digest;
 use crate::error::{Error, Result};
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
-use crate::render::{Plan, Rendered, hits_bytes, paint_only, plan, render};
+use crate::render::{
+    Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
+};
 use crate::scene::{Camera, Scene};
 use crate::shade::{Colors, Encoding, Painter, Shader, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
@@ -308,6 +311,39 @@ impl Session {
         let file = writer.finish()?;
         rendered.write += begin + start.elapsed();
         Ok((rendered, file))
+    }
+
+    /// The [`Digest`] of a picture with `n_samples` × `n_samples` samples a pixel, made band by band. It is the
+    /// same on every device with [`Kernel::Certified`].
+    ///
+    /// # Errors
+    /// Those of [`Session::trace`] and [`Painter::paint`]; [`Error::TooLarge`] where a band does not fit the
+    /// memory.
+    pub fn digest(&mut self, pixels: &Pixels, n_samples: u32, control: &Control) -> Result<String> {
+        let wants = Wants { surface: true, level: false };
+        let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
+        let of_samples = n_rays.saturating_mul(u64::from(n_samples).pow(2));
+        let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_rays);
+        let bytes = hits_bytes(n_rays, wants)
+            .saturating_add(hits_bytes(of_samples, Wants::default()))
+            .saturating_add(colors);
+        memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
+
+        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
+        let (mut hits, mut colors) = (Hits::default(), Colors::new(Encoding::Srgb8));
+        let mut digest = Digest::new(pixels, n_samples);
+        for band in bands(pixels, n_band_rows) {
+            control.check()?;
+            tracer.trace(&Rays::Pixels(band), control, &mut hits)?;
+            painter.paint(&band, &hits, control, &mut colors)?;
+            if let Colors::Srgb8(colors) = &colors {
+                digest.rows(&hits, colors);
+            }
+        }
+        control.check()?;
+        Ok(digest.finish())
     }
 
     /// Traces and shades `pixels` as [`Session::draw`] does, and forgets the result: for measuring.

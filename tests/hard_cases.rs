@@ -9,10 +9,13 @@ mod hard_scene;
 #[path = "common/judge.rs"]
 mod judge;
 
-use common::gpu;
+use std::sync::Arc;
+
+use common::{broken, gpu, runs};
 use hard_cases::{HardCase, hard_cases};
 use hard_scene::hard_scene;
-use kugelblitz::compare::{compare, ulp_distance};
+use kugelblitz::compare::ulp_distance;
+use kugelblitz::prepare::Prepared;
 use kugelblitz::trace::{Hits, Kernel};
 
 use judge::trace;
@@ -31,10 +34,14 @@ fn what_is_not_certified_gets_the_written_ones_right() {
         let (scene, rays) = hard_scene(&case);
         let right = [Kernel::Lecture, Kernel::Stable, Kernel::Double].map(|kernel| {
             let on_cpu = trace(&scene, kernel, &rays, None);
-            let on_gpu = trace(&scene, kernel, &rays, Some(&gpu));
-            assert_eq!([on_cpu.t.len(), on_gpu.t.len()], [rays.len(); 2], "{}", case.name);
-            let comparison = compare(&on_cpu, &on_gpu);
-            assert!(comparison.is_equal(), "{}, {}: {comparison:?}", case.name, kernel.name());
+            assert_eq!(on_cpu.t.len(), rays.len(), "{}", case.name);
+            if runs(kernel) {
+                let on_gpu = trace(&scene, kernel, &rays, Some(&gpu));
+                assert_eq!(on_gpu.t.len(), rays.len(), "{}", case.name);
+                let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
+                let broken = broken(&prepared, &rays, &on_cpu, &on_gpu);
+                assert_eq!(broken, None, "{}", case.name);
+            }
             is_right(&case, &on_cpu)
         });
         found.push((case.name, right));

@@ -259,12 +259,11 @@ fn proposed(tracer: &mut dyn Tracer, rays: &Rays) -> Vec<u32> {
     hits.id
 }
 
-/// Before anything is resolved.
+/// Before anything is resolved. A device whose arithmetic is not the CPU's may leave other rays open.
 #[test]
 fn proposals_are_the_same() {
     let mut rng = ChaCha8Rng::seed_from_u64(1207);
     let is_ieee = gpu().is_ieee(Kernel::Certified).unwrap();
-    assert!(is_ieee, "a device with the CPU's arithmetic");
     for n in [3, 300] {
         let scene = Arc::new(some(&mut rng, n));
         let picture = pixels(DVec3::new(0.2, 0.1, 1.0), DVec3::ZERO, 5.0, [203, 151]);
@@ -288,7 +287,11 @@ fn proposals_are_the_same() {
                 whole
             }
         };
-        assert_eq!(device, twin, "{n} spheres");
+        let differs = |ray: &usize| {
+            let (a, b) = (device[*ray], twin[*ray]);
+            a != b && (is_ieee || a != UNDECIDED && b != UNDECIDED)
+        };
+        assert_eq!((0..twin.len()).find(differs), None, "{n} spheres");
         let n_open = twin.iter().filter(|&&id| id == UNDECIDED).count();
         println!("{n} spheres: {n_open} of {} open", twin.len());
         assert!((n == 3 || n_open > 0) && n_open < twin.len() / 20, "{n_open} of {}", twin.len());

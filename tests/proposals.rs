@@ -395,6 +395,11 @@ fn gpu_in_f64() -> Arc<Gpu> {
     gpu
 }
 
+/// True for a device without f64, which has nothing to compare in it.
+fn lacks_f64() -> bool {
+    !gpu().facts.f64
+}
+
 /// Compares what the device proposes in f64 with its twin's proposals: for all rays, and for some that come
 /// as a list. `None` for a scene that no device decides in f64.
 fn compare_in_f64(gpu: &Arc<Gpu>, case: &Case) -> Option<Result<Tally, String>> {
@@ -432,6 +437,9 @@ fn assert_proposals_in_f64(cases: &[Case]) -> Tally {
 
 #[test]
 fn proposals_in_f64_of_the_lectures_scenes() {
+    if lacks_f64() {
+        return;
+    }
     let all = assert_proposals_in_f64(&scenes_of("scenes"));
     // Measured 0.99985: left open are rays along a plane that they start in.
     assert!(all.decided_share() > 0.9995, "{all:?}");
@@ -439,6 +447,9 @@ fn proposals_in_f64_of_the_lectures_scenes() {
 
 #[test]
 fn proposals_in_f64_of_hard_scenes() {
+    if lacks_f64() {
+        return;
+    }
     let cases = scenes_of("scenes/hard").into_iter();
     let (beyond, within): (Vec<_>, Vec<_>) =
         cases.partition(|case| case.what.contains("coincident_far"));
@@ -452,6 +463,9 @@ fn proposals_in_f64_of_hard_scenes() {
 
 #[test]
 fn proposals_in_f64_of_clouds() {
+    if lacks_f64() {
+        return;
+    }
     let mut cases = scenes_of("scenes/clouds");
     for distribution in Distribution::ALL {
         for count in [FEW_SPHERES as u64 + 1, 1_000, 20_000] {
@@ -473,6 +487,9 @@ fn ordinary(case: Case) -> Case {
 
 #[test]
 fn proposals_in_f64_for_lists_of_rays() {
+    if lacks_f64() {
+        return;
+    }
     let sizes = [(1, 0), (0, 1), (7, 2), (24, 5)];
     let cases: Vec<Case> = (70..)
         .zip(sizes)
@@ -663,6 +680,9 @@ fn sabotage_of_a_shader_is_noticed() {
 
 #[test]
 fn sabotage_of_a_shader_in_f64_is_noticed() {
+    if lacks_f64() {
+        return;
+    }
     // No device decides the last one in f64.
     let [figure, hard, cloud, list, _] = sabotaged_cases();
     let cases = [figure, hard, cloud, list].map(ordinary);
@@ -775,18 +795,27 @@ fn assert_surfaces(cases: &[Case]) -> [usize; 2] {
 
 #[test]
 fn surfaces_of_a_device_are_those_of_the_cpu() {
+    if lacks_f64() {
+        return;
+    }
     let [hits, left] = assert_surfaces(&scenes_of("scenes"));
     assert!(hits > 100_000 && left < hits / 20, "{left} of {hits} left to the CPU");
 }
 
 #[test]
 fn surfaces_of_hard_scenes_on_a_device_are_those_of_the_cpu() {
+    if lacks_f64() {
+        return;
+    }
     let [hits, left] = assert_surfaces(&scenes_of("scenes/hard"));
     assert!(hits > 100_000 && left < hits / 3, "{left} of {hits} left to the CPU");
 }
 
 #[test]
 fn surfaces_of_clouds_on_a_device_are_those_of_the_cpu() {
+    if lacks_f64() {
+        return;
+    }
     let mut cases = scenes_of("scenes/clouds");
     for distribution in Distribution::ALL {
         let scene = cloud(distribution, 5_000);
@@ -815,6 +844,9 @@ fn two_planes() -> Case {
 
 #[test]
 fn sabotage_of_surfaces_is_noticed() {
+    if lacks_f64() {
+        return;
+    }
     let case = two_planes();
     let [hits, left] = compare_surfaces(&always_in_f64(&[]), &case).unwrap();
     assert!(hits > 20_000 && left < hits / 100, "{left} of {hits} left to the CPU");
@@ -835,6 +867,9 @@ fn sabotage_of_surfaces_is_noticed() {
 /// CPU must have it.
 #[test]
 fn a_normal_that_division_may_round_otherwise_is_left_to_the_cpu() {
+    if lacks_f64() {
+        return;
+    }
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/hard/distant_1e4.toml");
     let scene = read_scene(&file).unwrap();
     let camera = scene.camera.clone().unwrap();
@@ -851,6 +886,9 @@ fn a_normal_that_division_may_round_otherwise_is_left_to_the_cpu() {
 /// The whole way with f64 on the device gives what the CPU gives, and the device's f64 has a part in it.
 #[test]
 fn a_device_that_decides_in_f64_gives_the_same_hits() {
+    if lacks_f64() {
+        return;
+    }
     let gpu = always_in_f64(&[]);
     let (wants, control) = (Wants { surface: true, level: true }, Control::default());
     let mut cases = scenes_of("scenes/hard");

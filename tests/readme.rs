@@ -138,7 +138,7 @@ fn the_first_command_ends_with_a_picture_and_the_second_is_ci() {
     assert!(shell_lines().any(|line| line
         == format!("ci/setup.sh && {CARGO_RUN}render scenes/figure1.toml -o figure1.png")));
     assert!(shell_lines().any(|line| line == "ci/test.sh"));
-    for script in ["ci/setup.sh", "ci/test.sh", "ci/report.sh", ".ci/run"] {
+    for script in ["ci/setup.sh", "ci/test.sh", "ci/drivers.sh", "ci/report.sh", ".ci/run"] {
         let mode = fs::metadata(root().join(script)).expect(script).permissions().mode();
         assert_eq!(mode & 0o111, 0o111, "{script} can't be executed");
         run(&format!("bash -n {script}"), root());

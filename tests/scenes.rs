@@ -6,9 +6,8 @@ use std::f64::consts::{PI, SQRT_2};
 use std::path::Path;
 use std::sync::Arc;
 
-use common::{camera, gpu, plane, sphere};
+use common::{broken, camera, gpu, plane, runs, sphere};
 use glam::DVec3;
-use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
@@ -217,7 +216,7 @@ fn inside_shows_no_background() {
     assert!(count[1] > 1000, "{count:?}");
 }
 
-/// What a kernel sees on both devices, which agree bit by bit.
+/// What a kernel sees on the CPU. The device, if it runs the kernel, keeps its promise beside it.
 fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
     let wants = Wants { surface: true, level: false };
     let rays = Rays::Pixels(pixels);
@@ -225,12 +224,13 @@ fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
     let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
     let control = Control::default();
     CpuTracer::new(Arc::clone(&prepared), wants).trace(&rays, &control, &mut on_cpu).unwrap();
-    GpuTracer::new(gpu(), prepared, wants).unwrap().trace(&rays, &control, &mut on_gpu).unwrap();
-    for hits in [&on_cpu, &on_gpu] {
-        assert_eq!([hits.id.len(), hits.t.len(), hits.normal.len()], [rays.len(); 3]);
+    assert_eq!([on_cpu.id.len(), on_cpu.t.len(), on_cpu.normal.len()], [rays.len(); 3]);
+    if runs(kernel) {
+        let mut tracer = GpuTracer::new(gpu(), Arc::clone(&prepared), wants).unwrap();
+        tracer.trace(&rays, &control, &mut on_gpu).unwrap();
+        assert_eq!([on_gpu.id.len(), on_gpu.t.len(), on_gpu.normal.len()], [rays.len(); 3]);
+        assert_eq!(broken(&prepared, &rays, &on_cpu, &on_gpu), None);
     }
-    let comparison = compare(&on_cpu, &on_gpu);
-    assert!(comparison.is_equal(), "{}: {comparison:?}", kernel.name());
     on_cpu
 }
 

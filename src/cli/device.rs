@@ -26,7 +26,10 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
     let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
     let start = Instant::now();
     let (opened, noise) = quietly(|| Gpu::open(&pick));
-    let opened = opened.and_then(|gpu| for_kernel(gpu, kernel));
+    // What the self-test can't bind, no kernel can.
+    let opened = opened
+        .and_then(|gpu| for_kernel(gpu, kernel))
+        .and_then(|gpu| gpu.arithmetic().map(|_| gpu));
     let falls_back = *choice == DeviceChoice::Auto;
     if talk.verbose || opened.is_err() && !falls_back {
         quiet::show(&noise, talk.verbose);

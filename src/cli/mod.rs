@@ -4,6 +4,7 @@ pub mod check;
 pub mod complain;
 pub mod completions;
 pub mod device;
+pub mod digest;
 pub mod excerpt;
 pub mod explain;
 pub mod export;
@@ -74,6 +75,7 @@ pub enum Command {
     #[cfg(feature = "view")]
     View(ViewArgs),
     Generate(GenerateArgs),
+    Digest(DigestArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -395,6 +397,26 @@ pub struct GenerateCloudArgs {
     /// Also write a scene file with the cloud and a camera that sees all of it
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Print one hash of a picture's exact content
+///
+/// Of ids, t, normals and 8-bit colours by the kernel certified: the same on every device, with every
+/// driver and number of threads. A project can keep it in place of a reference picture and its
+/// tolerances.
+#[derive(Args)]
+pub struct DigestArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
+    pub samples: Option<u32>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

@@ -109,7 +109,7 @@ impl Runs<'_> {
         n_invocations: u64,
         amount: u64,
     ) -> Result<f64> {
-        let layout = bind_group_layout(&self.gpu.device, shader);
+        let layout = bind_group_layout(self.gpu, shader)?;
         let pipeline = pipeline(self.gpu, shader, entry_point, &layout)?;
         let resources = [&self.input, &self.output].map(wgpu::Buffer::as_entire_binding);
         let group = bind_resources(&self.gpu.device, &layout, resources);

@@ -446,6 +446,20 @@ mod tests {
         }
     }
 
+    /// A driver may fold a conversion there and back: then the self-test would look at nothing.
+    #[test]
+    fn the_self_test_converts_no_number_there_and_back() {
+        const OP_F_CONVERT: u16 = 115;
+        let words = compile_self_test("f64").unwrap().spirv().unwrap();
+        let conversions: Vec<&[u32]> = instructions(&words)
+            .filter(|(op, _)| *op == OP_F_CONVERT)
+            .map(|(_, instruction)| instruction)
+            .collect();
+        let results: Vec<u32> = conversions.iter().map(|instruction| instruction[2]).collect();
+        assert!(!results.is_empty(), "f64 becomes f32");
+        assert!(conversions.iter().all(|instruction| !results.contains(&instruction[3])));
+    }
+
     #[test]
     fn errors_name_the_file_and_the_line() {
         assert!(error_of("\nfn f() -> f32 { return x; }\n").starts_with("shaders/broken.wgsl:2: "));

@@ -12,6 +12,9 @@ enum Failure {
     Other(String),
 }
 
+/// A test's change of every shader that is passed through.
+pub(super) type EditSpirv = Box<dyn Fn(&[u32]) -> Vec<u32> + Send + Sync>;
+
 /// A device that was opened, without anything that is kept for it.
 pub struct OpenDevice {
     pub(crate) device: wgpu::Device,
@@ -19,6 +22,8 @@ pub struct OpenDevice {
     errors: Arc<Mutex<Vec<Failure>>>,
     /// Held while commands are handed over: a surface must not be configured meanwhile.
     handing_over: Mutex<()>,
+    /// A test's stand-in for a driver that does otherwise.
+    pub(super) edit_spirv: Option<EditSpirv>,
     /// The adapter's own account of itself.
     pub facts: AdapterFacts,
 }
@@ -29,13 +34,22 @@ impl OpenDevice {
     /// # Errors
     /// [`Error::NoAdapter`] when it can't be opened.
     pub(super) fn open(adapter: &wgpu::Adapter, facts: AdapterFacts) -> Result<OpenDevice> {
+        OpenDevice::open_within(adapter, facts, adapter.limits())
+    }
+
+    /// As [`OpenDevice::open`], with no more than these of the adapter's limits.
+    pub(super) fn open_within(
+        adapter: &wgpu::Adapter,
+        facts: AdapterFacts,
+        limits: wgpu::Limits,
+    ) -> Result<OpenDevice> {
         let wanted = wgpu::Features::PASSTHROUGH_SHADERS
             | wgpu::Features::SHADER_F64
             | wgpu::Features::TIMESTAMP_QUERY;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("kugelblitz"),
             required_features: adapter.features() & wanted,
-            required_limits: adapter.limits(),
+            required_limits: limits,
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..wgpu::DeviceDescriptor::default()
         }))
@@ -60,7 +74,16 @@ impl OpenDevice {
                 errors.push(Failure::Other(format!("device lost: {message}")));
             }
         });
-        Ok(OpenDevice { device, queue, errors, handing_over: Mutex::new(()), facts })
+        let handing_over = Mutex::new(());
+        Ok(OpenDevice { device, queue, errors, handing_over, edit_spirv: None, facts })
+    }
+
+    /// The words of a shader that is passed through, as they are but for a test's change.
+    pub(super) fn edited(&self, words: Vec<u32>) -> Vec<u32> {
+        match &self.edit_spirv {
+            Some(edit) => edit(&words),
+            None => words,
+        }
     }
 
     /// While this is held, no other thread hands over commands.

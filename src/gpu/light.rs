@@ -72,13 +72,12 @@ struct Tile {
 impl DeviceLight {
     /// Whether a device has the bindings and the room for the light of a scene.
     pub fn fits(gpu: &Gpu, prepared: &Prepared) -> bool {
-        let limits = gpu.device.limits();
         let n_boxes = prepared.hierarchy.as_ref().map_or(0, |hierarchy| hierarchy.tree.n_nodes());
         let bytes = (n_boxes * size_of::<BoxOnDevice>())
             .max(size_of_val(&prepared.scene.spheres[..]))
             .max((prepared.scene.n_objects() + 1) * 32);
         let most = gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes);
-        limits.max_storage_buffers_per_shader_stage >= N_STORAGE_BUFFERS && bytes as u64 <= most
+        gpu.facts.max_storage_buffers >= N_STORAGE_BUFFERS && bytes as u64 <= most
     }
 
     /// Compiles the shader and uploads the scene.

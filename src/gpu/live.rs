@@ -140,7 +140,7 @@ impl Undecided {
     /// [`crate::Error::Shader`] when the device refuses it.
     pub(crate) fn new(gpu: &Arc<Gpu>) -> Result<Undecided> {
         let shader: Shader = compile_undecided()?;
-        let layout = bind_group_layout(&gpu.device, &shader);
+        let layout = bind_group_layout(gpu, &shader)?;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let undecided = Undecided {
             find: pipeline(gpu, &shader, "find", &layout)?,

@@ -90,6 +90,14 @@ impl Gpu {
         Gpu { programs: self.programs.edited(Box::new(edit)), ..self }
     }
 
+    /// Puts the words of every shader that is passed through, the self-test's too, through `edit` from now
+    /// on: a stand-in for a driver that does otherwise than it should.
+    #[doc(hidden)]
+    pub fn edit_spirv(mut self, edit: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Gpu {
+        self.bare.edit_spirv = Some(Box::new(edit));
+        self
+    }
+
     /// Has the device decide in f64 what it can from now on, also where the CPU would be quicker: tests see
     /// that it is right.
     #[doc(hidden)]

@@ -1,20 +1,92 @@
-//! Shader → compute pipeline.
+//! Shader → compute pipeline. What a device can't bind is refused before it is asked, in words; what it
+//! refuses itself comes back as an error, wherever in the making it does.
 
 use super::compile::{Shader, WORKGROUP};
 use super::device::OpenDevice;
 use crate::error::{Error, Result};
 
 /// The layout that the shader itself asks for: naga's bindings are the only list of them.
-pub fn bind_group_layout(device: &wgpu::Device, shader: &Shader) -> wgpu::BindGroupLayout {
-    bind_group_layout_for(device, shader, wgpu::ShaderStages::COMPUTE)
+///
+/// # Errors
+/// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
+/// refuses the layout.
+pub fn bind_group_layout(gpu: &OpenDevice, shader: &Shader) -> Result<wgpu::BindGroupLayout> {
+    bind_group_layout_for(gpu, shader, wgpu::ShaderStages::COMPUTE)
 }
 
 /// The same for other stages.
+///
+/// # Errors
+/// Those of [`bind_group_layout`].
 pub fn bind_group_layout_for(
-    device: &wgpu::Device,
+    gpu: &OpenDevice,
     shader: &Shader,
     visibility: wgpu::ShaderStages,
-) -> wgpu::BindGroupLayout {
+) -> Result<wgpu::BindGroupLayout> {
+    let entries = entries(shader, visibility);
+    check_limits(gpu, shader, &entries)?;
+    unless_refused(gpu, || {
+        gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("kugelblitz"),
+            entries: &entries,
+        })
+    })
+}
+
+/// Makes something of a device, with the reason where that refuses it.
+///
+/// # Errors
+/// [`Error::Shader`]
+pub fn unless_refused<T>(gpu: &OpenDevice, make: impl FnOnce() -> T) -> Result<T> {
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    match pollster::block_on(scope.pop()) {
+        Some(error) => Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name))),
+        None => Ok(made),
+    }
+}
+
+/// Compares what a shader needs at once with what the device has.
+fn check_limits(
+    gpu: &OpenDevice,
+    shader: &Shader,
+    entries: &[wgpu::BindGroupLayoutEntry],
+) -> Result<()> {
+    use wgpu::{BindingType, BufferBindingType};
+    let [mut n_storage, mut n_uniform, mut n_textures] = [0; 3];
+    for entry in entries {
+        *match entry.ty {
+            BindingType::Buffer { ty: BufferBindingType::Uniform, .. } => &mut n_uniform,
+            BindingType::Buffer { .. } => &mut n_storage,
+            _ => &mut n_textures,
+        } += 1;
+    }
+    let groups = shader.module.entry_points.iter().map(|entry| entry.workgroup_size);
+    let most = |size: fn([u32; 3]) -> u32| groups.clone().map(size).max().unwrap_or(0);
+    let limits = gpu.device.limits();
+    let needs = [
+        ("storage buffers", n_storage, limits.max_storage_buffers_per_shader_stage),
+        ("uniform buffers", n_uniform, limits.max_uniform_buffers_per_shader_stage),
+        ("textures", n_textures, limits.max_sampled_textures_per_shader_stage),
+        ("bindings", entries.len() as u32, limits.max_bindings_per_bind_group),
+        (
+            "invocations of a workgroup",
+            most(|[x, y, z]| x * y * z),
+            limits.max_compute_invocations_per_workgroup,
+        ),
+        ("columns of a workgroup", most(|[x, ..]| x), limits.max_compute_workgroup_size_x),
+        ("rows of a workgroup", most(|[_, y, _]| y), limits.max_compute_workgroup_size_y),
+    ];
+    match needs.into_iter().find(|(_, needed, limit)| needed > limit) {
+        Some((what, needed, limit)) => Err(Error::TooLarge(format!(
+            "a shader for this needs {needed} {what}, and `{}` has at most {limit}: use `--device cpu`",
+            gpu.facts.name
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn entries(shader: &Shader, visibility: wgpu::ShaderStages) -> Vec<wgpu::BindGroupLayoutEntry> {
     let mut entries: Vec<_> = shader
         .module
         .global_variables
@@ -45,10 +117,7 @@ pub fn bind_group_layout_for(
         })
         .collect();
     entries.sort_by_key(|entry| entry.binding);
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("kugelblitz"),
-        entries: &entries,
-    })
+    entries
 }
 
 /// Binds the buffers in the order of the shader's bindings.
@@ -91,32 +160,30 @@ pub fn pipeline(
     bind_group_layout: &wgpu::BindGroupLayout,
 ) -> Result<wgpu::ComputePipeline> {
     let device = &gpu.device;
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = if gpu.facts.passthrough {
-        pass_through(device, &shader.spirv()?, entry_point)
-    } else {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    let spirv = gpu.facts.passthrough.then(|| shader.spirv()).transpose()?;
+    let spirv = spirv.map(|words| gpu.edited(words));
+    unless_refused(gpu, || {
+        let module = match &spirv {
+            Some(words) => pass_through(device, words, entry_point),
+            None => device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(entry_point),
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
+            }),
+        };
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(entry_point),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
+            bind_group_layouts: &[Some(bind_group_layout)],
+            immediate_size: 0,
+        });
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry_point),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
         })
-    };
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(entry_point),
-        bind_group_layouts: &[Some(bind_group_layout)],
-        immediate_size: 0,
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry_point),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(entry_point),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    match pollster::block_on(scope.pop()) {
-        Some(error) => Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name))),
-        None => Ok(pipeline),
-    }
+    })
 }
 
 #[allow(unsafe_code)]
@@ -133,10 +200,80 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
         ..Default::default()
     };
     // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
-    // were added, which change no memory access. Indices into buffers stay below lengths that the
-    // host passes along. Those into textures are below `Walk::n_nodes`, or places of leaves, which
-    // `Footprints::new` and the tree's builder count and `gpu::hierarchy` has texels for. Those into boxes are
-    // below `LightOfAll::n_boxes`, as each link leads to a node of the tree or behind the last one, and ids of
-    // objects are compared with their number first.
+    // were added, which change no memory access, and nor does what a test makes of arithmetic. Indices
+    // into buffers stay below lengths that the host passes along. Those into textures are below
+    // `Walk::n_nodes`, or places of leaves, which `Footprints::new` and the tree's builder count and
+    // `gpu::hierarchy` has texels for. Those into boxes are below `LightOfAll::n_boxes`, as each link leads to
+    // a node of the tree or behind the last one, and ids of objects are compared with their number first.
     unsafe { device.create_shader_module_passthrough(descriptor) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::adapter::adapters;
+    use crate::gpu::compile::compile_self_test;
+
+    /// The best device, with some limits lower than it has them.
+    fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> OpenDevice {
+        let first = adapters().into_iter().next();
+        let (adapter, facts) = first.expect("a Vulkan device; ci/setup.sh installs one");
+        let limits = lower(adapter.limits());
+        OpenDevice::open_within(&adapter, facts, limits).unwrap()
+    }
+
+    #[test]
+    fn what_a_device_cannot_bind_is_refused_in_words_before_it_is_made() {
+        let shader = compile_self_test("f32").unwrap();
+        type Lower = fn(wgpu::Limits) -> wgpu::Limits;
+        let lower: [(&str, Lower); 4] = [
+            ("3 storage buffers", |limits| wgpu::Limits {
+                max_storage_buffers_per_shader_stage: 2,
+                ..limits
+            }),
+            ("1 textures", |limits| wgpu::Limits {
+                max_sampled_textures_per_shader_stage: 0,
+                ..limits
+            }),
+            ("4 bindings", |limits| wgpu::Limits { max_bindings_per_bind_group: 3, ..limits }),
+            ("64 invocations", |limits| wgpu::Limits {
+                max_compute_invocations_per_workgroup: 32,
+                ..limits
+            }),
+        ];
+        for (what, lower) in lower {
+            let gpu = open_within(lower);
+            let error = bind_group_layout(&gpu, &shader).expect_err(what);
+            assert_eq!(error.exit_code(), 7, "{error}");
+            for part in [what, &gpu.facts.name, "--device cpu"] {
+                assert!(error.to_string().contains(part), "{part}: {error}");
+            }
+            gpu.check().unwrap_or_else(|later| panic!("{what}: {later}"));
+        }
+        assert!(bind_group_layout(&open_within(|limits| limits), &shader).is_ok());
+    }
+
+    /// Without a scope around it, the reason would be told by whatever the device does next.
+    #[test]
+    fn a_layout_that_is_refused_has_its_reason() {
+        let gpu = open_within(|limits| wgpu::Limits {
+            max_storage_buffers_per_shader_stage: 2,
+            ..limits
+        });
+        let entries = entries(&compile_self_test("f32").unwrap(), wgpu::ShaderStages::COMPUTE);
+        let layout = unless_refused(&gpu, || {
+            let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: None,
+                entries: &entries,
+            });
+            gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            })
+        });
+        let reason = layout.expect_err("three storage buffers").to_string();
+        assert!(reason.contains("refuses") && reason.contains('2'), "{reason}");
+        gpu.check().unwrap();
+    }
 }

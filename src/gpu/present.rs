@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::compile::compile_present;
 use super::live::Words;
 use super::open::Gpu;
-use super::pipeline::{bind_group, bind_group_layout_for};
-use crate::error::{Error, Result};
+use super::pipeline::{bind_group, bind_group_layout_for, unless_refused};
+use crate::error::Result;
 
 /// Twin of `Present` in `shaders/present.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -55,41 +55,39 @@ impl Presenter {
     pub(crate) fn new(gpu: &Arc<Gpu>, format: wgpu::TextureFormat) -> Result<Presenter> {
         let device = &gpu.device;
         let shader = compile_present()?;
-        let layout = bind_group_layout_for(device, &shader, wgpu::ShaderStages::FRAGMENT);
-        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("present"),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module)),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("present"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("present"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("show"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(Error::Shader(format!("`{}` refuses: {error}", gpu.facts.name)));
-        }
+        let layout = bind_group_layout_for(gpu, &shader, wgpu::ShaderStages::FRAGMENT)?;
+        let pipeline = unless_refused(gpu, || {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("present"),
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module)),
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("present"),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("present"),
+                layout: Some(&pipeline_layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("cover"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("show"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let uniform = gpu.buffer("present", size_of::<Present>(), usage);
         Ok(Presenter { gpu: Arc::clone(gpu), pipeline, layout, uniform })

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::compile::{Edit, Shader, compile_edited};
+use super::compile::{Edit, compile_edited};
 use super::device::OpenDevice;
 use super::pipeline::{bind_group_layout, pipeline};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::prepare::ShaderKey;
 
 /// Programs that a device keeps: four kernels, with and without surfaces, near and far, and some more
@@ -47,8 +47,7 @@ impl Programs {
             return Ok(program);
         }
         let shader = compile_edited(key, self.edit.as_ref())?;
-        check_bindings(device, &shader)?;
-        let bind_group_layout = bind_group_layout(&device.device, &shader);
+        let bind_group_layout = bind_group_layout(device, &shader)?;
         let pipeline = pipeline(device, &shader, "render", &bind_group_layout)?;
         let program = Arc::new(Program { bind_group_layout, pipeline });
         self.keep(*key, &program);
@@ -75,22 +74,4 @@ impl Programs {
         }
         kept.push((key, Arc::clone(program)));
     }
-}
-
-/// Refuses a shader with more storage buffers than the device takes; Vulkan asks for four of it.
-fn check_bindings(device: &OpenDevice, shader: &Shader) -> Result<()> {
-    let is_storage = |variable: &naga::GlobalVariable| {
-        matches!(variable.space, naga::AddressSpace::Storage { .. })
-    };
-    let variables = shader.module.global_variables.iter();
-    let needed = variables.filter(|(_, variable)| is_storage(variable)).count();
-    let most = device.facts.max_storage_buffers as usize;
-    if needed > most {
-        return Err(Error::TooLarge(format!(
-            "a shader of this scene reads and writes {needed} buffers; `{}` binds at most {most} at \
-             once: use `--device cpu`",
-            device.facts.name
-        )));
-    }
-    Ok(())
 }

@@ -13,8 +13,8 @@ use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
     COMPARED, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
-    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, QUOTIENT, ROOM_OVER, ROOT, SCALED, SUM,
-    SUM_ERROR, Sample, Sort, samples,
+    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOM_OVER, ROOT, SCALED,
+    SUM, SUM_ERROR, Sample, Sort, samples,
 };
 
 /// The self-test's findings for one float type. Numbers of steps are distances from the correctly
@@ -24,8 +24,10 @@ pub struct Arithmetic {
     /// True where shaders are passed through, as only then `NoContraction` forbids the driver to fuse
     /// and to rearrange; not measured.
     pub passthrough: bool,
-    /// True where two-sum gives the exact rounding error: the driver neither fuses nor rearranges.
+    /// True where two-sum gives the exact rounding error: the driver does not rearrange.
     pub no_contraction: bool,
+    /// True where a product that is added to is rounded first: the driver does not fuse.
+    pub rounded_products: bool,
     /// True where `fma` rounds once.
     pub fused_fma: bool,
     /// True where subnormal operands and results are kept.
@@ -68,6 +70,7 @@ impl Arithmetic {
     pub fn is_ieee(&self) -> bool {
         self.passthrough
             && self.no_contraction
+            && self.rounded_products
             && self.subnormals
             && self.safe_range
             && self.comparisons
@@ -79,7 +82,7 @@ impl Arithmetic {
     }
 
     /// True where the certified kernel's filter may run on this arithmetic: all that [`crate::guard`]
-    /// assumes of a device holds. Results are counted in steps from the nearest one, which is half
+    /// assumes of a device holds, which allows products to be fused. Results are counted in steps from the nearest one, which is half
     /// a unit off itself, so that quotients may be 2 and roots 4 steps off.
     pub fn suits_filter(&self) -> bool {
         self.passthrough
@@ -95,7 +98,7 @@ impl Arithmetic {
 
     /// The same for the filter in f64, whose rays must be those of the host.
     pub fn suits_filter_in_f64(&self) -> bool {
-        self.suits_filter() && self.sum_ulp == 0 && self.product_ulp == 0
+        self.suits_filter() && self.rounded_products && self.sum_ulp == 0 && self.product_ulp == 0
     }
 
     /// Where the certified kernel's filter runs for a device with this f32, in words.
@@ -133,6 +136,7 @@ impl fmt::Display for Arithmetic {
             if self.fused_fma { "fma rounds once" } else { "fma rounds twice" },
         ];
         let defects = [
+            (self.rounded_products, "products fused with sums"),
             (self.safe_range, "wrong results beyond the normal range"),
             (self.comparisons, "numbers compared wrongly"),
             (self.infinities, "∞ compared wrongly"),
@@ -171,6 +175,7 @@ fn judge<F: Float>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic
     let mut found = Arithmetic {
         passthrough: true,
         no_contraction: true,
+        rounded_products: true,
         fused_fma: true,
         subnormals: true,
         safe_range: true,
@@ -200,6 +205,8 @@ fn judge<F: Float>(samples: &[Sample<F>], outcomes: &[Outcome<F>]) -> Arithmetic
             // Where the sum itself is rounded another way, its error is another one.
             found.no_contraction &=
                 results[SUM_ERROR] == expected[SUM_ERROR] || results[SUM] != expected[SUM];
+            // Only where both operations round to nearest can this be expected.
+            found.rounded_products &= results[PRODUCT_SUM] == expected[PRODUCT_SUM];
             found.fused_fma &= results[FMA_REMAINDER] == expected[FMA_REMAINDER];
         }
     }
@@ -239,11 +246,11 @@ fn judge_rounded<F: Float>(
 }
 
 /// True if a result is what becomes of a sample where subnormal operands and results count as they
-/// are or as 0, and what is large may be ∞.
+/// are or as 0 of either sign, and what is large may be ∞.
 fn is_safe<F: Float>(sample: &Sample<F>, operation: usize, result: F) -> bool {
     let Sample { a, b, .. } = *sample;
-    let readings = [(a, b), (a.flushed(), b), (a, b.flushed()), (a.flushed(), b.flushed())];
-    readings.into_iter().any(|(a, b)| {
+    let mut readings = a.readings().into_iter().flat_map(|a| b.readings().map(|b| (a, b)));
+    readings.any(|(a, b)| {
         let nearest = F::expected(&Sample { a, b, ..*sample }).results[operation];
         let is_large = nearest.is_large()
             && result.is_large()
@@ -297,7 +304,7 @@ fn judge_words<F: Float>(
 fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
     let OpenDevice { device, queue, .. } = gpu;
-    let layout = bind_group_layout(device, &shader);
+    let layout = bind_group_layout(gpu, &shader)?;
     let pipeline = pipeline(gpu, &shader, "self_test", &layout)?;
     let buffer = |bytes: usize, usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
@@ -379,6 +386,10 @@ mod tests {
         if x.is_subnormal() { 0.0 } else { x }
     }
 
+    fn flushed_with_sign(x: f32) -> f32 {
+        if x.is_subnormal() { 0.0f32.copysign(x) } else { x }
+    }
+
     fn is_near(sample: &Sample<f32>) -> bool {
         sample.sort == Sort::Near
     }
@@ -395,15 +406,22 @@ mod tests {
     /// The proof covers more than IEEE 754.
     #[test]
     fn devices_that_the_proof_covers_pass() {
-        let flush = judged(|sample, outcome| {
-            let [_, integer, number, factor] = sample.texel;
-            let number = flushed(f32::from_bits(number)).to_bits();
-            let (a, b) = (flushed(sample.a), flushed(sample.b));
-            let texel = [sample.texel[0], integer, number, factor];
-            *outcome = f32::expected(&Sample { a, b, texel, ..*sample });
-            outcome.results = outcome.results.map(flushed);
+        for flushed in [flushed, flushed_with_sign] {
+            let flush = judged(|sample, outcome| {
+                let [_, integer, number, factor] = sample.texel;
+                let number = flushed(f32::from_bits(number)).to_bits();
+                let (a, b) = (flushed(sample.a), flushed(sample.b));
+                let texel = [sample.texel[0], integer, number, factor];
+                *outcome = f32::expected(&Sample { a, b, texel, ..*sample });
+                outcome.results = outcome.results.map(flushed);
+            });
+            assert!(!flush.subnormals && !flush.is_ieee() && flush.suits_filter(), "{flush}");
+        }
+        let fused = judged(|sample, outcome| {
+            outcome.results[PRODUCT_SUM] = sample.a.mul_add(sample.b, sample.b);
         });
-        assert!(!flush.subnormals && !flush.is_ieee() && flush.suits_filter(), "{flush}");
+        assert!(!fused.rounded_products && !fused.is_ieee() && fused.suits_filter(), "{fused}");
+        assert!(!fused.suits_filter_in_f64() && fused.to_string().contains("fused"));
         let reciprocal = judged(|_, outcome| {
             for operation in [QUOTIENT, INVERSE, ROOM_OVER] {
                 let result = &mut outcome.results[operation];

@@ -265,6 +265,7 @@ fn evidence() -> Evidence {
     let arithmetic = Arithmetic {
         passthrough: true,
         no_contraction: true,
+        rounded_products: true,
         fused_fma: false,
         subnormals: true,
         safe_range: true,

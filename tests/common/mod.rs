@@ -8,8 +8,16 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 #[cfg(feature = "gpu")]
+use kugelblitz::compare::compare;
+#[cfg(feature = "gpu")]
 use kugelblitz::gpu::{Gpu, Pick};
+#[cfg(feature = "gpu")]
+use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+#[cfg(feature = "gpu")]
+use kugelblitz::trace::{Hits, Kernel, Rays};
+#[cfg(feature = "gpu")]
+use kugelblitz::verify::compare_to_allowed;
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
@@ -27,6 +35,34 @@ pub fn gpu() -> Arc<Gpu> {
     let line = format!("{test} on {} ({})\n", gpu.facts.name, gpu.facts.driver);
     log.write_all(line.as_bytes()).expect("log");
     Arc::clone(gpu)
+}
+
+/// Whether the device of the tests has what a kernel needs: not each has f64. `tests/parity.rs` sees that
+/// the kernel is refused there.
+#[cfg(feature = "gpu")]
+pub fn runs(kernel: Kernel) -> bool {
+    gpu().facts.check_kernel(kernel).is_ok()
+}
+
+/// What is broken of the promise for these hits: the CPU's bits where the device's arithmetic is that of
+/// IEEE 754 and for `certified`, and elsewhere results as Vulkan's precision allows them, which promises
+/// nothing in f64.
+#[cfg(feature = "gpu")]
+pub fn broken(prepared: &Prepared, rays: &Rays, on_cpu: &Hits, on_gpu: &Hits) -> Option<String> {
+    let kernel = prepared.kernel;
+    let first = match kernel == Kernel::Certified || gpu().is_ieee(kernel).unwrap() {
+        true => compare(on_cpu, on_gpu).first,
+        false => {
+            let all: Vec<usize> = (0..rays.len()).collect();
+            compare_to_allowed(prepared, rays, on_gpu, &all).and_then(|found| found.first)
+        }
+    }?;
+    let of = |hits: &Hits| {
+        let (t, normal) = (hits.t.get(first), hits.normal.get(first));
+        format!("{} {t:?} {normal:?}", hits.id[first])
+    };
+    let name = kernel.name();
+    Some(format!("{name}, ray {first}\ncpu: {}\ngpu: {}", of(on_cpu), of(on_gpu)))
 }
 
 /// A number whose logarithm is uniform, of either sign.

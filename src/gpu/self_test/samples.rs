@@ -50,7 +50,8 @@ pub const N_ROUNDED: usize = 6;
 pub const LARGER: usize = 6;
 pub const SUM_ERROR: usize = 7;
 pub const FMA_REMAINDER: usize = 8;
-pub const N_RESULTS: usize = 9;
+pub const PRODUCT_SUM: usize = 9;
+pub const N_RESULTS: usize = 10;
 
 /// The whole words of a sample.
 pub const NARROWED: usize = 0;
@@ -128,6 +129,8 @@ pub trait Float: Pod + PartialOrd {
     fn is_faithful(found: Self, nearest: Self, remainder: Self) -> bool;
     /// 0 for a subnormal.
     fn flushed(self) -> Self;
+    /// What an operand may count as: itself, and a subnormal as a 0 of either sign.
+    fn readings(self) -> [Self; 3];
     fn is_normal(self) -> bool;
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
@@ -196,8 +199,18 @@ macro_rules! float {
                 let larger = if a < b { b } else { a };
                 let (inverse, room_over) = (1.0 / a, $float::from(T_ROOM) / a);
                 let (root, remainder) = (a.abs().sqrt(), a.mul_add(b, -product));
-                let results =
-                    [sum, product, a / b, root, inverse, room_over, larger, sum_error, remainder];
+                let results = [
+                    sum,
+                    product,
+                    a / b,
+                    root,
+                    inverse,
+                    room_over,
+                    larger,
+                    sum_error,
+                    remainder,
+                    product + b,
+                ];
                 let compared = [a < b, a <= b, a == b, a >= b, a > b];
                 let compared = (0..).zip(compared).map(|(bit, holds)| u32::from(holds) << bit);
                 let words = [
@@ -222,6 +235,10 @@ macro_rules! float {
 
             fn flushed(self) -> Self {
                 if self.is_subnormal() { 0.0 } else { self }
+            }
+
+            fn readings(self) -> [Self; 3] {
+                if self.is_subnormal() { [self, 0.0, -0.0] } else { [self; 3] }
             }
 
             fn is_normal(self) -> bool {

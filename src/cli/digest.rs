@@ -1,0 +1,51 @@
+//! `kugelblitz digest`
+
+use std::sync::Arc;
+
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Result, Session};
+use serde::Serialize;
+
+use super::device;
+use super::head::{Objects, On, print_summary};
+use super::output::print_text;
+use super::progress::Progress;
+use super::{DigestArgs, Run, scene};
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    on: On,
+    size: [u32; 2],
+    samples: u32,
+    objects: Objects,
+    digest: String,
+}
+
+/// Prints the digest of one picture.
+pub fn run(args: &DigestArgs, run: &Run) -> Result<()> {
+    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let pixels = args.size.pixels(&scene, &args.scene)?;
+    let samples = args.samples.or(scene.samples).unwrap_or(1);
+    let (choice, kernel) = (&args.device.device, Kernel::Certified);
+    let device = device::open_for(choice, kernel, &scene, pixels.len(), &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let n_samples = u64::from(samples).pow(2);
+    let n_rays = if samples > 1 { 1 + n_samples } else { 1 };
+    let of_light = if scene.is_lit() { n_samples } else { 0 };
+    let n_steps = pixels.len() as u64 * (n_rays + of_light);
+    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let digest = session.digest(&pixels, samples, &run.control)?;
+    drop(progress);
+    if args.talk.json {
+        let summary = Summary {
+            on: On::from(session.device()),
+            size: [pixels.width, pixels.height],
+            samples,
+            objects: Objects::from(&*scene),
+            digest,
+        };
+        return print_summary("digest", &summary);
+    }
+    print_text(&(digest + "\n"))
+}
