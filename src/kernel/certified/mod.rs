@@ -23,6 +23,7 @@ pub use filter::{
 pub(super) use prepare::objects;
 pub(crate) use prepare::{Frame, farthest_origin, k_in_range, offset_in_range};
 pub use records::{PlaneCertified, SphereCertified, SphereFar};
+pub(crate) use rows::{Places, SeenObjects};
 pub(crate) use seen::SeenFrom;
 pub(super) use twin::with_twin;
 
