@@ -212,9 +212,12 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
 //#if spheres
 //#if hierarchy
 //#else
+//#if tree
+//#else
 fn sphere_id(index: u32) -> u32 {
     return index + 1u;
 }
+//#end
 //#end
 //#end
 

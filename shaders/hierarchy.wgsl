@@ -1,16 +1,6 @@
 // Each ray walks through the footprints alone, as src/cpu/walk.rs does with Footprints::visit of
 // src/tree/footprints.rs.
 
-// Member order is checked against src/gpu/layout.rs by a test.
-struct Walk {
-    n_nodes: u32,
-    // Picture column and row of the tile's first pixel.
-    first_x: u32,
-    first_y: u32,
-    cell_shift: u32,
-}
-
-@group(0) @binding(next) var<uniform> walk: Walk;
 //#if spheres
 // Ids of the spheres that are not in the hierarchy.
 @group(0) @binding(next) var<storage, read> rest_ids: array<u32>;
@@ -30,10 +20,6 @@ fn sphere_id(index: u32) -> u32 {
 @group(0) @binding(next) var<storage, read> scene_spheres: array<SceneSphere>;
 //#end
 
-fn texel(index: u32) -> vec2u {
-    return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
-}
-
 fn cell_of(pixel: vec2u) -> u32 {
     let column = (walk.first_x + pixel.x) >> walk.cell_shift;
     let row = (walk.first_y + pixel.y) >> walk.cell_shift;
@@ -43,11 +29,6 @@ fn cell_of(pixel: vec2u) -> u32 {
 // No difference of columns or rows is negative.
 fn covers(node: vec4u, cell: u32) -> bool {
     return (((cell | BORROW) - node.x) & (node.y - cell) & BORROW) == BORROW;
-}
-
-// An upper bound of t from a lower bound of 1 / t; beyond every node for 0 and below.
-fn t_bound(nearness: Real) -> Real {
-    return T_ROOM / max(nearness, LEAST_NEARNESS);
 }
 
 fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {

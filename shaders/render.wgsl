@@ -63,7 +63,11 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#if hierarchy
     let nearest = nearest_far(ray, cell_of(place.xy), nearest_listed(ray));
     //#else
+    //#if tree
+    let nearest = nearest_in_tree(ray, nearest_listed(ray));
+    //#else
     let nearest = nearest_listed(ray);
+    //#end
     //#end
     let seen = Hit(0.0, decide(nearest));
     //#else

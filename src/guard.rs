@@ -179,7 +179,8 @@
 //!
 //! Not seen are, each with its reason beside it: [`FAR`], [`TINY_F32`], [`TINY_F64`], the third digits
 //! of all constants (second order: `ε` times the first), [`LIST_F64`]'s `δ`, and the margins of
-//! [`crate::tree`], which are powers of two far above what their derivation asks for.
+//! [`crate::tree`]'s boxes with its least slacks, which are powers of two far above what their derivation
+//! asks for.
 
 pub mod steps;
 

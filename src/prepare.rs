@@ -2,15 +2,18 @@
 
 mod first_stage;
 mod hierarchy;
+mod in_space;
 
 use std::iter;
 use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::guard;
 use crate::host;
 use crate::kernel::certified::{Frame, farthest_origin};
 use crate::kernel::coordinates::Coordinates;
@@ -22,10 +25,11 @@ use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::{
-    RayRecord, RayRecordDouble, exponent_of, scale_by_power_of_two, split,
+    RayRecord, RayRecordDouble, exponent_of, power_of_two, scale_by_power_of_two, split,
 };
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
+pub use in_space::InSpace;
 
 use first_stage::is_left_open;
 
@@ -64,6 +68,8 @@ pub enum Finding {
     ListedInside,
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
+    /// Rays of a list by the kernel `certified`, through the boxes of a tree, but for some.
+    Tree,
 }
 
 /// A sphere that no ray hits.
@@ -209,15 +215,18 @@ impl Prepared {
     /// [`Error::Usage`] where it was not, and for a ray with a number that is not finite;
     /// [`Error::TooLarge`] for more rays than 32 bits count.
     pub fn check(&self, rays: &Rays) -> Result<()> {
-        refuse_not_finite(rays)?;
+        let farthest = farthest_of(rays, self.reference)?;
+        self.check_reach(rays, farthest)
+    }
+
+    /// The same for rays with finite numbers, whose origins are up to `farthest` from the reference point.
+    fn check_reach(&self, rays: &Rays, farthest_here: f64) -> Result<()> {
         let suits = match (self.made_for, rays) {
             (MadeFor::Picture(view, width, height), Rays::Pixels(pixels)) => {
                 (view, width, height) == (pixels.view, pixels.image_width, pixels.image_height)
                     && pixels.is_in_picture()
             }
-            (MadeFor::Origins(farthest), Rays::List(rays)) => {
-                farthest_origin(rays, self.reference) <= farthest
-            }
+            (MadeFor::Origins(farthest), Rays::List(_)) => farthest_here <= farthest,
             _ => false,
         };
         if !suits {
@@ -237,14 +246,14 @@ impl Prepared {
     /// True where preparing anew for `rays` would give the same numbers. Lists that only fit, see
     /// [`Prepared::check`], may have a better reference point of their own.
     pub fn is_for(&self, rays: &Rays) -> bool {
+        let Ok(farthest_here) = farthest_of(rays, self.reference) else { return false };
         let is_same = match (self.made_for, rays) {
             (MadeFor::Origins(farthest), Rays::List(rays)) => {
-                reference_of_list(rays, self.kernel) == self.reference
-                    && farthest_origin(rays, self.reference) == farthest
+                farthest_here == farthest && reference_of_list(rays, self.kernel) == self.reference
             }
             _ => true,
         };
-        is_same && self.check(rays).is_ok()
+        is_same && self.check_reach(rays, farthest_here).is_ok()
     }
 
     /// How the rays lie to each other.
@@ -275,8 +284,8 @@ impl Prepared {
         self.starts_in_f64
     }
 
-    /// True where the f32 stage has no way to these rays' many spheres, which f64 then finds.
-    pub fn is_left_to_f64(&self) -> bool {
+    /// True for a list of rays into many spheres. A device finds these in f32 alone, the CPU in f64 alone.
+    pub fn has_tree_in_space(&self) -> bool {
         self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none())
     }
 
@@ -304,6 +313,7 @@ impl Prepared {
             some: false,
             spheres: match &self.hierarchy {
                 Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
+                Some(_) => Finding::Tree,
                 None if is_certified && is_point && !self.near => Finding::ListedFar,
                 _ => Finding::Listed,
             },
@@ -336,11 +346,29 @@ fn reference_of_list(rays: &[Ray], kernel: Kernel) -> DVec3 {
     }
 }
 
+/// The largest distance of a list's origin from a point, where all numbers are finite; 0 of a picture.
+fn farthest_of(rays: &Rays, reference: DVec3) -> Result<f64> {
+    let Rays::List(list) = rays else { return Ok(0.0) };
+    // One look at each ray, unless one of them is far beyond all that is ordinary.
+    let distance = |ray: &Ray| match is_finite(ray) {
+        true => guard::length_bound(ray.origin - reference),
+        false => f64::INFINITY,
+    };
+    let farthest = list.par_iter().map(distance).reduce(|| 0.0, f64::max);
+    match farthest.is_finite() {
+        true => Ok(farthest),
+        false => refuse_not_finite(rays).map(|()| farthest_origin(list, reference)),
+    }
+}
+
+fn is_finite(ray: &Ray) -> bool {
+    ray.origin.is_finite() && ray.direction.is_finite()
+}
+
 /// A ray with a number that is not finite means nothing, and would spoil the numbers of all others.
 fn refuse_not_finite(rays: &Rays) -> Result<()> {
     let Rays::List(rays) = rays else { return Ok(()) };
-    let is_finite = |ray: &Ray| ray.origin.is_finite() && ray.direction.is_finite();
-    match rays.iter().position(|ray| !is_finite(ray)) {
+    match rays.par_iter().position_first(|ray| !is_finite(ray)) {
         None => Ok(()),
         Some(index) => Err(Error::Usage(format!(
             "ray {index} (counted from 0) has a number that is not finite; leave it out"
@@ -351,8 +379,8 @@ fn refuse_not_finite(rays: &Rays) -> Result<()> {
 /// Anywhere, where there are none.
 fn middle_of_origins(rays: &[Ray]) -> DVec3 {
     let Some(first) = rays.first() else { return DVec3::ZERO };
-    let (low, high) = rays.iter().fold((first.origin, first.origin), |(low, high), ray| {
-        (low.min(ray.origin), high.max(ray.origin))
-    });
+    let range = |ray: &Ray| (ray.origin, ray.origin);
+    let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+    let (low, high) = rays.par_iter().map(range).reduce(|| range(first), join);
     low / 2.0 + high / 2.0
 }

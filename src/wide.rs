@@ -139,8 +139,12 @@ macro_rules! wide {
                 let bytes = bytemuck::bytes_of(&self.lanes);
                 let n_bytes = size_of::<S::$masks>() / $Wide::<S>::LANES;
                 match n_bytes {
-                    // One bit a place.
-                    0 => bytes.iter().rev().fold(0, |bits, &byte| bits << 8 | u32::from(byte)),
+                    // One bit a place. Read byte by byte, they would wait for the store.
+                    0 => match *bytes {
+                        [byte] => u32::from(byte),
+                        [low, high] => u32::from(u16::from_le_bytes([low, high])),
+                        _ => bytes.iter().rev().fold(0, |bits, &byte| bits << 8 | u32::from(byte)),
+                    },
                     _ => {
                         let set = |bits, byte: &u8| bits << 1 | u32::from(*byte != 0);
                         bytes.iter().step_by(n_bytes).rev().fold(0, set)

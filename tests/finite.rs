@@ -14,9 +14,9 @@ use std::sync::Arc;
 use common::{in_cube, plane, sphere};
 use glam::DVec3;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::{CpuTracer, propose_alone};
+use kugelblitz::cpu::{CpuTracer, propose_alone, propose_in_space};
 use kugelblitz::gpu::compile;
-use kugelblitz::prepare::{Objects, Prepared, Seen};
+use kugelblitz::prepare::{LISTED_SPHERES, Objects, Prepared, Seen};
 use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
@@ -100,6 +100,17 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
         let walk = [footprints.nodes.len() as u32, pixels.x, pixels.y, footprints.cell_shift];
         globals.insert("walk", Value::Parts(walk.map(Value::U32).to_vec()));
     }
+    if let (Some(hierarchy), Rays::List(_)) = (&prepared.hierarchy, rays) {
+        let in_space = prepared.in_space().unwrap().expect("a tree in space");
+        let n_nodes = in_space.nodes.len() as u32;
+        let mut rest = hierarchy.rest.clone();
+        rest.resize(hierarchy.n_places_of_rest(), 0);
+        let rest: Vec<[u32; 4]> = rest.into_iter().map(|id| [id, 0, 0, 0]).collect();
+        let nodes = [bytemuck::cast_slice(&in_space.nodes), bytemuck::cast_slice(&rest)].concat();
+        globals.insert("nodes", texels(&nodes));
+        globals.insert("tree_spheres", texels(bytemuck::cast_slice(&in_space.spheres)));
+        globals.insert("walk", Value::Parts([n_nodes, 0, 0, 0].map(Value::U32).to_vec()));
+    }
     let mut machine = Machine::new(module, &globals);
     for index in 0..rays.len() {
         let [x, y] = [index % width, index / width].map(|k| Value::U32(k as u32));
@@ -116,8 +127,10 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
 
 /// What the Rust twin proposes.
 fn twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
-    if let (Some(_), Rays::Pixels(pixels)) = (&prepared.hierarchy, rays) {
-        return propose_alone(prepared, pixels).unwrap();
+    match (&prepared.hierarchy, rays) {
+        (Some(_), Rays::Pixels(pixels)) => return propose_alone(prepared, pixels).unwrap(),
+        (Some(_), Rays::List(_)) => return propose_in_space(prepared, rays).unwrap(),
+        _ => {}
     }
     let mut hits = Hits::default();
     CpuTracer::new(Arc::new(prepared.clone()), Wants::default())
@@ -129,7 +142,8 @@ fn twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
 /// Runs, compares with the twin, and returns the number of float operations.
 fn check(scene: &Arc<Scene>, rays: &Rays) -> (u64, bool) {
     let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap();
-    if prepared.is_left_to_f64() || !prepared.in_range {
+    let has_no_way = prepared.has_tree_in_space() && prepared.in_space().unwrap().is_none();
+    if has_no_way || !prepared.in_range {
         return (0, false);
     }
     let found = run(&prepared, rays);
@@ -303,6 +317,38 @@ fn lists_of_rays_have_only_finite_numbers() {
     }
     println!("{operations} operations");
     assert!(operations > 200_000);
+}
+
+/// Of many spheres, the tree has those that f32 has boxes for.
+#[test]
+fn lists_of_rays_into_many_spheres_have_only_finite_numbers() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1174);
+    let (mut operations, mut trees) = (0, 0);
+    for case in 0..60 {
+        let middle = any_eye(&mut rng) * if case % 2 == 0 { 0.0 } else { 1.0 };
+        let mut spheres = Vec::new();
+        while spheres.len() <= LISTED_SPHERES {
+            let sphere = any_sphere(&mut rng, middle);
+            let reach = (sphere.center - middle).length() + sphere.radius;
+            if case % 4 == 3 || reach < 2f64.powi(38) {
+                spheres.push(sphere);
+            }
+        }
+        let planes = (0..rng.random_range(0..2)).map(|_| any_plane(&mut rng, middle)).collect();
+        let scene = Arc::new(common::scene(spheres, planes));
+        let near = |rng: &mut ChaCha8Rng| loop {
+            let ray = any_ray(rng, &scene, middle);
+            if (ray.origin - middle).length() < 2f64.powi(38) {
+                return ray;
+            }
+        };
+        let rays = (0..4).map(|_| near(&mut rng)).collect();
+        let (n, tree) = check(&scene, &Rays::List(rays));
+        operations += n;
+        trees += u32::from(tree);
+    }
+    println!("{operations} operations, {trees} trees");
+    assert!(operations > 200_000 && trees > 30);
 }
 
 /// Each of these would be a division by zero, an overflow or `∞ · 0`: what must not be looked at

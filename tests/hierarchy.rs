@@ -10,14 +10,20 @@ use glam::DVec3;
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
+use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::SphereFar;
-use kugelblitz::prepare::{FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Seen};
+use kugelblitz::prepare::{
+    FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Seen, exponent_of, scale_by_power_of_two,
+};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::tree::{Tree, TreeRay};
+use kugelblitz::tree::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::tree::{IS_LEAF, Tree, TreeRay};
+use kugelblitz::vec3::Vec3;
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -370,6 +376,67 @@ fn flat_rays_are_not_lost() {
             assert!(visited.len() < 200, "a ray looks at {} of 300", visited.len());
         }
     }
+}
+
+/// Rays that touch a sphere where its box does, or pass it by a little, against exact arithmetic: what
+/// they hit, each walk shows them.
+#[test]
+fn rays_that_touch_a_sphere_meet_its_box() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    let (mut n_hits, mut n_seen) = (0, 0);
+    for case in 0..40 {
+        let scale = 10f64.powi(case % 9 - 4);
+        let at = in_cube(&mut rng) * 10f64.powi(case % 7 - 1) * scale;
+        let spheres: Vec<Sphere> = (0..200)
+            .map(|_| sphere(at + in_cube(&mut rng) * scale, scale * rng.random_range(0.001..0.1)))
+            .collect();
+        let mut aimed = Vec::new();
+        for index in 0..200 {
+            let Sphere { center, radius } = spheres[index];
+            let up = DVec3::AXES[index % 3] * if rng.random() { 1.0 } else { -1.0 };
+            let across = up.cross(in_cube(&mut rng)).normalize();
+            let off = [0.0, 1e-16, 1e-12, 1e-9][index % 4] * rng.random_range(-1.0..1.0);
+            let away = 2f64.powi(rng.random_range(-2..8)) * radius;
+            let origin = center + up * (radius * (1.0 + off)) - across * away;
+            aimed.push(Ray { origin, direction: across * 2f64.powi(rng.random_range(-3..4)) });
+        }
+        let scene = Arc::new(common::scene(spheres.clone(), vec![]));
+        let rays = Rays::List(aimed.clone());
+        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let tree = &prepared.hierarchy.as_ref().unwrap().tree;
+        let in_space = prepared.in_space().unwrap().unwrap();
+        for (index, ray) in (0..).zip(&aimed) {
+            let Sphere { center, radius } = spheres[index as usize];
+            let shape = Shape::Sphere { center, radius };
+            if visible_root(&ExactRay::new(ray), &shape).is_none() {
+                continue;
+            }
+            n_hits += 1;
+            let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+            let mut seen = vec![];
+            tree.visit(&TreeRay { origin: ray.origin - tree.reference, direction }, |place| {
+                seen.push(tree.order[place] + 1);
+                f64::INFINITY
+            });
+            assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius}");
+            let (record, _) = prepared.coordinates().ray_record(ray);
+            let [origin, low, way] = [record.origin, record.origin_low, record.direction].map(Vec3);
+            let slabs = slabs_of(&RayOf::new(origin, low, way), &SlabRoom::f32());
+            let (mut at, mut seen) = (0, vec![]);
+            while let Some(node) = in_space.nodes.get(at) {
+                let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), f32::MAX);
+                let is_leaf = node.link & IS_LEAF != 0;
+                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+                if is_met && is_leaf {
+                    seen.push(node.id);
+                }
+            }
+            assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius} in f32");
+            n_seen += seen.len();
+        }
+    }
+    println!("{n_hits} hits, {n_seen} spheres looked at");
+    assert!(n_hits > 3000 && n_seen < 40 * n_hits);
 }
 
 /// A radius of 0 is missed, also where the camera is inside of another sphere.

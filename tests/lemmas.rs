@@ -17,6 +17,7 @@ use kugelblitz::kernel::certified::{
 };
 use kugelblitz::rays::{CameraF64, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
+use kugelblitz::tree::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -533,4 +534,53 @@ fn far_spheres() {
         Some((high - low) / (u * (q * k - far_narrower * q * k)))
     });
     assert_tight("FAR", 1.0, found);
+}
+
+fn room_of_slabs() -> SlabRoom<Adversarial> {
+    let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
+    let [aside, least_slack, flat] = [aside, least_slack, flat].map(Adversarial);
+    SlabRoom {
+        aside,
+        least_slack,
+        flat,
+        nearer: Adversarial(nearer),
+        farther: Adversarial(farther),
+    }
+}
+
+/// The origin is so small that its own room doesn't count.
+#[test]
+fn slabs_of_boxes() {
+    let room = room_of_slabs();
+    let found = worst(3, |x, choices| {
+        let ((side, exact_side), (origin, exact_origin)) = (number(x[0]), number(x[1] * 1e-3));
+        let (way, _) = number(x[2]);
+        let exact = (exact_side - exact_origin) / x[2];
+        if exact <= 0.0 {
+            return None;
+        }
+        set_choices(choices, true);
+        let slab = slab_of(origin, way, Adversarial(0.0), &room);
+        let t = stretch(&slab, side, side);
+        let later = f64::from(t.enter.0) / exact / f64::from(room.nearer.0) - 1.0;
+        let sooner = 1.0 - f64::from(t.leave.0) / exact / f64::from(room.farther.0);
+        Some(later.max(sooner) / UNIT_F32)
+    });
+    assert_tight("SLAB", slabs::SLAB, found);
+}
+
+#[test]
+fn origins_of_slabs() {
+    let room = room_of_slabs();
+    let found = worst(2, |x, choices| {
+        let (Vec3(origin), _) = vector(&[x[0], 0.0, 0.0]);
+        let (direction, _) = vector(&[x[1], 1.0, 1.0]);
+        set_choices(choices, true);
+        let slab = slabs_of(&RayOf::new(Vec3(origin), Vec3::ZERO, direction), &room).x;
+        let ahead = if x[1] < 0.0 { -1.0 } else { 1.0 };
+        let near = (f64::from(slab.near_origin.0) - x[0]) * ahead;
+        let far = (x[0] - f64::from(slab.far_origin.0)) * ahead;
+        Some(slabs::ASIDE - near.min(far) / (UNIT_F32 * x[0].abs()))
+    });
+    assert_tight("ASIDE", slabs::ASIDE, found);
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{gpu, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::{CpuTracer, propose_alone, propose_in_f64};
+use kugelblitz::cpu::{CpuTracer, propose_alone, propose_in_f64, propose_in_space};
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::guard::LARGEST_EXPONENT;
@@ -52,6 +52,7 @@ fn on_device(gpu: &Arc<Gpu>, prepared: Prepared, rays: &Rays) -> Vec<u32> {
 fn of_twin(prepared: Prepared, rays: &Rays) -> Vec<u32> {
     match (&prepared.hierarchy, rays) {
         (Some(_), Rays::Pixels(pixels)) => propose_alone(&prepared, pixels).unwrap(),
+        (Some(_), Rays::List(_)) => propose_in_space(&prepared, rays).unwrap(),
         _ => proposed(&mut CpuTracer::new(Arc::new(prepared), Wants::default()), rays),
     }
 }
@@ -307,6 +308,85 @@ fn proposals_for_lists_of_rays() {
     assert!(all.undecided > 1000 && all.decided_share() > 0.85, "{all:?}");
 }
 
+/// Lists into many spheres, and the same with many rays along and across an axis.
+fn lists_into_clouds() -> Vec<Case> {
+    let sizes = [(LISTED_SPHERES + 1, 0), (500, 3), (5_000, 0)];
+    let mut cases: Vec<Case> = (80..)
+        .zip(sizes)
+        .map(|(seed, (spheres, planes))| random_list(spheres, planes, seed))
+        .collect();
+    for (mut case, axis) in cases.clone().into_iter().zip(DVec3::AXES) {
+        let Rays::List(rays) = &mut case.rays else { panic!("a list") };
+        for (index, ray) in rays.iter_mut().enumerate() {
+            match index % 3 {
+                0 => ray.direction = if index % 2 == 0 { axis } else { -axis },
+                1 => ray.direction -= ray.direction * axis,
+                _ => {}
+            }
+        }
+        case.what += ", along an axis";
+        cases.push(case);
+    }
+    cases
+}
+
+#[test]
+fn proposals_for_lists_of_rays_into_many_spheres() {
+    let cases = lists_into_clouds();
+    for case in &cases {
+        assert!(case.prepared().in_space().unwrap().is_some(), "{}", case.what);
+    }
+    let all = assert_proposals(&cases);
+    // Measured 0.992.
+    assert!(all.undecided > 500 && all.decided_share() > 0.98, "{all:?}");
+    // A sphere that f32 has no box for leaves all rays open.
+    let mut beside = random_list(500, 1, 89);
+    let mut spheres = beside.scene.spheres.to_vec();
+    spheres.push(sphere(DVec3::Y * 1e19, 1e19 - 30.0));
+    beside.scene = Arc::new(scene(spheres, beside.scene.planes.clone()));
+    assert_eq!(beside.prepared().hierarchy.unwrap().rest, [501]);
+    let tally = compare_case(&suited_gpu(), &beside).unwrap_or_else(|what| panic!("{what}"));
+    assert_eq!(tally.undecided, tally.rays);
+}
+
+/// Vulkan asks for no more than four storage buffers in a shader. A list of `certified` needs no more; where
+/// a kernel does, it is told with numbers.
+#[test]
+fn lists_need_few_storage_buffers() {
+    let case = random_list(300, 2, 88);
+    let mut gpu = Gpu::open(&Pick::Best).unwrap();
+    gpu.facts.max_storage_buffers = 4;
+    let gpu = Arc::new(gpu);
+    assert!(compare_case(&gpu, &case).unwrap().hits > 0);
+    let prepared = Prepared::new(Arc::clone(&case.scene), Kernel::Stable, &case.rays).unwrap();
+    let wants = Wants { surface: true, level: false };
+    let refused = GpuTracer::new(gpu, Arc::new(prepared), wants).err().unwrap();
+    assert_eq!(refused.exit_code(), 7);
+    let text = refused.to_string();
+    assert!(text.contains("6 storage buffers") && text.contains("at most 4"), "{text}");
+}
+
+/// Where spheres are too far from the rays for f32's slabs, the CPU takes the list.
+#[test]
+fn a_list_far_from_its_tree_is_left_to_the_cpu() {
+    let mut case = random_list(500, 0, 90);
+    let Rays::List(rays) = &mut case.rays else { panic!("a list") };
+    rays[0].origin = DVec3::X * 3e12;
+    let prepared = case.prepared();
+    assert!(prepared.in_range && prepared.in_space().unwrap().is_none());
+    let (control, wants) = (Control::default(), Wants { surface: true, level: false });
+    let trace = |mut tracer: Box<dyn Tracer>| {
+        let mut hits = Hits::default();
+        tracer.trace(&case.rays, &control, &mut hits).unwrap();
+        hits
+    };
+    let prepared = Arc::new(prepared);
+    let of_device = GpuTracer::new(suited_gpu(), Arc::clone(&prepared), wants).unwrap();
+    let of_device = trace(Box::new(of_device));
+    assert_eq!(of_device, trace(Box::new(CpuTracer::new(prepared, wants))));
+    assert!(of_device.n_hits() > 1000);
+}
+
 /// The device must decide in f64 by itself.
 fn gpu_in_f64() -> Arc<Gpu> {
     let gpu = gpu();
@@ -443,7 +523,7 @@ fn tiles_propose_what_single_rays_do_or_leave_it_open() {
 }
 
 /// An ordinary view, a hard one, many spheres, and rays that start anywhere.
-fn sabotaged_cases() -> [Case; 4] {
+fn sabotaged_cases() -> [Case; 5] {
     let read = |name| {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         read_scene(&folder.join(name)).unwrap()
@@ -458,6 +538,7 @@ fn sabotaged_cases() -> [Case; 4] {
         picture("touching spheres", read("hard/touching.toml")),
         picture("a cloud", cloud(Distribution::Uniform, 3_000)),
         random_list(7, 2, 60),
+        random_list(500, 1, 61),
     ]
 }
 
@@ -506,7 +587,7 @@ fn sabotage_of_a_shader_is_noticed() {
     for case in &cases {
         compare_case(&honest, case).unwrap_or_else(|what| panic!("{what}"));
     }
-    let [figure, hard, cloud, list] = [0, 1, 2, 3];
+    let [figure, hard, cloud, list, tree] = [0, 1, 2, 3, 4];
     let decision = "return select(UNDECIDED, nearest.id, is_decided);";
     // What it is called, what it does, the cases that notice it, and whether a device with other
     // arithmetic than the CPU's is caught as well.
@@ -535,6 +616,30 @@ fn sabotage_of_a_shader_is_noticed() {
             "a lost node",
             Text("covers(node, cell) &", "(at != 2u) & covers(node, cell) &"),
             vec![cloud],
+            true,
+        ),
+        (
+            "a lost box of the tree",
+            Text("let is_met = meets(", "let is_met = at % 7u != 3u && meets("),
+            vec![tree],
+            true,
+        ),
+        (
+            "a flipped side of a slab",
+            Text("select(low, high, slab.goes_down)", "select(high, low, slab.goes_down)"),
+            vec![tree],
+            true,
+        ),
+        (
+            "a slab that ends too soon",
+            Text("* slab.far_inverse", "* (0.9 * slab.far_inverse)"),
+            vec![tree],
+            true,
+        ),
+        (
+            "a bound of t that is too small",
+            Text("return T_ROOM / max", "return 0.5 * T_ROOM / max"),
+            vec![cloud, tree],
             true,
         ),
         (
@@ -578,7 +683,9 @@ fn sabotage_of_a_shader_in_f64_is_noticed() {
     if lacks_f64() {
         return;
     }
-    let cases = sabotaged_cases().map(ordinary);
+    // No device decides the last one in f64.
+    let [figure, hard, cloud, list, _] = sabotaged_cases();
+    let cases = [figure, hard, cloud, list].map(ordinary);
     let honest = gpu_in_f64();
     for case in &cases {
         let verdict = compare_in_f64(&honest, case).expect("f64 on the device");

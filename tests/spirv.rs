@@ -103,7 +103,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
-    use Finding::{Hierarchy, Listed, ListedFar};
+    use Finding::{Hierarchy, Listed, ListedFar, Tree};
     let mut all = keys_in_f64();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
@@ -112,7 +112,7 @@ fn all_keys() -> Vec<ShaderKey> {
                 _ if !is_certified => &[Listed][..],
                 Bundle::Point => &[Listed, ListedFar, Hierarchy],
                 Bundle::Parallel => &[Listed, Hierarchy],
-                Bundle::Free => &[Listed],
+                Bundle::Free => &[Listed, Tree],
             };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
                 for &spheres in findings {
@@ -230,7 +230,7 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
         let has_spheres = key.n_spheres > 0;
         assert_eq!(
             has(&whole, "sphere"),
-            has_spheres || key.spheres == Finding::Hierarchy,
+            has_spheres || matches!(key.spheres, Finding::Hierarchy | Finding::Tree),
             "{key:?}"
         );
         // Results, parameters; spheres; planes; the list of rays or pixels; the hierarchy, and in f64 the
@@ -238,10 +238,11 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
         let surface = if key.surface { 2 } else { 0 };
         let list = usize::from(key.bundle == Bundle::Free || key.some);
         let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
-        let hierarchy = match key.spheres == Finding::Hierarchy {
-            true if key.float == Float::F64 => 5 + usize::from(has_spheres),
-            true => 3 + usize::from(has_spheres),
-            false => 0,
+        let hierarchy = match key.spheres {
+            Finding::Hierarchy if key.float == Float::F64 => 5 + usize::from(has_spheres),
+            Finding::Hierarchy => 3 + usize::from(has_spheres),
+            Finding::Tree => 3,
+            _ => 0,
         };
         let expected = 2 + surface + objects + list + hierarchy;
         assert_eq!(bindings(&words).len(), expected, "{key:?}");
@@ -318,8 +319,10 @@ fn only_one_kernel_and_one_source_of_rays() {
     for key in all_keys() {
         let (whole, _) = shader(&key);
         let of_scene = key.float == Float::F64 && key.spheres == Finding::Hierarchy;
-        let objects =
-            key.n_spheres + key.n_planes > 0 || of_scene && key.kernel == Kernel::Certified;
+        let is_by_tree = key.spheres == Finding::Tree;
+        let objects = key.n_spheres + key.n_planes > 0
+            || is_by_tree
+            || of_scene && key.kernel == Kernel::Certified;
         for kernel in Kernel::ALL {
             // `double` is made of the formulas of `stable`, but not of its records.
             let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);

@@ -9,11 +9,13 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 7] = [
+const DEVICE_ALONE: [(&str, &str); 9] = [
     ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
     ("shaders/surface.wgsl", "t and normals: tests/proposals.rs compares their bytes"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
+    ("shaders/tree.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
+    ("shaders/walk.wgsl", "what both walks share: tests/proposals.rs compares their proposals"),
     ("shaders/undecided.wgsl", "lists and settles ids: the window's tests"),
     ("shaders/present.wgsl", "shows a picture: the window's tests"),
     ("shaders/self_test.wgsl", "measures the device: src/gpu/self_test.rs expects its results"),
@@ -26,7 +28,7 @@ const OTHER_NAMES: [(&str, &str); 2] = [
 ];
 
 /// Parameters in Rust that are bindings and constants in WGSL.
-const BINDINGS: [&str; 5] = ["spheres", "planes", "n_spheres", "sphere_id", "widening"];
+const BINDINGS: [&str; 6] = ["spheres", "planes", "n_spheres", "sphere_id", "widening", "room"];
 
 /// A guard, which WGSL has as a sphere or as three numbers.
 const GUARD: [&str; 3] = ["inner2", "outer2", "slack"];

@@ -38,7 +38,7 @@ pub(super) struct Frame {
 pub fn suits_device(prepared: &Prepared) -> bool {
     prepared.kernel == Kernel::Certified
         && prepared.in_range
-        && !prepared.is_left_to_f64()
+        && !prepared.has_tree_in_space()
         && prepared.n_listed_spheres() <= LISTED_SPHERES
         && prepared.scene.planes.len() <= LISTED_SPHERES
 }

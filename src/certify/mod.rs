@@ -25,7 +25,7 @@ use crate::guard;
 use crate::host;
 use crate::kernel::RayOf;
 use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
-use crate::prepare::{Hierarchy, Prepared, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Hierarchy, Prepared, exponent_of, power_of_two, scale_by_power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
@@ -195,7 +195,7 @@ pub fn undecided(
     if prepared.kernel != Kernel::Certified {
         return Ok(Vec::new());
     }
-    if !prepared.in_range || prepared.is_left_to_f64() {
+    if !prepared.in_range {
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;
@@ -319,8 +319,9 @@ impl RayF64 {
     }
 
     /// What a `t` along the scaled direction is multiplied with.
+    #[inline(always)]
     fn scale(&self) -> f64 {
-        2f64.powi(-self.exponent)
+        power_of_two(-self.exponent)
     }
 
     #[inline(always)]
@@ -391,6 +392,7 @@ impl<'a> Stage<'a> {
         }
     }
 
+    #[inline(always)]
     fn ray_f64(&self, index: usize) -> RayF64 {
         match &self.rays {
             StageRays::Pixels { pixels, camera, .. } => {

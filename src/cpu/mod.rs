@@ -3,6 +3,7 @@
 mod in_f64;
 mod squares;
 mod tile;
+mod tree;
 mod walk;
 
 use std::sync::Arc;
@@ -26,6 +27,7 @@ use crate::tracer::{Tracer, trace_all_samples};
 pub use in_f64::propose_in_f64;
 use squares::Squares;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
+pub use tree::propose_in_space;
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;

@@ -34,6 +34,8 @@ pub struct AdapterFacts {
     pub max_binding_bytes: u64,
     /// Largest buffer, bytes.
     pub max_buffer_bytes: u64,
+    /// Storage buffers that one shader takes.
+    pub max_storage_buffers: u32,
     /// Workgroups that one dispatch takes along one axis.
     pub max_workgroups: u32,
     /// Columns or rows of a texture.
@@ -59,6 +61,7 @@ impl AdapterFacts {
             f64: features.contains(wgpu::Features::SHADER_F64),
             max_binding_bytes: limits.max_storage_buffer_binding_size,
             max_buffer_bytes: limits.max_buffer_size,
+            max_storage_buffers: limits.max_storage_buffers_per_shader_stage,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
             max_texture_side: limits.max_texture_dimension_2d,
         }

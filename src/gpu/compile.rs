@@ -14,6 +14,7 @@ use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
 use crate::prepare::{Finding, ShaderKey};
 use crate::rays::Bundle;
 use crate::tree::footprints::{BORROW, IS_LEAF};
+use crate::tree::slabs::SlabRoom;
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -21,7 +22,9 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const SURFACE: Part = part!("surface.wgsl");
+const WALK: Part = part!("walk.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
+const TREE: Part = part!("tree.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
 #[cfg(feature = "view")]
@@ -63,8 +66,10 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
         parts.push(SURFACE);
     } else {
         parts.push(RENDER);
-        if key.spheres == Finding::Hierarchy {
-            parts.push(HIERARCHY);
+        match key.spheres {
+            Finding::Hierarchy => parts.extend([WALK, HIERARCHY]),
+            Finding::Tree => parts.extend([WALK, TREE]),
+            _ => {}
         }
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
@@ -123,6 +128,7 @@ fn is_complete(key: &ShaderKey) -> bool {
 
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
+    let is_by_tree = key.spheres == Finding::Tree;
     let is_double = key.float == Float::F64;
     // The scene's own numbers of spheres.
     let is_of_scene = key.kernel == Kernel::Certified
@@ -132,6 +138,7 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let has_far_filter = match key.spheres {
         Finding::Listed | Finding::ListedOutside | Finding::ListedInside => false,
         Finding::ListedFar => key.n_spheres > 0,
+        Finding::Tree => false,
         // In f64 its spheres are seen as all others are.
         Finding::Hierarchy => key.bundle == Bundle::Point && !is_double,
     };
@@ -146,13 +153,14 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (is_double, "double"),
         (key.some, "some"),
         (key.kernel == Kernel::Certified, "certified"),
-        (key.n_spheres > 0 || is_by_hierarchy && is_double, "sphere_filter"),
+        (key.n_spheres > 0 || is_by_hierarchy && is_double || is_by_tree, "sphere_filter"),
         (is_of_scene, "of_scene"),
         (has_near_filter, "near"),
         (has_near_filter && key.spheres != Finding::ListedInside, "outside"),
         (has_near_filter && key.spheres != Finding::ListedOutside, "inside"),
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
+        (is_by_tree, "tree"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -174,15 +182,28 @@ fn constants(key: &ShaderKey) -> String {
         }
     }
     let mut constants = (wgsl.constants)(key.bundle, float);
-    if key.spheres == Finding::Hierarchy {
+    if matches!(key.spheres, Finding::Hierarchy | Finding::Tree) {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
-            ("BORROW", format!("{BORROW}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
             ("T_ROOM", float.literal(guard::T_ROOM.into())),
             ("LEAST_NEARNESS", float.literal(guard::LEAST_NEARNESS.into())),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);
+    }
+    if key.spheres == Finding::Hierarchy {
+        constants.push(("BORROW", format!("{BORROW}u")));
+    }
+    if key.spheres == Finding::Tree {
+        let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
+        let room = [
+            ("ASIDE_ROOM", aside),
+            ("LEAST_SLACK", least_slack),
+            ("FLAT", flat),
+            ("NEARER", nearer),
+            ("FARTHER", farther),
+        ];
+        constants.extend(room.map(|(name, value)| (name, float.literal(value.into()))));
     }
     if is_complete(key) {
         constants.extend([

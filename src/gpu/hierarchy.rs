@@ -4,17 +4,18 @@ use super::device::OpenDevice;
 use super::layout::{SeenFrom, Walk};
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
-use crate::kernel::certified::SphereFar;
-use crate::prepare::{Hierarchy, Prepared, Seen};
+use crate::kernel::certified::{SphereCertified, SphereFar};
+use crate::prepare::{Hierarchy, InSpace, Prepared, Seen};
+use crate::tree::flat::BoxNode;
 use crate::tree::footprints::{Footprints, Node};
 
-/// The buffers and textures that `shaders/hierarchy.wgsl` reads. A clone shares them.
+/// The buffers and textures that `shaders/hierarchy.wgsl` or `shaders/tree.wgsl` reads. A clone shares them.
 #[derive(Clone)]
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,
     nodes: wgpu::TextureView,
-    far: wgpu::TextureView,
+    spheres: wgpu::TextureView,
     n_nodes: u32,
     cell_shift: u32,
     /// In f64: what spheres are seen from, and the spheres of the scene.
@@ -22,14 +23,30 @@ pub struct DeviceHierarchy {
 }
 
 impl DeviceHierarchy {
-    /// Hands a hierarchy to the device; `None` for one that is not searched by pixel.
+    /// Hands the hierarchy of a prepared scene to the device; `None` where there is none, or none that a
+    /// device can walk through.
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more spheres than the device's textures hold, or than it has memory
     /// for.
-    pub fn new(gpu: &OpenDevice, hierarchy: &Hierarchy) -> Result<Option<DeviceHierarchy>> {
-        let Some(Seen { footprints, far }) = &hierarchy.seen else { return Ok(None) };
-        check_limits(gpu, far.len())?;
+    pub fn new(gpu: &OpenDevice, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
+        match &prepared.hierarchy {
+            None => Ok(None),
+            Some(hierarchy @ Hierarchy { seen: Some(seen), .. }) => {
+                DeviceHierarchy::of_picture(gpu, hierarchy, seen).map(Some)
+            }
+            Some(hierarchy) => {
+                let n_rest = hierarchy.n_places_of_rest();
+                check_limits(gpu, hierarchy.tree.order.len(), SPHERE_TEXELS, n_rest)?;
+                let Some(in_space) = prepared.in_space()? else { return Ok(None) };
+                DeviceHierarchy::of_list(gpu, hierarchy, in_space).map(Some)
+            }
+        }
+    }
+
+    fn of_picture(gpu: &OpenDevice, hierarchy: &Hierarchy, seen: &Seen) -> Result<DeviceHierarchy> {
+        let Seen { footprints, far } = seen;
+        check_limits(gpu, far.len(), FAR_TEXELS, 0)?;
         let walk = uniform(gpu, "walk", &Walk::default());
         let mut rest = hierarchy.rest.clone();
         rest.resize(hierarchy.n_places_of_rest(), 0);
@@ -40,13 +57,38 @@ impl DeviceHierarchy {
             walk,
             rest_ids,
             nodes: texture(gpu, "nodes", bytemuck::cast_slice(nodes))?,
-            far: texture(gpu, "far spheres", bytemuck::cast_slice(far))?,
+            spheres: texture(gpu, "far spheres", bytemuck::cast_slice(far))?,
             n_nodes: nodes.len() as u32,
             cell_shift: *cell_shift,
             in_f64: None,
         };
         gpu.check()?;
-        Ok(Some(device_hierarchy))
+        Ok(device_hierarchy)
+    }
+
+    /// The boxes, and behind them the ids of the rest, a texel each.
+    fn of_list(
+        gpu: &OpenDevice,
+        hierarchy: &Hierarchy,
+        in_space: InSpace,
+    ) -> Result<DeviceHierarchy> {
+        let InSpace { nodes, spheres } = in_space;
+        let n_nodes = nodes.len() as u32;
+        let mut texels: Vec<[u32; 4]> = bytemuck::cast_vec(nodes);
+        let mut rest = hierarchy.rest.clone();
+        rest.resize(hierarchy.n_places_of_rest(), 0);
+        texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
+        let device_hierarchy = DeviceHierarchy {
+            walk: uniform(gpu, "walk", &Walk { n_nodes, ..Walk::default() }),
+            rest_ids: None,
+            nodes: texture(gpu, "boxes", bytemuck::cast_slice(&texels))?,
+            spheres: texture(gpu, "spheres of the tree", bytemuck::cast_slice(&spheres))?,
+            n_nodes,
+            cell_shift: 0,
+            in_f64: None,
+        };
+        gpu.check()?;
+        Ok(device_hierarchy)
     }
 
     /// The same with what f64 needs, for a walk of its own.
@@ -66,14 +108,14 @@ impl DeviceHierarchy {
             u64::from(view.texture().width()) * u64::from(view.texture().height())
         };
         let rest = self.rest_ids.as_ref().map_or(0, wgpu::Buffer::size);
-        let textures = (texels(&self.nodes) + texels(&self.far)) * TEXEL_BYTES as u64;
+        let textures = (texels(&self.nodes) + texels(&self.spheres)) * TEXEL_BYTES as u64;
         textures + self.walk.size() + rest
     }
 
     /// In the order of the shader's bindings.
     pub fn resources(&self) -> impl Iterator<Item = wgpu::BindingResource<'_>> {
         let buffers = [Some(&self.walk), self.rest_ids.as_ref()].into_iter().flatten();
-        let textures = [&self.nodes, &self.far].map(wgpu::BindingResource::TextureView);
+        let textures = [&self.nodes, &self.spheres].map(wgpu::BindingResource::TextureView);
         let in_f64 = self.in_f64.iter().flatten().map(wgpu::Buffer::as_entire_binding);
         buffers.map(wgpu::Buffer::as_entire_binding).chain(textures).chain(in_f64)
     }
@@ -103,12 +145,25 @@ fn uniform(gpu: &OpenDevice, label: &str, value: &impl bytemuck::NoUninit) -> wg
     buffer
 }
 
-fn check_limits(gpu: &OpenDevice, n_spheres: usize) -> Result<()> {
+/// Texels of a sphere of a picture's hierarchy, and of one of a list's.
+const FAR_TEXELS: usize = size_of::<SphereFar>() / TEXEL_BYTES;
+const SPHERE_TEXELS: usize = size_of::<SphereCertified>() / TEXEL_BYTES;
+
+/// Refuses more spheres, of so many texels each, than a texture holds, or nodes with `n_more` texels
+/// behind them.
+fn check_limits(
+    gpu: &OpenDevice,
+    n_spheres: usize,
+    sphere_texels: usize,
+    n_more: usize,
+) -> Result<()> {
     // A tree with one sphere in each leaf has fewer than two nodes a sphere.
-    const TEXELS_PER_SPHERE: usize = size_of::<SphereFar>() / TEXEL_BYTES;
-    const _: () = assert!(TEXELS_PER_SPHERE >= 2 * size_of::<Node>() / TEXEL_BYTES);
+    const NODE_TEXELS: [usize; 2] =
+        [2 * size_of::<Node>() / TEXEL_BYTES, 2 * size_of::<BoxNode>() / TEXEL_BYTES];
+    let texels_per_sphere =
+        sphere_texels.max(NODE_TEXELS[usize::from(sphere_texels != FAR_TEXELS)]);
     let texels = TEXELS_PER_ROW as usize * gpu.facts.max_texture_side as usize;
-    let most = texels / TEXELS_PER_SPHERE;
+    let most = texels.saturating_sub(n_more) / texels_per_sphere;
     if n_spheres > most {
         return Err(Error::TooLarge(format!(
             "the hierarchy has {n_spheres} spheres; `{}` takes at most {most}, in a texture of \

@@ -9,13 +9,17 @@ mod hierarchy;
 mod layout;
 #[cfg(feature = "view")]
 mod live;
+mod objects;
 mod open;
 mod pipeline;
 #[cfg(feature = "view")]
 mod present;
 mod program;
+mod results;
 mod self_test;
+mod surfaces;
 mod texture;
+mod tiles;
 mod tracer;
 #[cfg(feature = "view")]
 mod window;

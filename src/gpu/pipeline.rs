@@ -65,7 +65,7 @@ fn check_limits(
     let most = |size: fn([u32; 3]) -> u32| groups.clone().map(size).max().unwrap_or(0);
     let limits = gpu.device.limits();
     let needs = [
-        ("storage buffers", n_storage, limits.max_storage_buffers_per_shader_stage),
+        ("storage buffers", n_storage, gpu.facts.max_storage_buffers),
         ("uniform buffers", n_uniform, limits.max_uniform_buffers_per_shader_stage),
         ("textures", n_textures, limits.max_sampled_textures_per_shader_stage),
         ("bindings", entries.len() as u32, limits.max_bindings_per_bind_group),
@@ -202,8 +202,8 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
     // SAFETY: naga validated the module and wrote these words; only NoContraction decorations
     // were added, which change no memory access, and nor does what a test makes of arithmetic. Indices
     // into buffers stay below lengths that the host passes along. Those into textures are below
-    // `Walk::n_nodes`, or places of leaves, which `Footprints::new` counts and `gpu::hierarchy` has
-    // texels for.
+    // `Walk::n_nodes`, or places of leaves, which `Footprints::new` and the tree's builder count and
+    // `gpu::hierarchy` has texels for.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }
 

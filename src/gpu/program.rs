@@ -40,7 +40,8 @@ impl Programs {
     /// The program for `key`, compiled where it isn't kept. Other threads don't wait for that.
     ///
     /// # Errors
-    /// [`crate::Error::Shader`] when the device refuses the shader.
+    /// [`Error::Shader`] when the device refuses the shader, [`Error::TooLarge`] when it has too few bindings
+    /// for it.
     pub fn program(&self, device: &OpenDevice, key: &ShaderKey) -> Result<Arc<Program>> {
         if let Some(program) = self.get(key) {
             return Ok(program);

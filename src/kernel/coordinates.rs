@@ -119,5 +119,14 @@ pub fn exponent_of(v: DVec3) -> i32 {
 /// `v · 2^exponent`, exact unless the result leaves f64's normal range.
 pub fn scale_by_power_of_two(v: DVec3, exponent: i32) -> DVec3 {
     let half = exponent / 2;
-    v * 2f64.powi(half) * 2f64.powi(exponent - half)
+    v * power_of_two(half) * power_of_two(exponent - half)
+}
+
+/// `2^exponent`
+#[inline(always)]
+pub fn power_of_two(exponent: i32) -> f64 {
+    match exponent {
+        -1022..=1023 => f64::from_bits(((1023 + exponent) as u64) << 52),
+        _ => 2f64.powi(exponent),
+    }
 }

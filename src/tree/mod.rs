@@ -7,10 +7,13 @@
 
 mod boxes;
 mod build;
+pub mod flat;
 pub mod footprint;
 pub mod footprints;
 mod members;
 mod segment;
+pub mod slabs;
+mod walk;
 mod wide;
 
 use std::ops::Range;
@@ -26,8 +29,8 @@ use crate::scene::Sphere;
 pub use members::MOST_SPHERES;
 pub(crate) use segment::Ahead;
 pub use segment::Segment;
-pub(crate) use wide::Open;
-pub use wide::TreeRay;
+pub(crate) use walk::Company;
+pub use walk::TreeRay;
 use wide::{WIDE_BYTES, Wide};
 
 /// Set in a leaf's link, on the device too.

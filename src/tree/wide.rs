@@ -5,7 +5,6 @@ use pulp::Simd;
 use rayon::prelude::*;
 
 use super::{IS_LEAF, Tree};
-use crate::guard::round_up;
 use crate::wide::WideF32;
 
 /// Most boxes of a node.
@@ -130,90 +129,14 @@ fn widen(tree: &Tree, root: usize, done: impl Fn(usize) -> Option<u32>, nodes: &
     }
 }
 
-/// A ray in the tree's frame.
-#[derive(Clone, Copy, Debug)]
-pub struct TreeRay {
-    /// Offset of the origin from the reference point.
-    pub origin: DVec3,
-    /// Direction, with a largest component in `1..2`.
-    pub direction: DVec3,
-}
-
-/// Nodes that a ray still has to look at, with lower bounds of the `t` at which it enters them.
-pub(crate) type Open = Vec<(f32, u32)>;
-
-impl Tree {
-    /// Shows `visit` every sphere, by its place in [`Tree::order`], that the ray may hit at
-    /// `0 < t ≤ t_max`, nearer boxes first. `visit` returns the `t_max` from then on.
-    pub fn visit(&self, ray: &TreeRay, visit: impl FnMut(usize) -> f64) {
-        pulp::Arch::new().dispatch(Walk { tree: self, ray, visit });
-    }
-
-    /// [`Tree::visit`] for one ray of many; `open` is room that they share.
-    #[inline(always)]
-    pub(crate) fn walk<S: Simd>(
-        &self,
-        simd: S,
-        ray: &TreeRay,
-        open: &mut Open,
-        mut visit: impl FnMut(usize) -> f64,
-    ) {
-        let wide = self.wide();
-        let slabs = Slab::of(ray.origin, ray.direction, 0.0);
-        let mut t_max = f32::INFINITY;
-        open.clear();
-        if !wide.nodes.is_empty() {
-            open.push((0.0, wide.root as u32));
-        }
-        while let Some((t, link)) = open.pop() {
-            if t > t_max {
-                continue;
-            }
-            if link & IS_LEAF != 0 {
-                t_max = round_up(visit((link & !IS_LEAF) as usize));
-                continue;
-            }
-            let node = &wide.nodes[link as usize];
-            let (enter, mut hit) = enter(simd, node, &slabs, t_max);
-            let base = open.len();
-            while hit != 0 {
-                let lane = hit.trailing_zeros() as usize;
-                hit &= hit - 1;
-                // The nearest one last.
-                let mut at = open.len();
-                open.push((enter[lane], node.links[lane]));
-                while at > base && open[at - 1].0 < open[at].0 {
-                    open.swap(at - 1, at);
-                    at -= 1;
-                }
-            }
-        }
-    }
-}
-
-/// A ray on its way, compiled for each instruction set that the processor may have.
-struct Walk<'a, V> {
-    tree: &'a Tree,
-    ray: &'a TreeRay,
-    visit: V,
-}
-
-impl<V: FnMut(usize) -> f64> pulp::WithSimd for Walk<'_, V> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.tree.walk(simd, self.ray, &mut Vec::with_capacity(64), self.visit);
-    }
-}
-
 /// A ray along one axis, in f32. What it enters first is a box's low side, or its high side where it
 /// goes down.
 ///
 /// With `u = 2⁻²⁴`, a slab `(c − o)·(1/d)` has these errors. Of the origin `o ± slack`: its rounding
-/// to f32 and that of the sum, `2.01u` of the largest component of the origin; [`Slab::of`] takes twice
-/// as much for the slack, so that boxes only become wider. Relative ones, of `u` each: the difference,
-/// the inverse, its widening, and the product. They are 4 of the 8 that [`WIDER`] has. Underflow takes
+/// to f32 and that of the sum, half a step each. A step of the largest component is at most `2u` of it,
+/// which is [`SLACK`]; where the sum has wider steps, it is twice the step of the origin. So boxes only
+/// become wider. Relative ones, of `u` each: the difference, the inverse, its widening, and
+/// the product. They are 4 of the 6 that [`WIDER`] has, and of the 5 of [`NARROWER`]. Underflow takes
 /// `2⁻¹⁴⁹` from a product, and the slack is at least `2⁻¹⁰⁰`, which the largest component of the
 /// direction, below 2, can at most halve. Overflow gives the ∞ of the right sign, or boxes that are met
 /// although they are not.
@@ -231,8 +154,11 @@ pub(super) struct Slab {
 }
 
 /// Relative room of a slab.
-const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
-const NARROWER: f32 = 1.0 - 4.0 * f32::EPSILON;
+const WIDER: f32 = 1.0 + 3.0 * f32::EPSILON;
+const NARROWER: f32 = 1.0 - 2.5 * f32::EPSILON;
+
+/// Room of the origin, relative to its largest component.
+const SLACK: f32 = f32::EPSILON;
 
 /// Components of a direction below this leave a slab only where it is not entered at all.
 const FLAT: f64 = 1.0 / (1u128 << 100) as f64;
@@ -241,7 +167,6 @@ impl Slab {
     /// Of a ray that may lie up to this much beside the true one. The largest component of its direction
     /// is below 2.
     pub fn of(origin: DVec3, direction: DVec3, beside: f64) -> [Slab; 3] {
-        const SLACK: f32 = 4.0 / (1 << 24) as f32;
         const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
         // The third digit is for the roundings of this sum.
         let slack = origin.abs().max_element() as f32 * SLACK + (1.001 * beside) as f32 + LEAST;
@@ -301,4 +226,61 @@ pub(super) fn enter<S: Simd>(
         hits |= enter.le(leave).bits() << first;
     }
     (enters, hits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
+
+    /// The rounding to nearest of f32.
+    const UNIT: f64 = 1.0 / (1 << 24) as f64;
+
+    /// The largest of what is needed for many numbers, most of them above a power of two by a little,
+    /// where roundings cost most.
+    fn worst(needed: impl Fn([f64; 3]) -> f64) -> f64 {
+        let mut random = SplitMix::new(1180);
+        let mut number = || {
+            let most = [1.0, 0.3, 0.1, 0.02][(4.0 * random.unit()) as usize];
+            2f64.powf((6.0 * random.unit() - 3.0).round()) * (1.0 + most * random.unit())
+        };
+        (0..8_000_000).map(|_| needed([number(), number(), number()])).fold(0.0, f64::max)
+    }
+
+    /// Half of the constant would not do.
+    fn assert_tight(name: &str, constant: f64, found: f64) {
+        println!("{name}: {found:.3} of {constant}");
+        assert!(found <= constant && found > constant / 2.0, "{name}: {found} of {constant}");
+    }
+
+    /// The box's side and the ray's origin are exact in f32, and the origin so small that its own room
+    /// doesn't count.
+    #[test]
+    fn the_relative_room_of_slabs() {
+        let sides = |[side, origin, direction]: [f64; 3]| {
+            let (side, origin) = (side as f32, (origin * 2f64.powi(-12)) as f32);
+            let slab = Slab::of(DVec3::X * f64::from(origin), DVec3::X * direction, 0.0)[0];
+            let exact = (f64::from(side) - f64::from(origin)) / direction;
+            let near = f64::from((side - slab.near_origin) * slab.near_inverse);
+            let far = f64::from((side - slab.far_origin) * slab.far_inverse);
+            (near / exact, far / exact)
+        };
+        let room = |bound: f32| (f64::from(bound) - 1.0).abs() / UNIT;
+        let later = |numbers| (sides(numbers).0 / f64::from(NARROWER) - 1.0) / UNIT;
+        assert_tight("NARROWER", room(NARROWER), worst(later));
+        let sooner = |numbers| (1.0 - sides(numbers).1 / f64::from(WIDER)) / UNIT;
+        assert_tight("WIDER", room(WIDER), worst(sooner));
+    }
+
+    #[test]
+    fn the_room_of_origins() {
+        let room = f64::from(SLACK) / UNIT;
+        let needed = |[origin, ..]: [f64; 3]| {
+            let slab = Slab::of(DVec3::X * origin, DVec3::X, 0.0)[0];
+            let near = f64::from(slab.near_origin) - origin;
+            let far = origin - f64::from(slab.far_origin);
+            room - near.min(far) / (UNIT * origin)
+        };
+        assert_tight("SLACK", room, worst(needed));
+    }
 }

@@ -289,6 +289,7 @@ fn evidence() -> Evidence {
         f64: true,
         max_binding_bytes: 1 << 27,
         max_buffer_bytes: 1 << 31,
+        max_storage_buffers: 8,
         max_workgroups: 65535,
         max_texture_side: 1 << 14,
     };

@@ -39,6 +39,7 @@ pub(super) const ABOUT: About = About {
         parts: &[
             part!("certified.wgsl", "src/kernel/certified/filter.rs"),
             part!("seen.wgsl", "src/kernel/certified/seen.rs"),
+            part!("slabs.wgsl", "src/tree/slabs.rs"),
         ],
         constants,
     },

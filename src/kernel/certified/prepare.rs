@@ -2,6 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::FEW_SPHERES;
 use super::filter::Widening;
@@ -24,7 +25,8 @@ pub fn objects(
 
 /// Largest distance of an origin from the reference point.
 pub fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
-    rays.iter().map(|ray| guard::length_bound(ray.origin - reference)).fold(0.0, f64::max)
+    let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
+    rays.par_iter().map(distance).reduce(|| 0.0, f64::max)
 }
 
 /// The point that the numbers are relative to, and how far the rays are from it.
@@ -79,18 +81,20 @@ impl Frame {
                     || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
                 Frame { near, ..frame }
             }
-            Rays::List(rays) => {
-                let farthest_origin = farthest_origin(rays, reference);
-                Frame {
-                    bundle,
-                    reference,
-                    farthest_origin,
-                    input: guard::LIST,
-                    reach: Reach::default(),
-                    in_range: farthest_origin <= guard::LARGEST_F32,
-                    near: true,
-                }
-            }
+            Rays::List(rays) => Frame::of_list(reference, farthest_origin(rays, reference)),
+        }
+    }
+
+    /// That of rays of a list with origins up to `farthest_origin` from a point.
+    pub fn of_list(reference: DVec3, farthest_origin: f64) -> Frame {
+        Frame {
+            bundle: Bundle::Free,
+            reference,
+            farthest_origin,
+            input: guard::LIST,
+            reach: Reach::default(),
+            in_range: farthest_origin <= guard::LARGEST_F32,
+            near: true,
         }
     }
 
@@ -168,7 +172,8 @@ impl Frame {
         ExactRay::new(&Ray { origin: self.reference, direction: DVec3::X })
     }
 
-    fn sphere(&self, sphere: &Sphere) -> SphereCertified {
+    /// A sphere that is tested by itself.
+    pub fn sphere(&self, sphere: &Sphere) -> SphereCertified {
         let r = sphere.radius.abs();
         if r == 0.0 {
             return SphereCertified::never(self.bundle);

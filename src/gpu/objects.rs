@@ -1,0 +1,84 @@
+//! The objects of a scene on the device: whether they fit, and their buffers.
+
+use super::hierarchy::DeviceHierarchy;
+use super::layout::{Params, ParamsDouble};
+use super::open::Gpu;
+use super::texture::UPLOAD_BYTES;
+use crate::error::{Error, Result};
+use crate::kernel::Float;
+use crate::memory;
+use crate::prepare::{Hierarchy, Prepared};
+
+/// Whether the device takes a scene's own numbers at once.
+pub fn fits_in_f64(gpu: &Gpu, prepared: &Prepared) -> bool {
+    let bytes = size_of_val(&prepared.scene.spheres[..]) as u64;
+    bytes <= gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes)
+}
+
+/// The labels and bytes of the kinds of objects that there are.
+pub fn object_bytes<'a>(
+    (spheres, planes): (&'a [u8], &'a [u8]),
+) -> impl Iterator<Item = (&'static str, &'a [u8])> {
+    [("spheres", spheres), ("planes", planes)].into_iter().filter(|(_, bytes)| !bytes.is_empty())
+}
+
+/// The spheres and the planes on the device.
+pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<wgpu::Buffer> {
+    object_bytes(objects).map(|(label, bytes)| gpu.storage(label, bytes)).collect()
+}
+
+pub fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
+    DeviceHierarchy::new(gpu, prepared)
+}
+
+pub fn params_buffer(gpu: &Gpu, float: Float) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("params"),
+        size: match float {
+            Float::F64 => size_of::<ParamsDouble>(),
+            Float::F32 => size_of::<Params>(),
+        } as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
+    let facts = &gpu.facts;
+    let limit = facts.max_binding_bytes.min(facts.max_buffer_bytes);
+    let (spheres, planes) = prepared.objects.bytes();
+    let parts = [
+        ("spheres", spheres.len() as u64, prepared.n_listed_spheres()),
+        ("planes", planes.len() as u64, prepared.scene.planes.len()),
+    ];
+    for (what, bytes, count) in parts {
+        if bytes > limit {
+            let most = limit / (bytes / count as u64);
+            return Err(Error::TooLarge(format!(
+                "the scene needs {} MiB for {count} {what}; `{}` binds at most {} MiB at once: \
+                 use at most {most} {what}, or `--device cpu`",
+                bytes >> 20,
+                facts.name,
+                limit >> 20
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a scene that this machine has no memory to hand over; a device in software keeps it there
+/// too.
+pub fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
+    let (spheres, planes) = prepared.objects.bytes();
+    let objects = (spheres.len() + planes.len()) as u64;
+    let hierarchy = prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
+    let on_their_way = objects + hierarchy.min(UPLOAD_BYTES as u64);
+    let kept = if gpu.facts.is_software() { objects + hierarchy } else { 0 };
+    let what = format!("handing the scene to `{}`", gpu.facts.name);
+    memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
+}
+
+/// The bytes of a shader's parameters.
+pub fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
+    bytemuck::bytes_of(params).to_vec()
+}

@@ -1,0 +1,64 @@
+//! `t` and normals of hits on the device.
+
+use std::sync::Arc;
+
+use super::hierarchy::{DeviceHierarchy, of_scene};
+use super::objects::{fits_in_f64, params_buffer};
+use super::open::Gpu;
+use super::program::Program;
+use crate::certify::{self, InF64};
+use crate::error::{Error, Result};
+use crate::kernel::Float;
+use crate::prepare::Prepared;
+use crate::rays::Bundle;
+use crate::trace::Wants;
+
+/// The second step of a dispatch where hits are completed.
+pub struct Surfaces {
+    pub program: Arc<Program>,
+    pub params: wgpu::Buffer,
+    /// In the order of the shader's bindings, behind the results.
+    pub objects: Vec<wgpu::Buffer>,
+}
+
+impl Surfaces {
+    /// `None` where the CPU completes hits.
+    pub fn new(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        wants: Wants,
+        hierarchy: Option<&DeviceHierarchy>,
+    ) -> Result<Option<Surfaces>> {
+        let is_picture = prepared.bundle() != Bundle::Free;
+        let is_wanted = wants.surface && is_picture && certify::suits_device(prepared);
+        if !(is_wanted && fits_in_f64(gpu, prepared) && gpu.completes()?) {
+            return Ok(None);
+        }
+        let numbers = InF64::new(prepared);
+        let mut objects = Vec::new();
+        if !prepared.scene.spheres.is_empty() {
+            objects.extend(of_scene(gpu, prepared));
+        }
+        let (spheres, planes) = numbers.lists.bytes();
+        if !spheres.is_empty() {
+            objects.push(gpu.storage("spheres", spheres));
+            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+        }
+        if !planes.is_empty() {
+            let units = numbers.units(prepared);
+            objects.push(gpu.storage("planes", planes));
+            objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
+        }
+        let program = match gpu.program(&numbers.surface_key(prepared)) {
+            // The device binds too few buffers at once.
+            Err(Error::TooLarge(_)) => return Ok(None),
+            program => program?,
+        };
+        Ok(Some(Surfaces { program, params: params_buffer(gpu, Float::F64), objects }))
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.params.size() + self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+    }
+}

@@ -1,0 +1,174 @@
+//! Parts of the rays that are dispatched at a time, and what a shader has to know of each.
+
+use std::time::Duration;
+
+use super::compile::WORKGROUP;
+use super::layout::{Params, ParamsDouble};
+use crate::prepare::Prepared;
+use crate::rays::{CameraF32, CameraF64, Pixels};
+use crate::trace::Rays;
+
+/// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
+/// watchdog and for a quick Ctrl-C.
+const TILE_TARGET: Duration = Duration::from_millis(75);
+
+/// Most rays of one dispatch; bounds the memory for results.
+const TILE_MAX_RAYS: usize = 1 << 20;
+
+/// Ray–object tests of the first dispatch, before anything is known about the device: about a
+/// millisecond on two CPU cores.
+const FIRST_TILE_TESTS: usize = 1 << 19;
+
+/// Fewest rays of one dispatch, a row of a workgroup: so that it ends in time also where each ray has
+/// millions of objects to look at.
+const TILE_LEAST_RAYS: usize = WORKGROUP[0] as usize;
+
+/// Width of the grid that a list of rays is laid out on.
+const LIST_WIDTH: usize = 1 << 13;
+
+/// Rays to be traced.
+pub enum Work<'a> {
+    /// All of them.
+    All(&'a Rays),
+    /// Those pixels with these indices.
+    Some(&'a Pixels, &'a [u32]),
+}
+
+/// Consecutive rays of one dispatch: whole rows, or a part of one row.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// The first of them.
+    pub first: usize,
+    width: usize,
+    height: usize,
+    /// Rays that fill the tile; the last row of a list may be short.
+    pub n_rays: usize,
+}
+
+impl<'a> Work<'a> {
+    /// How many there are.
+    pub fn n_rays(&self) -> usize {
+        match self {
+            Work::All(rays) => rays.len(),
+            Work::Some(_, indices) => indices.len(),
+        }
+    }
+
+    /// Picture column and row of a tile's first pixel; those of the picture's first one where pixels come as a
+    /// list.
+    pub fn first_pixel(&self, tile: &Tile) -> Option<(&'a Pixels, [u32; 2])> {
+        match self {
+            Work::All(Rays::Pixels(pixels)) => Some((pixels, pixels.xy(tile.first).into())),
+            Work::All(Rays::List(_)) => None,
+            Work::Some(pixels, _) => Some((pixels, [0, 0])),
+        }
+    }
+
+    /// The tile of up to `most` rays that begins with ray `first`.
+    pub fn tile(&self, first: usize, most: usize) -> Tile {
+        match self {
+            Work::All(Rays::Pixels(pixels)) => {
+                let (width, height) = (pixels.width as usize, pixels.height as usize);
+                let (row, column) = (first / width, first % width);
+                if column > 0 || most < width {
+                    let width = most.min(width - column);
+                    Tile { first, width, height: 1, n_rays: width }
+                } else {
+                    let height = (most / width).min(height - row);
+                    Tile { first, width, height, n_rays: width * height }
+                }
+            }
+            Work::All(Rays::List(_)) | Work::Some(..) => {
+                let n_rays = most.min(self.n_rays() - first);
+                let width = n_rays.min(LIST_WIDTH);
+                Tile { first, width, height: n_rays.div_ceil(width), n_rays }
+            }
+        }
+    }
+
+    /// Twice the offset of a tile's first pixel from the picture's centre, right and up. A picture has
+    /// at most 2^31 columns and rows, so the doubled offsets fit.
+    fn offsets(&self, tile: &Tile) -> [i32; 2] {
+        let Some((pixels, [x, y])) = self.first_pixel(tile) else { return [0; 2] };
+        let (offset_i, offset_j) = pixels.offset2(x, y);
+        [offset_i as i32, offset_j as i32]
+    }
+}
+
+impl Tile {
+    /// Workgroups that cover it.
+    pub fn workgroups(&self) -> [u32; 2] {
+        let [width, height] = WORKGROUP;
+        [(self.width as u32).div_ceil(width), (self.height as u32).div_ceil(height)]
+    }
+
+    /// What a shader in f32 has to know of it.
+    pub fn params(&self, prepared: &Prepared, work: &Work) -> Params {
+        let [offset_i, offset_j] = work.offsets(self);
+        let common = Params {
+            n_spheres: prepared.scene.spheres.len() as u32,
+            n_planes: prepared.scene.planes.len() as u32,
+            infinity: f32::INFINITY,
+            n_rays: self.n_rays as u32,
+            offset_i,
+            offset_j,
+            width: self.width as u32,
+            ..Params::default()
+        };
+        let Some((pixels, _)) = work.first_pixel(self) else { return common };
+        let camera = CameraF32::new(pixels);
+        Params {
+            forward: camera.forward.0,
+            right_step: camera.right_step.0,
+            true_up_step: camera.true_up_step.0,
+            origin: prepared.coordinates().camera_origin().as_vec3().to_array(),
+            ..common
+        }
+    }
+
+    /// The same for one in f64.
+    pub fn params_double(&self, prepared: &Prepared, work: &Work) -> ParamsDouble {
+        let [offset_i, offset_j] = work.offsets(self);
+        let common = ParamsDouble {
+            n_spheres: prepared.scene.spheres.len() as u32,
+            n_planes: prepared.scene.planes.len() as u32,
+            infinity: f64::INFINITY,
+            n_rays: self.n_rays as u32,
+            offset_i,
+            offset_j,
+            width: self.width as u32,
+            ..ParamsDouble::default()
+        };
+        let Some((pixels, _)) = work.first_pixel(self) else { return common };
+        let camera = CameraF64::new(pixels);
+        ParamsDouble {
+            forward: camera.forward.0,
+            right: camera.right.0,
+            step: camera.step,
+            true_up: camera.true_up.0,
+            origin: prepared.coordinates().camera_origin().to_array(),
+            ..common
+        }
+    }
+}
+
+/// Most rays of the next tile.
+#[derive(Clone, Copy, Debug)]
+pub struct TileSize(pub usize);
+
+impl TileSize {
+    /// That of the first one.
+    pub fn first(prepared: &Prepared) -> TileSize {
+        let n_objects = (prepared.n_listed_spheres() + prepared.scene.planes.len()).max(32);
+        TileSize((FIRST_TILE_TESTS / n_objects).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS))
+    }
+
+    /// Moves toward the target time. A short tile, such as the last one, that met its target says
+    /// nothing against longer ones.
+    pub fn adapt(&mut self, n_rays: usize, spent: Duration) {
+        let ratio = TILE_TARGET.as_secs_f64() / spent.as_secs_f64().max(1e-6);
+        let wanted = (n_rays as f64 * ratio.clamp(0.125, 8.0)) as usize;
+        let least = if ratio >= 1.0 { self.0 } else { TILE_LEAST_RAYS };
+        self.0 = wanted.max(least).clamp(TILE_LEAST_RAYS, TILE_MAX_RAYS);
+    }
+}
