@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{IS_LEAF, Tree};
 use crate::guard::round_up;
-use crate::wide::WideF32;
+use crate::wide::{Holds, SideBySide, WideF32};
 
 /// Most boxes of a node.
 const WIDTH: usize = 16;
