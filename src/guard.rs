@@ -165,6 +165,7 @@
 //! of all constants (second order: `ε` times the first), [`LIST_F64`]'s `δ`, and the margins of
 //! [`crate::tree`], which are powers of two far above what their derivation asks for.
 
+pub mod rows;
 pub mod steps;
 
 use glam::DVec3;
