@@ -206,15 +206,13 @@ impl<'a> Completer<'a> {
                 at += n;
                 continue;
             }
-            let n = run_length(&part.id[at..end]);
-            let run = Run { id, ..row.only(at) };
-            at += n;
-            let run = Run { n, ..run };
+            let run = Run { id, n: run_length(&part.id[at..end]), ..row.only(at) };
+            at += run.n;
             if !stage.usable {
                 self.open.extend(run.at..at);
                 continue;
             }
-            if n >= MANY && part.out.take_run(stage, &run, &mut self.in_row) {
+            if run.n >= MANY && part.out.take_run(stage, &run, &mut self.in_row) {
                 for at in std::mem::take(&mut self.in_row) {
                     self.take_run(run.only(at), part);
                 }
