@@ -3,7 +3,8 @@
 #
 #   ci/setup.sh                     a linker, a Vulkan loader and driver, what the window opens
 #                                   when it runs, rustfmt and clippy
-#   ci/setup.sh --tests             also a display without a screen, and a hand for its mouse
+#   ci/setup.sh --tests             also a display without a screen, a hand for its mouse, and a
+#                                   Wayland compositor
 #   ci/setup.sh --software-driver   Mesa's software driver even where another driver is installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -59,6 +60,7 @@ has_library libxkbcommon-x11.so.0 || packages+=(libxkbcommon-x11-0)
 if [ "$want_tests" = yes ]; then
     command -v Xvfb >/dev/null || packages+=(xvfb)
     command -v xdotool >/dev/null || packages+=(xdotool)
+    command -v weston >/dev/null || packages+=(weston)
 fi
 
 if [ ${#packages[@]} -gt 0 ]; then

@@ -74,6 +74,13 @@ impl Device {
         }
     }
 
+    /// The kernels that it runs: all but those in f64 where shaders have none.
+    #[cfg(feature = "gpu")]
+    pub fn kernels(&self) -> Vec<Kernel> {
+        let runs = |kernel| self.facts().is_none_or(|facts| facts.check_kernel(kernel).is_ok());
+        Kernel::ALL.into_iter().filter(|&kernel| runs(kernel)).collect()
+    }
+
     /// True where the arithmetic of `kernel` is that of the CPU, bit by bit.
     ///
     /// # Errors

@@ -90,6 +90,7 @@
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
+//! | `system` | what kinds of systems do differently |
 //! | [`picture`] | PNG, EXR, PPM and NPY |
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays |
@@ -159,6 +160,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod shape;
+mod system;
 pub mod trace;
 pub mod tracer;
 pub mod tree;

@@ -15,6 +15,7 @@ use kugelblitz::output;
 
 use cli::complain::{complain, complain_about_usage};
 use cli::output::talk;
+use cli::process::{exit_at_once, fail_writes_beyond_the_file_size_limit};
 use cli::{Cli, Command, Run, quiet, threads};
 
 fn main() -> ExitCode {
@@ -95,21 +96,4 @@ fn stop_now(control: &Control) -> ! {
             false => talk("error: interrupted while output files were put in their places"),
         }
     }))
-}
-
-/// Ends the process without what [`std::process::exit`] does before: drivers wait there for their
-/// threads.
-#[allow(unsafe_code)]
-fn exit_at_once(code: u8) -> ! {
-    // SAFETY: `_exit` has no preconditions and doesn't return.
-    unsafe { libc::_exit(code.into()) }
-}
-
-/// Beyond the limit of `ulimit -f`, the system ends a program that doesn't ignore this signal before
-/// the write can fail.
-#[allow(unsafe_code)]
-fn fail_writes_beyond_the_file_size_limit() {
-    // SAFETY: ignoring a signal runs no code of ours in a handler, and no other thread is there yet
-    // that could set it at the same time.
-    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }

@@ -3,10 +3,10 @@
 
 use std::fmt;
 
-use rustix::process::{Resource, getrlimit};
 use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
 
 use crate::error::{Error, Result};
+use crate::system;
 
 /// Left for what is too small to be counted one by one: buffers, what the allocator keeps, and the
 /// address range of 64 MiB that glibc's allocator sets aside for a thread.
@@ -63,8 +63,8 @@ impl Available {
         [
             (machine, Limit::Machine),
             (control_group, Limit::ControlGroup),
-            (left_of(Resource::As, "VmSize:"), Limit::AddressSpace),
-            (left_of(Resource::Data, "VmData:"), Limit::Data),
+            (left_of(system::address_space_left()), Limit::AddressSpace),
+            (left_of(system::data_left()), Limit::Data),
         ]
         .into_iter()
         .map(|(bytes, limit)| Available { bytes, limit })
@@ -102,8 +102,7 @@ pub fn require(what: impl fmt::Display, needed_bytes: u64, advice: &str) -> Resu
 
 /// Address space that can still be used; `None` where it has no limit.
 pub fn address_space() -> Option<u64> {
-    let left = left_of(Resource::As, "VmSize:");
-    (left < u64::MAX).then_some(left)
+    system::address_space_left().map(|left| left.saturating_sub(RESERVE))
 }
 
 /// Refuses to open a Vulkan device within a limit of the address space that its driver would not
@@ -139,18 +138,9 @@ fn physical() -> [u64; 2] {
     [of_machine, of_groups]
 }
 
-/// The rest of a limit of this process, `field` of `/proc/self/status` being what it uses of
-/// it.
-fn left_of(resource: Resource, field: &str) -> u64 {
-    let Some(limit) = getrlimit(resource).current else { return u64::MAX };
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    limit.saturating_sub(used_bytes(&status, field)).saturating_sub(RESERVE)
-}
-
-fn used_bytes(status: &str, field: &str) -> u64 {
-    let value = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
-    let kib = value.trim().trim_end_matches("kB").trim_end().parse::<u64>();
-    kib.map_or(0, |kib| kib << 10)
+/// What a limit of this process leaves beyond the reserve.
+fn left_of(limit: Option<u64>) -> u64 {
+    limit.map_or(u64::MAX, |left| left.saturating_sub(RESERVE))
 }
 
 #[cfg(test)]
@@ -171,13 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_used_is_read_from_the_status() {
-        let status = "Name:\tx\nVmPeak:\t  9 kB\nVmSize:\t    1234 kB\nVmData:\t 7 kB\n";
-        assert_eq!(used_bytes(status, "VmSize:"), 1234 << 10);
-        assert_eq!(used_bytes(status, "VmData:"), 7 << 10);
-        assert_eq!(used_bytes("", "VmSize:"), 0);
-        let own = std::fs::read_to_string("/proc/self/status").unwrap();
-        assert!(used_bytes(&own, "VmSize:") > 1 << 20);
+    fn some_memory_is_left() {
         assert!(Available::now().bytes > 1 << 20);
     }
 }

@@ -3,16 +3,14 @@
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::os::fd::AsRawFd;
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use rustix::fs::{AtFlags, CWD};
 use tempfile::TempPath;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::system;
 
 /// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
 /// trace and the old file as it was.
@@ -133,7 +131,7 @@ impl Place {
                 format!("there is no folder {}; make it first", folder.display()),
             ));
         }
-        let (file, name) = match unnamed(folder) {
+        let (file, name) = match system::unnamed(folder) {
             Ok(file) => (file, None),
             Err(_) => {
                 remove_dead(folder);
@@ -142,7 +140,7 @@ impl Place {
             }
         };
         if let Some(old) = old {
-            keep_permissions(&file, &old)?;
+            system::keep_permissions(&file, &old)?;
         }
         Ok(Place::Beside(Beside { file: BufWriter::new(file), name, target }))
     }
@@ -216,44 +214,13 @@ fn end_of_links(path: &Path) -> PathBuf {
     target
 }
 
-/// A new file in `folder` that vanishes with the process unless it gets a name.
-#[cfg(target_os = "linux")]
-fn unnamed(folder: &Path) -> io::Result<File> {
-    use rustix::fs::{Mode, OFlags};
-    // It gets its name through this folder.
-    fs::metadata(SELF_FD)?;
-    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
-    Ok(File::from(rustix::fs::open(folder, flags, Mode::from_raw_mode(NEW_FILE))?))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn unnamed(_: &Path) -> io::Result<File> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-const SELF_FD: &str = "/proc/self/fd";
-
-/// The permissions of a new file, before the umask takes its part.
-const NEW_FILE: u32 = 0o666;
-
-/// Gives `file` the permissions of the file that it replaces; and its owner and group, where this
-/// process may do so.
-fn keep_permissions(file: &File, old: &fs::Metadata) -> io::Result<()> {
-    let new = file.metadata()?;
-    if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
-        let _ = std::os::unix::fs::fchown(file, Some(old.uid()), Some(old.gid()));
-    }
-    file.set_permissions(fs::Permissions::from_mode(old.mode() & 0o777))
-}
-
 const PREFIX: &str = ".kugelblitz-";
 const SUFFIX: &str = ".tmp";
 
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    // Temporary files are private by default; this one will be an ordinary file.
-    builder.permissions(fs::Permissions::from_mode(NEW_FILE));
+    system::like_ordinary_files(&mut builder);
     builder
 }
 
@@ -273,18 +240,15 @@ impl HiddenName {
             // Some file systems have no locks, and there nothing is removed.
             let _ = file.lock();
             // Removed before it was locked?
-            if file.metadata()?.nlink() > 0 {
+            if system::has_name(&file)? {
                 return Ok((file, name));
             }
         }
     }
 
     fn of_unnamed(file: &File, folder: &Path) -> io::Result<HiddenName> {
-        let unnamed = format!("{SELF_FD}/{}", file.as_raw_fd());
-        let link = |path: &Path| {
-            Ok(rustix::fs::linkat(CWD, &unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
-        };
-        let made = builder().make_in(folder, link).map_err(|e| io_cause(&e))?;
+        let name = |path: &Path| system::name(file, path);
+        let made = builder().make_in(folder, name).map_err(|e| io_cause(&e))?;
         Ok(HiddenName::new(made.into_temp_path()))
     }
 
@@ -361,10 +325,12 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
 /// The identity of a regular file, the same for all its paths.
 #[derive(PartialEq)]
 enum Identity {
-    /// Device and inode.
-    File(u64, u64),
-    /// The folder's device and inode, and the name in it of a file that is not there yet.
-    New(u64, u64, OsString),
+    /// As the system tells it.
+    File((u64, u64)),
+    /// That of the folder, and the name in it of a file that is not there yet.
+    New((u64, u64), OsString),
+    /// The path without links, where the system tells nothing.
+    Path(PathBuf),
 }
 
 impl Identity {
@@ -373,15 +339,20 @@ impl Identity {
         if path == Path::new(OutputFile::STDOUT) {
             return None;
         }
-        match fs::metadata(path) {
-            Ok(found) => found.is_file().then(|| Identity::File(found.dev(), found.ino())),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let target = end_of_links(path);
-                let folder = fs::metadata(folder_of(&target)).ok()?;
-                Some(Identity::New(folder.dev(), folder.ino(), target.file_name()?.to_owned()))
-            }
-            Err(_) => None,
-        }
+        let target = match fs::metadata(path) {
+            Ok(found) if !found.is_file() => return None,
+            Ok(_) => match system::identity(path) {
+                Ok(identity) => return Some(Identity::File(identity)),
+                Err(_) => return fs::canonicalize(path).ok().map(Identity::Path),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => end_of_links(path),
+            Err(_) => return None,
+        };
+        let (folder, name) = (folder_of(&target), target.file_name()?);
+        Some(match system::identity(folder) {
+            Ok(identity) => Identity::New(identity, name.to_owned()),
+            Err(_) => Identity::Path(fs::canonicalize(folder).ok()?.join(name)),
+        })
     }
 }
 

@@ -13,6 +13,8 @@ pub mod man;
 pub mod options;
 pub mod output;
 pub mod probe;
+#[cfg_attr(windows, path = "process_windows.rs")]
+pub mod process;
 pub mod progress;
 pub mod quiet;
 pub mod render;

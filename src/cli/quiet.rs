@@ -5,13 +5,13 @@
 
 use std::fs::File;
 use std::io::{Read, Seek};
-use std::os::fd::OwnedFd;
 use std::sync::{Mutex, PoisonError};
 
 use super::output::talk;
+use super::process::Stderr;
 
 /// The standard error of the process while a [`Quiet`] lives.
-static STDERR: Mutex<Option<OwnedFd>> = Mutex::new(None);
+static STDERR: Mutex<Option<Stderr>> = Mutex::new(None);
 
 /// While this lives, standard error goes to a file; dropped, it is as it was, also on a panic.
 pub struct Quiet {
@@ -22,8 +22,7 @@ impl Quiet {
     /// `None` where the system does not allow it: noise is no reason to fail.
     pub fn start() -> Option<Quiet> {
         let caught = tempfile::tempfile().ok()?;
-        let stderr = rustix::io::fcntl_dupfd_cloexec(rustix::stdio::stderr(), 3).ok()?;
-        rustix::stdio::dup2_stderr(&caught).ok()?;
+        let stderr = Stderr::redirect(&caught)?;
         *STDERR.lock().unwrap_or_else(PoisonError::into_inner) = Some(stderr);
         Some(Quiet { caught })
     }
@@ -52,7 +51,7 @@ impl Drop for Quiet {
 /// Makes standard error what it was, for last words while a [`Quiet`] lives.
 pub fn break_off() {
     if let Some(stderr) = STDERR.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        let _ = rustix::stdio::dup2_stderr(stderr);
+        stderr.restore();
     }
 }
 

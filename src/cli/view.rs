@@ -51,7 +51,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
 
 /// Xlib ends the process after this.
 fn on_display_lost() {
-    talk("error: the connection to the display was lost");
+    talk("error: the display: the connection was lost");
 }
 
 /// Data to standard output, talk to standard error.

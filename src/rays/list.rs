@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -13,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::npy::{FloatTable, Record};
 use crate::output::OutputFile;
 use crate::scene::Watched;
+use crate::system;
 use crate::trace::Hits;
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
@@ -74,9 +74,7 @@ fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
 /// The file's name for messages, the file, and its length where it has one.
 fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
     if path == Path::new(STDIN) {
-        // It may be a file that is read from somewhere amid it.
-        let stdin = io::stdin().as_fd().try_clone_to_owned()?;
-        return Ok((STDIN_IN_WORDS.into(), stdin.into(), None));
+        return Ok((STDIN_IN_WORDS.into(), system::stdin()?, None));
     }
     let file = File::open(path)?;
     let metadata = file.metadata()?;

@@ -1,11 +1,10 @@
 //! Opening the files of a scene.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Read};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use rustix::fs::OFlags;
+use crate::system;
 
 /// Which files are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,8 +21,7 @@ impl Files {
             return File::open(path);
         }
         // Else a pipe that nobody writes to would keep its reader here.
-        let flags = OFlags::NONBLOCK.bits() as i32;
-        let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
+        let file = system::open_at_once(path)?;
         match file.metadata()?.is_file() {
             true => Ok(file),
             false => Err(io::Error::other(
@@ -40,7 +38,7 @@ impl Files {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
 

@@ -15,7 +15,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
-use super::display::{self, no_display};
+use super::display::{display_lost, no_display};
 use super::notice::Notice;
 use super::painter::{self, Painted, Painting};
 use super::panels::{self, BAR, LINES};
@@ -26,6 +26,7 @@ use super::show::{Look, Show};
 use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
 use super::worker::Worker;
+use super::x11;
 use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -123,11 +124,8 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         wake: None,
     };
     style(&app.context);
-    display::on_loss(app.options.on_display_lost);
-    let ran = events.run_app(&mut app).map_err(|error| Error::Io {
-        path: "the display".into(),
-        source: std::io::Error::other(error.to_string()),
-    });
+    x11::on_loss(app.options.on_display_lost);
+    let ran = events.run_app(&mut app).map_err(display_lost);
     drop(watch);
     app.closing.cancel();
     app.open = None;
@@ -332,6 +330,7 @@ impl<N: FnMut(&Notice)> App<N> {
             None => (Device::Cpu, format!("the CPU, shown by {}", gpu.label())),
         };
         self.state.device = name;
+        self.state.offered = device.kernels();
         let backend = Backend { screen: Arc::clone(&screen.gpu), device };
         let closing = Arc::clone(&self.closing);
         let trace = tracing::start(backend.clone(), closing, self.say(Said::Traced))?;

@@ -12,7 +12,6 @@ use super::ask::Question;
 use super::rig::Axis;
 use super::show::Show;
 use super::state::{Command, State};
-use crate::trace::Kernel;
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -90,7 +89,7 @@ fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<C
         Key::P => commands.push(Command::PrintCamera),
         Key::K => {
             let place = usize::from(!(shift && state.compares));
-            state.kernels[place] = next_kernel(state.kernels[place]);
+            state.kernels[place] = state.kernel_after(state.kernels[place]);
         }
         Key::C => state.toggle_compare(),
         Key::V => state.show = state.show.step(!shift),
@@ -132,12 +131,6 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
     let faster = if ui.input(|input| input.modifiers.shift) { FAST } else { 1.0 };
     state.rig.fly(direction * (FLY_SPEED * faster * seconds * state.extent.radius));
     ui.ctx().request_repaint();
-}
-
-/// The kernel after `kernel`.
-fn next_kernel(kernel: Kernel) -> Kernel {
-    let at = Kernel::ALL.iter().position(|&known| known == kernel).unwrap_or(0);
-    Kernel::ALL[(at + 1) % Kernel::ALL.len()]
 }
 
 /// System, light, dark, and round.

@@ -1,12 +1,9 @@
-//! The display that a window opens on: where there is none, and its end.
+//! The display that a window opens on, where there is none.
 
 use std::env;
-use std::ffi::c_int;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use winit::error::EventLoopError;
-use x11_dl::xlib::{Display, Xlib};
 
 use crate::error::Error;
 
@@ -28,25 +25,12 @@ pub fn no_display(error: &EventLoopError, scene: &Path) -> Error {
     ))
 }
 
-static TELL: Mutex<Option<fn()>> = Mutex::new(None);
-
-/// Xlib ends the process when this returns.
-extern "C" fn lost(_: *mut Display) -> c_int {
-    let tell = *TELL.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(tell) = tell {
-        tell();
-    }
-    0
-}
-
-/// Has `tell` called when the connection to the X server is lost. Xlib then ends the process with
-/// exit code 1: no call into it could return. `tell` must not panic. Nothing happens where there is
-/// no Xlib.
-#[allow(unsafe_code)]
-pub fn on_loss(tell: fn()) {
-    *TELL.lock().unwrap_or_else(PoisonError::into_inner) = Some(tell);
-    if let Ok(xlib) = Xlib::open() {
-        // SAFETY: the function has the type that Xlib asks for and is there as long as the process.
-        unsafe { (xlib.XSetIOErrorHandler)(Some(lost)) };
-    }
+/// The event loop ended by itself, as it does when the connection is gone.
+pub fn display_lost(error: EventLoopError) -> Error {
+    let why = match error {
+        // All that winit says of Wayland.
+        EventLoopError::ExitFailure(_) => "the connection was lost".into(),
+        other => other.to_string(),
+    };
+    Error::Io { path: "the display".into(), source: std::io::Error::other(why) }
 }

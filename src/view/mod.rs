@@ -12,7 +12,8 @@
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `paint`, `show` | numbers as colours, and which numbers |
 //! | `reload` | watching the scene file |
-//! | `display` | the display that isn't there, and its end |
+//! | `display` | the display that isn't there |
+//! | `x11`, `no_x11` | what only X11 needs, and its absence elsewhere |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
@@ -36,6 +37,8 @@ mod show;
 mod state;
 mod tracing;
 mod worker;
+#[cfg_attr(not(all(unix, not(target_vendor = "apple"))), path = "no_x11.rs")]
+mod x11;
 
 pub use app::{Options, run};
 pub use notice::Notice;

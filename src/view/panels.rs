@@ -97,10 +97,10 @@ fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
     ui.horizontal_centered(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         if state.compares {
-            kernel_box(ui, "left kernel", &mut state.kernels[0]);
+            kernel_box(ui, "left kernel", &mut state.kernels[0], &state.offered);
             ui.weak("against");
         }
-        kernel_box(ui, "kernel", &mut state.kernels[1]);
+        kernel_box(ui, "kernel", &mut state.kernels[1], &state.offered);
         let tip = "Two kernels side by side (C)";
         if ui.selectable_label(state.compares, "compare").on_hover_text(tip).clicked() {
             state.toggle_compare();
@@ -154,9 +154,9 @@ fn samples_text(n: u32) -> String {
     format!("{n} × {n}")
 }
 
-fn kernel_box(ui: &mut Ui, id: &str, kernel: &mut Kernel) {
+fn kernel_box(ui: &mut Ui, id: &str, kernel: &mut Kernel, offered: &[Kernel]) {
     ComboBox::from_id_salt(id).width(92.0).selected_text(kernel.name()).show_ui(ui, |ui| {
-        for known in Kernel::ALL {
+        for &known in offered {
             ui.selectable_value(kernel, known, known.name());
         }
     });

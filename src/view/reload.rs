@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use super::worker::{Turn, Worker};
 use crate::error::Result;
+use crate::system;
 
 /// Time between two looks.
 const INTERVAL: Duration = Duration::from_millis(250);
@@ -17,12 +18,11 @@ const INTERVAL: Duration = Duration::from_millis(250);
 const REST: Duration = Duration::from_millis(40);
 
 /// The mark that tells one state of a file from the next; `None` while it isn't there.
-type Stamp = Option<(SystemTime, u64, u64)>;
+type Stamp = Option<(SystemTime, u64, Option<(u64, u64)>)>;
 
 fn stamp(path: &Path) -> Stamp {
-    use std::os::unix::fs::MetadataExt;
     let metadata = std::fs::metadata(path).ok()?;
-    Some((metadata.modified().ok()?, metadata.len(), metadata.ino()))
+    Some((metadata.modified().ok()?, metadata.len(), system::identity(path).ok()))
 }
 
 /// The state of a file that has stopped changing, or whose watch is stopped.

@@ -6,6 +6,7 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor, wgpu};
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
+use super::x11::Target;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Layer, OpenWindow, Pick, Present, Presenter, Words, open_window};
 
@@ -61,7 +62,8 @@ impl Screen {
     /// # Errors
     /// [`Error::NoAdapter`] when none can show pictures, [`Error::Shader`].
     pub fn open(pick: &Pick, window: &Arc<Window>) -> Result<Screen> {
-        let OpenWindow { gpu, surface, capabilities } = open_window(pick, Arc::clone(window))?;
+        let OpenWindow { gpu, surface, capabilities } =
+            open_window(pick, Target(Arc::clone(window)))?;
         let gpu = Arc::new(gpu);
         let given = capabilities
             .formats

@@ -63,6 +63,8 @@ pub struct State {
     pub rig: Rig,
     /// Left and right; the right one is shown where only one is.
     pub kernels: [Kernel; 2],
+    /// Those that the device runs.
+    pub offered: Vec<Kernel>,
     pub compares: bool,
     /// Where the divider stands, 0 to 1.
     pub divider: f32,
@@ -110,6 +112,7 @@ impl State {
             n_samples: scene.samples.unwrap_or(1),
             scene,
             kernels: [Kernel::Lecture, kernel],
+            offered: Kernel::ALL.to_vec(),
             compares: false,
             divider: 0.5,
             show: Show::Color,
@@ -200,6 +203,13 @@ impl State {
                 _ => Kernel::Lecture,
             };
         }
+    }
+
+    /// The offered kernel after `kernel`.
+    pub fn kernel_after(&self, kernel: Kernel) -> Kernel {
+        let mut after =
+            Kernel::ALL.into_iter().cycle().skip_while(|&known| known != kernel).skip(1);
+        after.find(|next| *next == kernel || self.offered.contains(next)).unwrap_or(kernel)
     }
 
     /// The kernel of a column of the picture.

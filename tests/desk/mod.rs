@@ -59,6 +59,7 @@ fn need(program: &str, error: &std::io::Error) -> ! {
 pub struct Desk {
     server: Child,
     display: String,
+    wayland: Option<Compositor>,
     /// Two cores are enough for one window at a time.
     _alone: MutexGuard<'static, ()>,
 }
@@ -80,20 +81,88 @@ impl Desk {
         let mut number = String::new();
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
         assert!(!number.trim().is_empty(), "Xvfb did not start");
-        Desk { server, display: format!(":{}", number.trim()), _alone: alone }
+        let display = format!(":{}", number.trim());
+        Desk { server, display, wayland: None, _alone: alone }
+    }
+
+    /// With a Wayland compositor: its screen is a window of the X server, and a window of the program
+    /// fills it.
+    pub fn with_wayland() -> Desk {
+        let mut desk = Desk::new();
+        desk.wayland = Some(Compositor::new(&desk.display));
+        desk
+    }
+
+    /// The X server or the compositor ends, as when somebody logs out.
+    pub fn end(&mut self) {
+        if self.wayland.take().is_some() {
+            return;
+        }
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+
+    /// The program on this desk, in this folder.
+    fn program(&self, folder: &Path) -> Command {
+        let Some(wayland) = &self.wayland else { return program(&self.display, folder) };
+        let mut command = program("", folder);
+        command.env("WAYLAND_DISPLAY", wayland.folder.path().join(SOCKET));
+        command.env("XDG_RUNTIME_DIR", wayland.folder.path());
+        command
+    }
+
+    /// What xdotool finds the X window by that shows the program.
+    fn window(&self) -> [&'static str; 2] {
+        match self.wayland {
+            Some(_) => ["--class", "weston"],
+            None => ["--name", "Kugelblitz"],
+        }
     }
 }
 
-impl Desk {
-    /// The X server ends, as when somebody logs out.
-    pub fn end(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
+const SOCKET: &str = "wayland";
+
+/// Weston.
+struct Compositor {
+    weston: Child,
+    folder: TempDir,
+}
+
+impl Compositor {
+    fn new(display: &str) -> Compositor {
+        // Others may not look into it: a rule for this folder.
+        let folder = tempfile::tempdir().unwrap();
+        let mut weston = Command::new("weston")
+            .args(["--no-config", "--backend=x11-backend.so", "--use-pixman"])
+            .args(["--width=1400", "--height=900", "--shell=kiosk-shell.so"])
+            .arg(format!("--socket={SOCKET}"))
+            .env("DISPLAY", display)
+            .env("XDG_RUNTIME_DIR", folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| need("weston", &error));
+        let end = Instant::now() + PATIENCE;
+        while !folder.path().join(SOCKET).exists() {
+            assert!(Instant::now() < end, "weston did not start");
+            assert!(weston.try_wait().unwrap().is_none(), "weston has ended");
+            std::thread::sleep(LOOK);
+        }
+        Compositor { weston, folder }
+    }
+}
+
+impl Drop for Compositor {
+    fn drop(&mut self) {
+        let _ = self.weston.kill();
+        let _ = self.weston.wait();
     }
 }
 
 impl Drop for Desk {
     fn drop(&mut self) {
+        self.wayland = None;
         self.end();
     }
 }
@@ -243,7 +312,7 @@ impl Seen {
         prepare: impl Fn(&mut Command) -> &mut Command,
     ) -> Seen {
         let folder = tempfile::tempdir().unwrap();
-        let mut command = program(&desk.display, folder.path());
+        let mut command = desk.program(folder.path());
         command.arg("view").arg(scene).args(args).arg("--log-events").stdout(Stdio::piped());
         command.stderr(fs::File::create(folder.path().join(STDERR)).unwrap());
         let mut child = prepare(&mut command).spawn().unwrap();
@@ -270,7 +339,8 @@ impl Seen {
             folder,
         };
         seen.wait(Event::is_settled);
-        let found = seen.ask_xdotool(&["search", "--onlyvisible", "--name", "Kugelblitz"]);
+        let [by, name] = desk.window();
+        let found = seen.ask_xdotool(&["search", "--onlyvisible", by, name]);
         seen.window = found.lines().last().expect("a window").parse().unwrap();
         // Without a window manager nobody gives it the keyboard.
         seen.xdotool(&["windowfocus", "--sync", &seen.window.to_string()]);

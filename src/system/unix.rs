@@ -1,0 +1,115 @@
+//! Linux, macOS and their kin.
+
+use std::fs::{File, Metadata, OpenOptions, Permissions};
+use std::io;
+use std::os::fd::{AsFd, AsRawFd};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
+use std::path::Path;
+
+use rustix::fs::{AtFlags, CWD, OFlags};
+use rustix::process::{Resource, getrlimit};
+
+/// The permissions of a new file, before the umask takes its part.
+const NEW_FILE: u32 = 0o666;
+
+const SELF_FD: &str = "/proc/self/fd";
+
+/// Temporary files are private by default; this gives those of `builder` the permissions of ordinary
+/// files.
+pub fn like_ordinary_files(builder: &mut tempfile::Builder) {
+    builder.permissions(Permissions::from_mode(NEW_FILE));
+}
+
+/// A new file in `folder` that vanishes with the process unless [`name`] gives it a name.
+#[cfg(target_os = "linux")]
+pub fn unnamed(folder: &Path) -> io::Result<File> {
+    use rustix::fs::Mode;
+    // It gets its name through this folder.
+    std::fs::metadata(SELF_FD)?;
+    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+    Ok(File::from(rustix::fs::open(folder, flags, Mode::from_raw_mode(NEW_FILE))?))
+}
+
+/// There are no such files here.
+#[cfg(not(target_os = "linux"))]
+pub fn unnamed(_: &Path) -> io::Result<File> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// Gives a file without a name the name `path`.
+pub fn name(unnamed: &File, path: &Path) -> io::Result<()> {
+    let unnamed = format!("{SELF_FD}/{}", unnamed.as_raw_fd());
+    Ok(rustix::fs::linkat(CWD, &unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+}
+
+/// False for a file that was removed after it was opened.
+pub fn has_name(file: &File) -> io::Result<bool> {
+    Ok(file.metadata()?.nlink() > 0)
+}
+
+/// Gives `file` the permissions of the file that it replaces; and its owner and group, where this
+/// process may do so.
+pub fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
+    let new = file.metadata()?;
+    if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
+        let _ = fchown(file, Some(old.uid()), Some(old.gid()));
+    }
+    file.set_permissions(Permissions::from_mode(old.mode() & 0o777))
+}
+
+/// The device and the number of a file or folder: the same for all its paths.
+pub fn identity(path: &Path) -> io::Result<(u64, u64)> {
+    let metadata = std::fs::metadata(path)?;
+    Ok((metadata.dev(), metadata.ino()))
+}
+
+/// Opens a file to read. A pipe that nobody writes to is not waited for.
+pub fn open_at_once(path: &Path) -> io::Result<File> {
+    let flags = OFlags::NONBLOCK.bits() as i32;
+    OpenOptions::new().read(true).custom_flags(flags).open(path)
+}
+
+/// Standard input as a file: it may be one that is read from somewhere amid it.
+pub fn stdin() -> io::Result<File> {
+    Ok(io::stdin().as_fd().try_clone_to_owned()?.into())
+}
+
+/// Bytes that a limit of this process leaves; `None` where there is no limit.
+fn left_of(resource: Resource, field: &str) -> Option<u64> {
+    let limit = getrlimit(resource).current?;
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    Some(limit.saturating_sub(used_bytes(&status, field)))
+}
+
+/// `field` of the text of `/proc/self/status`.
+fn used_bytes(status: &str, field: &str) -> u64 {
+    let value = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
+    let kib = value.trim().trim_end_matches("kB").trim_end().parse::<u64>();
+    kib.map_or(0, |kib| kib << 10)
+}
+
+/// Bytes of address space that `RLIMIT_AS` leaves; `None` without a limit.
+pub fn address_space_left() -> Option<u64> {
+    left_of(Resource::As, "VmSize:")
+}
+
+/// Bytes of data that `RLIMIT_DATA` leaves; `None` without a limit.
+pub fn data_left() -> Option<u64> {
+    left_of(Resource::Data, "VmData:")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_used_is_read_from_the_status() {
+        let status = "Name:\tx\nVmPeak:\t  9 kB\nVmSize:\t    1234 kB\nVmData:\t 7 kB\n";
+        assert_eq!(used_bytes(status, "VmSize:"), 1234 << 10);
+        assert_eq!(used_bytes(status, "VmData:"), 7 << 10);
+        assert_eq!(used_bytes("", "VmSize:"), 0);
+        let own = std::fs::read_to_string("/proc/self/status").unwrap();
+        assert!(used_bytes(&own, "VmSize:") > 1 << 20);
+    }
+}
