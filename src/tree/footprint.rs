@@ -145,7 +145,7 @@ impl Projection {
     /// it.
     #[inline(always)]
     pub fn footprint(&self, l: DVec3, r: f64) -> Option<Footprint> {
-        self.to_cells(&self.outline(l.into(), r))
+        self.cells_of(&self.outline(l.into(), r))
     }
 
     /// What spheres at `l` from the eye with radius `r` cover.
@@ -184,7 +184,7 @@ impl Projection {
 
     /// The cells of an outline; `None` where no pixel sees it.
     #[inline(always)]
-    fn to_cells(&self, outline: &Outline<f64>) -> Option<Footprint> {
+    fn cells_of(&self, outline: &Outline<f64>) -> Option<Footprint> {
         let Outline { columns, rows, t, farthest } = *outline;
         let (columns, has_columns) = self.columns(columns[0], columns[1]);
         let (rows, has_rows) = self.rows(rows[0], rows[1]);
