@@ -18,7 +18,7 @@ report=docs/report/$name
 target/release/kugelblitz report "$@" -o "$report.html" -o "$report.md" -o "$report.svg"
 [ "$name" = lavapipe ] || exit 0
 
-# The README shows the two tables of lavapipe, each between its two marks.
+# The README shows the three tables of lavapipe, each between its two marks.
 between() {
     local what=$1 table=$2 readme
     readme=$(mktemp)
@@ -32,7 +32,8 @@ between() {
     cat "$readme" >README.md
     rm "$readme"
 }
-between "the report" "$(sed '/^| spheres /,$d' "$report.md")"
+between "the report" "$(sed '/^| lit scene /,$d' "$report.md")"
+between "light" "$(sed -n '/^| lit scene /,/^| spheres /{/^| spheres /!p}' "$report.md")"
 between "many spheres" "$(sed -n '/^| spheres /,$p' "$report.md")"
 
 peers=$(mktemp)

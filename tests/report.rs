@@ -10,8 +10,8 @@ use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
-    CLOUD_SIZE, Case, Contestant, Effort, Errors, Evidence, Fault, Report, Subject, default_cases,
-    page, plot, text,
+    CLOUD_SIZE, Case, Class, Contestant, Effort, Errors, Evidence, Fault, LightErrors, LightFault,
+    LightPicture, LightRow, Report, Subject, default_cases, page, plot, text,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::tracer::Tracer;
@@ -206,4 +206,70 @@ fn a_flipped_sign_shows() {
     let json = serde_json::to_value(&report).unwrap();
     let wrong = &json["scenes"][0]["rows"][0]["errors"]["false_misses"];
     assert_eq!(wrong.as_u64(), Some(flipped.errors.false_misses));
+}
+
+/// The light of a kernel with an epsilon in the only scene of a report.
+fn light(report: &Report, kernel: &str, epsilon: Option<f64>) -> LightErrors {
+    let rows = &report.light[0].rows;
+    let of = |row: &&LightRow| (row.contestant.kernel.as_str(), row.epsilon) == (kernel, epsilon);
+    rows.iter().find(of).unwrap_or_else(|| panic!("{kernel}, {epsilon:?}")).errors
+}
+
+/// Without an epsilon, and with one that is too small, surfaces shadow themselves; with one that is too
+/// large, light leaks in. What is proven needs none.
+#[test]
+fn acne_leaks_and_neither_of_them_show() {
+    let subjects = Kernel::ALL.map(|kernel| Subject::new(kernel, &Device::Cpu));
+    let cases = cases(&["contacts_1e-6"]);
+    let (report, control) = measure(&cases, &subjects, EFFORT);
+    // Its rays are no part of the tables of rays.
+    assert!(report.scenes.is_empty() && report.classes.is_empty());
+    assert_eq!((report.light.len(), report.light[0].rows.len()), (1, 10));
+    // Of certified one trace and two pictures, of stable one trace and two for each epsilon.
+    let pictured = (3 + 7) * 32 * 18;
+    assert_eq!(control.rays_done(), Report::n_rays(&cases, &subjects, &EFFORT) + pictured);
+    for row in &report.light[0].rows {
+        assert_eq!((row.errors.pixels, row.errors.verdicts), (4000, 4000), "{row:?}");
+    }
+    let share = |n: u64| n as f64 / 4000.0;
+    for kernel in ["lecture", "stable", "double"] {
+        let [none, small, large] = [0.0, 1e-4, 1e-3].map(|e| light(&report, kernel, Some(e)));
+        assert!(share(none.false_shadows) > 0.1 && share(none.wrong_bytes) > 0.1, "{none:?}");
+        // The whole scene is smaller than either: all shadows are gone.
+        assert!(share(small.leaks) > 0.03 && small.leaks == large.leaks, "{small:?}");
+        assert!(share(small.far_bytes) > 0.03, "{small:?}");
+    }
+    let clean = LightErrors { pixels: 4000, verdicts: 4000, ..LightErrors::default() };
+    assert_eq!(light(&report, "certified", None), clean);
+
+    let of_picture = |kernel: &str, epsilon| {
+        let of = |picture: &&LightPicture| {
+            (picture.contestant.kernel.as_str(), picture.epsilon) == (kernel, epsilon)
+        };
+        let picture = report.light_pictures.iter().find(of).unwrap();
+        let n = |fault| picture.faults.iter().filter(|other| **other == fault).count();
+        assert_eq!(picture.faults.len(), 32 * 18);
+        [LightFault::Right, LightFault::FalseShadow, LightFault::Leak].map(n)
+    };
+    assert_eq!(of_picture("certified", None), [32 * 18, 0, 0]);
+    assert!(of_picture("stable", Some(0.0))[1] > 50);
+    assert!(of_picture("stable", Some(1e-3))[2] > 20);
+    let json = serde_json::to_value(&report).unwrap();
+    let row = &json["light"][0]["rows"][9];
+    assert_eq!((&row["kernel"], &row["epsilon"]), (&"certified".into(), &serde_json::Value::Null));
+    assert_eq!(row["errors"]["false_shadows"], 0);
+}
+
+/// A given scene with lights is measured both ways.
+#[test]
+fn given_scenes_with_lights_are_lit() {
+    let path = "scenes/lit/hard/terminator.toml";
+    let text = std::fs::read_to_string(path).unwrap();
+    let case = Case::new(&text, path.as_ref(), Class::Given, &Control::default()).unwrap();
+    let subjects = [Subject::new(Kernel::Certified, &Device::Cpu)];
+    let (report, _) = measure(&[case], &subjects, EFFORT);
+    assert_eq!((report.scenes.len(), report.light.len()), (1, 1));
+    assert_eq!(light(&report, "certified", None).wrong_bytes, 0);
+    // No plain kernel was asked for, so there is nothing to be shown beside it.
+    assert!(report.light_pictures.is_empty());
 }

@@ -6,8 +6,8 @@ mod made_report;
 
 use base64::Engine;
 use kugelblitz::report::{
-    Class, CloudResult, Distribution, ErrorPicture, Errors, Fault, Missing, Report, Spread, page,
-    plot, text,
+    Class, CloudResult, Distribution, ErrorPicture, Errors, Fault, LightFault, LightPicture,
+    LightResult, Missing, Report, Spread, page, plot, text,
 };
 use made_report::{DEVICES, KERNELS, classes, report};
 use roxmltree::{Document, Node};
@@ -121,6 +121,23 @@ fn assert_cloud(row: &[impl AsRef<str>], cloud: &CloudResult) {
     assert!(shows_wrong(row[6], &cloud.errors), "{row:?}");
 }
 
+/// Panics where the two rows of a lit scene show other figures than `result` has.
+fn assert_light(rows: [&[impl AsRef<str>]; 2], result: &LightResult) {
+    for (row, what) in rows.iter().zip(["shadows", "bytes"]) {
+        let row: Vec<&str> = row.iter().map(AsRef::as_ref).collect();
+        assert_eq!((row[0].replace('\\', "").as_str(), row[1]), (result.scene.as_str(), what));
+        for (cell, of_kernel) in pairs(&row[2..], &result.rows) {
+            let errors = &of_kernel.errors;
+            let (wrong, of) = match what {
+                "shadows" => (errors.false_shadows + errors.leaks, errors.verdicts),
+                _ => (errors.wrong_bytes, errors.pixels),
+            };
+            let share = 100.0 * wrong as f64 / of as f64;
+            assert!(shows(cell, share) && cell.ends_with('%') == (wrong > 0), "{row:?}");
+        }
+    }
+}
+
 #[test]
 fn the_terminal_shows_the_figures() {
     let report = report();
@@ -148,6 +165,14 @@ fn the_terminal_shows_the_figures() {
     }
     for (line, cloud) in pairs(&of("Many spheres")[2..], &report.clouds) {
         assert_cloud(&cells(line), cloud);
+    }
+    // Two blocks, for all columns do not fit a line.
+    let at = blocks.iter().position(|block| block[0].starts_with("Light: ")).expect("light");
+    let (left, right) = (&blocks[at][3..], &blocks[at + 1][2..]);
+    let rows = left.iter().zip(right).map(|(a, b)| [cells(a), cells(b)[2..].to_vec()].concat());
+    let rows: Vec<Vec<String>> = rows.collect();
+    for (rows, result) in pairs(rows.chunks(2), &report.light) {
+        assert_light([&rows[0][..], &rows[1][..]], result);
     }
     let mut lines = of("Scenes: ")[3..].iter().map(|line| cells(line)).filter(|row| row.len() > 1);
     for scene in &report.scenes {
@@ -180,8 +205,11 @@ fn the_page_shows_the_figures() {
     for (row, cloud) in pairs(&tables[2], &report.clouds) {
         assert_cloud(row, cloud);
     }
-    // Class errors, class costs, clouds, three sweeps, the overview; then three tables a scene.
-    let sweep = &tables[3];
+    for (rows, result) in pairs(tables[3].chunks(2), &report.light) {
+        assert_light([&rows[0][..], &rows[1][..]], result);
+    }
+    // Class errors, class costs, clouds, light, three sweeps, the overview; then three tables a scene.
+    let sweep = &tables[4];
     assert_eq!(sweep.len(), report.sweeps[0].series[0].points.len());
     let alike = report.sweeps[0].series.iter().filter(|s| s.contestant.device == DEVICES[0]);
     let series: Vec<_> = alike.collect();
@@ -193,7 +221,7 @@ fn the_page_shows_the_figures() {
             assert!(shows(&pair[1], quantiles(&errors.t_ulp)[1]), "{row:?}");
         }
     }
-    for (own, scene) in pairs(tables[7..].chunks(3), &report.scenes) {
+    for (own, scene) in pairs(tables[8..].chunks(3), &report.scenes) {
         assert!(own.iter().all(|table| table.len() == scene.rows.len()));
         for (i, row) in scene.rows.iter().enumerate() {
             let (errors, cost) = (&row.errors, &row.cost);
@@ -231,7 +259,13 @@ fn the_summary_in_markdown_shows_the_figures() {
         .filter(|line| line.starts_with("| ") && !line.starts_with("| ---"))
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
-    let (classes, clouds) = rows.split_at(1 + report.classes.len());
+    let (classes, rest) = rows.split_at(1 + report.classes.len());
+    let (light, clouds) = rest.split_at(1 + 2 * report.light.len());
+    assert_eq!(light[0][2..5], ["lecture: no ε", "lecture: ε = 10⁻⁴", "lecture: ε = 10⁻³"]);
+    assert_eq!(light[0].last(), Some(&"certified: no ε"));
+    for (rows, result) in pairs(light[1..].chunks(2), &report.light) {
+        assert_light([&rows[0][..], &rows[1][..]], result);
+    }
     for (row, cloud) in pairs(&clouds[1..], &report.clouds) {
         assert_cloud(row, cloud);
     }
@@ -264,7 +298,9 @@ fn small(kernels: &[(&str, u64, f64)]) -> Report {
     report.evidence.adapters.clear();
     report.sweeps.clear();
     report.clouds.clear();
+    report.light.clear();
     report.pictures.clear();
+    report.light_pictures.clear();
     report
 }
 
@@ -429,16 +465,25 @@ fn words_are_legible_whatever_the_times_are() {
 type Change = (&'static str, fn(&mut Report));
 
 /// Changes to the report that leave little, or odd numbers.
-const CHANGES: [Change; 12] = [
+const CHANGES: [Change; 14] = [
     ("nothing changed", |_| {}),
     ("nothing at all", |report| {
         report.scenes.clear();
         report.classes.clear();
         report.sweeps.clear();
         report.clouds.clear();
+        report.light.clear();
         report.missing.clear();
         report.pictures.clear();
+        report.light_pictures.clear();
         report.evidence.adapters.clear();
+    }),
+    ("light of nothing", |report| {
+        let rows = report.light.iter_mut().flat_map(|result| &mut result.rows);
+        rows.for_each(|row| row.errors = Default::default());
+    }),
+    ("a kernel that lit one scene alone", |report| {
+        report.light[0].rows.retain(|row| row.contestant.kernel == "certified");
     }),
     ("one scene", |report| {
         report.scenes.truncate(1);
@@ -602,6 +647,15 @@ fn hostile_names_stay_names() {
     for cloud in &mut report.clouds {
         cloud.contestant.device += HOSTILE;
     }
+    for result in &mut report.light {
+        result.scene += HOSTILE;
+        result.about = HOSTILE.into();
+        result.rows.iter_mut().for_each(|row| row.contestant.kernel += HOSTILE);
+    }
+    for picture in &mut report.light_pictures {
+        picture.scene += HOSTILE;
+        picture.contestant.kernel += HOSTILE;
+    }
     report.missing = vec![Missing { what: HOSTILE.into(), why: HOSTILE.into() }];
     let evidence = &mut report.evidence;
     evidence.commit = Some(HOSTILE.into());
@@ -625,11 +679,13 @@ fn hostile_names_stay_names() {
         assert!(!shown.contains(unsafe_character), "{shown}");
     }
     let rows: Vec<&str> = markdown.lines().filter(|line| line.starts_with('|')).collect();
-    assert_eq!(rows.len(), 4 + report.classes.len() + report.clouds.len(), "{markdown}");
     let n_bars = |row: &&str| row.replace("\\|", "").matches('|').count();
-    let of_classes = 2 + report.classes.len();
-    assert!(rows[..of_classes].iter().all(|row| n_bars(row) == 7), "{markdown}");
-    assert!(rows[of_classes..].iter().all(|row| n_bars(row) == 8), "{markdown}");
+    let (classes, rest) = rows.split_at(2 + report.classes.len());
+    let (light, clouds) = rest.split_at(2 + 2 * report.light.len());
+    assert_eq!(clouds.len(), 2 + report.clouds.len(), "{markdown}");
+    assert!(classes.iter().all(|row| n_bars(row) == 7), "{markdown}");
+    assert!(light.iter().all(|row| n_bars(row) == 13), "{markdown}");
+    assert!(clouds.iter().all(|row| n_bars(row) == 8), "{markdown}");
     assert!(!markdown.contains("<script"), "{markdown}");
 }
 
@@ -702,4 +758,48 @@ fn pictures_and_their_errors_are_shown_pixel_by_pixel() {
         assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")), "{colors:?}");
     }
     assert!(page.contains("3 wrong pixels (38 %)"), "{page}");
+}
+
+#[test]
+fn acne_and_leaks_are_shown_pixel_by_pixel() {
+    let mut report = small(&[("lecture", 1, 5.0)]);
+    let bytes = |levels| LightFault::Bytes { levels };
+    report.light = made_report::report().light;
+    report.light_pictures = vec![LightPicture {
+        scene: report.light[0].scene.clone(),
+        contestant: report.light[0].rows[3].contestant.clone(),
+        epsilon: Some(1e-3),
+        width: 4,
+        height: 2,
+        srgb: (0..8).map(|i| [i, 2 * i, 3 * i]).collect(),
+        faults: vec![
+            LightFault::Right,
+            LightFault::FalseShadow,
+            LightFault::Leak,
+            bytes(1),
+            bytes(12),
+            bytes(64),
+            bytes(255),
+            LightFault::Leak,
+        ],
+    }];
+    let page = page::html(&report);
+    let images = images(&page);
+    let pixel = |image: usize, i: u32| images[image].get_pixel(i % 4, i / 4).0;
+    for i in 0..8u8 {
+        assert_eq!(pixel(0, i.into()), [i, 2 * i, 3 * i, 255]);
+    }
+    assert_eq!(pixel(1, 0)[3], 0, "what is right is transparent");
+    let colors: Vec<[u8; 4]> = (1..6).map(|i| pixel(1, i)).collect();
+    for (i, color) in colors.iter().enumerate() {
+        assert!(!colors[..i].contains(color), "{colors:?}");
+    }
+    assert_eq!((pixel(1, 5), pixel(1, 2)), (pixel(1, 6), pixel(1, 7)));
+    assert!(pixel(1, 3)[3] < pixel(1, 4)[3] && pixel(1, 4)[3] < pixel(1, 5)[3], "{colors:?}");
+    for [r, g, b, _] in &colors[..2] {
+        assert!(page.contains(&format!("background:#{r:02x}{g:02x}{b:02x}")), "{colors:?}");
+    }
+    assert!(page.contains("3 wrong shadows (38 %)"), "{page}");
+    assert!(page.contains("4 other wrong pixels (50 %)"), "{page}");
+    assert!(page.contains("kernel stable, ε = 10⁻³: its errors"), "{page}");
 }

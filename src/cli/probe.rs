@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Ceilings, Gpu, Pick, list_adapters};
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
@@ -36,6 +36,9 @@ struct Measured {
     certified_on_device: bool,
     /// What its f64 stage does here.
     certified_f64: InF64,
+    /// With `--ceilings`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ceilings: Option<Ceilings>,
 }
 
 /// What the certified kernel's f64 stage does on a device; the CPU does the rest.
@@ -82,9 +85,9 @@ impl InF64 {
 }
 
 impl Probed {
-    fn new(facts: AdapterFacts) -> Probed {
+    fn new(facts: AdapterFacts, with_ceilings: bool) -> Probed {
         let gpu = Gpu::open(&Pick::Named(facts.name.clone()));
-        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
+        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu, with_ceilings)) {
             Ok(measured) => (Some(measured), None),
             Err(error) => (None, Some(error.to_string())),
         };
@@ -92,18 +95,20 @@ impl Probed {
     }
 }
 
-fn measure(gpu: &Gpu) -> Result<Measured> {
+fn measure(gpu: &Gpu, with_ceilings: bool) -> Result<Measured> {
     let f32 = gpu.arithmetic()?;
     let f64 = gpu.arithmetic_f64()?;
     let certified_f64 = InF64::new(&gpu.facts, f64.as_ref());
-    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter(), certified_f64 })
+    let ceilings = with_ceilings.then(|| Ceilings::measure(gpu)).transpose()?;
+    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter(), certified_f64, ceilings })
 }
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
     memory::require_device()?;
+    let probed = |facts| Probed::new(facts, args.ceilings);
     let (adapters, noise): (Vec<Probed>, _) =
-        quietly(|| list_adapters().into_iter().map(Probed::new).collect());
+        quietly(|| list_adapters().into_iter().map(probed).collect());
     if args.talk.verbose || adapters.is_empty() {
         quiet::show(&noise, args.talk.verbose);
     }
@@ -170,6 +175,13 @@ fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
     if let Some(f64) = &measured.f64 {
         lines.push(("f64, measured", f64.to_string()));
     }
+    if let Some(ceilings) = &measured.ceilings {
+        lines.push(("copies", format!("{:.1} GB/s read and written", ceilings.copy_gb_per_s)));
+        lines.push(("fma in f32", format!("{:.1} GFLOP/s", ceilings.f32_gflop_per_s)));
+        if let Some(f64) = ceilings.f64_gflop_per_s {
+            lines.push(("fma in f64", format!("{f64:.1} GFLOP/s")));
+        }
+    }
     lines
 }
 
@@ -190,7 +202,7 @@ mod tests {
             gpu.facts.passthrough = passthrough;
             let probed = Probed {
                 facts: gpu.facts.clone(),
-                arithmetic: Some(measure(&gpu).unwrap()),
+                arithmetic: Some(measure(&gpu, false).unwrap()),
                 failure: None,
             };
             let json = serde_json::to_value(&probed).unwrap();
@@ -221,7 +233,7 @@ mod tests {
         }
         let software = AdapterFacts { kind: "software", ..hardware };
         assert_eq!(InF64::new(&software, Some(&sound)), InF64::WholePictures);
-        let json = serde_json::to_value(measure(&gpu).unwrap()).unwrap();
+        let json = serde_json::to_value(measure(&gpu, false).unwrap()).unwrap();
         assert!(json["certified_f64"].is_string(), "{json}");
     }
 }

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 use crate::rays::View;
 use crate::scene::{Color, Object, Scene};
-use crate::shade::{Lamp, Lighting};
+use crate::shade::{Lamp, Lighting, Origin};
 
 /// A language that scenes can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -88,7 +88,12 @@ pub fn write(
     out.write_all(syntax.head(view, size, color_of(0), ambient).as_bytes())?;
     let reach = reach(scene, view.position);
     for lamp in lighting.iter().flat_map(|lighting| &lighting.lamps) {
-        writeln!(out, "{}", syntax.lamp(lamp, view.position, reach))?;
+        let line = match lamp.origin {
+            Origin::Eye => syntax.lamp(lamp, view.position),
+            Origin::Point(position) => syntax.lamp(lamp, position),
+            Origin::Sun(direction) => syntax.sun(lamp, direction, view.position, reach),
+        };
+        writeln!(out, "{line}")?;
     }
     for (id, object) in scene.objects() {
         let name = scene.name(id);
@@ -115,8 +120,10 @@ trait Syntax {
         background: Color,
         ambient: Option<[f64; 3]>,
     ) -> String;
-    /// One line. Nothing is farther than `reach` from the eye.
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String;
+    /// One line: a lamp at a point.
+    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String;
+    /// One line: a lamp whose light travels along `direction`. Nothing is farther than `reach` from `eye`.
+    fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String;
     /// One line.
     fn object(
         &self,

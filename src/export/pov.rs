@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{Numbers, Syntax};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Object};
-use crate::shade::{Lamp, Origin};
+use crate::shade::Lamp;
 
 pub(super) struct Pov;
 
@@ -47,22 +47,13 @@ impl Syntax for Pov {
         )
     }
 
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, reach: f64) -> String {
-        let position = match lamp.origin {
-            Origin::Eye => eye,
-            Origin::Point(position) => position,
-            Origin::Sun(direction) => eye - direction.normalize() * (FAR * reach),
-        };
-        let parallel = match lamp.origin {
-            Origin::Sun(_) => format!(" parallel point_at {}", Vector(eye)),
-            Origin::Eye | Origin::Point(_) => String::new(),
-        };
-        let shadowless = if lamp.shadows { "" } else { " shadowless" };
-        format!(
-            "light_source {{ {}, {}{parallel}{shadowless} }}",
-            Vector(position),
-            rgb(lamp.weight)
-        )
+    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String {
+        light_source(lamp, position, "")
+    }
+
+    fn sun(&self, lamp: &Lamp, direction: DVec3, eye: DVec3, reach: f64) -> String {
+        let position = eye - direction.normalize() * (FAR * reach);
+        light_source(lamp, position, &format!(" parallel point_at {}", Vector(eye)))
     }
 
     fn object(
@@ -90,6 +81,11 @@ impl Syntax for Pov {
 
 /// A sun's distance, as a multiple of that of the farthest object: a parallel light shines from a plane.
 const FAR: f64 = 1000.0;
+
+fn light_source(lamp: &Lamp, position: DVec3, kind: &str) -> String {
+    let shadowless = if lamp.shadows { "" } else { " shadowless" };
+    format!("light_source {{ {}, {}{kind}{shadowless} }}", Vector(position), rgb(lamp.weight))
+}
 
 struct Vector(DVec3);
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{Numbers, Syntax};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Object};
-use crate::shade::{Lamp, Origin};
+use crate::shade::Lamp;
 
 pub(super) struct Tachyon;
 
@@ -50,18 +50,12 @@ impl Syntax for Tachyon {
         )
     }
 
-    fn lamp(&self, lamp: &Lamp, eye: DVec3, _: f64) -> String {
-        let color = Numbers { numbers: lamp.weight, separator: " " };
-        let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
-        let position = match lamp.origin {
-            Origin::Eye => eye,
-            Origin::Point(position) => position,
-            Origin::Sun(direction) => {
-                let direction = vector(direction);
-                return format!("{shadows}DIRECTIONAL_LIGHT DIRECTION {direction} COLOR {color}");
-            }
-        };
-        format!("{shadows}LIGHT CENTER {} RAD 0.0 COLOR {color}", vector(position))
+    fn lamp(&self, lamp: &Lamp, position: DVec3) -> String {
+        light(lamp, format!("LIGHT CENTER {} RAD 0.0", vector(position)))
+    }
+
+    fn sun(&self, lamp: &Lamp, direction: DVec3, _: DVec3, _: f64) -> String {
+        light(lamp, format!("DIRECTIONAL_LIGHT DIRECTION {}", vector(direction)))
     }
 
     fn object(
@@ -90,6 +84,12 @@ impl Syntax for Tachyon {
     fn end(&self) -> &'static str {
         "END_SCENE\n"
     }
+}
+
+/// A light, with a comment before it where it casts shadows that it shouldn't.
+fn light(lamp: &Lamp, place: String) -> String {
+    let shadows = if lamp.shadows { "" } else { "# Without shadows, if Tachyon could:\n" };
+    format!("{shadows}{place} COLOR {}", Numbers { numbers: lamp.weight, separator: " " })
 }
 
 /// A point or a direction in Tachyon's world.

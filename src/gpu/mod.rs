@@ -1,6 +1,7 @@
 //! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
 
 mod adapter;
+mod ceilings;
 mod clock;
 mod compile;
 mod device;
@@ -20,6 +21,7 @@ mod tracer;
 mod window;
 
 pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
+pub use ceilings::Ceilings;
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]

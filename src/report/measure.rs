@@ -63,6 +63,18 @@ impl Subject {
     }
 }
 
+/// Those of the device that stands first.
+pub(super) fn of_first_device(subjects: &[Subject]) -> Vec<&Subject> {
+    let device = |subject: &Subject| subject.contestant.device.clone();
+    let first = subjects.first().map(device);
+    subjects.iter().filter(|subject| Some(device(subject)) == first).collect()
+}
+
+/// The scenes whose rays are measured.
+pub(super) fn timed(cases: &[Case]) -> Vec<&Case> {
+    cases.iter().filter(|case| case.class != Class::Lit).collect()
+}
+
 /// All pixels that `case`'s camera sees at a size.
 pub(super) fn picture(case: &Case, [width, height]: [u32; 2]) -> Result<Pixels> {
     let camera = case.scene.require_camera(case.name.as_ref())?;
@@ -74,7 +86,7 @@ pub(super) fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u
     let [width, height] = effort.size.map(u64::from);
     let pictures = subjects.len() * 2 * effort.rounds * (1 + effort.runs);
     let samples = (width * height).min(effort.samples as u64);
-    cases.len() as u64 * (width * height * pictures as u64 + samples)
+    timed(cases).len() as u64 * (width * height * pictures as u64 + samples)
 }
 
 fn refuse_what_cannot_fit(effort: &Effort) -> Result<()> {
@@ -98,6 +110,7 @@ pub(super) fn measure_scenes(
     control: &Control,
 ) -> Result<(Vec<SceneResult>, Vec<ClassResult>)> {
     refuse_what_cannot_fit(effort)?;
+    let cases = timed(cases);
     let none = || subjects.iter().map(|_| Measured::default()).collect();
     let mut measured: Vec<Vec<Measured>> = cases.iter().map(|_| none()).collect();
     for round in 0..effort.rounds {
@@ -128,7 +141,7 @@ pub(super) fn measure_scenes(
             }
         }
     }
-    let classes = class_results(cases, subjects, &measured);
+    let classes = class_results(&cases, subjects, &measured);
     let scenes = cases.iter().zip(measured).map(|(case, measured)| {
         let row = |(subject, measured): (&Subject, Measured)| Row {
             contestant: subject.contestant.clone(),
@@ -148,7 +161,7 @@ pub(super) fn measure_scenes(
 }
 
 fn class_results(
-    cases: &[Case],
+    cases: &[&Case],
     subjects: &[Subject],
     measured: &[Vec<Measured>],
 ) -> Vec<ClassResult> {

@@ -10,6 +10,7 @@ mod clouds;
 mod errors;
 mod evidence;
 mod figures;
+mod light;
 mod measure;
 pub mod page;
 mod pictures;
@@ -23,6 +24,7 @@ pub mod text;
 
 pub use clouds::CLOUD_SIZE;
 pub use errors::{Distribution, Errors};
+pub use light::{LIGHT_SIZE, LightErrors, LightFault, LightPicture, LightResult, LightRow};
 pub use measure::{Make, Subject};
 pub use scenes::{Case, default_cases};
 
@@ -44,11 +46,16 @@ pub struct Report {
     pub sweeps: Vec<Sweep>,
     /// Many spheres: each number of them on each device.
     pub clouds: Vec<CloudResult>,
+    /// Light and shadow in each scene with lights.
+    pub light: Vec<LightResult>,
     /// All that could not be measured, and why.
     pub missing: Vec<Missing>,
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
+    /// Pictures of chosen lit scenes with their errors.
+    #[serde(skip)]
+    pub light_pictures: Vec<LightPicture>,
 }
 
 impl Report {
@@ -71,14 +78,28 @@ impl Report {
             false => Vec::new(),
         };
         let (clouds, missing) = clouds::measure_clouds(subjects, &effort, control)?;
-        Ok(Report { evidence, effort, scenes, classes, sweeps, clouds, missing, pictures })
+        let light = light::measure_light(cases, subjects, &effort, control)?;
+        let light_pictures = light::take_light_pictures(cases, &light, subjects, &effort, control)?;
+        Ok(Report {
+            evidence,
+            effort,
+            scenes,
+            classes,
+            sweeps,
+            clouds,
+            light,
+            missing,
+            pictures,
+            light_pictures,
+        })
     }
 
-    /// Rays that [`Report::measure`] traces or compares, but for those of the few pictures.
+    /// Rays that [`Report::measure`] traces, lights or compares, but for those of the few pictures.
     pub fn n_rays(cases: &[Case], subjects: &[Subject], effort: &Effort) -> u64 {
         let sweeps = if effort.sweeps { sweep::n_rays(subjects, effort) } else { 0 };
         let clouds = clouds::n_rays(subjects, effort);
-        measure::n_rays(cases, subjects, effort) + sweeps + clouds
+        let light = light::n_rays(cases, subjects, effort);
+        measure::n_rays(cases, subjects, effort) + sweeps + clouds + light
     }
 }
 
@@ -170,6 +191,8 @@ pub enum Class {
     Lecture,
     /// Where f32 has a hard time.
     Hard,
+    /// Where shadows are hard to tell. Their light is measured, not their rays.
+    Lit,
     /// Named on the command line.
     Given,
 }
@@ -180,6 +203,7 @@ impl Class {
         match self {
             Class::Lecture => "lecture's scenes",
             Class::Hard => "hard scenes",
+            Class::Lit => "lit scenes",
             Class::Given => "given scenes",
         }
     }

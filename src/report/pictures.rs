@@ -1,6 +1,6 @@
 //! Pictures of the scenes where the kernels are most wrong.
 
-use super::measure::{SURFACE, Subject, picture};
+use super::measure::{SURFACE, Subject, of_first_device, picture, timed};
 use super::scenes::Case;
 use super::{Effort, ErrorPicture, Fault, SceneResult};
 use crate::control::Control;
@@ -17,7 +17,7 @@ fn worst<'a>(cases: &'a [Case], results: &[SceneResult]) -> Vec<&'a Case> {
     let wrong = |result: &SceneResult| -> u64 {
         result.rows.iter().map(|row| row.errors.wrong_ids()).sum()
     };
-    let mut ranked: Vec<_> = cases.iter().zip(results.iter().map(wrong)).collect();
+    let mut ranked: Vec<_> = timed(cases).into_iter().zip(results.iter().map(wrong)).collect();
     ranked.retain(|(_, wrong)| *wrong > 0);
     ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
     ranked.into_iter().map(|(case, _)| case).take(MOST_SCENES).collect()
@@ -34,10 +34,7 @@ pub(super) fn take_pictures(
     effort: &Effort,
     control: &Control,
 ) -> Result<Vec<ErrorPicture>> {
-    let Some(first) = subjects.first() else { return Ok(Vec::new()) };
-    let on_first =
-        subjects.iter().filter(|subject| subject.contestant.device == first.contestant.device);
-    let on_first: Vec<_> = on_first.collect();
+    let subjects = of_first_device(subjects);
     let mut pictures = Vec::new();
     for case in worst(cases, results) {
         let pixels = picture(case, effort.picture_size)?;
@@ -45,7 +42,7 @@ pub(super) fn take_pictures(
         let truth = Truth::of_pixels(&case.scene, &pixels, all, control)?;
         let rays = Rays::Pixels(pixels);
         let palette: Vec<[u8; 3]> = case.scene.colors().map(Color::to_srgb8).collect();
-        for subject in &on_first {
+        for subject in &subjects {
             let mut tracer = subject.tracer(&case.scene, &rays, SURFACE)?.tracer;
             let mut hits = Hits::default();
             tracer.trace(&rays, control, &mut hits)?;

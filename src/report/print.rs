@@ -99,7 +99,7 @@ pub fn markdown(table: &Table) -> String {
         || table.parts.iter().flat_map(|part| part.columns.iter().map(move |c| (part, c)));
     let names = columns().map(|(part, name)| match part.over.as_str() {
         "" => name.clone(),
-        over => format!("{over}: {name}"),
+        over => format!("{}: {name}", markdown_text(over)),
     });
     let rules = columns().map(|(part, _)| if part.first == 0 { "---" } else { "---:" });
     let head = [line(names.collect()), line(rules.map(str::to_string).collect())].concat();

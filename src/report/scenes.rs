@@ -40,7 +40,7 @@ impl Case {
     }
 }
 
-/// The scenes of a report that names none: the lecture's, and the hard ones.
+/// The scenes of a report that names none: the lecture's, the hard ones, and those that are hard to light.
 ///
 /// # Errors
 /// As [`Case::new`]; they are part of the program.
@@ -81,6 +81,15 @@ scenes! {
     Hard "hard/distant_1e4.toml",
     Hard "hard/distant_1e6.toml",
     Hard "hard/near_parallel.toml",
+    Lit "lit/hard/contacts.toml",
+    Lit "lit/hard/contacts_1e-3.toml",
+    Lit "lit/hard/contacts_1e-6.toml",
+    Lit "lit/hard/contacts_1e3.toml",
+    Lit "lit/hard/contacts_moved.toml",
+    Lit "lit/hard/contacts_on_ball.toml",
+    Lit "lit/hard/shells.toml",
+    Lit "lit/hard/terminator.toml",
+    Lit "lit/hard/low_sun.toml",
 }
 
 #[cfg(test)]
@@ -93,7 +102,7 @@ mod tests {
     fn no_scene_file_is_forgotten() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         let mut on_disk = BTreeSet::new();
-        for folder in ["", "hard/"] {
+        for folder in ["", "hard/", "lit/hard/"] {
             for entry in std::fs::read_dir(root.join(folder)).unwrap() {
                 let name = entry.unwrap().file_name().into_string().unwrap();
                 if name.ends_with(".toml") {

@@ -15,9 +15,12 @@ impl<'a> Cast<'a> {
         let classes = report.classes.iter().map(|class| &class.contestant);
         let sweeps = report.sweeps.iter().flat_map(|sweep| &sweep.series).map(|s| &s.contestant);
         let clouds = report.clouds.iter().map(|cloud| &cloud.contestant);
+        let light = report.light.iter().flat_map(|scene| &scene.rows).map(|row| &row.contestant);
         let pictures = report.pictures.iter().map(|picture| &picture.contestant);
         let mut cast = Cast { kernels: Vec::new(), devices: Vec::new() };
-        for contestant in rows.chain(classes).chain(clouds).chain(sweeps).chain(pictures) {
+        for contestant in
+            rows.chain(classes).chain(clouds).chain(sweeps).chain(light).chain(pictures)
+        {
             add(&mut cast.kernels, &contestant.kernel);
             add(&mut cast.devices, &contestant.device);
         }

@@ -3,7 +3,8 @@
 use super::figures::{NONE, count, figure, percent, quantity, typeset, wrong};
 use super::summary::{Cast, classes, shared_series, xs};
 use super::{
-    Class, ClassResult, Contestant, Distribution, Errors, Report, Row, SceneResult, Spread, Sweep,
+    Class, ClassResult, Contestant, Distribution, Errors, LightErrors, LightResult, LightRow,
+    Report, Row, SceneResult, Spread, Sweep,
 };
 
 /// Rows of cells under a head.
@@ -132,6 +133,68 @@ pub fn clouds(report: &Report, cast: &Cast) -> Table {
     Table::new(&["spheres", "device"], &[("", &figures)], one_group(rows.collect()))
 }
 
+/// Lit scenes: wrong shadows and bytes of each kernel with each epsilon.
+pub fn light(report: &Report, cast: &Cast) -> Table {
+    let rows = || report.light.iter().flat_map(|result| &result.rows);
+    let mut columns: Vec<(&str, Vec<Option<f64>>)> = Vec::new();
+    for kernel in &cast.kernels {
+        let mut epsilons: Vec<Option<f64>> = Vec::new();
+        for row in rows().filter(|row| row.contestant.kernel == *kernel) {
+            if !epsilons.contains(&row.epsilon) {
+                epsilons.push(row.epsilon);
+            }
+        }
+        columns.push((*kernel, epsilons));
+    }
+    columns.retain(|(_, epsilons)| !epsilons.is_empty());
+    let counted: [(&str, Counted); 2] = [
+        ("shadows", |errors| (errors.wrong_shadows(), errors.verdicts)),
+        ("bytes", |errors| (errors.wrong_bytes, errors.pixels)),
+    ];
+    let row = |result: &LightResult, (what, counted): (&str, Counted)| {
+        let share = |kernel: &str, epsilon: Option<f64>| {
+            let mut rows = result.rows.iter();
+            let is_of = |row: &&LightRow| row.contestant.kernel == kernel && row.epsilon == epsilon;
+            rows.find(is_of).map_or(cell(NONE), |row| share_of(counted(&row.errors)))
+        };
+        let of_kernel = |(kernel, epsilons): &(&str, Vec<Option<f64>>)| -> Vec<Cell> {
+            epsilons.iter().map(|epsilon| share(kernel, *epsilon)).collect()
+        };
+        let names = vec![cell(&result.scene), cell(what)];
+        [names, columns.iter().flat_map(of_kernel).collect()].concat()
+    };
+    let rows = report.light.iter().flat_map(|result| counted.map(|counted| row(result, counted)));
+    let names: Vec<Vec<String>> = columns
+        .iter()
+        .map(|(_, epsilons)| epsilons.iter().map(|epsilon| with_epsilon(*epsilon)).collect())
+        .collect();
+    let names: Vec<Vec<&str>> =
+        names.iter().map(|names| names.iter().map(String::as_str).collect()).collect();
+    let parts: Vec<Columns> =
+        columns.iter().zip(&names).map(|((kernel, _), names)| (*kernel, &names[..])).collect();
+    Table::new(&["lit scene", "wrong"], &parts, one_group(rows.collect()))
+}
+
+/// Wrong ones of a sort, and how many there are of it.
+type Counted = fn(&LightErrors) -> (u64, u64);
+
+/// `ε = 10⁻³`
+pub fn with_epsilon(epsilon: Option<f64>) -> String {
+    match epsilon {
+        None | Some(0.0) => "no ε".to_string(),
+        Some(epsilon) => format!("ε = {}", typeset(&format!("{epsilon:e}"))),
+    }
+}
+
+/// A share of wrong ones, `0` of none.
+fn share_of((wrong, of): (u64, u64)) -> Cell {
+    match (wrong, of) {
+        (_, 0) => cell(NONE),
+        (0, _) => Cell { emphasis: Emphasis::Right, ..cell("0") },
+        _ => Cell { emphasis: Emphasis::Wrong, ..cell(percent(wrong, of)) },
+    }
+}
+
 /// All scenes: who was wrong, and the time of ids.
 pub fn overview(report: &Report, cast: &Cast) -> Table {
     let rows_of = |scene: &SceneResult| -> Vec<Vec<Cell>> {
@@ -159,11 +222,7 @@ pub fn overview(report: &Report, cast: &Cast) -> Table {
 
 fn overview_cells(row: Option<&Row>) -> [Cell; 2] {
     let Some(Row { errors, cost, .. }) = row else { return [cell(NONE), cell(NONE)] };
-    let share = match (errors.rays, errors.wrong_ids()) {
-        (1.., 0) => "0".to_string(),
-        (rays, wrong) => percent(wrong, rays),
-    };
-    [Cell { text: share, ..wrong_share(errors) }, cell(figure(cost.trace_ns_per_ray.median))]
+    [share_of((errors.wrong_ids(), errors.rays)), cell(figure(cost.trace_ns_per_ray.median))]
 }
 
 /// All figures of one scene: errors, more errors, costs.

@@ -22,6 +22,7 @@ pub fn terminal(report: &Report) -> String {
     add("How wrong", tables::class_errors(report, &cast));
     add("How fast", tables::class_costs(report, &cast));
     add("Many spheres", tables::clouds(report, &cast));
+    add("Light: wrong shadows, and pixels with wrong bytes", tables::light(report, &cast));
     let title = "Scenes: share of wrong ids, and nanoseconds a ray (ids)";
     add(title, tables::overview(report, &cast));
     for sweep in &report.sweeps {
@@ -37,13 +38,19 @@ pub fn terminal(report: &Report) -> String {
     plain_document(&parts.join("\n"))
 }
 
-/// The classes in a short table, many spheres in another, each with what it was measured on.
+/// The classes in a short table, light in another, many spheres in a third, each with what it was measured
+/// on.
 pub fn markdown(report: &Report) -> String {
     let cast = Cast::of(report);
     let measured = measured_on(report);
     let [width, height] = report.effort.size;
     let classes = print::markdown(&tables::summary(report, &cast));
     let mut text = format!("{classes}\nMeasured at {width} × {height} {measured}\n");
+    if !report.light.is_empty() {
+        let [width, height] = super::LIGHT_SIZE;
+        let light = print::markdown(&tables::light(report, &cast));
+        let _ = write!(text, "\n{light}\nMeasured at {width} × {height} {measured}\n");
+    }
     if !report.clouds.is_empty() {
         let [width, height] = super::CLOUD_SIZE;
         let clouds = print::markdown(&tables::clouds(report, &cast));

@@ -3,8 +3,8 @@
 use kugelblitz::gpu::{AdapterFacts, Arithmetic};
 use kugelblitz::report::{
     AdapterEvidence, Class, ClassResult, CloudResult, Contestant, Cost, Distribution, Effort,
-    ErrorPicture, Errors, Evidence, Fault, Missing, Report, Row, SceneResult, Series, Spread,
-    Sweep, SweepPoint,
+    ErrorPicture, Errors, Evidence, Fault, LightErrors, LightFault, LightPicture, LightResult,
+    LightRow, Missing, Report, Row, SceneResult, Series, Spread, Sweep, SweepPoint,
 };
 use kugelblitz::trace::StageCounts;
 use rand::{RngExt, SeedableRng};
@@ -319,6 +319,54 @@ fn cloud(rng: &mut ChaCha8Rng, n_spheres: u64, device: &str) -> CloudResult {
     }
 }
 
+/// One row of light a kernel and epsilon.
+fn light(scene: &str, n_lights: usize) -> LightResult {
+    let row = |(kernel, epsilon): (&str, Option<f64>)| {
+        let acne = match epsilon {
+            Some(0.0) => 2000,
+            Some(_) => 3,
+            None => 0,
+        };
+        let errors = LightErrors {
+            pixels: 8192,
+            verdicts: 8192 * n_lights as u64,
+            false_shadows: acne,
+            leaks: 2 * u64::from(epsilon == Some(1e-3)),
+            wrong_bytes: acne * 9 / 8,
+            far_bytes: acne / 2,
+        };
+        LightRow { contestant: contestant(kernel, DEVICES[0]), epsilon, errors }
+    };
+    let plain = ["lecture", "stable", "double"];
+    let plain = plain.iter().flat_map(|&kernel| [0.0, 1e-4, 1e-3].map(|e| (kernel, Some(e))));
+    LightResult {
+        scene: scene.into(),
+        about: format!("What {scene} shows, in the words of its first comment."),
+        n_lights,
+        rows: plain.chain([("certified", None)]).map(row).collect(),
+    }
+}
+
+fn light_picture(scene: &str, kernel: &str, epsilon: Option<f64>) -> LightPicture {
+    let [width, height] = PICTURE;
+    let n_pixels = (width * height) as usize;
+    let fault = |i: usize| match (epsilon, i % 7) {
+        (Some(_), 0) => LightFault::FalseShadow,
+        (Some(_), 1) => LightFault::Leak,
+        (Some(_), 2) => LightFault::Bytes { levels: (i % 256) as u8 },
+        _ => LightFault::Right,
+    };
+    LightPicture {
+        scene: scene.into(),
+        contestant: contestant(kernel, DEVICES[0]),
+        epsilon,
+        width,
+        height,
+        srgb: vec![[0x8c, 0x30, 0x20]; n_pixels],
+        faults: (0..n_pixels).map(fault).collect(),
+    }
+}
+
 /// The report.
 pub fn report() -> Report {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -359,7 +407,12 @@ pub fn report() -> Report {
         scenes,
         sweeps,
         clouds,
+        light: vec![light("contacts_on_ball", 1), light("shells", 2)],
         missing: vec![Missing { what: "pbrt 4".into(), why: "`pbrt` is not installed".into() }],
         pictures,
+        light_pictures: vec![
+            light_picture("contacts_on_ball", "certified", None),
+            light_picture("contacts_on_ball", "stable", Some(1e-3)),
+        ],
     }
 }

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 
-use crate::report::{ErrorPicture, Fault};
+use crate::report::{ErrorPicture, Fault, LightFault, LightPicture};
 
 /// Errors of `t` up to the first are drawn in the first colour, from the second on in the last.
 pub const ULP_RANGE: (f64, f64) = (0.5, 1e6);
@@ -17,6 +17,14 @@ pub const FALSE_MISS: [u8; 3] = [0xff, 0x93, 0x30];
 /// Another object.
 pub const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
 
+/// A light that is left out: acne.
+pub const FALSE_SHADOW: [u8; 3] = FALSE_HIT;
+/// A light that is let in.
+pub const LEAK: [u8; 3] = WRONG_OBJECT;
+
+/// Bytes that are off by the first are drawn in the first colour, from the second on in the last.
+pub const LEVEL_RANGE: (u8, u8) = (1, 64);
+
 /// Small to large errors of `t`, evenly apart, as red, green, blue and opacity: a small error is
 /// faint on a light and on a dark page.
 pub const RAMP: [[u8; 4]; 3] =
@@ -27,18 +35,29 @@ const STEPS: f64 = 48.0;
 
 /// The picture as a kernel shows it.
 pub fn picture_data(picture: &ErrorPicture) -> Option<String> {
-    encode(picture, ColorType::Rgb, picture.srgb.as_flattened())
+    encode([picture.width, picture.height], ColorType::Rgb, picture.srgb.as_flattened())
 }
 
 /// Its errors; the right background is transparent.
 pub fn fault_data(picture: &ErrorPicture) -> Option<String> {
     let colors: Vec<[u8; 4]> = picture.faults.iter().map(fault_color).collect();
-    encode(picture, ColorType::Rgba, colors.as_flattened())
+    encode([picture.width, picture.height], ColorType::Rgba, colors.as_flattened())
 }
 
-fn encode(picture: &ErrorPicture, color: ColorType, bytes: &[u8]) -> Option<String> {
+/// The picture as a kernel lights it.
+pub fn light_data(picture: &LightPicture) -> Option<String> {
+    encode([picture.width, picture.height], ColorType::Rgb, picture.srgb.as_flattened())
+}
+
+/// Its errors; what is right is transparent.
+pub fn light_fault_data(picture: &LightPicture) -> Option<String> {
+    let colors: Vec<[u8; 4]> = picture.faults.iter().map(light_fault_color).collect();
+    encode([picture.width, picture.height], ColorType::Rgba, colors.as_flattened())
+}
+
+fn encode([width, height]: [u32; 2], color: ColorType, bytes: &[u8]) -> Option<String> {
     let mut file = Vec::new();
-    let mut encoder = Encoder::new(&mut file, picture.width, picture.height);
+    let mut encoder = Encoder::new(&mut file, width, height);
     encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
@@ -48,8 +67,23 @@ fn encode(picture: &ErrorPicture, color: ColorType, bytes: &[u8]) -> Option<Stri
     Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
 }
 
+fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
+    [r, g, b, 0xff]
+}
+
+fn light_fault_color(fault: &LightFault) -> [u8; 4] {
+    match *fault {
+        LightFault::Right => [0; 4],
+        LightFault::FalseShadow => opaque(FALSE_SHADOW),
+        LightFault::Leak => opaque(LEAK),
+        LightFault::Bytes { levels } => {
+            let [low, high] = [LEVEL_RANGE.0, LEVEL_RANGE.1].map(|level| f64::from(level).log2());
+            ramp(((f64::from(levels).log2() - low) / (high - low)).clamp(0.0, 1.0))
+        }
+    }
+}
+
 fn fault_color(fault: &Fault) -> [u8; 4] {
-    let opaque = |[r, g, b]: [u8; 3]| [r, g, b, 0xff];
     match fault {
         Fault::Background => [0; 4],
         Fault::FalseHit => opaque(FALSE_HIT),
@@ -81,6 +115,19 @@ pub fn css(color: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_fault_of_light_has_its_own_color() {
+        let of = |levels| light_fault_color(&LightFault::Bytes { levels });
+        assert_eq!(light_fault_color(&LightFault::Right)[3], 0, "transparent");
+        assert_eq!((of(1), of(64), of(255)), (RAMP[0], RAMP[2], RAMP[2]));
+        assert!(of(1)[3] < of(4)[3] && of(4)[3] < of(32)[3]);
+        let [r, g, b] = FALSE_SHADOW;
+        assert_eq!(light_fault_color(&LightFault::FalseShadow), [r, g, b, 0xff]);
+        let [r, g, b] = LEAK;
+        assert_eq!(light_fault_color(&LightFault::Leak), [r, g, b, 0xff]);
+        assert_ne!(LEAK, FALSE_SHADOW);
+    }
 
     #[test]
     fn each_fault_has_its_own_color() {

@@ -1,6 +1,7 @@
 //! A [`Report`] as one HTML page that needs nothing beside itself: no script, no other file.
 
 mod heat;
+mod light;
 mod pictures;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -87,6 +88,7 @@ pub fn html(report: &Report) -> String {
                             }
                         }
                     }
+                    (light::section(report, &cast))
                     @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
                         section {
                             h2 { "Sweep: " (own.name) }

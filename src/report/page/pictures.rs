@@ -35,11 +35,18 @@ pub fn section(pictures: &[ErrorPicture], scenes: &[SceneResult]) -> Markup {
     }
 }
 
+/// A colour of a legend and its meaning.
+pub fn swatch(color: [u8; 3], words: &str) -> Markup {
+    html! { span { i style=(format!("background:{}", css(&color))) {} (words) } }
+}
+
+/// The colours of a legend from small to large errors.
+pub fn ramp() -> Markup {
+    let colors: Vec<String> = RAMP.iter().map(|color| css(color)).collect();
+    html! { i.ramp style=(format!("background:linear-gradient(to right,{})", colors.join(","))) {} }
+}
+
 fn legend() -> Markup {
-    let ramp: Vec<String> = RAMP.iter().map(|color| css(color)).collect();
-    let swatch = |color: [u8; 3], words: &str| {
-        html! { span { i style=(format!("background:{}", css(&color))) {} (words) } }
-    };
     html! {
         div.legend {
             (swatch(FALSE_HIT, "false hit"))
@@ -47,7 +54,7 @@ fn legend() -> Markup {
             (swatch(WRONG_OBJECT, "wrong object"))
             span {
                 "right, error of t: up to " (quantity(ULP_RANGE.0)) " ulp"
-                i.ramp style=(format!("background:linear-gradient(to right,{})", ramp.join(","))) {}
+                (ramp())
                 (typeset(&quantity(ULP_RANGE.1))) " ulp and more"
             }
         }
@@ -57,21 +64,23 @@ fn legend() -> Markup {
 fn row(picture: &ErrorPicture) -> Markup {
     let kernel = &picture.contestant.kernel;
     let what = format!("{}, kernel {kernel}", picture.scene);
+    let size = [picture.width, picture.height];
     html! {
         p {
             span.key.(kernel_class(kernel)) {} strong { (kernel) } br;
             span.soft { (short_name(&picture.contestant.device)) } br;
             (summary(&picture.faults))
         }
-        (image(picture, picture_data(picture), &format!("{what}: the picture")))
-        (image(picture, fault_data(picture), &format!("{what}: its errors")))
+        (image(size, picture_data(picture), &format!("{what}: the picture")))
+        (image(size, fault_data(picture), &format!("{what}: its errors")))
     }
 }
 
-fn image(picture: &ErrorPicture, data: Option<String>, what: &str) -> Markup {
+/// A picture that is in the page itself.
+pub fn image([width, height]: [u32; 2], data: Option<String>, what: &str) -> Markup {
     html! {
         @match data {
-            Some(data) => img src=(data) width=(picture.width) height=(picture.height) alt=(what);,
+            Some(data) => img src=(data) width=(width) height=(height) alt=(what);,
             None => p { "no picture" },
         }
     }

@@ -1,0 +1,177 @@
+//! The exact results of rays, and which rays to compare.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape};
+use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
+use crate::random::SplitMix;
+use crate::rays::Pixels;
+use crate::scene::{Object, Scene};
+use crate::trace::Ray;
+
+/// Bytes of a ray that is compared: its index, what is exact about it, and the same once more on the
+/// way.
+pub const SAMPLE_BYTES: u64 = 128;
+
+/// The exact results for some of the rays.
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// The rays, as indices into the [`Hits`](crate::trace::Hits) of all rays.
+    pub index: Vec<usize>,
+    /// Object ids, 0 for the background.
+    pub id: Vec<u32>,
+    /// The exact `t`, rounded to f64; +∞ on the background.
+    pub t: Vec<f64>,
+    /// The exact unit normals, each component rounded to f64; zero on the background.
+    pub normal: Vec<[f64; 3]>,
+}
+
+impl Truth {
+    /// The truth about the pixels with these indices; `control` counts each as a ray.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
+    pub fn of_pixels(
+        scene: &Scene,
+        pixels: &Pixels,
+        index: Vec<usize>,
+        control: &Control,
+    ) -> Result<Truth> {
+        let rays = ExactPixels::new(pixels);
+        let ray = |i| {
+            let (x, y) = pixels.xy(i);
+            let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
+            let ray = Ray { origin, direction };
+            (rays.ray(x, y), Near { reference: pixels.view.position, ray })
+        };
+        Truth::of_rays(scene, index, ray, control)
+    }
+
+    /// The truth about all rays of a list; `control` counts each.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
+    pub fn of_list(scene: &Scene, rays: &[Ray], control: &Control) -> Result<Truth> {
+        let all = (0..rays.len()).collect();
+        let ray = |i: usize| {
+            let Ray { origin, direction } = rays[i];
+            let ray = Ray { origin: DVec3::ZERO, direction };
+            (ExactRay::new(&rays[i]), Near { reference: origin, ray })
+        };
+        Truth::of_rays(scene, all, ray, control)
+    }
+
+    fn of_rays(
+        scene: &Scene,
+        index: Vec<usize>,
+        ray: impl Fn(usize) -> (ExactRay, Near) + Sync,
+        control: &Control,
+    ) -> Result<Truth> {
+        let seen = index.par_iter().map(|&i| {
+            control.check()?;
+            control.advance(1);
+            let (exact, near) = ray(i);
+            Ok(see(scene, &exact, &near))
+        });
+        let seen: Vec<(u32, f64, [f64; 3])> = seen.collect::<Result<_>>()?;
+        Ok(Truth {
+            index,
+            id: seen.iter().map(|seen| seen.0).collect(),
+            t: seen.iter().map(|seen| seen.1).collect(),
+            normal: seen.iter().map(|seen| seen.2).collect(),
+        })
+    }
+}
+
+/// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
+pub(super) struct Near {
+    pub reference: DVec3,
+    pub ray: Ray,
+}
+
+/// Id, `t` and normal of the object that a ray sees.
+fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> (u32, f64, [f64; 3]) {
+    let Some(hit) = hit_of(scene, ray, near) else {
+        return (0, f64::INFINITY, [0.0; 3]);
+    };
+    let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
+    let normal = normal.map_or([0.0; 3], |normal| normal.map(|component| component.to_f64()));
+    (hit.id, hit.t_f64(), normal)
+}
+
+/// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
+/// hierarchy: this is what one is judged by.
+pub(super) fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<ExactHit> {
+    let objects = scene
+        .objects()
+        .filter(|(_, object)| !is_clearly_missed(near, object))
+        .map(|(id, object)| (id, Shape::from(object)));
+    exact::nearest(ray, objects)
+}
+
+/// True where the line of a ray whose numbers are exact to f64 passes a sphere at a distance, and so
+/// surely misses it. The offset, the cross product, the lengths and the direction are off by some
+/// `2⁻⁵⁰` of the lengths' product, a thousandth of what is granted. Numbers whose squares leave
+/// f64's range rule nothing out.
+fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
+    const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
+    let Object::Sphere(sphere) = object else { return false };
+    let from_reference = sphere.center - *reference;
+    let l = from_reference - ray.origin;
+    let distance = from_reference.length() + ray.origin.length();
+    let reach = sphere.radius.abs() * (1.0 + GRANTED) + distance * GRANTED;
+    let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+    let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
+    const LEAST: f64 = 1e-140;
+    passed > reached && reach > LEAST && passed.is_finite()
+}
+
+/// `n` different indices below `total`, ascending, drawn at random from `seed`; all of them when
+/// `n` is not less.
+pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
+    if n >= total {
+        return (0..total).collect();
+    }
+    let mut random = SplitMix::new(seed);
+    // Floyd's algorithm: n draws, whatever the total. A bit for each index, 128 MiB for the largest
+    // picture, is ten times as quick as a tree.
+    let mut chosen = vec![0_u64; total.div_ceil(64)];
+    let mut insert = |index: usize| {
+        let (word, bit) = (&mut chosen[index / 64], 1 << (index % 64));
+        let is_new = *word & bit == 0;
+        *word |= bit;
+        is_new
+    };
+    for top in total - n..total {
+        let drawn = (u128::from(random.next()) * (top as u128 + 1)) >> 64;
+        if !insert(drawn as usize) {
+            insert(top);
+        }
+    }
+    let mut indices = Vec::with_capacity(n);
+    for (at, &word) in chosen.iter().enumerate().filter(|(_, word)| **word != 0) {
+        indices.extend((0..64).filter(|bit| word >> bit & 1 == 1).map(|bit| 64 * at + bit));
+    }
+    indices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_different_ascending_and_repeatable() {
+        let sample_of = |seed| sample(10_000, 500, seed);
+        let chosen = sample_of(7);
+        assert_eq!(chosen.len(), 500);
+        assert!(chosen.windows(2).all(|pair| pair[0] < pair[1]) && chosen[499] < 10_000);
+        assert_eq!(chosen, sample_of(7));
+        assert_ne!(chosen, sample_of(8));
+        let mean = chosen.iter().sum::<usize>() / 500;
+        assert!((4500..5500).contains(&mean), "{mean}");
+        assert_eq!(sample(3, 9, 0), [0, 1, 2]);
+    }
+}
