@@ -115,9 +115,11 @@
 //!    ([`exact::nearest`]) the rest; `certify/rows.rs` fills in `t` and normals of neighbours that see
 //!    one object, `certify/lanes.rs` those of others, or `shaders/surface.wgsl` on a GPU where it is
 //!    sure of each byte.
-//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit or sampled ones by
-//!    [`shade::Lit::shade`], in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
-//!    (`exact/light.rs`, `shade/mean.rs`).
+//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
+//!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
+//!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`.
+//!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which
+//!    pixels show one object alone.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!

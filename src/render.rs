@@ -212,7 +212,7 @@ pub fn paint_only(
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         // What flat colours take is part of writing them.
-        if let Painter::Lit(_) = painter {
+        if let Painter::Sampled(_) = painter {
             rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
         }
     }

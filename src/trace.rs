@@ -3,8 +3,10 @@
 use std::time::Duration;
 
 use bytemuck::Zeroable;
+use rayon::prelude::*;
 
 pub use crate::kernel::Kernel;
+use crate::kernel::certified::UNDECIDED;
 pub use crate::rays::{Ray, Rays};
 
 /// The outputs that the caller will look at beyond the ids. The others are not computed.
@@ -97,6 +99,77 @@ impl Hits {
     }
 }
 
+/// What the samples of pixels see, `n` × `n` of each.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// For each pixel the object that all its samples see, or [`UNDECIDED`].
+    pub whole: Vec<u32>,
+    /// Indices of the pixels that show several, ascending.
+    pub mixed: Vec<u32>,
+    /// The ids of their samples: row by row of a pixel, one pixel after the other.
+    pub ids: Vec<u32>,
+    /// Samples of a pixel.
+    pub n_each: usize,
+    /// How many samples each stage decided, those of whole pixels among them.
+    pub counts: StageCounts,
+}
+
+/// The pixels of some rows that show several objects, and their samples.
+pub(crate) type Mixed = (Vec<u32>, Vec<u32>);
+
+impl Samples {
+    /// Pixels with one sample each.
+    pub fn of_ids(ids: &[u32]) -> Samples {
+        Samples { whole: ids.to_vec(), n_each: 1, ..Samples::default() }
+    }
+
+    /// Takes in what all samples see, as rows of a picture that is `n` times as large as one of so many
+    /// columns.
+    pub fn gather(&mut self, hits: &Hits, n_columns: usize, n: usize) {
+        let (n_columns, row) = (n_columns.max(1), n_columns.max(1) * n);
+        let ids_of_row = hits.id.par_chunks_exact(row * n);
+        resize(&mut self.whole, hits.id.len() / (n * n));
+        let rows = self.whole.par_chunks_mut(n_columns).zip(ids_of_row).enumerate();
+        let mixed = rows.map(|(y, (whole, ids))| {
+            let (mut mixed, mut samples) = Mixed::default();
+            for (x, whole) in whole.iter_mut().enumerate() {
+                let mut rows = ids.chunks_exact(row).map(|ids| &ids[x * n..][..n]);
+                *whole = ids[x * n];
+                if !rows.clone().flatten().all(|id| id == whole) {
+                    *whole = UNDECIDED;
+                    mixed.push((y * n_columns + x) as u32);
+                    rows.by_ref().for_each(|ids| samples.extend(ids));
+                }
+            }
+            (mixed, samples)
+        });
+        let mixed = mixed.collect();
+        self.set_mixed(mixed, n);
+        self.counts = hits.counts;
+    }
+
+    /// Replaces the pixels that show several objects, from top to bottom.
+    pub(crate) fn set_mixed(&mut self, mixed: Vec<Mixed>, n: usize) {
+        self.n_each = n * n;
+        self.mixed.clear();
+        self.ids.clear();
+        for (mixed, ids) in mixed {
+            self.mixed.extend(mixed);
+            self.ids.extend(ids);
+        }
+    }
+
+    /// How many samples of each pixel hit an object.
+    pub fn coverage(&self) -> Coverage {
+        let whole = |&id: &u32| if id == 0 { 0 } else { self.n_each as u16 };
+        let mut n_hits: Vec<u16> = self.whole.par_iter().map(whole).collect();
+        for (&pixel, ids) in self.mixed.iter().zip(self.ids.chunks_exact(self.n_each)) {
+            n_hits[pixel as usize] = ids.iter().filter(|&&id| id != 0).count() as u16;
+        }
+        Coverage { n_hits, n_samples: self.n_each as u16 }
+    }
+}
+
 /// How many samples of each of consecutive pixels hit an object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coverage {
@@ -128,7 +201,7 @@ impl Coverage {
 }
 
 /// Makes `n` values of any kind. New memory comes zeroed and is first touched by who writes to it.
-fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
+pub(crate) fn resize<T: Zeroable + Copy>(values: &mut Vec<T>, n: usize) {
     match n > values.capacity() {
         true => *values = bytemuck::zeroed_vec(n),
         false => values.resize(n, T::zeroed()),

@@ -6,7 +6,25 @@ use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
-use crate::trace::{Hits, Rays, Timing, Wants};
+use crate::rays::Pixels;
+use crate::trace::{Hits, Rays, Samples, Timing, Wants};
+
+/// [`Tracer::trace_samples`] of a backend that traces each sample.
+///
+/// # Errors
+/// Those of [`Tracer::trace`].
+pub fn trace_all_samples<T: Tracer + ?Sized>(
+    tracer: &mut T,
+    pixels: &Pixels,
+    n: u32,
+    control: &Control,
+    hits: &mut Hits,
+    samples: &mut Samples,
+) -> Result<Timing> {
+    let timing = tracer.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
+    samples.gather(hits, pixels.width as usize, n as usize);
+    Ok(timing)
+}
 
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer: Send {
@@ -58,6 +76,22 @@ pub trait Tracer: Send {
             _ => self.propose(rays, control, hits)?,
         };
         self.certify(rays, control, hits, timing)
+    }
+
+    /// What the samples of `pixels` see, `n` × `n` of each. The scene is prepared for the picture of the samples,
+    /// [`Pixels::samples`]; `hits` are room for them.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn trace_samples(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        control: &Control,
+        hits: &mut Hits,
+        samples: &mut Samples,
+    ) -> Result<Timing> {
+        trace_all_samples(self, pixels, n, control, hits, samples)
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an

@@ -7,12 +7,16 @@ mod adversarial;
 
 use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
-use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PIXELS, UNIT_F32, UNIT_F64};
+use kugelblitz::guard::{
+    self, Guard, InputError, LIST, LIST_F64, PIXELS, Reach, UNIT_F32, UNIT_F64,
+};
 use kugelblitz::guard::{rows, steps};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
-    Nearness, closest_approach, half_chord_radius, normalized, outside_nearness,
+    Nearness, Widening, closest_approach, half_chord_radius, normalized, outside_nearness,
 };
+use kugelblitz::rays::{CameraF64, Pixels, View};
+use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -372,6 +376,66 @@ fn the_widening() {
         Some((w / (exact * f64::from(narrower)) - 1.0) / UNIT_F32)
     });
     assert_tight("WIDENING", guard::WIDENING, found);
+}
+
+/// The rays of the corners of squares of pixels, against that of the middle: the parts of what is said
+/// that their directions, `1/a` and their origins take at most.
+fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
+    let fov_degrees = rng.random_range(5.0..150.0);
+    let projection = match rng.random_bool(0.3) {
+        true => Projection::Orthographic { height: rng.random_range(0.1..100.0) },
+        false => Projection::Perspective { fov_degrees },
+    };
+    let look_at = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+    let pixels = Pixels::whole(
+        View::new(&Camera { projection, ..Camera::new(DVec3::ZERO, look_at) }),
+        rng.random_range(64..2000),
+        rng.random_range(64..2000),
+    );
+    let side = 1 << rng.random_range(0..5);
+    let reach = Reach::new(&pixels, side);
+    if reach.turned > guard::LARGEST_TURN {
+        return [0.0; 3];
+    }
+    let camera = CameraF64::new(&pixels);
+    let mut at = |size: u32| f64::from(rng.random_range(0..=size) as i32 * 2 - size as i32);
+    let (i, j) = (at(pixels.image_width), at(pixels.image_height));
+    let middle = camera.camera_ray(i, j);
+    let vector = |v: Vec3<f64>| DVec3::from_array(v.0);
+    let widened = guard::widening_f32();
+    let grown = |w: &Widening<f32>| [w.wider - widened.wider, widened.narrower - w.narrower];
+    let growth = grown(&reach.widening_f32()).map(f64::from);
+    let mut parts: [f64; 3] = [0.0; 3];
+    for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+        let half = f64::from(side);
+        let corner = camera.camera_ray(i + x * half, j + y * half);
+        let turned = (vector(corner.direction) - vector(middle.direction)).length();
+        let apart = (vector(corner.origin) - vector(middle.origin)).length();
+        let of = |needed: f64, said: f64| if needed == 0.0 { 0.0 } else { needed / said };
+        let inverse = corner.inv_a / middle.inv_a;
+        for (part, new) in parts.iter_mut().zip([
+            of(turned / vector(corner.direction).length(), reach.turned),
+            of(f64::max(1.0 - inverse, 0.0), growth[1])
+                .max(of(f64::max(inverse - 1.0, 0.0), growth[0])),
+            of(apart, reach.apart),
+        ]) {
+            *part = part.max(new);
+        }
+    }
+    parts
+}
+
+#[test]
+fn squares_of_pixels() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1425);
+    let mut worst: [f64; 3] = [0.0; 3];
+    for _ in 0..20_000 {
+        for (worst, part) in worst.iter_mut().zip(part_of_reach(&mut rng)) {
+            *worst = worst.max(part);
+        }
+    }
+    println!("turned, 1/a, apart: {worst:.3?} of what is said");
+    assert!(worst.iter().all(|&part| part <= 1.0 && part > 0.5), "{worst:?}");
 }
 
 /// `t` from a nearness, as [`guard::t_bound_f32`] and its twins.

@@ -17,10 +17,12 @@ mod oracle;
 #[path = "common/setups.rs"]
 mod setups;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use common::{camera, gpu, in_cube, log_uniform};
+use exr::prelude::{ReadChannels, ReadLayers};
 use glam::{DVec3, dvec3};
 use kugelblitz::Session;
 use kugelblitz::control::Control;
@@ -471,6 +473,30 @@ fn samples_of_a_uniform_pixel_are_one() {
     }
 }
 
+/// Samples of pixels without light, most of which show one object alone, before every background.
+#[test]
+fn samples_without_light() {
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    for n_samples in 1..=4 {
+        for background in [Background::Shown, Background::LeftOut, Background::Black] {
+            let case = world(&mut rng, n_samples);
+            let mut scene = (*case.scene).clone();
+            (scene.lights, scene.sky, scene.ambient) = (Vec::new(), None, None);
+            scene.background = Color([0.1, 0.7, 0.3]);
+            // Else there is no background.
+            scene.planes.truncate((n_samples % 2) as usize);
+            let mut case =
+                LightCase { background, ..LightCase::new(scene, case.pixels, n_samples) };
+            if n_samples > 2 {
+                (case.pixels.view.lens, case.pixels.view.h) = (Lens::Orthographic, 4.5);
+            }
+            for device in [CPU, &Device::Gpu(gpu())] {
+                assert_right("without light", &case, device, 1);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_sun_is_a_point_very_far_away() {
     for case in worlds() {
@@ -541,8 +567,31 @@ fn sessions_and_files_have_the_same_numbers() {
                 })
                 .collect();
             assert_eq!(linear, expected.linear);
+            let exr = exr_channels(&write("picture.exr", Bits::Eight));
+            let color = |at: usize| ["R", "G", "B"].map(|channel| exr[channel][at]);
+            let linear: Vec<[f32; 3]> = (0..40 * 25).map(color).collect();
+            assert_eq!(linear, expected.linear);
+            assert!(exr["A"].iter().all(|&alpha| alpha == 1.0));
         }
     }
+}
+
+/// The channels of floats of an EXR file.
+fn exr_channels(path: &Path) -> HashMap<String, Vec<f32>> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap();
+    let channels = image.layer_data.channel_data.list.into_iter();
+    let floats = channels.filter_map(|channel| match channel.sample_data {
+        exr::prelude::FlatSamples::F32(floats) => Some((channel.name.to_string(), floats)),
+        _ => None,
+    });
+    floats.collect()
 }
 
 // ---------------------------------------------------------------------------------------------

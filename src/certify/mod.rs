@@ -217,7 +217,6 @@ pub fn undecided(
 }
 
 /// The object of a ray that f32 left undecided.
-#[cfg(feature = "view")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Decided {
     /// Index of the ray.
@@ -228,11 +227,10 @@ pub struct Decided {
     pub level: Level,
 }
 
-/// Decides some of the rays that [`undecided`] gave, for those who show a picture meanwhile.
+/// Decides some of the rays that [`undecided`] gave, for those who look at some alone.
 ///
 /// # Errors
 /// [`crate::Error::Interrupted`] when `control` was cancelled.
-#[cfg(feature = "view")]
 pub fn decide(
     prepared: &Prepared,
     rays: &Rays,

@@ -36,7 +36,7 @@ pub struct Pack {
 
 impl Pack {
     /// No points.
-    const NONE: Pack = Pack {
+    pub(crate) const NONE: Pack = Pack {
         id: [0; LANES],
         at: [[0.0; LANES]; 3],
         error: [f64::INFINITY; LANES],

@@ -1,6 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
 mod in_f64;
+mod squares;
 mod tile;
 mod walk;
 
@@ -20,9 +21,10 @@ use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
 use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
-use crate::trace::{Hits, Timing, Wants};
-use crate::tracer::Tracer;
+use crate::trace::{Hits, Samples, Timing, Wants};
+use crate::tracer::{Tracer, trace_all_samples};
 pub use in_f64::propose_in_f64;
+use squares::Squares;
 use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
 
 /// Rays that one thread takes at a time from a list.
@@ -90,6 +92,20 @@ impl Tracer for CpuTracer {
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.prepared = prepared;
         Ok(())
+    }
+
+    fn trace_samples(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        control: &Control,
+        hits: &mut Hits,
+        samples: &mut Samples,
+    ) -> Result<Timing> {
+        match Squares::new(&self.prepared, pixels, n) {
+            Some(squares) => squares.trace(control, samples),
+            None => trace_all_samples(self, pixels, n, control, hits, samples),
+        }
     }
 
     fn bytes_device(&self) -> u64 {

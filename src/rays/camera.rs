@@ -313,12 +313,16 @@ impl CameraF32 {
         }
     }
 
-    /// [`CameraF32::camera_ray`] of pixels side by side, at `i` in the row `j`.
+    /// [`CameraF32::camera_ray`] of pixels side by side.
     #[inline(always)]
-    pub(crate) fn camera_rays<S: pulp::Simd>(&self, i: WideF32<S>, j: i64) -> RayOf<WideF32<S>> {
+    pub(crate) fn camera_rays<S: pulp::Simd>(
+        &self,
+        i: WideF32<S>,
+        j: WideF32<S>,
+    ) -> RayOf<WideF32<S>> {
         let [origin, forward, right_step, true_up_step] =
             [self.origin, self.forward, self.right_step, self.true_up_step].map(|v| i.like3(v));
-        let (j, zero) = (i.like(j as f32), i.like3(Vec3::ZERO));
+        let zero = i.like3(Vec3::ZERO);
         let (origin, direction) = match self.lens {
             Lens::Perspective => (origin, (forward + right_step * i) + true_up_step * j),
             Lens::Orthographic => (origin + (right_step * i + true_up_step * j), forward),

@@ -1,6 +1,5 @@
-//! Hits → colours where a scene has light or a pixel several samples: every number that of exact
-//! arithmetic. f64 with bounds decides nearly all pixels, each by the interval of its mean; the rest are
-//! decided exactly.
+//! Hits → colours where a scene has light: every number that of exact arithmetic. f64 with bounds decides
+//! nearly all pixels, each by the interval of its mean; the rest are decided exactly.
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
@@ -8,10 +7,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::finder::{Finder, Row};
+use super::finder::{Finder, PACKS, Room, Row};
 use super::lamp::Lighting;
 use super::mean::ExactMean;
-use super::{Background, Colors, PIXELS_AT_ONCE, Style, plain};
+use super::written::{Interval, Written};
+use super::{Background, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -21,27 +21,20 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::scene::{Color, Edges, Scene};
+use crate::scene::{Color, Scene};
 use crate::trace::{Coverage, Rays, StageCounts};
 
 /// Shades the pictures of one scene and one camera.
 #[derive(Debug)]
 pub struct Lit {
     scene: Arc<Scene>,
-    pub(super) lighting: Option<Lighting>,
+    pub(super) lighting: Lighting,
     pub(super) style: Style,
 }
 
-/// Bounds of a number.
-#[derive(Clone, Copy, Debug, Default)]
-struct Interval {
-    low: f64,
-    high: f64,
-}
-
 impl Lit {
-    /// A shader for a scene with light, or for pixels of several samples.
-    pub fn new(scene: Arc<Scene>, lighting: Option<Lighting>, style: Style) -> Lit {
+    /// A shader for a scene with this light.
+    pub fn new(scene: Arc<Scene>, lighting: Lighting, style: Style) -> Lit {
         Lit { scene, lighting, style }
     }
 
@@ -68,56 +61,33 @@ impl Lit {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn shade(
+    pub fn shade<T: Written>(
         &self,
-        prepared: &Prepared,
-        samples: &Pixels,
-        ids: &[u32],
+        (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
         control: &Control,
-        colors: &mut Colors,
+        colors: &mut Vec<T>,
     ) -> Result<StageCounts> {
         let n_pixels = ids.len() / self.style.n_samples.pow(2) as usize;
         let job = Job { lit: self, ids, row: samples.width as usize };
+        colors.clear();
+        colors.resize(n_pixels, T::default());
         if prepared.kernel != Kernel::Certified {
             return plain::with_means(&job, prepared, samples, self.style.epsilon, |mean| {
-                let code = |edges: &Edges, at| mean(at).map(|x| edges.number(x));
-                let (srgb8, srgb16) = (Edges::srgb8(), Edges::srgb16());
-                match colors {
-                    Colors::Srgb8(out) => job.run(n_pixels, control, out, |at, _| {
-                        code(srgb8, at).map(|code| code as u8)
-                    }),
-                    Colors::Srgb16(out) => {
-                        job.run(n_pixels, control, out, |at, _| code(srgb16, at))
-                    }
-                    Colors::Linear(out) => {
-                        job.run(n_pixels, control, out, |at, _| mean(at).map(|x| x as f32))
-                    }
-                }?;
+                job.run(control, colors, |pixel| T::of_plain(mean(pixel)))?;
                 Ok(plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double))
             });
         }
         let rays = Rays::Pixels(*samples);
-        let finder = Finder::new(prepared, &rays, self.lighting.as_ref());
-        let job = Certified { job, finder: &finder };
-        match colors {
-            Colors::Srgb8(out) => {
-                let edges = Edges::srgb8();
-                job.run(n_pixels, control, out, |bounds, at, counts| {
-                    job.code(bounds, at, edges, 255, counts).map(|code| code as u8)
-                })
-            }
-            Colors::Srgb16(out) => {
-                let edges = Edges::srgb16();
-                job.run(n_pixels, control, out, |bounds, at, counts| {
-                    job.code(bounds, at, edges, u16::MAX, counts)
-                })
-            }
-            Colors::Linear(out) => {
-                job.run(n_pixels, control, out, |bounds, at, n| job.linear(bounds, at, n))
-            }
-        }
+        let finder = Finder::new(prepared, &rays, &self.lighting);
+        Certified { job, finder: &finder }.run(control, colors)
     }
 }
+
+/// Rows whose parts follow each other: what is in the way of one row is in the cache for the next one.
+const STRIP_ROWS: usize = 8;
+
+/// Most pixels of a row that are painted before the next row.
+const MOST_COLUMNS: usize = 128;
 
 /// The pixels of one call.
 #[derive(Clone, Copy)]
@@ -129,39 +99,29 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn run<T: Send + Default + Copy>(
+    fn run<T: Send>(
         &self,
-        n_pixels: usize,
         control: &Control,
-        out: &mut Vec<[T; 3]>,
-        pixel: impl Fn(usize, &mut StageCounts) -> [T; 3] + Sync,
-    ) -> Result<StageCounts> {
-        out.clear();
-        out.resize(n_pixels, [T::default(); 3]);
+        out: &mut [T],
+        pixel: impl Fn(usize) -> T + Sync,
+    ) -> Result<()> {
         let part = self.part();
-        out.par_chunks_mut(part)
-            .enumerate()
-            .map(|(number, out)| {
-                control.check()?;
-                host::check()?;
-                self.advance(control, out.len());
-                let mut counts = StageCounts::default();
-                for (at, out) in (number * part..).zip(out) {
-                    *out = pixel(at, &mut counts);
-                }
-                Ok(counts)
-            })
-            .try_reduce(StageCounts::default, |mut sum, other| {
-                sum.add(other);
-                Ok(sum)
-            })
+        out.par_chunks_mut(part).enumerate().try_for_each(|(number, out)| {
+            control.check()?;
+            host::check()?;
+            self.advance(control, out.len());
+            for (at, out) in (number * part..).zip(out) {
+                *out = pixel(at);
+            }
+            Ok(())
+        })
     }
 
-    /// The object that all samples of a pixel see, the first one of which is `first`, if it is one.
-    fn only_id(&self, first: usize) -> Option<u32> {
-        let (n, id) = (self.lit.style.n_samples as usize, self.ids[first]);
+    /// True where no sample of a pixel sees an object; its first one is `first`.
+    fn is_background(&self, first: usize) -> bool {
+        let n = self.lit.style.n_samples as usize;
         let mut rows = (0..n).map(|row| &self.ids[first + row * self.row..][..n]);
-        rows.all(|row| row.iter().all(|&other| other == id)).then_some(id)
+        rows.all(|row| row.iter().all(|&id| id == 0))
     }
 
     /// The number that the sum of a pixel's samples is divided by.
@@ -177,16 +137,14 @@ impl Job<'_> {
 
     /// Counts the light of pixels that are about to get it.
     fn advance(&self, control: &Control, n_pixels: usize) {
-        if self.lit.lighting.is_some() {
-            control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
-        }
+        control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
     }
 
-    /// Pixels that take a moment, between which Ctrl-C is looked at.
+    /// Pixels of a row that take a moment, between which Ctrl-C is looked at.
     fn part(&self) -> usize {
-        let n_lamps = self.lit.lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
-        let n_questions = self.lit.style.n_samples.pow(2) as usize * (n_lamps + 1);
-        (PIXELS_AT_ONCE / n_questions).clamp(16, PIXELS_AT_ONCE / 8)
+        let n_questions =
+            self.lit.style.n_samples.pow(2) as usize * (self.lit.lighting.lamps.len() + 1);
+        (PIXELS_AT_ONCE / n_questions).clamp(16, MOST_COLUMNS)
     }
 
     /// Index of a pixel's first sample.
@@ -219,88 +177,68 @@ struct Certified<'a> {
 }
 
 impl Certified<'_> {
-    /// Fills `out` with what `pixel` makes of the bounds of each pixel's mean.
-    fn run<T: Send + Default + Copy>(
-        &self,
-        n_pixels: usize,
-        control: &Control,
-        out: &mut Vec<[T; 3]>,
-        pixel: impl Fn([Interval; 3], usize, &mut StageCounts) -> [T; 3] + Sync,
-    ) -> Result<StageCounts> {
-        out.clear();
-        out.resize(n_pixels, [T::default(); 3]);
-        let row = self.job.row / self.job.lit.style.n_samples as usize;
-        let part = self.job.part();
-        let rows = out.par_chunks_mut(row).enumerate();
-        rows.map(|(y, out)| {
-            let mut work = Work::new(self);
-            for (number, out) in out.chunks_mut(part).enumerate() {
-                control.check()?;
-                host::check()?;
-                let first = y * row + number * part;
-                work.find(first, out.len());
-                self.job.advance(control, out.len());
-                let (first_sample, n) = (self.job.first_sample(first), out.len());
-                for (at, out) in out.iter_mut().enumerate() {
-                    let bounds = work.bounds(first + at, first_sample, at, n);
-                    *out = pixel(bounds, first + at, &mut work.counts);
-                }
+    /// Fills `out` with the colours of all pixels.
+    fn run<T: Written>(&self, control: &Control, out: &mut [T]) -> Result<StageCounts> {
+        let Certified { job, .. } = *self;
+        let n_samples = job.lit.style.n_samples as usize;
+        let (row, part) = (job.row / n_samples, job.part());
+        let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
+        let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
+            control.check()?;
+            host::check()?;
+            work.find(first, out.len(), number);
+            job.advance(control, out.len());
+            let first_sample = job.first_sample(first);
+            for (at, out) in out.iter_mut().enumerate() {
+                *out = match job.is_background(first_sample + at * n_samples) {
+                    true => background,
+                    false => work.color(first + at, at),
+                };
             }
-            Ok(work.counts)
-        })
-        .try_reduce(StageCounts::default, |mut sum, other| {
-            sum.add(other);
-            Ok(sum)
-        })
+            Ok(())
+        };
+        out.par_chunks_mut(row.max(1) * STRIP_ROWS)
+            .enumerate()
+            .try_fold(
+                || Work::new(self),
+                |mut work, (strip, out)| {
+                    for column in (0..row).step_by(part) {
+                        for (y, out) in out.chunks_mut(row).enumerate() {
+                            let first = (strip * STRIP_ROWS + y) * row + column;
+                            let out = &mut out[column..(column + part).min(row)];
+                            paint(&mut work, first, column / part, out)?;
+                        }
+                    }
+                    Ok(work)
+                },
+            )
+            .map(|work: Result<Work>| work.map(|work| work.counts))
+            .try_reduce(StageCounts::default, |mut sum, other| {
+                sum.add(other);
+                Ok(sum)
+            })
     }
 
-    fn code(
-        &self,
-        bounds: [Interval; 3],
-        pixel: usize,
-        edges: &Edges,
-        most: u16,
-        counts: &mut StageCounts,
-    ) -> [u16; 3] {
-        let low = bounds.map(|b| edges.number(b.low));
-        if low == bounds.map(|b| edges.number(b.high)) {
-            return low;
-        }
-        self.exact(pixel, counts, |mean, channel| {
-            mean.code(channel, low[channel], most, |code| edges.range(code).0)
-        })
-    }
-
-    fn linear(&self, bounds: [Interval; 3], pixel: usize, counts: &mut StageCounts) -> [f32; 3] {
-        let low = bounds.map(|b| b.low as f32);
-        if low == bounds.map(|b| b.high as f32) {
-            return low;
-        }
-        self.exact(pixel, counts, |mean, channel| mean.nearest_f32(channel, low[channel]))
-    }
-
-    /// Decides a pixel's channels exactly.
-    fn exact<T>(
+    /// Decides a pixel exactly.
+    fn exact<T: Written>(
         &self,
         pixel: usize,
+        bounds: &[Interval; 3],
         counts: &mut StageCounts,
-        decide: impl Fn(&ExactMean, usize) -> T,
-    ) -> [T; 3] {
-        let lighting = self.job.lit.lighting.as_ref();
-        let n_shares = lighting.map_or(1, |lighting| lighting.n_shares);
+    ) -> T {
+        let lighting = &self.job.lit.lighting;
         let sample = |at: usize| {
             let id = self.job.ids[at];
-            let point: Option<(ExactPoint, Shape)> =
-                lighting.and_then(|_| self.finder.stage.exact_point(at, id));
+            let point: Option<(ExactPoint, Shape)> = self.finder.stage.exact_point(at, id);
             (at, id, point)
         };
         let samples: Vec<_> = self.job.samples(pixel).map(sample).collect();
-        let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(n_shares));
-        let shares = integer(n_shares.into());
+        let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(lighting.n_shares));
+        let shares = integer(lighting.n_shares.into());
         for (at, id, point) in &samples {
             let color = self.job.color(*id).map(exact);
-            match (lighting, point) {
-                (Some(lighting), Some((point, shape))) => {
+            match point {
+                Some((point, shape)) => {
                     for channel in 0..3 {
                         let ambient = exact(lighting.ambient[channel]) * &shares;
                         mean.add(channel, &(ambient * &color[channel]));
@@ -316,129 +254,160 @@ impl Certified<'_> {
                         }
                     }
                 }
-                _ => {
+                None => {
                     for channel in 0..3 {
                         mean.add(channel, &(&color[channel] * &shares));
                     }
                 }
             }
         }
-        std::array::from_fn(|channel| decide(&mean, channel))
+        T::of_exact(&mean, bounds)
     }
 }
 
 /// Samples side by side on their way to bounds.
 struct Work<'a> {
     certified: &'a Certified<'a>,
-    completer: Option<Box<Completer<'a>>>,
+    completer: Box<Completer<'a>>,
     points: Points,
-    /// The light that each sample gets, row by row of the part.
-    light: Vec<[[Row; 2]; 3]>,
-    /// See [`Finder::light`], for each lamp.
-    last: Vec<Option<usize>>,
+    /// Bounds of the colours of the samples in the rows of a part, [`LANES`] together.
+    colors: Vec<[[Row; 2]; 3]>,
+    room: Room,
+    /// What the sum of a pixel's bounds may be off by, relative.
+    error: f64,
     counts: StageCounts,
 }
 
 impl<'a> Work<'a> {
     fn new(certified: &'a Certified<'a>) -> Work<'a> {
-        let lighting = certified.job.lit.lighting.as_ref();
+        let Certified { job, finder } = certified;
+        let n_lamps = job.lit.lighting.lamps.len();
+        let part = job.part() * job.lit.style.n_samples as usize;
+        // Of `n` terms, products of three numbers: `n + 4` roundings at most.
+        let n_terms = job.lit.style.n_samples.pow(2) as usize + n_lamps + 9;
         Work {
             certified,
-            completer: lighting.map(|_| Completer::new(&certified.finder.stage)),
+            completer: Completer::new(&finder.stage),
             points: Points::default(),
-            light: Vec::new(),
-            last: vec![None; lighting.map_or(0, |lighting| lighting.lamps.len())],
+            colors: Vec::new(),
+            room: Room::new(n_lamps, job.row.div_ceil(part) * part.div_ceil(LANES)),
+            error: n_terms as f64 * UNIT_F64,
             counts: StageCounts::default(),
         }
     }
 
-    /// Finds the light of the samples of `n` pixels in a row, from `first` on.
-    fn find(&mut self, first: usize, n: usize) {
+    /// Finds the colours of the samples of `n` pixels from `first` on, which are the part of a row with this
+    /// number.
+    fn find(&mut self, first: usize, n: usize, number: usize) {
         let Certified { job, finder } = self.certified;
-        let (Some(lighting), Some(completer)) = (&job.lit.lighting, &mut self.completer) else {
-            return;
-        };
-        self.light.clear();
+        self.colors.clear();
         let n_samples = job.lit.style.n_samples as usize;
         for row in 0..n_samples {
             let start = job.first_sample(first) + row * job.row;
             let ids = &job.ids[start..start + n * n_samples];
-            self.points.find(completer, start, ids);
-            let (light, packs) = (&mut self.light, &self.points.packs[..]);
-            let (last, counts) = (&mut self.last[..], &mut self.counts);
-            pulp::Arch::new().dispatch(FindLight { finder, lighting, packs, light, last, counts });
+            self.points.find(&mut self.completer, start, ids);
+            let (colors, packs) = (&mut self.colors, &self.points.packs[..]);
+            let (room, counts) = (&mut self.room, &mut self.counts);
+            let column = number * (job.part() * n_samples).div_ceil(LANES);
+            let find = FindColors { finder, job, packs, column, colors, room, counts };
+            pulp::Arch::new().dispatch(find);
         }
     }
 
-    /// Bounds of the mean of `pixel`, the one `at` in a part of `n` pixels whose first sample is given. Each sum of
-    /// `n` terms, products of three numbers, is off by `n + 4` roundings at most.
-    fn bounds(&self, pixel: usize, first_sample: usize, at: usize, n: usize) -> [Interval; 3] {
+    /// The colour of `pixel`, the one `at` in a part.
+    fn color<T: Written>(&mut self, pixel: usize, at: usize) -> T {
         let Certified { job, .. } = self.certified;
         let n_samples = job.lit.style.n_samples as usize;
-        if job.lit.lighting.is_none()
-            && let Some(id) = job.only_id(first_sample + at * n_samples)
-        {
-            return job.color(id).map(|part| Interval { low: part, high: part });
-        }
-        let packs_of_row = (n * n_samples).div_ceil(LANES);
-        let mut sums = [Interval::default(); 3];
+        let packs_of_row = self.colors.len() / n_samples;
+        let mut bounds = [Interval::default(); 3];
         for row in 0..n_samples {
-            let start = row * job.row;
-            let light = &self.light[row * packs_of_row.min(self.light.len())..];
+            let colors = &self.colors[row * packs_of_row..];
             for column in at * n_samples..(at + 1) * n_samples {
-                let id = job.ids[first_sample + start + column];
-                let color = job.color(id);
+                let (pack, lane) = (&colors[column / LANES], column % LANES);
                 for channel in 0..3 {
-                    let [low, high] = match (id, &job.lit.lighting) {
-                        (0, _) | (_, None) => [1.0; 2],
-                        _ => light[column / LANES][channel].map(|row| row[column % LANES]),
-                    };
-                    sums[channel].low += color[channel] * low;
-                    sums[channel].high += color[channel] * high;
+                    bounds[channel].low += pack[channel][0][lane];
+                    bounds[channel].high += pack[channel][1][lane];
                 }
             }
         }
-        let n_samples = n_samples * n_samples;
-        let n_terms = match &job.lit.lighting {
-            Some(lighting) => n_samples + lighting.lamps.len() + 9,
-            None => n_samples + 8,
-        };
-        let (n_counted, error) = (job.n_counted(pixel) as f64, n_terms as f64 * UNIT_F64);
-        sums.map(|Interval { low, high }| Interval {
-            low: low / n_counted * (1.0 - error),
-            high: high / n_counted * (1.0 + error),
-        })
+        let (narrower, wider) = (1.0 - self.error, 1.0 + self.error);
+        for Interval { low, high } in &mut bounds {
+            (*low, *high) = (*low * narrower, *high * wider);
+        }
+        if n_samples > 1 {
+            let n_counted = job.n_counted(pixel) as f64;
+            for Interval { low, high } in &mut bounds {
+                (*low, *high) = (*low / n_counted, *high / n_counted);
+            }
+        }
+        T::of_bounds(&bounds)
+            .unwrap_or_else(|| self.certified.exact(pixel, &bounds, &mut self.counts))
     }
 }
 
-/// The light of some points, compiled for each instruction set that the processor may have.
-struct FindLight<'a> {
+/// The colours of some points, compiled for each instruction set that the processor may have.
+struct FindColors<'a> {
     finder: &'a Finder<'a>,
-    lighting: &'a Lighting,
+    job: &'a Job<'a>,
     packs: &'a [Pack],
-    light: &'a mut Vec<[[Row; 2]; 3]>,
-    last: &'a mut [Option<usize>],
+    /// That of the first pack.
+    column: usize,
+    colors: &'a mut Vec<[[Row; 2]; 3]>,
+    room: &'a mut Room,
     counts: &'a mut StageCounts,
 }
 
-impl pulp::WithSimd for FindLight<'_> {
+impl pulp::WithSimd for FindColors<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let FindLight { finder, lighting, packs, light, last, counts } = self;
-        for pack in packs {
-            let mut sums = lighting.ambient.map(|part| [[part; LANES]; 2]);
-            for (index, lamp) in lighting.lamps.iter().enumerate() {
-                let given = finder.light(index, lamp, pack, &mut last[index], counts);
-                for (sum, weight) in sums.iter_mut().zip(lamp.weight) {
-                    for lane in 0..LANES {
-                        sum[0][lane] += weight * given.low[lane];
-                        sum[1][lane] += weight * given.high[lane];
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let FindColors { finder, job, packs, column, colors, room, counts } = self;
+        let lighting = &job.lit.lighting;
+        for (number, packs) in packs.chunks(PACKS).enumerate() {
+            let column = column + number * PACKS;
+            let mut light = [lighting.ambient.map(|part| [[part; LANES]; 2]); PACKS];
+            let has_objects = packs.iter().any(|pack| pack.id != [0; LANES]);
+            let lamps = if has_objects { &lighting.lamps[..] } else { &[] };
+            for lamp in lamps.iter().enumerate() {
+                let given = finder.light(simd, lamp, (column, packs), room, counts);
+                for (light, given) in light.iter_mut().zip(&given) {
+                    for (sum, weight) in light.iter_mut().zip(lamp.1.weight) {
+                        for lane in 0..LANES {
+                            sum[0][lane] += weight * given.low[lane];
+                            sum[1][lane] += weight * given.high[lane];
+                        }
                     }
                 }
             }
-            light.push(sums);
+            let first = colors.len();
+            colors.extend_from_slice(&light[..packs.len()]);
+            for (pack, colors) in packs.iter().zip(&mut colors[first..]) {
+                take_color(job, pack, colors);
+            }
+        }
+    }
+}
+
+/// Makes colours of the light of some points. The background has its colour as it is.
+#[inline(always)]
+fn take_color(job: &Job, pack: &Pack, light: &mut [[Row; 2]; 3]) {
+    let mut colors = [[0.0; LANES]; 3];
+    let mut color = job.color(pack.id[0]);
+    for lane in 0..LANES {
+        if lane > 0 && pack.id[lane] != pack.id[lane - 1] {
+            color = job.color(pack.id[lane]);
+        }
+        for channel in 0..3 {
+            colors[channel][lane] = color[channel];
+        }
+    }
+    for (bounds, color) in light.iter_mut().zip(&colors) {
+        for bound in bounds {
+            for lane in 0..LANES {
+                let light = if pack.id[lane] != 0 { bound[lane] } else { 1.0 };
+                bound[lane] = color[lane] * light;
+            }
         }
     }
 }

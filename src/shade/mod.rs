@@ -8,6 +8,8 @@ mod lit;
 mod mean;
 mod painter;
 mod plain;
+mod unlit;
+mod written;
 
 use rayon::prelude::*;
 
@@ -16,9 +18,8 @@ use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
-pub use lit::Lit;
 pub(crate) use mean::ExactMean;
-pub use painter::{Background, LitPainter, Painted, Painter, Style};
+pub use painter::{Background, Every, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.

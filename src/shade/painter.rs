@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Colors, Encoding, Lighting, Lit, Shader};
+use super::lit::Lit;
+use super::unlit::Unlit;
+use super::{Colors, Encoding, Lighting, Shader};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing};
+use crate::trace::{Coverage, Hits, Rays, Samples, StageCounts, Timing};
 use crate::tracer::Tracer;
 
 /// How pixels get their colours.
@@ -59,13 +61,13 @@ pub struct Painted {
 pub enum Painter<'a> {
     /// Each object has its own, and each pixel one sample.
     Flat(Shader),
-    /// The scene has light, or each pixel several samples.
-    Lit(Box<LitPainter<'a>>),
+    /// The scene has light, or each pixel several samples, or the background is left out.
+    Sampled(Box<SamplePainter<'a>>),
 }
 
-/// See [`Painter::Lit`].
-pub struct LitPainter<'a> {
-    lit: Lit,
+/// See [`Painter::Sampled`].
+pub struct SamplePainter<'a> {
+    colorist: Colorist,
     coverage: Option<Coverage>,
     /// Of the picture whose pixels are the samples.
     prepared: Arc<Prepared>,
@@ -73,6 +75,24 @@ pub struct LitPainter<'a> {
     tracer: Option<&'a mut (dyn Tracer + 'static)>,
     hits: Hits,
 }
+
+/// Makes colours of what samples see.
+enum Colorist {
+    Lit(Lit),
+    Unlit(Unlit, Samples),
+}
+
+impl Colorist {
+    fn style(&self) -> &Style {
+        match self {
+            Colorist::Lit(lit) => lit.style(),
+            Colorist::Unlit(unlit, _) => unlit.style(),
+        }
+    }
+}
+
+/// A pixel's colour in every encoding.
+pub type Every = ([u8; 3], [u16; 3], [f32; 3]);
 
 impl<'a> Painter<'a> {
     /// Paints pixels. `prepared` is of the picture whose pixels are their samples, [`Pixels::samples`],
@@ -85,13 +105,16 @@ impl<'a> Painter<'a> {
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
-        let lighting = Lighting::new(scene, &pixels.view);
         let is_shown = style.background == Background::Shown;
-        if lighting.is_none() && style.n_samples == 1 && is_shown {
-            return Painter::Flat(Shader::new(scene, style.encoding));
-        }
-        Painter::Lit(Box::new(LitPainter {
-            lit: Lit::new(Arc::clone(scene), lighting, style),
+        let colorist = match Lighting::new(scene, &pixels.view) {
+            None if style.n_samples == 1 && is_shown => {
+                return Painter::Flat(Shader::new(scene, style.encoding));
+            }
+            None => Colorist::Unlit(Unlit::new(Arc::clone(scene), style), Samples::default()),
+            Some(lighting) => Colorist::Lit(Lit::new(Arc::clone(scene), lighting, style)),
+        };
+        Painter::Sampled(Box::new(SamplePainter {
+            colorist,
             coverage: (!is_shown).then(Coverage::default),
             prepared: Arc::clone(prepared),
             tracer,
@@ -103,7 +126,7 @@ impl<'a> Painter<'a> {
     pub fn encoding(&self) -> Encoding {
         match self {
             Painter::Flat(shader) => shader.encoding(),
-            Painter::Lit(painter) => painter.lit.style().encoding,
+            Painter::Sampled(painter) => painter.colorist.style().encoding,
         }
     }
 
@@ -112,14 +135,14 @@ impl<'a> Painter<'a> {
     pub fn coverage(&self) -> Option<&Coverage> {
         match self {
             Painter::Flat(_) => None,
-            Painter::Lit(painter) => painter.coverage.as_ref(),
+            Painter::Sampled(painter) => painter.coverage.as_ref(),
         }
     }
 
     /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays.
     ///
     /// # Errors
-    /// Those of [`Tracer::trace`], [`Shader::shade`] and [`Lit::shade`].
+    /// Those of [`Tracer::trace_samples`] and [`Shader::shade`]; [`crate::Error::Interrupted`].
     pub fn paint(
         &mut self,
         band: &Pixels,
@@ -127,33 +150,99 @@ impl<'a> Painter<'a> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
-        let painter = match self {
+        match self {
             Painter::Flat(shader) => {
                 let start = Instant::now();
                 shader.shade(hits, colors)?;
-                return Ok(Painted { shade: start.elapsed(), ..Painted::default() });
+                Ok(Painted { shade: start.elapsed(), ..Painted::default() })
             }
-            Painter::Lit(painter) => painter,
-        };
-        let LitPainter { lit, coverage, prepared, tracer, hits: of_samples } = &mut **painter;
-        let style = *lit.style();
-        if colors.encoding() != style.encoding {
-            *colors = Colors::new(style.encoding);
+            Painter::Sampled(painter) => {
+                let encoding = painter.colorist.style().encoding;
+                if colors.encoding() != encoding {
+                    *colors = Colors::new(encoding);
+                }
+                painter.paint(band, hits, control, Canvas::One(colors))
+            }
         }
+    }
+}
+
+/// Where colours go.
+enum Canvas<'c> {
+    /// In the style's encoding.
+    One(&'c mut Colors),
+    Every(&'c mut Vec<Every>),
+}
+
+impl SamplePainter<'_> {
+    /// The colours of a band of pixels in every encoding, as [`Painter::paint`] gives them in one.
+    ///
+    /// # Errors
+    /// Those of [`Painter::paint`].
+    pub fn paint_every(
+        &mut self,
+        band: &Pixels,
+        hits: &Hits,
+        control: &Control,
+    ) -> Result<Vec<Every>> {
+        let mut every = Vec::new();
+        self.paint(band, hits, control, Canvas::Every(&mut every))?;
+        Ok(every)
+    }
+
+    fn paint(
+        &mut self,
+        band: &Pixels,
+        hits: &Hits,
+        control: &Control,
+        canvas: Canvas,
+    ) -> Result<Painted> {
+        let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples } = self;
+        let n_samples = colorist.style().n_samples;
         let mut painted = Painted::default();
-        let (samples, ids) = match tracer {
-            None => (*band, &hits.id),
-            Some(tracer) => {
-                let samples = band.samples(style.n_samples);
-                painted.timing = tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
-                painted.counts = of_samples.counts;
-                (samples, &of_samples.id)
+        let start;
+        match colorist {
+            Colorist::Unlit(unlit, samples) => {
+                match tracer {
+                    None => *samples = Samples::of_ids(&hits.id),
+                    Some(tracer) => {
+                        painted.timing =
+                            tracer.trace_samples(band, n_samples, control, of_samples, samples)?;
+                        painted.counts = samples.counts;
+                    }
+                }
+                start = Instant::now();
+                match canvas {
+                    Canvas::One(colors) => unlit.shade(samples, control, colors)?,
+                    Canvas::Every(out) => unlit.shade_as(samples, control, out)?,
+                }
+                if let Some(coverage) = coverage {
+                    *coverage = samples.coverage();
+                }
             }
-        };
-        let start = Instant::now();
-        painted.shadow_rays = lit.shade(prepared, &samples, ids, control, colors)?;
-        if let Some(coverage) = coverage {
-            *coverage = lit.coverage(&samples, ids);
+            Colorist::Lit(lit) => {
+                let (samples, ids) = match tracer {
+                    None => (*band, &hits.id),
+                    Some(tracer) => {
+                        let samples = band.samples(n_samples);
+                        painted.timing =
+                            tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
+                        painted.counts = of_samples.counts;
+                        (samples, &of_samples.id)
+                    }
+                };
+                start = Instant::now();
+                let at = (&**prepared, &samples, &ids[..]);
+                painted.shadow_rays = match canvas {
+                    Canvas::One(Colors::Srgb8(out)) => lit.shade(at, control, out)?,
+                    Canvas::One(Colors::Srgb16(out)) => lit.shade(at, control, out)?,
+                    Canvas::One(Colors::Linear(out)) => lit.shade(at, control, out)?,
+                    Canvas::Every(out) => lit.shade(at, control, out)?,
+                };
+                if let Some(coverage) = coverage {
+                    *coverage = lit.coverage(&samples, ids);
+                }
+            }
         }
         painted.shade = start.elapsed();
         Ok(painted)

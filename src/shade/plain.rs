@@ -59,17 +59,18 @@ impl<R, W: FnOnce(Means) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
         let coordinates = prepared.coordinates();
         let camera = T::Float::camera(&coordinates, samples);
         let plain = Plain { twin, shadows, coordinates, epsilon };
+        let lighting = &job.lit.lighting;
         work(&|pixel| {
             let mut sum = [0.0; 3];
             for sample in job.samples(pixel) {
                 let (x, y) = samples.xy(sample);
                 let (i, j) = samples.offset2(x, y);
-                let light = match &job.lit.lighting {
-                    Some(lighting) if job.ids[sample] != 0 => {
+                let light = match job.ids[sample] {
+                    0 => [1.0; 3],
+                    _ => {
                         let ray = T::Float::pixel_ray(&camera, i, j);
                         plain.light(&ray, &lighting.lamps, lighting.ambient)
                     }
-                    _ => [1.0; 3],
                 };
                 let color = job.color(job.ids[sample]);
                 for channel in 0..3 {
@@ -251,7 +252,7 @@ impl<T: Twin> WithTwin for OneOf<'_, T> {
 
 /// All ways to lamps are looked at in the kernel's own arithmetic.
 pub(super) fn counts(job: &Job, n_pixels: usize, is_f64: bool) -> StageCounts {
-    let n_lamps = job.lit.lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
+    let n_lamps = job.lit.lighting.lamps.len();
     let n_hits = |pixel| job.samples(pixel).filter(|&at| job.ids[at] != 0).count();
     let n = ((0..n_pixels).map(n_hits).sum::<usize>() * n_lamps) as u64;
     match is_f64 {

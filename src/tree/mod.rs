@@ -24,6 +24,7 @@ use crate::memory;
 use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
+pub(crate) use segment::Ahead;
 pub use segment::Segment;
 pub(crate) use wide::Open;
 pub use wide::TreeRay;

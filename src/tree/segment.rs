@@ -20,11 +20,51 @@ pub struct Segment {
     pub slack: f64,
 }
 
+/// What a segment still has to look at.
+pub(crate) type Ahead = Vec<u32>;
+
 impl Tree {
     /// Shows `visit` every sphere, by its place in [`Tree::order`], that the segment may meet, until
     /// it returns false. [`Tree::prepare_visits`] makes what this needs.
     pub fn visit_segment(&self, segment: &Segment, visit: impl FnMut(usize) -> bool) {
         pulp::Arch::new().dispatch(Walk { tree: self, segment, visit });
+    }
+
+    /// [`Tree::visit_segment`] for one segment of many; `ahead` is room that they share.
+    #[inline(always)]
+    pub(crate) fn walk_segment<S: pulp::Simd>(
+        &self,
+        simd: S,
+        segment: &Segment,
+        ahead: &mut Ahead,
+        mut visit: impl FnMut(usize) -> bool,
+    ) {
+        let wide = self.wide();
+        // With a largest component in 1..2, as slabs ask for, the end is at this power of two.
+        let power = power_of_two_below(segment.way.abs().max_element());
+        let slabs = Slab::of(segment.origin, segment.way / power, segment.slack);
+        let end = if segment.is_endless { f32::INFINITY } else { round_up(power) };
+        ahead.clear();
+        if !(segment.origin.is_finite() && segment.slack.is_finite()) {
+            // f64 can't say where it is.
+            ahead.extend((0..self.order.len() as u32).map(|place| place | IS_LEAF));
+        } else if !wide.nodes.is_empty() {
+            ahead.push(wide.root as u32);
+        }
+        while let Some(link) = ahead.pop() {
+            if link & IS_LEAF != 0 {
+                if !visit((link & !IS_LEAF) as usize) {
+                    return;
+                }
+                continue;
+            }
+            let node = &wide.nodes[link as usize];
+            let (_, mut hit) = enter(simd, node, &slabs, end);
+            while hit != 0 {
+                ahead.push(node.links[hit.trailing_zeros() as usize]);
+                hit &= hit - 1;
+            }
+        }
     }
 }
 
@@ -40,30 +80,7 @@ impl<V: FnMut(usize) -> bool> pulp::WithSimd for Walk<'_, V> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Walk { tree, segment, mut visit } = self;
-        let wide = tree.wide();
-        // With a largest component in 1..2, as slabs ask for, the end is at this power of two.
-        let power = power_of_two_below(segment.way.abs().max_element());
-        let slabs = Slab::of(segment.origin, segment.way / power, segment.slack);
-        let end = if segment.is_endless { f32::INFINITY } else { round_up(power) };
-        let mut open = Vec::with_capacity(64);
-        if !wide.nodes.is_empty() {
-            open.push(wide.root as u32);
-        }
-        while let Some(link) = open.pop() {
-            if link & IS_LEAF != 0 {
-                if !visit((link & !IS_LEAF) as usize) {
-                    return;
-                }
-                continue;
-            }
-            let node = &wide.nodes[link as usize];
-            let (_, mut hit) = enter(simd, node, &slabs, end);
-            while hit != 0 {
-                open.push(node.links[hit.trailing_zeros() as usize]);
-                hit &= hit - 1;
-            }
-        }
+        self.tree.walk_segment(simd, self.segment, &mut Vec::with_capacity(64), self.visit);
     }
 }
 

@@ -13,7 +13,8 @@ use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray};
 use crate::scene::{Edges, Scene};
 use crate::shade::{
-    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, mean_divisor,
+    Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Shader, Style, add_sample,
+    mean_divisor,
 };
 use crate::trace::Hits;
 use crate::tracer::Tracer;
@@ -44,16 +45,28 @@ impl Shown {
         band: &Pixels,
         n_samples: u32,
         hits: &Hits,
-        mut tracer: Option<&mut (dyn Tracer + 'static)>,
+        tracer: Option<&mut (dyn Tracer + 'static)>,
         control: &Control,
     ) -> Result<Shown> {
+        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let mut painter = match Painter::new(prepared, style, band, tracer) {
+            Painter::Sampled(painter) => painter,
+            Painter::Flat(_) => return Shown::flat(&prepared.scene, hits),
+        };
+        let every = painter.paint_every(band, hits, control)?;
+        Ok(Shown {
+            srgb8: every.iter().map(|every| every.0).collect(),
+            srgb16: every.iter().map(|every| every.1).collect(),
+            linear: every.iter().map(|every| every.2).collect(),
+        })
+    }
+
+    /// Those of a scene without light, where each pixel has one sample.
+    fn flat(scene: &Scene, hits: &Hits) -> Result<Shown> {
         let mut shown = Shown::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
-            let tracer = tracer.as_deref_mut();
-            let style = Style { n_samples, ..Style::new(encoding) };
-            let mut painter = Painter::new(prepared, style, band, tracer);
             let mut colors = Colors::new(encoding);
-            painter.paint(band, hits, control, &mut colors)?;
+            Shader::new(scene, encoding).shade(hits, &mut colors)?;
             match colors {
                 Colors::Srgb8(pixels) => shown.srgb8 = pixels,
                 Colors::Srgb16(pixels) => shown.srgb16 = pixels,

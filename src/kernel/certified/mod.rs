@@ -25,6 +25,7 @@ pub(crate) use lanes::{NearestOf, inside_at, outside_at, plane_nearness as plane
 pub(super) use prepare::objects;
 pub(crate) use prepare::{Frame, Leaf, farthest_origin, k_in_range, offset_in_range};
 pub use records::{PlaneCertified, SphereCertified, SphereFar};
+pub(crate) use rows::{Places, SeenObjects};
 pub(crate) use seen::SeenFrom;
 pub(super) use twin::with_twin;
 

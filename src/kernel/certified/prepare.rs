@@ -4,12 +4,13 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 
 use super::FEW_SPHERES;
+use super::filter::Widening;
 use super::records::{PlaneCertified, SphereCertified, SphereFar};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
-use crate::guard::{self, Guard, InputError};
+use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
-use crate::rays::{Bundle, Lens, Ray, Rays};
+use crate::rays::{Bundle, Lens, Pixels, Ray, Rays};
 use crate::scene::{Plane, Scene, Sphere};
 use crate::vec3::{Vec3, dot3};
 use crate::wide::{Holds, SideBySide};
@@ -61,6 +62,8 @@ pub struct Frame {
     /// Largest distance of an origin from the reference point.
     farthest_origin: f64,
     input: InputError,
+    /// Of the rays that each ray stands for.
+    reach: Reach,
     /// True where the bounds hold for these rays at all.
     pub in_range: bool,
     /// True where a ray may start in, on or close to a sphere.
@@ -91,6 +94,7 @@ impl Frame {
                     reference,
                     farthest_origin,
                     input: guard::input_of(pixels.view.lens),
+                    reach: Reach::default(),
                     in_range: pixels.is_in_range() && farthest_origin <= guard::LARGEST_F32,
                     near: false,
                 };
@@ -109,11 +113,26 @@ impl Frame {
                     reference,
                     farthest_origin,
                     input: guard::LIST,
+                    reach: Reach::default(),
                     in_range: farthest_origin <= guard::LARGEST_F32,
                     near: true,
                 }
             }
         }
+    }
+
+    /// The frame of squares of `side` × `side` pixels of a picture, each of which the ray of its middle stands
+    /// for; `None` where they are too large for that.
+    pub fn of_squares(pixels: &Pixels, scene: &Scene, side: u32) -> Option<Frame> {
+        let frame = Frame::new(&Rays::Pixels(*pixels), pixels.view.position, scene);
+        let reach = Reach::new(pixels, side);
+        let is_small = frame.in_range && reach.turned <= guard::LARGEST_TURN;
+        is_small.then_some(Frame { near: true, reach, ..frame })
+    }
+
+    /// The relative factors of the filter for these rays.
+    pub fn widening(&self) -> Widening<f32> {
+        self.reach.widening_f32()
     }
 
     /// Some spheres of a scene, and its planes.
@@ -219,7 +238,8 @@ impl Frame {
         }
         let (center, center_low) = self.split(l);
         let [inner2, outer2, slack, k_error] =
-            Guard::new(r, distance, guard::UNIT_F32, self.input).round_to_f32();
+            Guard::new(r, distance, guard::UNIT_F32, self.reach.widen(self.input, distance))
+                .round_to_f32();
         let (q_low, q_high_or_r2) = match self.bundle {
             Bundle::Point if self.near => guard::inverse_f32(k_or_r2),
             Bundle::Point => (0.0, guard::far_inverse_f32(k_or_r2)),
@@ -269,18 +289,13 @@ impl Frame {
             return PlaneCertified::open();
         }
         let (offset, offset_low) = self.split(l);
+        let input = self.reach.widen(self.input, distance);
         let [n_offset_error, direction_error] = [
-            guard::plane_offset_error(
-                n_length,
-                distance,
-                guard::UNIT_F32,
-                self.input,
-                guard::TINY_F32,
-            ),
-            guard::plane_direction_error(n_length, guard::UNIT_F32, self.input),
+            guard::plane_offset_error(n_length, distance, guard::UNIT_F32, input, guard::TINY_F32),
+            guard::plane_direction_error(n_length, guard::UNIT_F32, input),
         ]
         .map(guard::round_up);
-        let (q_low, q_high) = guard::inverse_f32(n_offset.abs());
+        let (q_low, q_high) = self.reach.inverse_f32(n_offset.abs());
         let away = if n_offset < 0.0 { -normal } else { normal };
         PlaneCertified {
             offset,

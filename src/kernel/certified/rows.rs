@@ -13,7 +13,7 @@ use super::records::{PlaneCertified, SphereCertified};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::{Lists, RayOf};
-use crate::rays::CameraF32;
+use crate::rays::{CameraF32, Lens};
 use crate::vec3::{Real, Vec3, dot3};
 use crate::wide::{Holds, SideBySide, WideF32};
 
@@ -249,13 +249,102 @@ impl<F: RowFilter> pulp::WithSimd for WithFilter<'_, F> {
             control.check()?;
             // The last ones of a row that ends before are looked at again.
             let first = at.min(ids.len() - n_lanes);
-            let rays = camera.camera_rays(places.like((i + 2 * first as i64) as f32) + places, j);
+            let i = places.like((i + 2 * first as i64) as f32) + places;
+            let rays = camera.camera_rays(i, places.like(j as f32));
             let found = decide::<F, S>(simd, &rays, lists, widening);
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut ids[first..first + n_lanes]);
             bytes.copy_from_slice(bytemuck::bytes_of(&found));
             at = first + n_lanes;
         }
         Ok(ids.len())
+    }
+}
+
+/// Pixels or points anywhere in a picture, each at its [`crate::rays::Pixels::offset2`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Places {
+    i: Vec<f32>,
+    j: Vec<f32>,
+}
+
+impl Places {
+    /// Adds one, at most 2²³ from the middle.
+    pub fn push(&mut self, (i, j): (i64, i64)) {
+        self.i.push(i as f32);
+        self.j.push(j as f32);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.i.clear();
+        self.j.clear();
+    }
+}
+
+/// Objects as the rays of a picture see them.
+pub(crate) struct SeenObjects<'a> {
+    pub lists: &'a Lists<SphereCertified, PlaneCertified>,
+    pub widening: Widening<f32>,
+    pub camera: &'a CameraF32,
+    /// That of [`crate::prepare::Prepared`].
+    pub near: bool,
+}
+
+impl SeenObjects<'_> {
+    /// Replaces `ids` by those of places, as [`super::nearest_listed`] decides them.
+    pub fn decide(&self, places: &Places, ids: &mut Vec<u32>) {
+        ids.clear();
+        ids.resize(places.i.len(), UNDECIDED);
+        let (arch, objects) = (pulp::Arch::new(), self);
+        match self.camera.lens {
+            Lens::Orthographic => {
+                let filter = PhantomData::<ParallelFilter>;
+                arch.dispatch(AtPlaces { objects, places, ids, filter });
+            }
+            Lens::Perspective if self.near => {
+                let filter = PhantomData::<PointFilter>;
+                arch.dispatch(AtPlaces { objects, places, ids, filter });
+            }
+            Lens::Perspective => {
+                let filter = PhantomData::<FarFilter>;
+                arch.dispatch(AtPlaces { objects, places, ids, filter });
+            }
+        }
+    }
+}
+
+/// The rays at some places, compiled for each instruction set that the processor may have.
+struct AtPlaces<'a, F> {
+    objects: &'a SeenObjects<'a>,
+    places: &'a Places,
+    ids: &'a mut [u32],
+    filter: PhantomData<F>,
+}
+
+impl<F: RowFilter> pulp::WithSimd for AtPlaces<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let AtPlaces { objects, places: Places { i, j }, ids, .. } = self;
+        let SeenObjects { lists, widening, camera, .. } = objects;
+        let n_lanes = WideF32::<S>::LANES;
+        if n_lanes > MOST_LANES {
+            return;
+        }
+        for ((i, j), ids) in i.chunks(n_lanes).zip(j.chunks(n_lanes)).zip(ids.chunks_mut(n_lanes)) {
+            let load = |some: &[f32]| {
+                let mut all = [0.0; MOST_LANES];
+                all[..some.len()].copy_from_slice(some);
+                WideF32::load(simd, &all)
+            };
+            let rays = camera.camera_rays(load(i), load(j));
+            let found = decide::<F, S>(simd, &rays, lists, widening);
+            let mut all = [0; MOST_LANES];
+            bytemuck::cast_slice_mut(&mut all[..n_lanes])
+                .copy_from_slice(bytemuck::bytes_of(&found));
+            ids.copy_from_slice(&all[..ids.len()]);
+        }
     }
 }
 

@@ -1,0 +1,113 @@
+//! Means → the numbers of a picture.
+
+use super::mean::ExactMean;
+use crate::scene::Edges;
+
+/// Bounds of a number.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Interval {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Interval {
+    /// A number that is known.
+    pub fn of(number: f64) -> Interval {
+        Interval { low: number, high: number }
+    }
+}
+
+/// A pixel's colour as a picture has it.
+pub trait Written: Copy + Default + Send + Sync {
+    /// The one that all means within these bounds have, if they do have one.
+    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self>;
+    /// That of an exact mean, searched from its bounds.
+    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self;
+    /// That of a mean in a kernel's numbers.
+    fn of_plain(mean: [f64; 3]) -> Self;
+}
+
+#[inline(always)]
+fn code(edges: &Edges, bounds: &Interval) -> Option<u16> {
+    let number = edges.number(bounds.low);
+    (bounds.high < edges.range(number).1).then_some(number)
+}
+
+#[inline(always)]
+fn codes(edges: &Edges, [red, green, blue]: &[Interval; 3]) -> Option<[u16; 3]> {
+    Some([code(edges, red)?, code(edges, green)?, code(edges, blue)?])
+}
+
+fn exact_codes(mean: &ExactMean, edges: &Edges, most: u16, bounds: &[Interval; 3]) -> [u16; 3] {
+    std::array::from_fn(|channel| {
+        let guess = edges.number(bounds[channel].low);
+        mean.code(channel, guess, most, |code| edges.range(code).0)
+    })
+}
+
+impl Written for [u8; 3] {
+    #[inline(always)]
+    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
+        codes(Edges::srgb8(), bounds).map(|codes| codes.map(|code| code as u8))
+    }
+
+    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
+        exact_codes(mean, Edges::srgb8(), 255, bounds).map(|code| code as u8)
+    }
+
+    fn of_plain(mean: [f64; 3]) -> Self {
+        mean.map(|part| Edges::srgb8().number(part) as u8)
+    }
+}
+
+impl Written for [u16; 3] {
+    #[inline(always)]
+    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
+        codes(Edges::srgb16(), bounds)
+    }
+
+    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
+        exact_codes(mean, Edges::srgb16(), u16::MAX, bounds)
+    }
+
+    fn of_plain(mean: [f64; 3]) -> Self {
+        mean.map(|part| Edges::srgb16().number(part))
+    }
+}
+
+impl Written for [f32; 3] {
+    #[inline(always)]
+    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
+        let low = bounds.map(|b| b.low as f32);
+        (low == bounds.map(|b| b.high as f32)).then_some(low)
+    }
+
+    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
+        std::array::from_fn(|channel| mean.nearest_f32(channel, bounds[channel].low as f32))
+    }
+
+    fn of_plain(mean: [f64; 3]) -> Self {
+        mean.map(|part| part as f32)
+    }
+}
+
+/// A colour in every encoding.
+impl Written for ([u8; 3], [u16; 3], [f32; 3]) {
+    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
+        let (srgb8, srgb16, linear): (Option<_>, Option<_>, Option<_>) =
+            (Written::of_bounds(bounds), Written::of_bounds(bounds), Written::of_bounds(bounds));
+        Some((srgb8?, srgb16?, linear?))
+    }
+
+    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
+        (
+            Written::of_exact(mean, bounds),
+            Written::of_exact(mean, bounds),
+            Written::of_exact(mean, bounds),
+        )
+    }
+
+    fn of_plain(mean: [f64; 3]) -> Self {
+        (Written::of_plain(mean), Written::of_plain(mean), Written::of_plain(mean))
+    }
+}
