@@ -182,12 +182,15 @@
 //! [`crate::tree`]'s boxes with its least slacks, which are powers of two far above what their derivation
 //! asks for.
 
+pub mod rows;
 pub mod steps;
 
 use glam::DVec3;
 
 use crate::kernel::certified::Widening;
 use crate::rays::{Bundle, Lens, Pixels, View};
+use crate::vec3::{Vec3, dot3};
+use crate::wide::SideBySide;
 
 /// Error of the filter's inputs, in units `ε`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -326,21 +329,32 @@ impl Guard {
     /// (f64) is covered by their third digit, or by [`Guard::round_to_f32`].
     #[inline(always)]
     pub fn new(r: f64, l: f64, unit: f64, input: InputError) -> Guard {
+        let [inner2, outer2, slack, k_error] = Guard::numbers(r, l, unit, input);
+        Guard { inner2, outer2, slack, k_error }
+    }
+
+    /// The numbers of guards, in the order of their fields.
+    #[inline(always)]
+    pub(crate) fn numbers<R: SideBySide<Plain = f64>>(
+        r: R,
+        l: R,
+        unit: f64,
+        input: InputError,
+    ) -> [R; 4] {
         let InputError { offset, direction } = input;
-        let eta = unit * l;
-        let kappa_eta = (steps::FOOT + offset + direction) * eta;
+        let eta = r.like(unit) * l;
+        let kappa_eta = r.like(steps::FOOT + offset + direction) * eta;
         let relative = steps::SQUARE * unit + 8.0 * UNIT_F64;
         let inner = r - kappa_eta;
         let outer = r + kappa_eta;
-        Guard {
-            inner2: if inner > 0.0 { inner * inner * (1.0 - relative) } else { -1.0 },
-            outer2: (outer * outer + steps::ASIDE * eta * eta) * (1.0 + relative),
-            slack: unit
-                * ((steps::CLOSEST + offset + direction + steps::TWO_SUMS) * l
-                    + (steps::HALF_CHORD + direction + steps::TWO_SUMS) * outer),
-            k_error: unit
-                * ((steps::DOT + 2.0 * offset + steps::DIFFERENCE) * l * l + steps::R2 * r * r),
-        }
+        let inner2 = inner * inner * r.like(1.0 - relative);
+        let outer2 = (outer * outer + r.like(steps::ASIDE) * eta * eta) * r.like(1.0 + relative);
+        let of_distance = r.like(steps::CLOSEST + offset + direction + steps::TWO_SUMS);
+        let of_radius = r.like(steps::HALF_CHORD + direction + steps::TWO_SUMS);
+        let slack = r.like(unit) * (of_distance * l + of_radius * outer);
+        let of_distance2 = r.like(steps::DOT + 2.0 * offset + steps::DIFFERENCE);
+        let k_error = r.like(unit) * (of_distance2 * l * l + r.like(steps::R2) * r * r);
+        [R::select(r.like(0.0).lt(inner), inner2, r.like(-1.0)), outer2, slack, k_error]
     }
 
     /// The guard in f32: the inner radius rounded down, everything else up.
@@ -406,7 +420,7 @@ impl GuardFactors {
 
 /// Error of `k` in units of `l·l + r²`, all rounded to nearest: ½ for the offset, doubled by squaring, 1½ for
 /// the dot product, ½ each for `r²` and the difference.
-const K_ERROR: f64 = 4.0;
+pub(crate) const K_ERROR: f64 = 4.0;
 
 /// Bound of `|M̂ − M|/|d̂|` for a plane with the normal's length `n`.
 pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
@@ -482,16 +496,24 @@ pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
 /// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
 #[inline(always)]
 pub fn length_bound(v: DVec3) -> f64 {
-    let largest = v.abs().max_element();
-    let length = v.length() * (1.0 + 16.0 * UNIT_F64);
-    if largest < 1.0 / LARGEST_F64 { 1.8 * largest } else { length }
+    length_bounds(v.into())
+}
+
+/// [`length_bound`] of vectors side by side.
+#[inline(always)]
+pub(crate) fn length_bounds<R: SideBySide<Plain = f64>>(v: Vec3<R>) -> R {
+    let [x, y, z] = v.0;
+    let largest = x.abs().max(y.abs()).max(z.abs());
+    let length = dot3(v, v).sqrt() * x.like(1.0 + 16.0 * UNIT_F64);
+    let is_tiny = largest.lt(x.like(1.0 / LARGEST_F64));
+    R::select(is_tiny, x.like(1.8) * largest, length)
 }
 
 /// Largest distance and radius with which the filter's f32 stays in range.
 pub const LARGEST_F32: f64 = (1u64 << 60) as f64;
 
 /// Smallest radius with which it does.
-const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
+pub(crate) const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Largest distance, and inverse of the smallest radius, with which f64 stays in range.
 const LARGEST_F64: f64 = LARGEST_F32 * LARGEST_F32 * LARGEST_F32 * LARGEST_F32;
@@ -581,7 +603,7 @@ pub const LARGEST_EXPONENT: i32 = 30;
 
 /// Relative error of `k` that still lets nearly every `t` be rounded to f32. No bound: it weighs an
 /// exact `k` once a sphere against an exact `t` for one ray in `2⁴²/2²⁸`.
-const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
+pub(crate) const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// `k = l·l − r²` in f64, for `l` rounded once, and a bound of its error; `None` where that is not
 /// good enough to round `t`.
@@ -644,7 +666,13 @@ pub fn widening_f64() -> Widening<f64> {
 /// `1/k` in f32 for a far sphere: the widening and the relative slack are in it.
 #[inline(always)]
 pub fn far_inverse_f32(k: f64) -> f32 {
-    round_up((1.0 + WIDENING * UNIT_F32) / (k * (1.0 - FAR)))
+    round_up(far_inverse(k))
+}
+
+/// [`far_inverse_f32`] before it is rounded.
+#[inline(always)]
+pub(crate) fn far_inverse<R: SideBySide<Plain = f64>>(k: R) -> R {
+    k.like(1.0 + WIDENING * UNIT_F32) / (k * k.like(1.0 - FAR))
 }
 
 /// Bounds in f32 of `1/x` with the widening in it, magnitudes rounded away from each other, with

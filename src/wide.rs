@@ -6,7 +6,109 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
-use crate::vec3::{Number, Vec3};
+use crate::vec3::{Number, Real, Vec3};
+
+/// Where something holds: for one number, or for each of several.
+pub trait Holds: Copy {
+    /// Where both hold.
+    fn and(self, other: Self) -> Self;
+    /// Where either holds.
+    fn or(self, other: Self) -> Self;
+}
+
+impl Holds for bool {
+    #[inline(always)]
+    fn and(self, other: bool) -> bool {
+        self & other
+    }
+
+    #[inline(always)]
+    fn or(self, other: bool) -> bool {
+        self | other
+    }
+}
+
+/// One number, or several side by side, with steps that have no branches.
+pub trait SideBySide: Number {
+    /// One number.
+    type Plain: Real;
+    /// What comparisons give.
+    type Mask: Holds;
+    /// As many whole numbers.
+    type Whole: Copy;
+    /// The same number in all places.
+    fn like(self, number: Self::Plain) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// `self < other`
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self ≤ other`
+    fn le(self, other: Self) -> Self::Mask;
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The same of whole numbers.
+    fn select_whole(mask: Self::Mask, a: Self::Whole, b: Self::Whole) -> Self::Whole;
+
+    /// The same vector in all places.
+    #[inline(always)]
+    fn like3(self, v: Vec3<Self::Plain>) -> Vec3<Self> {
+        Vec3(v.0.map(|component| self.like(component)))
+    }
+
+    /// The smaller of two numbers.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.lt(self), other, self)
+    }
+
+    /// The larger of two numbers.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+}
+
+macro_rules! plain_lanes {
+    ($float:ident, $uint:ident) => {
+        impl SideBySide for $float {
+            type Plain = $float;
+            type Mask = bool;
+            type Whole = $uint;
+            #[inline(always)]
+            fn like(self, number: $float) -> $float {
+                number
+            }
+            #[inline(always)]
+            fn sqrt(self) -> $float {
+                $float::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> $float {
+                $float::abs(self)
+            }
+            #[inline(always)]
+            fn lt(self, other: $float) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn le(self, other: $float) -> bool {
+                self <= other
+            }
+            #[inline(always)]
+            fn select(mask: bool, a: $float, b: $float) -> $float {
+                if mask { a } else { b }
+            }
+            #[inline(always)]
+            fn select_whole(mask: bool, a: $uint, b: $uint) -> $uint {
+                if mask { a } else { b }
+            }
+        }
+    };
+}
+plain_lanes!(f32, u32);
+plain_lanes!(f64, u64);
 
 macro_rules! wide {
     (
@@ -54,72 +156,52 @@ macro_rules! wide {
                 let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut numbers[..Self::LANES]);
                 bytes.copy_from_slice(bytemuck::bytes_of(&self.lanes));
             }
+        }
 
-            /// The same number in all places.
+        impl<S: Simd> SideBySide for $Wide<S> {
+            type Plain = $float;
+            type Mask = $Mask<S>;
+            type Whole = S::$uints;
             #[inline(always)]
-            pub fn like(self, number: $float) -> Self {
+            fn like(self, number: $float) -> Self {
                 $Wide::splat(self.simd, number)
             }
 
-            /// The same vector in all places.
             #[inline(always)]
-            pub fn like3(self, v: Vec3<$float>) -> Vec3<Self> {
-                Vec3(v.0.map(|component| self.like(component)))
-            }
-
-            /// [`crate::vec3::Real::sqrt`]
-            #[inline(always)]
-            pub fn sqrt(self) -> Self {
+            fn sqrt(self) -> Self {
                 $Wide { lanes: self.simd.$sqrt(self.lanes), ..self }
             }
 
-            /// [`crate::vec3::Real::abs`]
             #[inline(always)]
-            pub fn abs(self) -> Self {
+            fn abs(self) -> Self {
                 $Wide { lanes: self.simd.$abs(self.lanes), ..self }
             }
 
-            /// `self < other`
             #[inline(always)]
-            pub fn lt(self, other: Self) -> $Mask<S> {
+            fn lt(self, other: Self) -> $Mask<S> {
                 let simd = self.simd;
                 $Mask { simd, lanes: simd.$less(self.lanes, other.lanes) }
             }
 
-            /// `self ≤ other`
             #[inline(always)]
-            pub fn le(self, other: Self) -> $Mask<S> {
+            fn le(self, other: Self) -> $Mask<S> {
                 let simd = self.simd;
                 $Mask { simd, lanes: simd.$less_or_equal(self.lanes, other.lanes) }
             }
 
-            /// [`crate::vec3::Real::min`]
             #[inline(always)]
-            pub fn min(self, other: Self) -> Self {
-                other.lt(self).select(other, self)
+            fn select(mask: $Mask<S>, a: Self, b: Self) -> Self {
+                mask.select(a, b)
             }
 
-            /// [`crate::vec3::Real::max`]
             #[inline(always)]
-            pub fn max(self, other: Self) -> Self {
-                self.lt(other).select(other, self)
+            fn select_whole(mask: $Mask<S>, a: S::$uints, b: S::$uints) -> S::$uints {
+                mask.select_whole(a, b)
             }
         }
 
         #[allow(dead_code, reason = "both sorts have the same operations")]
         impl<S: Simd> $Mask<S> {
-            /// Where both hold.
-            #[inline(always)]
-            pub fn and(self, other: Self) -> Self {
-                $Mask { lanes: self.simd.$and(self.lanes, other.lanes), ..self }
-            }
-
-            /// Where either holds.
-            #[inline(always)]
-            pub fn or(self, other: Self) -> Self {
-                $Mask { lanes: self.simd.$or(self.lanes, other.lanes), ..self }
-            }
-
             /// `a` where it holds, `b` elsewhere.
             #[inline(always)]
             pub fn select(self, a: $Wide<S>, b: $Wide<S>) -> $Wide<S> {
@@ -156,6 +238,18 @@ macro_rules! wide {
             #[inline(always)]
             pub fn any(self) -> bool {
                 bytemuck::bytes_of(&self.lanes).iter().fold(0, |any, byte| any | byte) != 0
+            }
+        }
+
+        impl<S: Simd> Holds for $Mask<S> {
+            #[inline(always)]
+            fn and(self, other: Self) -> Self {
+                $Mask { lanes: self.simd.$and(self.lanes, other.lanes), ..self }
+            }
+
+            #[inline(always)]
+            fn or(self, other: Self) -> Self {
+                $Mask { lanes: self.simd.$or(self.lanes, other.lanes), ..self }
             }
         }
 

@@ -7,10 +7,10 @@ mod adversarial;
 
 use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
-use kugelblitz::guard::steps;
 use kugelblitz::guard::{
     self, Guard, InputError, LIST, LIST_F64, PIXELS, Reach, UNIT_F32, UNIT_F64,
 };
+use kugelblitz::guard::{rows, steps};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
     Nearness, Widening, closest_approach, half_chord_radius, normalized, outside_nearness,
@@ -518,6 +518,43 @@ fn normals_from_half_chords() {
         });
         assert_tight(name, normal, found);
     }
+}
+
+/// How far half a chord is from that of another squared radius in the guard, where it is shortest.
+#[test]
+fn half_chords_of_rows() {
+    let found = worst(2, |x, _| {
+        let (width, within) = (1.0, x[1].abs());
+        let chord2 = 4.0 * width + x[0].abs();
+        if within > width {
+            return None;
+        }
+        let (inner, outer) = (chord2 + within - width, chord2 + within);
+        Some((outer.sqrt() - inner.sqrt()) * chord2.sqrt() / width)
+    });
+    assert_tight("CHORD", rows::CHORD, found);
+}
+
+#[test]
+fn quotients_of_planes_in_rows() {
+    let found = worst(4, |x, _| {
+        let (offset, slope, offset_error) = (x[0].abs(), x[1].abs(), x[2].abs());
+        let slope_error = rows::MOST_OF_SLOPE * slope * x[3].abs().min(1.0);
+        let exact = (offset + offset_error) / (slope - slope_error);
+        let granted = (offset_error + offset / slope * slope_error) / slope;
+        Some((exact - offset / slope) / granted)
+    });
+    assert_tight("QUOTIENT", rows::QUOTIENT, found);
+
+    let found = worst(3, |x, choices| {
+        let ((n, exact_n), (m, exact_m)) = (number(x[0].abs()), number(x[1].abs()));
+        let (error, exact_error) = number(x[2].abs() * 1e-6 * exact_n / exact_m);
+        set_choices(choices, false);
+        let bound = f64::from((n * (Adversarial::ONE / m) - error).0);
+        let t = exact_n / exact_m;
+        Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))
+    });
+    assert_tight("INVERSE", rows::INVERSE, found);
 }
 
 /// The intervals of far spheres, with `s + h` off by all that `FAR` allows.

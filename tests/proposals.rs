@@ -363,7 +363,7 @@ fn lists_need_few_storage_buffers() {
     let refused = GpuTracer::new(gpu, Arc::new(prepared), wants).err().unwrap();
     assert_eq!(refused.exit_code(), 7);
     let text = refused.to_string();
-    assert!(text.contains("6 buffers") && text.contains("at most 4"), "{text}");
+    assert!(text.contains("6 storage buffers") && text.contains("at most 4"), "{text}");
 }
 
 /// Where spheres are too far from the rays for f32's slabs, the CPU takes the list.

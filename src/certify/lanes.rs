@@ -68,6 +68,10 @@ pub struct Part<'a, O> {
 
 /// What is found of some hits.
 pub trait Output {
+    /// Takes a run of neighbours at once where it can, and then adds those that are open.
+    fn take_run(&mut self, _: &Stage, _: &Run, _: &mut Vec<usize>) -> bool {
+        false
+    }
     /// These hit nothing.
     fn miss(&mut self, at: Range<usize>);
     /// Takes hits from a queue, and adds those that are open.
@@ -85,15 +89,23 @@ pub struct Surfaces<'a> {
     pub normal: &'a mut [[f32; 3]],
 }
 
-/// Neighbours in a row that hit one object, from one origin.
+/// Neighbours in a row that hit one object.
 #[derive(Clone, Copy, Default)]
-struct Run {
+pub struct Run {
     id: u32,
     /// Where in the part they begin.
     at: usize,
     n: usize,
     /// [`crate::rays::Pixels::offset2`] of the first one, where they are pixels.
     offset: (i64, i64),
+}
+
+impl Run {
+    /// The hit at a place in the part alone.
+    fn only(&self, at: usize) -> Run {
+        let offset = (self.offset.0 + 2 * (at - self.at) as i64, self.offset.1);
+        Run { id: self.id, at, n: 1, offset }
+    }
 }
 
 /// Completes one part of the hits after the other.
@@ -105,6 +117,8 @@ pub struct Completer<'a> {
     on_planes: Queue<PlaneSight, PLANE>,
     /// Places in the part of the hits that f64 leaves open.
     pub open: Vec<usize>,
+    /// Of those that a run leaves open.
+    in_row: Vec<usize>,
 }
 
 impl<'a> Completer<'a> {
@@ -116,6 +130,7 @@ impl<'a> Completer<'a> {
             inside: Queue::default(),
             on_planes: Queue::default(),
             open: Vec::new(),
+            in_row: Vec::new(),
         })
     }
 
@@ -177,7 +192,6 @@ impl<'a> Completer<'a> {
 
     fn take_row<O: Output>(&mut self, row: Run, part: &mut Part<O>) {
         let stage = self.stage;
-        let n_spheres = stage.scene.spheres.len();
         let end = row.at + row.n;
         let mut at = row.at;
         while at < end {
@@ -187,35 +201,46 @@ impl<'a> Completer<'a> {
                 continue;
             }
             if id == 0 {
-                let n = part.id[at..end].iter().take_while(|&&id| id == 0).count();
+                let n = run_length(&part.id[at..end]);
                 part.out.miss(at..at + n);
                 at += n;
                 continue;
             }
-            let most = if stage.has_one_origin { end - at } else { 1 };
-            let n = part.id[at..at + most].iter().take_while(|&&other| other == id).count();
-            let offset = (row.offset.0 + 2 * (at - row.at) as i64, row.offset.1);
-            let run = Run { id, at, n, offset };
-            at += n;
+            let run = Run { id, n: run_length(&part.id[at..end]), ..row.only(at) };
+            at += run.n;
             if !stage.usable {
                 self.open.extend(run.at..at);
                 continue;
             }
-            match (id as usize - 1).checked_sub(n_spheres) {
-                Some(plane) => match self.stage.planes.get(plane) {
-                    Some(plane) => {
-                        let ray = stage.ray_f64(part.first + run.at);
-                        let sight = PlaneSight::new(plane, &ray, &stage.bounds);
-                        self.on_planes.push(stage, run, sight, part, &mut self.open);
-                    }
-                    None => self.open.extend(run.at..at),
-                },
-                None => {
-                    self.spheres.runs[self.spheres.n] = run;
-                    self.spheres.n += 1;
-                    if self.spheres.n == LANES {
-                        self.look_at_spheres(part);
-                    }
+            if run.n >= MANY && part.out.take_run(stage, &run, &mut self.in_row) {
+                for at in std::mem::take(&mut self.in_row) {
+                    self.take_run(run.only(at), part);
+                }
+            } else if stage.has_one_origin {
+                self.take_run(run, part);
+            } else {
+                (run.at..at).for_each(|at| self.take_run(run.only(at), part));
+            }
+        }
+    }
+
+    /// Hits of one object from one origin.
+    fn take_run<O: Output>(&mut self, run: Run, part: &mut Part<O>) {
+        let stage = self.stage;
+        match (run.id as usize - 1).checked_sub(stage.scene.spheres.len()) {
+            Some(plane) => match stage.planes.get(plane) {
+                Some(plane) => {
+                    let ray = stage.ray_f64(part.first + run.at);
+                    let sight = PlaneSight::new(plane, &ray, &stage.bounds);
+                    self.on_planes.push(stage, run, sight, part, &mut self.open);
+                }
+                None => self.open.extend(run.at..run.at + run.n),
+            },
+            None => {
+                self.spheres.runs[self.spheres.n] = run;
+                self.spheres.n += 1;
+                if self.spheres.n == LANES {
+                    self.look_at_spheres(part);
                 }
             }
         }
@@ -238,6 +263,16 @@ impl<'a> Completer<'a> {
         }
         self.spheres.n = 0;
     }
+}
+
+/// How many ids at the beginning are the same.
+fn run_length(ids: &[u32]) -> usize {
+    // So many are compared at a time.
+    const BLOCK: usize = 16;
+    let Some(&id) = ids.first() else { return 0 };
+    let is_one = |ids: &&[u32]| ids.iter().fold(0, |other, &next| other | (next ^ id)) == 0;
+    let n = BLOCK * ids.chunks_exact(BLOCK).take_while(is_one).count();
+    n + ids[n..].iter().take_while(|&&next| next == id).count()
 }
 
 /// Runs of hits of spheres.
@@ -388,6 +423,18 @@ impl<S: Sight, const N: usize> Queue<S, N> {
 }
 
 impl Output for Surfaces<'_> {
+    fn take_run(&mut self, stage: &Stage, run: &Run, open: &mut Vec<usize>) -> bool {
+        let StageRays::Pixels { camera, .. } = &stage.rays else { return false };
+        let Some(sight) = stage.row_sight(run.id) else { return false };
+        let places = run.at..run.at + run.n;
+        let t = &mut self.t[places.clone()];
+        sight.find(camera, run.offset, t, &mut self.normal[places]);
+        if t.contains(&0.0) {
+            open.extend((run.at..).zip(&*t).filter(|&(_, &t)| t == 0.0).map(|(at, _)| at));
+        }
+        true
+    }
+
     fn miss(&mut self, at: Range<usize>) {
         self.t[at.clone()].fill(MISS.0);
         self.normal[at].fill(MISS.1);

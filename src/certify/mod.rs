@@ -7,6 +7,7 @@ mod lanes;
 mod nearness;
 mod packets;
 mod point;
+mod rows;
 #[cfg(feature = "gpu")]
 mod shaders;
 mod surface;
@@ -114,7 +115,15 @@ pub trait DecideInF64 {
 }
 
 fn listed_open(hits: &Hits) -> Vec<u32> {
-    (0..).zip(&hits.id).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray).collect()
+    hits.id.par_chunks(RAYS_PER_PART).enumerate().flat_map_iter(open_of_part).collect()
+}
+
+fn open_of_part((part, ids): (usize, &[u32])) -> impl Iterator<Item = u32> {
+    // Hardly a part has one. All are looked at, which several at a time can be.
+    let has_open = ids.iter().fold(false, |any, &id| any | (id == UNDECIDED));
+    let ids = if has_open { ids } else { &[] };
+    let first = (part * RAYS_PER_PART) as u32;
+    (first..).zip(ids).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray)
 }
 
 /// The rays that f32 does not decide, which have no id from here on.
@@ -439,8 +448,8 @@ impl<'a> Stage<'a> {
                 |completer, (part, ((id, t), normal))| {
                     control.check()?;
                     host::check()?;
-                    let n_open = t.iter().filter(|&&t| t == 0.0).count();
-                    let is_nearly_done = is_completed && n_open < t.len() / FEW_OPEN;
+                    let n_open = || t.iter().filter(|&&t| t == 0.0).count();
+                    let is_nearly_done = is_completed && n_open() < t.len() / FEW_OPEN;
                     let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
                     let mut part = Part { first, id, out };
                     match is_nearly_done {

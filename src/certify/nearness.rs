@@ -193,7 +193,7 @@ impl Foot {
 
 /// A plane's numbers for all rays.
 pub struct PlaneF64 {
-    point: DVec3,
+    pub point: DVec3,
     /// Scaled by a power of two to a largest component in `1..2`.
     pub normal: Vec3<f64>,
     n_length: f64,
@@ -218,9 +218,15 @@ impl PlaneF64 {
     #[inline(always)]
     pub fn offset(&self, ray: &RayF64, input: InputError) -> (f64, f64) {
         let distance = ray.distance(self.point);
-        let (n, tiny) = (self.n_length, guard::TINY_F64);
-        let error = guard::plane_offset_error(n, distance, guard::UNIT_F64, input, tiny);
+        let error = self.offset_error(distance, input);
         let offset = dot3(ray.to_point(self.point), self.normal);
         (offset, if guard::plane_in_range_f64(distance) { error } else { f64::INFINITY })
+    }
+
+    /// Bound of the error of `(a − o)·n` for a distance in range.
+    #[inline(always)]
+    pub fn offset_error(&self, distance: f64, input: InputError) -> f64 {
+        let (n, tiny) = (self.n_length, guard::TINY_F64);
+        guard::plane_offset_error(n, distance, guard::UNIT_F64, input, tiny)
     }
 }

@@ -16,12 +16,13 @@ use crate::error::Result;
 use crate::guard::{self, Guard};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{
-    GuardOf, Nearness, UNDECIDED, Widening, closest_approach, plane_nearness_at, sphere_nearness,
+    GuardOf, NearestOf, Nearness, UNDECIDED, Widening, closest_approach, inside_at, outside_at,
+    plane_nearness_at, plane_nearness_of, sphere_nearness,
 };
 use crate::rays::Pixels;
 use crate::scene::{Object, Sphere};
-use crate::vec3::{Real, Vec3, dot3};
-use crate::wide::WideF64;
+use crate::vec3::{Vec3, dot3};
+use crate::wide::{SideBySide, WideF64};
 
 /// Most numbers of a register.
 const MOST_LANES: usize = 8;
@@ -67,13 +68,8 @@ struct Origins {
 /// The numbers of some rays, and what is nearest to each so far.
 struct Packet<'a, S: Simd> {
     rays: RayOf<WideF64<S>>,
-    /// `√a`
-    length: WideF64<S>,
     origins: &'a Origins,
-    low: WideF64<S>,
-    high: WideF64<S>,
-    second_high: WideF64<S>,
-    id: S::u64s,
+    nearest: NearestOf<WideF64<S>>,
 }
 
 impl<'a> Packets<'a> {
@@ -237,18 +233,10 @@ impl Packets<'_> {
             }
         }
         let (zero, none) = (rays.a.like(0.0), simd.splat_u64s(0));
-        let mut packet = Packet {
-            length: rays.a.sqrt(),
-            rays,
-            origins,
-            low: zero,
-            high: zero,
-            second_high: zero,
-            id: none,
-        };
+        let mut packet = Packet { rays, origins, nearest: NearestOf::none(zero, none) };
         for &(id, ref sight) in &self.objects {
             if let Some(root) = packet.root(simd, sight, &self.bounds) {
-                packet.nearer(root, simd.splat_u64s(u64::from(id)));
+                packet.nearest.nearer(root, simd.splat_u64s(u64::from(id)));
             }
         }
         packet.finish(&scale, &self.bounds.widening, ids);
@@ -286,11 +274,8 @@ impl<S: Simd> Packet<'_, S> {
             }
             Sight::Plane { away, direction_error, q } => {
                 let away = dot3(direction, a.like3(away));
-                let error = a.like(direction_error) * self.length;
-                Some(Nearness {
-                    low: (away - error) * inv_a * a.like(q.low),
-                    high: (away + error) * inv_a * a.like(q.high),
-                })
+                let q = Nearness { low: a.like(q.low), high: a.like(q.high) };
+                Some(plane_nearness_of(&self.rays, away, direction_error, q))
             }
             Sight::AnySphere(sphere, known) => {
                 Some(self.one_by_one(simd, |ray| any_sphere(ray, sphere, known, bounds)))
@@ -324,27 +309,16 @@ impl<S: Simd> Packet<'_, S> {
         Nearness { low: WideF64::load(simd, &low), high: WideF64::load(simd, &high) }
     }
 
-    /// [`crate::kernel::certified::Nearest::nearer`] of all rays.
-    #[inline(always)]
-    fn nearer(&mut self, root: Nearness<WideF64<S>>, id: S::u64s) {
-        let is_nearer = self.high.lt(root.high);
-        let farther = is_nearer.select(self.high, root.high);
-        self.low = is_nearer.select(root.low, self.low);
-        self.high = is_nearer.select(root.high, self.high);
-        self.second_high = self.second_high.max(farther);
-        self.id = is_nearer.select_whole(id, self.id);
-    }
-
     /// The ids that are certain. Of a certain object `t` is, too, as it may be beyond the largest f32.
     #[inline(always)]
     fn finish(&self, scale: &Lanes, widening: &Widening<f64>, ids: &mut [u32]) {
         let (mut a, mut low, mut high) = ([1.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
         let mut second_high = [0.0; MOST_LANES];
         self.rays.a.store(&mut a);
-        self.low.store(&mut low);
-        self.high.store(&mut high);
-        self.second_high.store(&mut second_high);
-        let numbers: &[u64] = bytemuck::cast_slice(std::slice::from_ref(&self.id));
+        self.nearest.low.store(&mut low);
+        self.nearest.high.store(&mut high);
+        self.nearest.second_high.store(&mut second_high);
+        let numbers: &[u64] = bytemuck::cast_slice(std::slice::from_ref(&self.nearest.id));
         for (lane, id) in ids.iter_mut().enumerate() {
             let root = Nearness { low: low[lane], high: high[lane] };
             let t = t_f32(a[lane], root, scale[lane], widening);
@@ -352,46 +326,6 @@ impl<S: Simd> Packet<'_, S> {
             let is_missed = (numbers[lane] == 0) & (scale[lane] > 0.0);
             *id = if is_hit | is_missed { numbers[lane] as u32 } else { UNDECIDED };
         }
-    }
-}
-
-/// [`crate::kernel::certified::outside_nearness`] from the closest approach.
-#[inline(always)]
-fn outside_at<S: Simd>(
-    s: WideF64<S>,
-    m: WideF64<S>,
-    inv_a: WideF64<S>,
-    guard: &GuardOf<f64>,
-    q: Nearness<f64>,
-) -> Nearness<WideF64<S>> {
-    let (zero, slack) = (s.like(0.0), s.like(guard.slack));
-    let (inner, outer) = (s.like(guard.inner2) - m, s.like(guard.outer2) - m);
-    let low = ((s - slack) + (inner.max(zero) * inv_a).sqrt()) * s.like(q.low);
-    let high = ((s + slack) + (outer.max(zero) * inv_a).sqrt()) * s.like(q.high);
-    Nearness { low: inner.lt(zero).select(zero, low), high: outer.lt(zero).select(zero, high) }
-}
-
-/// [`crate::kernel::certified::inside_nearness`] from the closest approach, where `q` is not 0.
-#[inline(always)]
-fn inside_at<S: Simd>(
-    s: WideF64<S>,
-    m: WideF64<S>,
-    inv_a: WideF64<S>,
-    guard: &GuardOf<f64>,
-    q: Nearness<f64>,
-    widening: &Widening<f64>,
-) -> Nearness<WideF64<S>> {
-    let (zero, slack) = (s.like(0.0), s.like(guard.slack));
-    let half = |r2: f64| ((s.like(r2) - m).max(zero) * inv_a).sqrt();
-    let u_low = (s.abs() + half(guard.inner2)) - slack;
-    let u_high = (s.abs() + half(guard.outer2)) + slack;
-    let ahead_low = inv_a / u_high * s.like(widening.narrower);
-    let ahead_high = inv_a / u_low * s.like(widening.wider);
-    let ahead_high = zero.lt(u_low).select(ahead_high, s.like(f64::LARGEST));
-    let is_ahead = zero.lt(s);
-    Nearness {
-        low: is_ahead.select(ahead_low, u_low * s.like(q.low)),
-        high: is_ahead.select(ahead_high, u_high * s.like(q.high)),
     }
 }
 

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::nearness::{Foot, K, Place, PlaneF64, t_f32};
-use super::{RayF64, Stage};
+use super::{RayF64, Stage, StageRays};
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
 use crate::guard::{self, InputError};
 use crate::kernel::RayOf;
@@ -15,7 +15,7 @@ use crate::vec3::{Real, Vec3, dot3};
 
 /// Largest error of an f64 normal before it is rounded to f32: with the rounding itself, `√3·2⁻²⁵`,
 /// it stays below `2⁻²³`, also if it were twice as large; not four times.
-const NORMAL_TOLERANCE: f64 = 1.0 / (1u64 << 25) as f64;
+pub const NORMAL_TOLERANCE: f64 = 1.0 / (1u64 << 25) as f64;
 const _: () = assert!(NORMAL_TOLERANCE + 1.7321 / (1u64 << 25) as f64 <= 1.0 / (1u64 << 23) as f64);
 
 /// `t` and the normal of a hit.
@@ -253,9 +253,19 @@ impl Stage<'_> {
         (t > 0.0).then_some((t, normal))
     }
 
+    /// Those that neighbours in a row give; what these leave open is better known alone.
+    pub fn surface_in_row(&self, index: usize, id: u32) -> Option<Surface> {
+        let StageRays::Pixels { pixels, camera, .. } = &self.rays else { return None };
+        let (x, y) = pixels.xy(index);
+        self.row_sight(id)?.find_one(camera, pixels.offset2(x, y))
+    }
+
     /// `t` and normal of a hit that is known to exist: in f64, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<Surface> {
         let object = self.scene.object(id)?;
+        if let Some(surface) = self.surface_in_row(index, id) {
+            return Some(surface);
+        }
         if let Some(surface) = self.surface_f64(&self.ray_f64(index), id, object) {
             return Some(surface);
         }

@@ -43,6 +43,8 @@ impl OpenDevice {
         facts: AdapterFacts,
         limits: wgpu::Limits,
     ) -> Result<OpenDevice> {
+        let max_storage_buffers = limits.max_storage_buffers_per_shader_stage;
+        let facts = AdapterFacts { max_storage_buffers, ..facts };
         let wanted = wgpu::Features::PASSTHROUGH_SHADERS
             | wgpu::Features::SHADER_F64
             | wgpu::Features::TIMESTAMP_QUERY;

@@ -65,7 +65,7 @@ fn check_limits(
     let most = |size: fn([u32; 3]) -> u32| groups.clone().map(size).max().unwrap_or(0);
     let limits = gpu.device.limits();
     let needs = [
-        ("storage buffers", n_storage, limits.max_storage_buffers_per_shader_stage),
+        ("storage buffers", n_storage, gpu.facts.max_storage_buffers),
         ("uniform buffers", n_uniform, limits.max_uniform_buffers_per_shader_stage),
         ("textures", n_textures, limits.max_sampled_textures_per_shader_stage),
         ("bindings", entries.len() as u32, limits.max_bindings_per_bind_group),

@@ -10,7 +10,7 @@ use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
 use crate::vec3::{Vec3, dot3};
-use crate::wide::{WideF32, WideF64};
+use crate::wide::{SideBySide, WideF32, WideF64};
 
 /// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -42,6 +42,8 @@ use glam::DVec3;
 
 use crate::guard::round_down;
 use crate::rays::{Lens, Pixels, View};
+use crate::vec3::{Vec3, dot3};
+use crate::wide::{Holds, SideBySide};
 
 /// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
@@ -143,50 +145,102 @@ impl Projection {
     /// it.
     #[inline(always)]
     pub fn footprint(&self, l: DVec3, r: f64) -> Option<Footprint> {
-        let [depth, across, upward] = [self.depth, self.across, self.upward].map(|g| g.dot(l));
-        let spare = SPARE * (l.length() + r);
-        let reach = r * self.depth_length + spare;
-        if depth + reach <= 0.0 {
-            return None;
-        }
-        let bounds = |middle: f64, stretch: f64| match self.lens {
-            Lens::Perspective => slopes(depth, middle, r * stretch + spare),
-            Lens::Orthographic => [middle - (r * stretch + spare), middle + (r * stretch + spare)],
-        };
-        let [left, right] = bounds(across, self.stretch[0]);
-        let [bottom, top] = bounds(upward, self.stretch[1]);
-        let column = |x: f64| (f64::from(self.width) - 1.0 + x / self.step) / 2.0;
-        let row = |y: f64| (f64::from(self.height) - 1.0 - y / self.step) / 2.0;
-        Some(Footprint {
-            columns: self.cells(column(left), column(right), self.width)?,
-            rows: self.cells(row(top), row(bottom), self.height)?,
-            t: round_down((depth - reach).max(0.0)),
-        })
+        self.cells_of(&self.outline(l.into(), r))
     }
 
-    /// The cells of the pixels from `first` to `last` that the picture has; `None` for none.
+    /// What spheres at `l` from the eye with radius `r` cover.
     #[inline(always)]
-    fn cells(&self, first: f64, last: f64, n: u32) -> Option<[u16; 2]> {
+    pub(crate) fn outline<R: SideBySide<Plain = f64>>(&self, l: Vec3<R>, r: R) -> Outline<R> {
+        let depth = dot3(r.like3(self.depth.into()), l);
+        let across = dot3(r.like3(self.across.into()), l);
+        let upward = dot3(r.like3(self.upward.into()), l);
+        let spare = r.like(SPARE) * (dot3(l, l).sqrt() + r);
+        let reach = r * r.like(self.depth_length) + spare;
+        let [radius_across, radius_upward] =
+            [r * r.like(self.stretch[0]) + spare, r * r.like(self.stretch[1]) + spare];
+        let [left, right, bottom, top] = match self.lens {
+            Lens::Perspective => {
+                let [left, right] = slopes(depth, across, radius_across);
+                let [bottom, top] = slopes(depth, upward, radius_upward);
+                [left, right, bottom, top]
+            }
+            Lens::Orthographic => [
+                across - radius_across,
+                across + radius_across,
+                upward - radius_upward,
+                upward + radius_upward,
+            ],
+        };
+        let (step, two) = (r.like(self.step), r.like(2.0));
+        let width = r.like(f64::from(self.width) - 1.0);
+        let height = r.like(f64::from(self.height) - 1.0);
+        Outline {
+            columns: [(width + left / step) / two, (width + right / step) / two],
+            rows: [(height - top / step) / two, (height - bottom / step) / two],
+            t: (depth - reach).max(r.like(0.0)),
+            farthest: depth + reach,
+        }
+    }
+
+    /// The cells of an outline; `None` where no pixel sees it.
+    #[inline(always)]
+    fn cells_of(&self, outline: &Outline<f64>) -> Option<Footprint> {
+        let Outline { columns, rows, t, farthest } = *outline;
+        let (columns, has_columns) = self.columns(columns[0], columns[1]);
+        let (rows, has_rows) = self.rows(rows[0], rows[1]);
+        let is_seen = has_columns & has_rows & (farthest > 0.0);
+        is_seen.then(|| Footprint { columns, rows, t: round_down(t) })
+    }
+
+    /// First and last column of cells from `left` to `right`, and whether the picture has any.
+    #[inline(always)]
+    pub(crate) fn columns(&self, left: f64, right: f64) -> ([u16; 2], bool) {
+        self.cells(left, right, self.width)
+    }
+
+    /// The same for rows.
+    #[inline(always)]
+    pub(crate) fn rows(&self, top: f64, bottom: f64) -> ([u16; 2], bool) {
+        self.cells(top, bottom, self.height)
+    }
+
+    #[inline(always)]
+    fn cells(&self, first: f64, last: f64, n: u32) -> ([u16; 2], bool) {
         // A bound that is NaN is none.
         let first = (first - EDGE).ceil().max(0.0);
         let last = (last + EDGE).floor().min(f64::from(n) - 1.0);
-        (first <= last).then(|| [first, last].map(|pixel| (pixel as u32 >> self.cell_shift) as u16))
+        let cell = |pixel: f64| (pixel as u32 >> self.cell_shift) as u16;
+        ([cell(first), cell(last)], first <= last)
     }
+}
+
+/// What a sphere covers of the picture's plane, px, and between which `t` it lies.
+pub(crate) struct Outline<R> {
+    pub columns: [R; 2],
+    pub rows: [R; 2],
+    pub t: R,
+    pub farthest: R,
 }
 
 /// The least and the largest slope `b/a`, where `a > 0`, in the disc about `(a, b)`.
 #[inline(always)]
-fn slopes(a: f64, b: f64, radius: f64) -> [f64; 2] {
+fn slopes<R: SideBySide<Plain = f64>>(a: R, b: R, radius: R) -> [R; 2] {
     let distance = (a * a + b * b).sqrt();
-    if distance - radius <= GRAZING * distance {
-        return [f64::NEG_INFINITY, f64::INFINITY];
-    }
     let tangent = ((distance - radius) * (distance + radius)).sqrt();
-    let slope = |radius: f64| {
-        let turned = a * tangent - b * radius;
-        (turned > 0.0).then(|| (b * tangent + a * radius) / turned)
-    };
-    [slope(-radius).unwrap_or(f64::NEG_INFINITY), slope(radius).unwrap_or(f64::INFINITY)]
+    let is_bounded = (a.like(GRAZING) * distance).lt(distance - radius);
+    let [(first, has_first), (last, has_last)] =
+        [slope(a, b, tangent, -radius), slope(a, b, tangent, radius)];
+    [
+        R::select(is_bounded.and(has_first), first, a.like(f64::NEG_INFINITY)),
+        R::select(is_bounded.and(has_last), last, a.like(f64::INFINITY)),
+    ]
+}
+
+/// The slope of a tangent, and whether it stays where `a > 0`.
+#[inline(always)]
+fn slope<R: SideBySide<Plain = f64>>(a: R, b: R, tangent: R, radius: R) -> (R, R::Mask) {
+    let turned = a * tangent - b * radius;
+    ((b * tangent + a * radius) / turned, a.like(0.0).lt(turned))
 }
 
 #[cfg(test)]

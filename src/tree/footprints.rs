@@ -4,6 +4,7 @@
 //! them: the nodes stand in one order, near ones first, each with a link to what follows its subtree
 //! (Smits, "Efficiency issues for ray tracing", JGT 1998). A walk needs no stack and keeps one number.
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable, zeroed_vec};
@@ -96,32 +97,69 @@ pub struct Footprints {
     pub cell_shift: u32,
 }
 
-/// Nodes of a subtree that one thread fits at a time.
+/// Most nodes of a subtree that one thread fits at a time: they stay in its caches.
 const PART: usize = 1 << 14;
+
+/// Subtrees that are fitted side by side.
+pub struct Parts<'a> {
+    tree: &'a Tree,
+    nodes: Vec<Range<usize>>,
+    /// The nodes above them, ascending.
+    above: Vec<usize>,
+}
+
+impl<'a> Parts<'a> {
+    /// Those of a tree.
+    pub fn new(tree: &'a Tree) -> Parts<'a> {
+        let (nodes, above) = tree.cut(PART);
+        Parts { tree, nodes, above }
+    }
+
+    /// The places of their spheres, which ascend and are all places.
+    pub fn places(&self) -> impl Iterator<Item = Range<usize>> {
+        self.nodes.iter().scan(0, |first, nodes| {
+            let places = *first..*first + nodes.len().div_ceil(2);
+            *first = places.end;
+            Some(places)
+        })
+    }
+}
 
 impl Footprints {
     /// Fits bounds on the screen to a tree, whose sphere at each place has one of these footprints:
     /// [`Footprint::NONE`] where no pixel sees it.
     pub fn new(tree: &Tree, footprints: &[Footprint], cell_shift: u32) -> Footprints {
-        let (parts, above) = tree.cut(PART);
-        let mut hulls: Vec<Footprint> = zeroed_vec(tree.n_nodes());
-        let hull = |hulls: &[Footprint], first: usize, at: usize| match tree.place(at) {
-            Some(place) => footprints[place],
-            None => {
-                let [a, b] = tree.children(at).map(|child| &hulls[child - first]);
-                a.union(b)
-            }
+        let parts = Parts::new(tree);
+        let given = parts.places().map(|places| &footprints[places]).collect();
+        let copy = |given: &[Footprint], here: &mut [Footprint]| {
+            here.copy_from_slice(given);
         };
-        let slices = split(&mut hulls, parts.iter().cloned());
-        slices.into_par_iter().zip(&parts).for_each(|(hulls, part)| {
-            for at in part.clone().rev() {
-                hulls[at - part.start] = hull(hulls, part.start, at);
-            }
-        });
-        for &at in above.iter().rev() {
-            hulls[at] = hull(&hulls, 0, at);
-        }
-        Footprints { nodes: near_first(tree, &hulls, &parts), cell_shift }
+        Footprints::of_parts(&parts, cell_shift, given, copy).0
+    }
+
+    /// Fits bounds on the screen to the parts of a tree. `see` writes the footprints of the spheres at a
+    /// part's places, from what is `given` for it; with what it returns of each part.
+    pub fn of_parts<D: Send, T: Send>(
+        parts: &Parts,
+        cell_shift: u32,
+        given: Vec<D>,
+        see: impl Fn(D, &mut [Footprint]) -> T + Sync,
+    ) -> (Footprints, Vec<T>) {
+        let tree = parts.tree;
+        let mut nodes: Vec<Node> = zeroed_vec(tree.n_nodes());
+        let slices = split(&mut nodes, parts.nodes.iter().cloned());
+        let work = slices.into_par_iter().zip(&parts.nodes).zip(given);
+        let (hulls, told): (Vec<Footprint>, Vec<T>) = work
+            .map_init(<(Vec<_>, Vec<_>)>::default, |(leaves, hulls), ((nodes, part), given)| {
+                leaves.resize(part.len().div_ceil(2), Footprint::NONE);
+                hulls.resize(part.len(), Footprint::NONE);
+                let told = see(given, leaves);
+                fit(tree, part, leaves, hulls);
+                order(tree, part, hulls, nodes);
+                (hulls[0], told)
+            })
+            .unzip();
+        (Footprints { nodes: put_together(parts, &hulls, nodes), cell_shift }, told)
     }
 
     /// The cells of the pixels from the `first` to the `last` column and row of the picture.
@@ -161,45 +199,99 @@ fn split<T>(mut all: &mut [T], runs: impl Iterator<Item = Range<usize>>) -> Vec<
     slices
 }
 
-/// The nodes in the order of the walk.
-fn near_first(tree: &Tree, hulls: &[Footprint], parts: &[Range<usize>]) -> Vec<Node> {
-    let mut nodes: Vec<Node> = zeroed_vec(hulls.len());
+/// The hulls of all that is below each node of a part, from the footprints of its leaves.
+fn fit(tree: &Tree, part: &Range<usize>, leaves: &[Footprint], hulls: &mut [Footprint]) {
+    let mut n_left = leaves.len();
+    for at in part.clone().rev() {
+        hulls[at - part.start] = match tree.place(at) {
+            Some(_) => {
+                n_left -= 1;
+                leaves[n_left]
+            }
+            None => {
+                let [a, b] = tree.children(at).map(|child| &hulls[child - part.start]);
+                a.union(b)
+            }
+        };
+    }
+}
+
+/// The nodes of a part in the order of the walk, as if the part were all.
+fn order(tree: &Tree, part: &Range<usize>, hulls: &[Footprint], nodes: &mut [Node]) {
+    let mut open = vec![part.start];
+    let mut next = 0;
+    while let Some(mut at) = open.pop() {
+        // Down to the nearest leaf.
+        loop {
+            nodes[next] = node(tree, &hulls[at - part.start], at, next);
+            next += 1;
+            if tree.place(at).is_some() {
+                break;
+            }
+            let children = tree.children(at);
+            let [a, b] = children.map(|child| hulls[child - part.start].t);
+            let is_second = usize::from(b < a);
+            open.push(children[1 - is_second]);
+            at = children[is_second];
+        }
+    }
+}
+
+/// All nodes in the order of the walk, from those of the parts, whose roots have these hulls.
+fn put_together(parts: &Parts, hulls: &[Footprint], ordered: Vec<Node>) -> Vec<Node> {
+    let Parts { tree, nodes: parts, above } = parts;
+    if above.is_empty() {
+        return ordered;
+    }
+    let part_at = |at: usize| parts.binary_search_by_key(&at, |part| part.start);
+    let mut hulls_above = vec![Footprint::NONE; above.len()];
+    let hull_in = |hulls_above: &[Footprint], at: usize| match part_at(at) {
+        Ok(part) => hulls[part],
+        Err(_) => above.binary_search(&at).map_or(Footprint::NONE, |above| hulls_above[above]),
+    };
+    for (number, &at) in above.iter().enumerate().rev() {
+        let [a, b] = tree.children(at).map(|child| hull_in(&hulls_above, child));
+        hulls_above[number] = a.union(&b);
+    }
+    let hull = |at: usize| hull_in(&hulls_above, at);
+    let mut nodes: Vec<Node> = zeroed_vec(ordered.len());
     // Where each part begins in the walk.
     let (mut starts, mut next) = (Vec::with_capacity(parts.len()), 0);
-    if !hulls.is_empty() {
-        walk(tree, hulls, 0, |at| {
-            if let Ok(part) = parts.binary_search_by_key(&at, |part| part.start) {
-                starts.push((next, at));
-                next += parts[part].len();
-                return false;
-            }
-            nodes[next] = node(tree, &hulls[at], at, next);
-            next += 1;
-            true
-        });
-    }
-    let runs = starts.iter().map(|&(next, at)| next..next + tree.after(at) - at);
+    walk(tree, hull, 0, |at| {
+        if let Ok(part) = part_at(at) {
+            starts.push((next, part));
+            next += parts[part].len();
+            return false;
+        }
+        nodes[next] = node(tree, &hull(at), at, next);
+        next += 1;
+        true
+    });
+    let runs = starts.iter().map(|&(next, part)| next..next + parts[part].len());
     let slices = split(&mut nodes, runs);
-    slices.into_par_iter().zip(&starts).for_each(|(nodes, &(start, root))| {
-        let mut put = nodes.iter_mut().zip(start..);
-        walk(tree, hulls, root, |at| {
-            if let Some((place, next)) = put.next() {
-                *place = node(tree, &hulls[at], at, next);
-            }
-            true
-        });
+    slices.into_par_iter().zip(&starts).for_each(|(nodes, &(start, part))| {
+        for (to, from) in nodes.iter_mut().zip(&ordered[parts[part].clone()]) {
+            let moved = if from.link & IS_LEAF == 0 { start as u32 } else { 0 };
+            *to = Node { link: from.link + moved, ..*from };
+        }
     });
     nodes
 }
 
 /// Shows `visit` the nodes of a subtree, those below the nearer child of a node first; it returns
 /// whether to go on below a node.
-fn walk(tree: &Tree, hulls: &[Footprint], root: usize, mut visit: impl FnMut(usize) -> bool) {
+fn walk<H: Borrow<Footprint>>(
+    tree: &Tree,
+    hull: impl Fn(usize) -> H,
+    root: usize,
+    mut visit: impl FnMut(usize) -> bool,
+) {
     let mut open = vec![root];
     while let Some(at) = open.pop() {
         if visit(at) && tree.place(at).is_none() {
             let [a, b] = tree.children(at);
-            open.extend(if hulls[a].t <= hulls[b].t { [b, a] } else { [a, b] });
+            let is_nearer = hull(a).borrow().t <= hull(b).borrow().t;
+            open.extend(if is_nearer { [b, a] } else { [a, b] });
         }
     }
 }

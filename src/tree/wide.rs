@@ -5,7 +5,7 @@ use pulp::Simd;
 use rayon::prelude::*;
 
 use super::{IS_LEAF, Tree};
-use crate::wide::WideF32;
+use crate::wide::{Holds, SideBySide, WideF32};
 
 /// Most boxes of a node.
 const WIDTH: usize = 16;

@@ -13,6 +13,8 @@ use crate::kernel::Lists;
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
 use crate::rays::{Bundle, Lens, Pixels, Ray, Rays};
 use crate::scene::{Plane, Scene, Sphere};
+use crate::vec3::{Vec3, dot3};
+use crate::wide::{Holds, SideBySide};
 
 /// All objects of a scene, for these rays.
 pub fn objects(
@@ -27,6 +29,31 @@ pub fn objects(
 pub fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
     let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
     rays.par_iter().map(distance).reduce(|| 0.0, f64::max)
+}
+
+/// What [`SphereFar`] has of a sphere, before it is rounded.
+pub struct Leaf<R> {
+    /// The first two of a guard.
+    pub inner2: R,
+    /// The other radius.
+    pub outer2: R,
+    /// Either, as the rays ask for.
+    pub q_or_slack: R,
+}
+
+impl Leaf<f64> {
+    /// The inner radius rounded down, everything else up.
+    #[inline(always)]
+    pub fn to_f32(&self, l: Vec3<f64>, id: u32) -> SphereFar {
+        SphereFar {
+            center: l.0.map(|component| component as f32),
+            inner2: guard::round_down(self.inner2),
+            outer2: guard::round_up(self.outer2),
+            q_or_slack: guard::round_up(self.q_or_slack),
+            id,
+            padding: 0,
+        }
+    }
 }
 
 /// The point that the numbers are relative to, and how far the rays are from it.
@@ -140,31 +167,55 @@ impl Frame {
     /// A sphere as the leaf of a picture's tree; `None` where it doesn't suit one. Parallel rays ask
     /// that f64 knows `k` of the camera's position well: exact arithmetic should find it once, not once
     /// a ray.
-    #[inline(always)]
     pub fn leaf(&self, sphere: &Sphere, id: u32, longest: f64) -> Option<SphereFar> {
-        let r = sphere.radius.abs();
         let l = sphere.center - self.reference;
-        let distance = guard::length_bound(l) + self.farthest_origin;
-        if r == 0.0 || !guard::sphere_in_range_f32(r, distance) {
+        let (leaf, is_known) = self.leaves(l.into(), sphere.radius.abs(), longest);
+        if is_known {
+            return Some(leaf.to_f32(l.into(), id));
+        }
+        if self.bundle == Bundle::Parallel {
             return None;
         }
-        let guard = Guard::new(r, distance, guard::UNIT_F32, self.input);
-        let q = match self.bundle {
-            Bundle::Parallel => {
-                guard::k_f64(l, r)?;
-                None
-            }
-            _ => {
-                let k = self.sphere_k(sphere, l);
-                if !(k_in_range(k, r + distance) && guard::is_far(&guard, k, longest)) {
-                    return None;
-                }
-                Some(guard::far_inverse_f32(k))
+        // Exact arithmetic may know its `k`.
+        let distance = guard::length_bound(l) + self.farthest_origin;
+        let k = self.sphere_k(sphere, l);
+        let is_suited = self.is_far(sphere, longest) && sphere.radius != 0.0;
+        let inverse = guard::far_inverse(k);
+        let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
+        let Guard { inner2, outer2, .. } = guard;
+        is_suited.then(|| Leaf { inner2, outer2, q_or_slack: inverse }.to_f32(l.into(), id))
+    }
+
+    /// Spheres at `l` from the reference point as leaves, and which of them f64 is sure of.
+    #[inline(always)]
+    pub fn leaves<R: SideBySide<Plain = f64>>(
+        &self,
+        l: Vec3<R>,
+        r: R,
+        longest: f64,
+    ) -> (Leaf<R>, R::Mask) {
+        let distance = guard::length_bounds(l) + r.like(self.farthest_origin);
+        let [inner2, outer2, slack, _] = Guard::numbers(r, distance, guard::UNIT_F32, self.input);
+        let (l2, r2) = (dot3(l, l), r * r);
+        let k = l2 - r2;
+        let largest = r.like(guard::LARGEST_F32);
+        let is_in_range =
+            r.like(guard::SMALLEST_RADIUS_F32).le(r).and(r.le(largest)).and(distance.le(largest));
+        let error = r.like(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
+        let (tolerance, q_or_slack, is_far) = match self.bundle {
+            Bundle::Parallel => (guard::K_TOLERANCE, slack, is_in_range),
+            Bundle::Point | Bundle::Free => {
+                let is_in_range = r
+                    .like(SMALLEST_K)
+                    .le(k)
+                    .and(k.le(r.like(LARGEST_OFFSET)))
+                    .and((r + distance).le(k * r.like(guard::LARGEST_NEARNESS)));
+                let is_far = (slack * r.like(longest)).le(r.like(guard::FAR) * k.sqrt());
+                (OFFSET_TOLERANCE, guard::far_inverse(k), is_in_range.and(is_far))
             }
         };
-        let [inner2, outer2, slack, _] = guard.round_to_f32();
-        let (center, q_or_slack) = (l.as_vec3().to_array(), q.unwrap_or(slack));
-        Some(SphereFar { center, inner2, outer2, q_or_slack, id, padding: 0 })
+        let is_known = error.le(r.like(tolerance) * k.abs());
+        (Leaf { inner2, outer2, q_or_slack }, is_in_range.and(is_known).and(is_far))
     }
 
     /// Any ray, for exact statements about the reference point.

@@ -8,13 +8,14 @@ use pulp::Simd;
 use super::filter::{
     FarFilter, Filter, Nearness, ParallelFilter, PointFilter, UNDECIDED, Widening, closest_approach,
 };
+use super::lanes::{NearestOf, inside_at, outside_at, plane_nearness};
 use super::records::{PlaneCertified, SphereCertified};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::{Lists, RayOf};
 use crate::rays::{CameraF32, Lens};
 use crate::vec3::{Real, Vec3, dot3};
-use crate::wide::WideF32;
+use crate::wide::{Holds, SideBySide, WideF32};
 
 /// Rays side by side.
 type Rays<S> = RayOf<WideF32<S>>;
@@ -88,10 +89,13 @@ impl RowFilter for PointFilter {
         let a = rays.a;
         let l = a.like3(Vec3(sphere.center));
         let q = Nearness { low: sphere.q_low.abs(), high: sphere.q_high_or_r2.abs() };
-        match sphere.q_low > 0.0 {
-            true => outside_nearness(rays, l, sphere, q),
-            false => Some(inside_nearness(rays, l, sphere, q, widening)),
+        let (inv_a, guard) = (rays.inv_a, sphere.guard());
+        if sphere.q_low > 0.0 {
+            let (s, m) = approach(rays, l, sphere.outer2)?;
+            return Some(outside_at(s, m, inv_a, &guard, q));
         }
+        let (s, m) = closest_approach(rays.direction, inv_a, l);
+        Some(inside_at(s, m, inv_a, &guard, q, widening))
     }
 
     #[inline(always)]
@@ -161,70 +165,6 @@ impl RowFilter for ParallelFilter {
             high: is_known.select(root.high, a.like(f32::LARGEST)),
         }
     }
-}
-
-/// Twin of [`super::plane_nearness`].
-#[inline(always)]
-fn plane_nearness<S: Simd>(
-    rays: &Rays<S>,
-    away: WideF32<S>,
-    direction_error: f32,
-    q: Nearness<WideF32<S>>,
-) -> Nearness<WideF32<S>> {
-    let error = away.like(direction_error) * rays.a.sqrt();
-    Nearness {
-        low: (away - error) * rays.inv_a * q.low,
-        high: (away + error) * rays.inv_a * q.high,
-    }
-}
-
-/// Twin of [`super::outside_nearness`].
-#[inline(always)]
-fn outside_nearness<S: Simd>(
-    rays: &Rays<S>,
-    l: Vec3<WideF32<S>>,
-    sphere: &SphereCertified,
-    q: Nearness<f32>,
-) -> Roots<S> {
-    let (a, inv_a) = (rays.a, rays.inv_a);
-    let (s, m) = approach(rays, l, sphere.outer2)?;
-    let (zero, slack) = (a.like(0.0), a.like(sphere.slack));
-    let (inner, outer) = (a.like(sphere.inner2) - m, a.like(sphere.outer2) - m);
-    let low = ((s - slack) + (inner.max(zero) * inv_a).sqrt()) * a.like(q.low);
-    let high = ((s + slack) + (outer.max(zero) * inv_a).sqrt()) * a.like(q.high);
-    Some(Nearness {
-        low: inner.lt(zero).select(zero, low),
-        high: outer.lt(zero).select(zero, high),
-    })
-}
-
-/// Twin of [`super::inside_nearness`].
-#[inline(always)]
-fn inside_nearness<S: Simd>(
-    rays: &Rays<S>,
-    l: Vec3<WideF32<S>>,
-    sphere: &SphereCertified,
-    q: Nearness<f32>,
-    widening: &Widening<f32>,
-) -> Nearness<WideF32<S>> {
-    let (a, inv_a) = (rays.a, rays.inv_a);
-    let (s, m) = closest_approach(rays.direction, inv_a, l);
-    let (zero, slack, largest) = (a.like(0.0), a.like(sphere.slack), a.like(f32::LARGEST));
-    let half = |r2: f32| ((a.like(r2) - m).max(zero) * inv_a).sqrt();
-    let u_low = (s.abs() + half(sphere.inner2)) - slack;
-    let u_high = (s.abs() + half(sphere.outer2)) + slack;
-    let is_ahead = zero.lt(s);
-    let is_apart = zero.lt(u_low);
-    let ahead_low = inv_a / u_high * a.like(widening.narrower);
-    let ahead_high = inv_a / is_apart.select(u_low, slack) * a.like(widening.wider);
-    let ahead_high = is_apart.select(ahead_high, largest);
-    let low = is_ahead.select(ahead_low, u_low * a.like(q.low));
-    let high = is_ahead.select(ahead_high, u_high * a.like(q.high));
-    if q.high > 0.0 {
-        return Nearness { low, high };
-    }
-    let is_open = s.abs().le(slack);
-    Nearness { low: is_open.select(zero, low), high: is_open.select(largest, high) }
 }
 
 /// [`decide_row`] of a filter.
@@ -417,7 +357,7 @@ fn decide<F: RowFilter, S: Simd>(
 ) -> S::u32s {
     let zero = rays.a.like(0.0);
     let (none, undecided) = (simd.splat_u32s(0), simd.splat_u32s(UNDECIDED));
-    let mut nearest = Nearest { low: zero, high: zero, second_high: zero, id: none };
+    let mut nearest = NearestOf::none(zero, none);
     let mut id = 0;
     for sphere in &lists.spheres {
         id += 1;
@@ -436,27 +376,6 @@ fn decide<F: RowFilter, S: Simd>(
     // Without a candidate no upper bound is above 0, and the id is 0.
     let is_empty = nearest.high.le(zero);
     is_certain.or(is_empty).select_whole(nearest.id, undecided)
-}
-
-/// [`super::Nearest`] of rays side by side.
-struct Nearest<S: Simd> {
-    low: WideF32<S>,
-    high: WideF32<S>,
-    second_high: WideF32<S>,
-    id: S::u32s,
-}
-
-impl<S: Simd> Nearest<S> {
-    /// [`super::Nearest::nearer`]
-    #[inline(always)]
-    fn nearer(&mut self, root: Nearness<WideF32<S>>, id: S::u32s) {
-        let is_nearer = self.high.lt(root.high);
-        let farther = is_nearer.select(self.high, root.high);
-        self.low = is_nearer.select(root.low, self.low);
-        self.high = is_nearer.select(root.high, self.high);
-        self.second_high = self.second_high.max(farther);
-        self.id = is_nearer.select_whole(id, self.id);
-    }
 }
 
 #[cfg(test)]

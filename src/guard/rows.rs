@@ -1,0 +1,61 @@
+//! `t` of a hit with fewer quotients and roots than [`super`] takes for a filter: for neighbours in a row of
+//! pixels, side by side.
+//!
+//! # Spheres
+//! `t = s ∓ h` cancels no more than [`super`] says of parallel rays: the slack bounds the sum of the errors of
+//! `s`, of `h` and of two sums. Here `h = √((r² − m)ι)`. As the rounded `r²` lies between `inner2` and
+//! `outer2`, the true half of the chord and `h` are both between the halves `h_in` and `h_out` that these give,
+//! and no farther from each other than they are. Let `b = outer2 − inner2` and `r² − m ≥ 4b`. Then
+//! `inner2 − m ≥ ¾(r² − m)`, so that `h_in ≥ √¾·h`, and
+//! `h_out − h_in = bι/(h_out + h_in) ≤ bι/((1 + √¾)h) = 0.536·b·√(ι/(r² − m))`: [`CHORD`]. Times `|d|`, that
+//! is what [`super::most_width`] limits; as `|d| ≥ 1`, it is no less without.
+//!
+//! # Planes
+//! `t = N·(1/M)` with `|N̂ − N| ≤ e` and `|M̂ − M| ≤ e_d|d|`. Let `e_d|d| ≤ 2⁻²⁰|M̂|`. Then the quotient of the
+//! true numbers is off by at most `(e + |t|·e_d|d|)/(|M̂| − e_d|d|)`, `1 + 2⁻¹⁹` times what it would be with
+//! `|M̂|` below: [`QUOTIENT`], with its own rounding. The inverse, the product and the sum with this error take
+//! one unit of `t` each: [`INVERSE`].
+
+use super::{Guard, InputError, UNIT_F64, most_width};
+
+/// Of `b·√(ι/(r² − m))`: how far half a chord may be off.
+pub const CHORD: f64 = 0.54;
+
+/// Of the error of a quotient.
+pub const QUOTIENT: f64 = 1.01;
+
+/// Of the rounding of a quotient as a product and a sum, in units.
+pub const INVERSE: f64 = 3.01;
+
+/// Part of `|M|` that its error may be.
+pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// Part of `r²` that `r² − m` is at least. No bound: it weighs the rays at the silhouette that are left open
+/// against an error that grows towards it.
+const LEAST: f64 = 1.0 / (1u64 << 14) as f64;
+
+/// What half a chord tells of a root and of a normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChordGuard {
+    /// `r² − m` from here on.
+    pub least2: f64,
+    /// Of `t`, then, for `|d| ≥ 1`.
+    pub error: f64,
+}
+
+impl ChordGuard {
+    /// For a sphere of radius `r` at distance up to `l`, in f64. The normal is then off by at most
+    /// `tolerance`; `None` where that can't be.
+    pub fn new(r: f64, l: f64, input: InputError, tolerance: f64) -> Option<ChordGuard> {
+        let Guard { inner2, outer2, slack, .. } = Guard::new(r, l, UNIT_F64, input);
+        let most_width = most_width(r, l, UNIT_F64, input, tolerance);
+        if inner2 <= 0.0 || most_width <= 0.0 {
+            return None;
+        }
+        // The host's rounding of this, and of what it is compared with, is in the hundredths.
+        let width2 = 1.01 * (outer2 - inner2);
+        let for_normal = 1.01 * CHORD * width2 / most_width;
+        let least2 = (LEAST * r * r).max(4.0 * width2).max(for_normal * for_normal);
+        Some(ChordGuard { least2, error: 1.01 * (slack + CHORD * width2 / least2.sqrt()) })
+    }
+}
