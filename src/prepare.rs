@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -20,7 +19,7 @@ use crate::kernel::certified::{Frame, farthest_origin};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{Float, Kernel};
 use crate::memory;
-use crate::rays::{Bundle, Pixels, Ray, Rays, View};
+use crate::rays::{Bundle, Pixels, Ray, Rays, View, look_at_all};
 use crate::scene::{Scene, Sphere};
 use crate::trace::Wants;
 
@@ -362,7 +361,7 @@ fn farthest_of(rays: &Rays, reference: DVec3) -> Result<f64> {
         true => guard::length_bound(ray.origin - reference),
         false => f64::INFINITY,
     };
-    let farthest = list.par_iter().map(distance).reduce(|| 0.0, f64::max);
+    let farthest = look_at_all(list, 0.0, distance, f64::max);
     match farthest.is_finite() {
         true => Ok(farthest),
         false => refuse_not_finite(rays).map(|()| farthest_origin(list, reference)),
@@ -376,7 +375,10 @@ fn is_finite(ray: &Ray) -> bool {
 /// A ray with a number that is not finite means nothing, and would spoil the numbers of all others.
 fn refuse_not_finite(rays: &Rays) -> Result<()> {
     let Rays::List(rays) = rays else { return Ok(()) };
-    match rays.par_iter().position_first(|ray| !is_finite(ray)) {
+    if look_at_all(rays, true, is_finite, |one, other| one && other) {
+        return Ok(());
+    }
+    match rays.iter().position(|ray| !is_finite(ray)) {
         None => Ok(()),
         Some(index) => Err(Error::Usage(format!(
             "ray {index} (counted from 0) has a number that is not finite; leave it out"
@@ -389,6 +391,6 @@ fn middle_of_origins(rays: &[Ray]) -> DVec3 {
     let Some(first) = rays.first() else { return DVec3::ZERO };
     let range = |ray: &Ray| (ray.origin, ray.origin);
     let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
-    let (low, high) = rays.par_iter().map(range).reduce(|| range(first), join);
+    let (low, high) = look_at_all(rays, range(first), range, join);
     low / 2.0 + high / 2.0
 }

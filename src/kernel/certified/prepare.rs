@@ -2,7 +2,6 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::FEW_SPHERES;
 use super::filter::Widening;
@@ -11,7 +10,7 @@ use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
-use crate::rays::{Bundle, Lens, Pixels, Ray, Rays};
+use crate::rays::{Bundle, Lens, Pixels, Ray, Rays, look_at_all};
 use crate::scene::{Plane, Scene, Sphere};
 use crate::vec3::{Vec3, dot3};
 use crate::wide::{Holds, SideBySide};
@@ -28,7 +27,7 @@ pub fn objects(
 /// Largest distance of an origin from the reference point.
 pub fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
     let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
-    rays.par_iter().map(distance).reduce(|| 0.0, f64::max)
+    look_at_all(rays, 0.0, distance, f64::max)
 }
 
 /// What [`SphereFar`] has of a sphere, before it is rounded.
