@@ -632,7 +632,7 @@ fn sabotage_of_a_shader_is_noticed() {
         ),
         (
             "a slab that ends too soon",
-            Text("* slab.far_inverse", "* (0.9 * slab.far_inverse)"),
+            Text("* slab.far_inverse", "* (0.5 * slab.far_inverse)"),
             vec![tree],
             true,
         ),
