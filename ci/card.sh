@@ -48,12 +48,12 @@ mkdir -p "$out"
 # Those who open a device by themselves take the same one.
 [ "$device" = gpu ] || export WGPU_ADAPTER_NAME=$device
 
-# Runs a step into FILE, unless that is there. Its exit code goes to the file's end.
+# Runs a step into FILE, unless it was done there before. Its exit code goes to the file's end.
 failed=0
 step() {
     local file=$out/$1 code=0
     shift
-    if [ ! -e "$file" ]; then
+    if [ "$(tail -n 1 "$file" 2>/dev/null)" != "exit code 0" ]; then
         say "$*"
         "$@" >"$file.part" 2>&1 </dev/null || code=$?
         printf 'exit code %s\n' "$code" >>"$file.part"
@@ -62,7 +62,6 @@ step() {
     [ "$(tail -n 1 "$file")" = "exit code 0" ] || failed=$((failed + 1))
 }
 
-# The device decides first whether all the rest can be.
 scenes() { find scenes -name '*.toml' ! -path 'scenes/clouds/*' | LC_ALL=C sort; }
 
 verify_all() {

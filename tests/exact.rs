@@ -16,17 +16,12 @@ use kugelblitz::exact::{
     ExactHit, ExactRay, Real, Root, Shape, Side, nearest, plane_numbers, real, signum,
     sphere_numbers, visible_root,
 };
-use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::trace::Ray;
 use num_traits::Signed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use cases::{
-    Case, CaseRay, any_vector, cases, orthographic_case, pixel_case, plane, seed, silhouette_case,
-    sphere,
-};
+use cases::{Case, CaseRay, cases, orthographic_case, pixel_case, plane, seed, sphere};
 use hard_cases::{HardShape, hard_cases};
 use oracle::{OracleRoot, q};
 
@@ -559,82 +554,4 @@ fn sides() {
     assert_eq!(side(sphere(dvec3(3.0, 0.0, 5.0), 3.0)), (Side::Front, [-1.0, 0.0, 0.0]));
     assert_eq!(side(plane(z, z)), (Side::Back, toward));
     assert_eq!(side(plane(z, z * -7.0)), (Side::Front, toward));
-}
-
-/// What the exact stage costs; `cargo test --release --test exact speed -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn speed() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let n = 20_000;
-    let time = |name: &str, count: usize, work: &mut dyn FnMut()| {
-        let start = std::time::Instant::now();
-        work();
-        let ns = start.elapsed().as_nanos() as f64 / count as f64;
-        println!("{name}: {ns:.0} ns");
-    };
-    let pool: Vec<Case> = (0..n).map(|_| silhouette_case(&mut rng)).collect();
-    let rays: Vec<ExactRay> = pool.iter().map(Case::exact_ray).collect();
-    time("ray from f64", n, &mut || {
-        pool.iter().for_each(|case| {
-            std::hint::black_box(case.exact_ray());
-        });
-    });
-    let mut roots = Vec::new();
-    time("sphere predicate near the silhouette", n, &mut || {
-        for (case, ray) in pool.iter().zip(&rays) {
-            roots.push(visible_root(ray, &case.objects[0].1));
-        }
-    });
-    let planes: Vec<Shape> =
-        (0..n).map(|_| plane(any_vector(&mut rng, 9.0), any_vector(&mut rng, 1.0))).collect();
-    time("plane predicate", n, &mut || {
-        planes.iter().zip(&rays).for_each(|(plane, ray)| {
-            std::hint::black_box(visible_root(ray, plane));
-        });
-    });
-    let hits: Vec<(ExactHit, &ExactRay, Shape)> = pool
-        .iter()
-        .zip(&rays)
-        .filter_map(|(case, ray)| {
-            Some((nearest(ray, case.objects.iter().copied())?, ray, case.objects[0].1))
-        })
-        .collect();
-    time("t_f32", hits.len(), &mut || {
-        hits.iter().for_each(|(hit, ..)| {
-            std::hint::black_box(hit.t_f32());
-        });
-    });
-    time("normal_f32", hits.len(), &mut || {
-        hits.iter().for_each(|(hit, ray, shape)| {
-            std::hint::black_box(hit.normal_f32(ray, shape));
-        });
-    });
-    time("t_decimal(20)", hits.len(), &mut || {
-        hits.iter().for_each(|(hit, ..)| {
-            std::hint::black_box(hit.t_decimal(20));
-        });
-    });
-    let ray = list(DVec3::ZERO, any_vector(&mut rng, 1.0));
-    let crowd: Vec<(u32, Shape)> = (1..)
-        .zip((0..n).map(|_| {
-            let at = any_vector(&mut rng, 10.0);
-            sphere(at, at.length() * 0.7)
-        }))
-        .collect();
-    time("nearest, per sphere of one ray", n, &mut || {
-        std::hint::black_box(nearest(&ray, crowd.iter().copied()));
-    });
-    let view = View::new(&Camera {
-        position: dvec3(0.1, 0.2, 6.0),
-        look_at: dvec3(0.0, 0.5, 0.0),
-        up: dvec3(0.0, 1.0, 0.0),
-        projection: Projection::Perspective { fov_degrees: 40.0 },
-    });
-    let exact = kugelblitz::exact::ExactPixels::new(&Pixels::whole(view, 1280, 720));
-    time("ray of a pixel", 1280, &mut || {
-        (0..1280).for_each(|x| {
-            std::hint::black_box(exact.ray(x, 300));
-        });
-    });
 }

@@ -3,13 +3,12 @@
 
 use std::io::Cursor;
 use std::path::Path;
-use std::time::Instant;
 
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::output::{OutputFile, commit};
-use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter, writer_bytes};
+use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter};
 use kugelblitz::rays::write_hits;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
@@ -643,53 +642,5 @@ fn a_wrong_palette_is_noticed() {
             .filter(|&i| picture.get_pixel(i as u32 % 16, i as u32 / 16).0 != srgb[i])
             .collect();
         assert_eq!(wrong, [200, 201], "{format}");
-    }
-}
-
-#[test]
-#[ignore = "measures; run it alone, in release, with --nocapture"]
-fn encode_times_at_full_hd() {
-    let (width, height) = (1920_u32, 1080_u32);
-    let palette: Vec<Color> = large_palette().into_iter().step_by(100).collect();
-    let mut hits = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), 0, palette.len());
-    // Overlapping discs: the shape of a real picture.
-    for y in 0..i64::from(height) {
-        for x in 0..i64::from(width) {
-            let id = (1..60_i64).rev().find(|i| {
-                let (dx, dy) = (x - (i * 733) % 1920, y - (i * 457) % 1080);
-                dx * dx + dy * dy < (20 + 2 * i) * (20 + 2 * i)
-            });
-            let t = id.map_or(f32::INFINITY, |i| i as f32 + ((x * y) as f32).sqrt() * 1e-3);
-            let normal = id.map_or([0.0; 3], |_| [x as f32 * 5e-4, y as f32 * 5e-4, 0.3]);
-            hits.id.push(id.unwrap_or(0) as u32);
-            hits.t.push(t);
-            hits.normal.push(normal);
-            hits.level.push(0);
-        }
-    }
-    let noise = random_hits(&mut ChaCha8Rng::seed_from_u64(SEED), hits.id.len(), palette.len());
-    for (name, hits) in [("discs", &hits), ("noise", &noise)] {
-        for format in Format::ALL {
-            for options in [EIGHT, SIXTEEN] {
-                let pixels = whole(width, height);
-                let mut best_ms = f64::INFINITY;
-                let mut n_bytes = 0;
-                for _ in 0..5 {
-                    let start = Instant::now();
-                    let colors = shaded(format, options, &palette, hits).unwrap();
-                    let sink = Cursor::new(Vec::with_capacity(1 << 27));
-                    let mut writer =
-                        PictureWriter::create(format, options, &pixels, sink, "m").unwrap();
-                    writer.rows(&colors, hits, height).unwrap();
-                    n_bytes = writer.finish().unwrap().into_inner().len();
-                    best_ms = best_ms.min(start.elapsed().as_secs_f64() * 1e3);
-                }
-                let held = writer_bytes(format, options, &pixels, height).unwrap();
-                println!(
-                    "{name} {format} {:?}: {best_ms:.1} ms, {n_bytes} bytes, holds at most {held}",
-                    options.bits
-                );
-            }
-        }
     }
 }

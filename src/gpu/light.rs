@@ -4,14 +4,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::compile::WORKGROUP;
-use super::hierarchy::{DeviceHierarchy, of_scene, uniform};
+use super::hierarchy::{DeviceHierarchy, uniform};
 use super::layout::ParamsDouble;
+use super::objects::{params_buffer, storage_in_f64};
 use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
 use crate::certify::InF64;
 use crate::control::Control;
 use crate::error::Result;
+use crate::kernel::Float;
 use crate::memory;
 use crate::prepare::{LightInF64, LightKey, Prepared};
 use crate::rays::{CameraF64, Pixels};
@@ -97,34 +99,21 @@ impl DeviceLight {
         let bytes = size_of_val(&light.palette[..]) + size_of_val(&prepared.scene.spheres[..]);
         let what = format!("handing the scene's light to `{}`", gpu.facts.name);
         memory::require(what, bytes as u64, "use fewer objects, or `--device cpu`")?;
-        let mut objects = Vec::new();
-        let has_spheres = !prepared.scene.spheres.is_empty();
-        if has_spheres {
-            objects.extend(of_scene(gpu, prepared));
-        }
-        let (spheres, planes) = numbers.lists.bytes();
-        if !spheres.is_empty() {
-            objects.push(gpu.storage("spheres", spheres));
-            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
-        }
-        if !planes.is_empty() {
-            objects.push(gpu.storage("planes", planes));
-        }
+        let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
         objects.push(uniform(gpu, "light of all", &light.all));
         objects.push(list(gpu, "lamps", &light.lamps));
         objects.push(list(gpu, "palette", &light.palette));
         if !light.edges.is_empty() {
             objects.push(list(gpu, "edges", &light.edges));
         }
-        if has_spheres {
+        if !prepared.scene.spheres.is_empty() {
             objects.push(list(gpu, "spheres in the way", &light.spheres));
         }
-        if !planes.is_empty() {
+        if !prepared.scene.planes.is_empty() {
             objects.push(list(gpu, "planes in the way", &light.planes));
         }
         objects.extend(tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())));
         let program = gpu.program(&numbers.light_key(prepared, key.words))?;
-        let of_params = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let of_count = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_DST
             | wgpu::BufferUsages::COPY_SRC;
@@ -134,7 +123,7 @@ impl DeviceLight {
             key,
             n_ways_of_pixel,
             program,
-            params: gpu.buffer("params", size_of::<ParamsDouble>(), of_params),
+            params: params_buffer(gpu, Float::F64),
             objects,
             n_ways: gpu.buffer("ways", size_of::<u32>(), of_count),
             room: None,
@@ -311,7 +300,7 @@ fn params(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> Pa
 mod tests {
     use super::*;
     use crate::gpu::compile::compile;
-    use crate::kernel::{Float, Kernel};
+    use crate::kernel::Kernel;
     use crate::prepare::{ColorWords, Finding, ShaderKey};
     use crate::rays::Bundle;
 

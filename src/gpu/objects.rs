@@ -1,9 +1,10 @@
 //! The objects of a scene on the device: whether they fit, and their buffers.
 
-use super::hierarchy::DeviceHierarchy;
+use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 use super::open::Gpu;
 use super::texture::UPLOAD_BYTES;
+use crate::certify::InF64;
 use crate::error::{Error, Result};
 use crate::kernel::Float;
 use crate::memory;
@@ -27,20 +28,36 @@ pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<wgpu::Buffer> {
     object_bytes(objects).map(|(label, bytes)| gpu.storage(label, bytes)).collect()
 }
 
-pub fn device_hierarchy(gpu: &Gpu, prepared: &Prepared) -> Result<Option<DeviceHierarchy>> {
-    DeviceHierarchy::new(gpu, prepared)
+/// The same for a shader that completes or shades hits in f64: behind the spheres as the scene has them, and
+/// with the indices of those that the hierarchy leaves to all rays.
+pub fn storage_in_f64(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    numbers: &InF64,
+    hierarchy: Option<&DeviceHierarchy>,
+) -> Vec<wgpu::Buffer> {
+    let mut objects = Vec::new();
+    if !prepared.scene.spheres.is_empty() {
+        objects.extend(of_scene(gpu, prepared));
+    }
+    let (spheres, planes) = numbers.lists.bytes();
+    if !spheres.is_empty() {
+        objects.push(gpu.storage("spheres", spheres));
+        objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+    }
+    if !planes.is_empty() {
+        objects.push(gpu.storage("planes", planes));
+    }
+    objects
 }
 
+/// Room for a shader's parameters.
 pub fn params_buffer(gpu: &Gpu, float: Float) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("params"),
-        size: match float {
-            Float::F64 => size_of::<ParamsDouble>(),
-            Float::F32 => size_of::<Params>(),
-        } as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
+    let n_bytes = match float {
+        Float::F64 => size_of::<ParamsDouble>(),
+        Float::F32 => size_of::<Params>(),
+    };
+    gpu.buffer("params", n_bytes, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST)
 }
 
 pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {

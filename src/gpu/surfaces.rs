@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::hierarchy::{DeviceHierarchy, of_scene};
-use super::objects::{fits_in_f64, params_buffer};
+use super::hierarchy::DeviceHierarchy;
+use super::objects::{fits_in_f64, params_buffer, storage_in_f64};
 use super::open::Gpu;
 use super::program::Program;
 use crate::certify::{self, InF64};
@@ -35,18 +35,9 @@ impl Surfaces {
             return Ok(None);
         }
         let numbers = InF64::new(prepared);
-        let mut objects = Vec::new();
-        if !prepared.scene.spheres.is_empty() {
-            objects.extend(of_scene(gpu, prepared));
-        }
-        let (spheres, planes) = numbers.lists.bytes();
-        if !spheres.is_empty() {
-            objects.push(gpu.storage("spheres", spheres));
-            objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
-        }
-        if !planes.is_empty() {
+        let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
+        if !prepared.scene.planes.is_empty() {
             let units = numbers.units(prepared);
-            objects.push(gpu.storage("planes", planes));
             objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
         }
         let program = match gpu.program(&numbers.surface_key(prepared)) {

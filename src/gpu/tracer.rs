@@ -10,8 +10,7 @@ use super::light::DeviceLight;
 #[cfg(feature = "view")]
 use super::live::{ProposeResident, Words};
 use super::objects::{
-    bytes, check_limits, check_memory, device_hierarchy, fits_in_f64, object_bytes, params_buffer,
-    storage,
+    bytes, check_limits, check_memory, fits_in_f64, object_bytes, params_buffer, storage,
 };
 use super::open::Gpu;
 use super::pipeline::bind_resources;
@@ -82,7 +81,7 @@ impl GpuTracer {
         check_memory(&gpu, &prepared)?;
         let start = Instant::now();
         let objects = storage(&gpu, prepared.objects.bytes());
-        let hierarchy = device_hierarchy(&gpu, &prepared)?;
+        let hierarchy = DeviceHierarchy::new(&gpu, &prepared)?;
         let upload_time = start.elapsed();
 
         let cpu_fallback = cpu_fallback(&gpu, &prepared, hierarchy.as_ref(), wants)?;
@@ -254,7 +253,7 @@ impl Tracer for GpuTracer {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
         check_memory(&self.gpu, &prepared)?;
-        let hierarchy = device_hierarchy(&self.gpu, &prepared)?;
+        let hierarchy = DeviceHierarchy::new(&self.gpu, &prepared)?;
         let cpu_fallback = cpu_fallback(&self.gpu, &prepared, hierarchy.as_ref(), self.wants)?;
         let key = prepared.shader_key(self.wants);
         let is_new = key != self.key;
@@ -274,14 +273,15 @@ impl Tracer for GpuTracer {
                 self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        if is_new || hierarchy.is_some() || self.surfaces.is_some() {
+        let surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
+        if is_new || hierarchy.is_some() || self.surfaces.is_some() || surfaces.is_some() {
             self.room = None;
         }
         self.key = key;
         self.cpu_fallback = cpu_fallback;
         self.in_f64 = [None, None];
         self.light = None;
-        self.surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
+        self.surfaces = surfaces;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         self.gpu.check()
@@ -344,7 +344,11 @@ impl ProposeColors for GpuTracer {
             None => match make() {
                 None => return Ok(None),
                 Some(light) => {
-                    Box::new(DeviceLight::new(gpu, prepared, hierarchy.as_ref(), key, &light)?)
+                    match DeviceLight::new(gpu, prepared, hierarchy.as_ref(), key, &light) {
+                        // The device binds too little at once, or has too little room.
+                        Err(Error::TooLarge(_)) => return Ok(None),
+                        made => Box::new(made?),
+                    }
                 }
             },
         };

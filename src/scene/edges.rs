@@ -151,29 +151,6 @@ mod tests {
         }
     }
 
-    #[test]
-    #[ignore = "measures; run it alone, in release, with --nocapture"]
-    fn times_of_six_million_values() {
-        let mut bits = 1u64;
-        let linear: Vec<f64> = (0..6_220_800)
-            .map(|_| {
-                bits = bits.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (bits >> 11) as f64 / (1u64 << 53) as f64
-            })
-            .collect();
-        let start = std::time::Instant::now();
-        let both = both();
-        println!("made in {:?}", start.elapsed());
-        for (edges, largest) in both {
-            for _ in 0..3 {
-                let start = std::time::Instant::now();
-                let sum: u64 = linear.iter().map(|&linear| u64::from(edges.number(linear))).sum();
-                let mean = sum as f64 / linear.len() as f64;
-                println!("{largest}: {:?}, mean {mean}", start.elapsed());
-            }
-        }
-    }
-
     /// A sum over the bits of all edges, as it came out on x86-64 Linux: another power function
     /// would give other pictures.
     #[test]

@@ -40,7 +40,7 @@ impl Lit {
     }
 
     /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
-    /// the CPU where numbers may leave the range that f64 has there.
+    /// the CPU: of other kernels, and where numbers may leave the range that f64 has there.
     pub fn in_f64(&self, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
         let lighting = &self.lighting;
         if prepared.kernel != Kernel::Certified {

@@ -1,6 +1,11 @@
 //! What kinds of systems do differently, under the same names for all of them.
 
-#[cfg_attr(windows, path = "windows.rs")]
+#[cfg(unix)]
 mod unix;
+#[cfg(windows)]
+mod windows;
 
+#[cfg(unix)]
 pub use unix::*;
+#[cfg(windows)]
+pub use windows::*;
