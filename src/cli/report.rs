@@ -20,10 +20,7 @@ use super::head::summary;
 use super::output::{print, print_text};
 use super::progress::Progress;
 use super::quiet::{self, quietly};
-use super::{ReportArgs, Run, device};
-
-/// The commit, where the build is told of it: `KUGELBLITZ_COMMIT=$(git rev-parse HEAD)`.
-const COMMIT: Option<&str> = option_env!("KUGELBLITZ_COMMIT");
+use super::{ReportArgs, Run, device, version};
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
@@ -38,7 +35,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
         Device::Cpu => None,
     });
     let adapters = adapters.collect::<Result<Vec<_>>>()?;
-    let evidence = Evidence::collect(command_line(), COMMIT, adapters);
+    let evidence = Evidence::collect(command_line(), version::COMMIT, adapters);
     let subjects = subjects(&devices, kernels(args), &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &subjects, &effort);
