@@ -317,6 +317,9 @@ pub struct ReportArgs {
     /// can be given several times
     #[arg(short, long, value_name = "OUT")]
     pub output: Vec<PathBuf>,
+    /// An earlier report's .json to compare with: times that changed beyond noise are marked
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
     /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
