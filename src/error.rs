@@ -51,7 +51,7 @@ pub enum Error {
     #[error("{0}")]
     Host(String),
     /// The user interrupted the work.
-    #[error("interrupted; no output file was changed")]
+    #[error("interrupted")]
     Interrupted,
 }
 

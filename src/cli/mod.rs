@@ -11,6 +11,7 @@ pub mod export;
 pub mod generate;
 pub mod head;
 pub mod man;
+pub mod manual;
 pub mod options;
 pub mod output;
 pub mod probe;
@@ -24,6 +25,7 @@ pub mod scene;
 pub mod threads;
 pub mod trace;
 pub mod verify;
+pub mod version;
 #[cfg(feature = "view")]
 pub mod view;
 
@@ -57,7 +59,13 @@ Exit codes:
 
 /// A ray tracer for spheres and planes, on Vulkan and on the CPU.
 #[derive(Parser)]
-#[command(name = "kugelblitz", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(
+    name = "kugelblitz",
+    version,
+    long_version = version::long(),
+    max_term_width = 100,
+    after_help = EXIT_CODES
+)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -78,7 +86,22 @@ pub enum Command {
     Digest(DigestArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
-    Man(ManArgs),
+    Man(man::ManArgs),
+}
+
+impl Command {
+    /// True for a command that can have output files.
+    pub fn writes_files(&self) -> bool {
+        !matches!(
+            self,
+            Command::Verify(_)
+                | Command::Check(_)
+                | Command::Explain(_)
+                | Command::Digest(_)
+                | Command::Probe(_)
+                | Command::Completions(_)
+        )
+    }
 }
 
 /// The options of every command.
@@ -294,6 +317,9 @@ pub struct ReportArgs {
     /// can be given several times
     #[arg(short, long, value_name = "OUT")]
     pub output: Vec<PathBuf>,
+    /// An earlier report's .json to compare with: times that changed beyond noise are marked
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
     /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
@@ -436,14 +462,6 @@ pub struct ProbeArgs {
 pub struct CompletionsArgs {
     /// The shell
     pub shell: clap_complete::Shell,
-}
-
-/// Print the manual page (roff)
-#[derive(Args)]
-pub struct ManArgs {
-    /// Of one command
-    #[arg(value_name = "COMMAND")]
-    pub of: Option<String>,
 }
 
 /// One run of the program, from its start.

@@ -243,10 +243,15 @@ impl<'t> Field<'t> {
     }
 
     pub fn color(&self) -> Checked<Color> {
-        let expected = "\"#rrggbb\" (sRGB) or [r, g, b] (linear, each from 0 to 1)";
+        let expected =
+            "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
         if let DeValue::String(text) = self.value.get_ref() {
-            return Color::from_hex(text).ok_or_else(|| {
-                self.wrong(format!("{:?} is not a colour", quoted(text)), expected)
+            return Color::parse(text).ok_or_else(|| {
+                let mut fault = self.wrong(format!("{:?} is not a colour", quoted(text)), expected);
+                if let Some(name) = Color::nearest_name(text) {
+                    fault.help = format!("did you mean {name:?}? {}", fault.help);
+                }
+                fault
             });
         }
         let linear = self.three_numbers(expected)?;
