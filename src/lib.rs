@@ -181,3 +181,8 @@ pub use glam;
 
 pub use error::{Error, Result};
 pub use session::{Making, Picture, Session};
+
+/// The examples of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide/src/library.md")]
+struct Guide;
