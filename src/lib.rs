@@ -91,11 +91,12 @@
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
-//! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
-//! | [`compare`] | two results of the same rays |
+//! | [`compare`] | two results of the same rays, and two pictures |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
@@ -150,6 +151,7 @@ pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod host;
+pub mod judge;
 pub mod kernel;
 pub mod memory;
 mod npy;

@@ -46,6 +46,9 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         Command::Check(args) => cli::check::run(&args, run),
         Command::Trace(args) => cli::trace::run(&args, run),
         Command::Explain(args) => cli::explain::run(&args, run),
+        Command::Judge(args) => cli::judge::run(&args, run),
+        Command::Compare(args) => cli::compare::run(&args, run),
+        Command::Info(args) => cli::info::run(&args),
         Command::Report(args) => cli::report::run(&args, run),
         Command::Export(args) => cli::export::run(&args, run),
         #[cfg(feature = "view")]

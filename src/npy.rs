@@ -257,15 +257,15 @@ const MAX_HEADER_BYTES: u64 = 10_000;
 /// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
 const MAX_NESTING: usize = 8;
 
-/// Most decimal digits in the shape and all else: a product of numbers with so many digits
-/// together is below 10¹⁸, so below 2⁶⁴.
+/// Most decimal digits in all shapes together: a product of numbers with so many digits is below 10¹⁸,
+/// so below 2⁶⁴. It is also the most digits in a row of a type's size.
 const MAX_DIGITS: usize = 18;
 
 /// The header and its length in bytes.
 ///
 /// The parser recurses into nested brackets and multiplies the shape without looking, and so can
 /// overflow the stack or an integer. Only text that can do neither is handed to it.
-fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
+pub(crate) fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
     let invalid = |message| io::Error::new(io::ErrorKind::InvalidData, message);
     let mut bytes = Vec::new();
     reader.take(8).read_to_end(&mut bytes)?;
@@ -284,21 +284,34 @@ fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
     reader.take(n_text_bytes).read_to_end(&mut bytes)?;
 
     let text = &bytes[n_before_text..];
-    let (mut depth, mut n_digits) = (0_usize, 0_usize);
+    let (mut depth, mut n_digits, mut n_digits_in_quotes) = (0_usize, 0_usize, 0_usize);
+    let mut quote = None;
     for &byte in text {
         match byte {
             b'(' | b'[' | b'{' => depth += 1,
             b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            b'0'..=b'9' => n_digits += 1,
             // Escapes and signs have no business in a header of numbers.
             b'\\' | b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
             _ => {}
         }
+        match (quote, byte) {
+            (Some(open), _) if byte == open => quote = None,
+            (Some(_), b'0'..=b'9') => n_digits_in_quotes += 1,
+            (Some(_), _) => n_digits_in_quotes = 0,
+            (None, b'\'' | b'"') => (quote, n_digits_in_quotes) = (Some(byte), 0),
+            (None, b'0'..=b'9') => n_digits += 1,
+            (None, _) => {}
+        }
         if depth > MAX_NESTING {
             return Err(invalid("its header is nested too deeply"));
         }
+        if n_digits.max(n_digits_in_quotes) > MAX_DIGITS {
+            return Err(invalid("its header is not that of a table of numbers"));
+        }
     }
-    if n_digits > MAX_DIGITS || text.windows(2).any(|two| two.eq_ignore_ascii_case(b"0x")) {
+    // Three quotes begin a text that may hold single ones.
+    let has_triple = text.windows(3).any(|three| three == b"\'\'\'" || three == b"\"\"\"");
+    if has_triple || text.windows(2).any(|two| two.eq_ignore_ascii_case(b"0x")) {
         return Err(invalid("its header is not that of a table of numbers"));
     }
     let n_bytes = bytes.len() as u64;

@@ -1,6 +1,7 @@
 //! The command line's arguments.
 
 pub mod check;
+pub mod compare;
 pub mod complain;
 pub mod completions;
 pub mod device;
@@ -10,6 +11,8 @@ pub mod explain;
 pub mod export;
 pub mod generate;
 pub mod head;
+pub mod info;
+pub mod judge;
 pub mod man;
 pub mod manual;
 pub mod options;
@@ -78,6 +81,9 @@ pub enum Command {
     Check(CheckArgs),
     Trace(TraceArgs),
     Explain(ExplainArgs),
+    Judge(judge::JudgeArgs),
+    Compare(compare::CompareArgs),
+    Info(info::InfoArgs),
     Report(ReportArgs),
     Export(ExportArgs),
     #[cfg(feature = "view")]

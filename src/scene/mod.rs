@@ -28,7 +28,7 @@ pub use read::{
 pub use spheres::{Sphere, Spheres};
 #[cfg(feature = "view")]
 pub(crate) use write::camera_text;
-pub(crate) use write::cloud_scene_text;
+pub(crate) use write::{camera_in_a_line, cloud_scene_text};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.

@@ -10,14 +10,29 @@ pub(crate) fn cloud_scene_text(about: &str, file: &str, camera: &Camera) -> Stri
     format!("# {about}\nbackground = \"#20242c\"\n\n{camera}\n[[spheres]]\nfile = {file}\n")
 }
 
-/// The camera as a scene file has it, with all digits: read again, it is the same one.
-pub(crate) fn camera_text(camera: &Camera) -> String {
-    let Camera { position, look_at, up, projection } = camera;
+/// The camera in a line of a scene file, `camera = …`, with all digits.
+pub(crate) fn camera_in_a_line(camera: &Camera) -> String {
+    let Camera { position, look_at, up, .. } = camera;
     let [position, look_at, up] = [position, look_at, up].map(|v| v.to_array());
-    let (key, number) = match projection {
+    let (key, number) = lens(camera);
+    format!(
+        "camera = {{ position = {position:?}, look_at = {look_at:?}, up = {up:?}, {key} = {number:?} }}"
+    )
+}
+
+/// The key and the number that say how much the camera sees.
+fn lens(camera: &Camera) -> (&'static str, f64) {
+    match camera.projection {
         Projection::Perspective { fov_degrees } => ("fov", fov_degrees),
         Projection::Orthographic { height } => ("height", height),
-    };
+    }
+}
+
+/// The camera as a scene file has it, with all digits: read again, it is the same one.
+pub(crate) fn camera_text(camera: &Camera) -> String {
+    let Camera { position, look_at, up, .. } = camera;
+    let [position, look_at, up] = [position, look_at, up].map(|v| v.to_array());
+    let (key, number) = lens(camera);
     format!(
         "[camera]\nposition = {position:?}\nlook_at  = {look_at:?}\nup       = {up:?}\n\
          {key:<8} = {number:?}\n"
