@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::Run;
 use super::output::{building, human, json, ms, objects, print};
+use super::show::JsonEntry;
 
 /// Every summary: its head, then the fields of the command.
 #[derive(Serialize)]
@@ -162,6 +163,12 @@ pub struct Traced {
     /// Its pixels by where their colours are from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorCounts>,
+    /// What the colours show, where they are not the objects' own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub show: Option<&'static str>,
+    /// What the colours mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub legend: Option<Vec<JsonEntry>>,
     bytes_device: u64,
     ms: Ms,
     /// Of --repeat.
@@ -188,6 +195,8 @@ impl Traced {
             samples: None,
             shadow_rays: None,
             colors: None,
+            show: None,
+            legend: None,
             bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),
