@@ -99,9 +99,12 @@ impl Widths {
 pub fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
     ui.spacing_mut().item_spacing = egui::vec2(GAP, 0.0);
     let width = ui.available_width();
-    for row in state.bar_widths.rows(state.compares, width) {
-        ui.allocate_ui(egui::vec2(width, ROW), |ui| {
-            ui.set_min_height(ROW);
+    let rows = state.bar_widths.rows(state.compares, width);
+    // A row more would push at the picture.
+    let height = ui.available_height() / rows.len() as f32;
+    for row in rows {
+        ui.allocate_ui(egui::vec2(width, height), |ui| {
+            ui.set_min_height(height);
             ui.horizontal_centered(|ui| {
                 for (i, &item) in row.iter().enumerate() {
                     if i > 0 && item.is_right() && !row[i - 1].is_right() {

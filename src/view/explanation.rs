@@ -31,7 +31,7 @@ pub fn explanation(ui: &Ui, rect: Rect, state: &mut State) {
     if is_there {
         overlay::mark(&ui.painter_at(rect), at);
     }
-    let place = beside(rect.shrink(INSET), at);
+    let place = beside(rect.shrink(INSET), rect.clamp(at));
     let mut is_open = true;
     egui::Window::new(format!("Why pixel {}, {}?", question.x, question.y))
         // Each question has a place of its own.

@@ -94,7 +94,7 @@ mod tests {
             }
         }
         let behind = DVec3::new(1.0, 2.0, 20.0);
-        assert_eq!(seen_at(&view(LENSES[0].clone()), SIZE, behind), None);
+        assert_eq!(seen_at(&view(LENSES[0]), SIZE, behind), None);
     }
 
     #[test]
@@ -110,12 +110,12 @@ mod tests {
 
     #[test]
     fn what_is_at_the_eyes_height_is_seen_at_the_horizon() {
-        let perspective = view(LENSES[0].clone());
+        let perspective = view(LENSES[0]);
         let [left, right] = horizon(&perspective, SIZE, DVec3::Y).unwrap();
         let far = seen_at(&perspective, SIZE, DVec3::new(3.0, 2.0, -1e9)).unwrap();
         assert!((left.y - right.y).abs() < 1e-9 && (far.y - left.y).abs() < 1e-5);
         assert!(left.y < SIZE.y / 2.0, "it looks down");
-        assert_eq!(horizon(&view(LENSES[1].clone()), SIZE, DVec3::Y), None);
+        assert_eq!(horizon(&view(LENSES[1]), SIZE, DVec3::Y), None);
         let down = Camera { up: DVec3::Z, ..Camera::new(DVec3::Y, DVec3::ZERO) };
         assert_eq!(horizon(&View::new(&down), SIZE, DVec3::Y), None);
     }

@@ -122,6 +122,7 @@ fn over_picture(ui: &Ui) -> Frame {
 
 fn lines(ui: &mut Ui, state: &State) {
     ui.spacing_mut().item_spacing.y = 3.0;
+    ui.spacing_mut().interact_size.y = 0.0;
     // A line that doesn't fit must not push at the picture.
     let line = |ui: &mut Ui, text: RichText| ui.add(egui::Label::new(text).truncate());
     match (state.message(), &state.hover) {
@@ -348,6 +349,11 @@ mod tests {
                 let mut state = state();
                 state.compares = compares;
                 let rects = clickable(&mut state, width);
+                let bars = state.bar_widths.height(compares, width) + LINES;
+                assert_eq!(
+                    (state.area.width, state.area.height),
+                    (width as u32, 600 - bars as u32)
+                );
                 assert!(rects.len() >= if compares { 10 } else { 9 }, "{width}: {}", rects.len());
                 for (i, rect) in rects.iter().enumerate() {
                     assert!(rect.left() >= 0.0 && rect.right() <= width, "{width}: {rect}");
