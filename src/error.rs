@@ -32,7 +32,7 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// No adapter fits the request.
+    /// No adapter fits the request, or there is no display for a window.
     #[error("{0}")]
     NoAdapter(String),
     /// The device was lost, failed, or did not finish in time.

@@ -87,6 +87,7 @@
 //! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
+//! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
@@ -168,6 +169,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod shape;
+pub mod show;
 mod system;
 pub mod trace;
 pub mod tracer;

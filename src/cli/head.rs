@@ -14,6 +14,7 @@ use kugelblitz::{Error, Making, Result, Session};
 use serde::Serialize;
 
 use super::output::{building, human, json, ms, objects, print};
+use super::show::JsonEntry;
 use super::{Cli, Run};
 
 /// Every summary: its head, then the fields of the command.
@@ -249,6 +250,12 @@ pub struct Traced {
     /// Its pixels by where their colours are from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorCounts>,
+    /// What the colours show, where they are not the objects' own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub show: Option<&'static str>,
+    /// What the colours mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub legend: Option<Vec<JsonEntry>>,
     bytes_device: u64,
     ms: Ms,
     /// Of --repeat.
@@ -275,6 +282,8 @@ impl Traced {
             samples: None,
             shadow_rays: None,
             colors: None,
+            show: None,
+            legend: None,
             bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),

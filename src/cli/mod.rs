@@ -25,6 +25,7 @@ pub mod quiet;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod show;
 pub mod threads;
 pub mod trace;
 pub mod verify;
@@ -43,12 +44,14 @@ use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::scene::Scene;
+use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
     DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
     parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
+use show::show_parser;
 
 const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
 
@@ -58,7 +61,7 @@ Exit codes:
   1  failed otherwise          6  a comparison failed
   2  wrong usage               7  does not fit the device's limits or memory
   3  the scene is wrong      130  interrupted
-  4  no suitable adapter";
+  4  no suitable adapter, or no display for the window";
 
 /// A ray tracer for spheres and planes, on Vulkan and on the CPU.
 #[derive(Parser)]
@@ -188,6 +191,10 @@ pub struct RenderArgs {
     /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
+    /// What the picture shows of each pixel: numbers as colours, with a legend on standard error, or in
+    /// --json under `legend` (PNG and PPM)
+    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = show_parser())]
+    pub show: Show,
     /// Trace N times more and add their times to --json as `ms_runs`
     #[arg(long, value_name = "N", requires = "json")]
     pub repeat: Option<u32>,

@@ -9,6 +9,7 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
+use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 
@@ -16,6 +17,7 @@ use super::device;
 use super::head::{MsStages, Traced, print_summary, traced_in_words};
 use super::output::{built, human, name};
 use super::progress::Progress;
+use super::show::{check, json_legend, legend_in_words};
 use super::{RenderArgs, Run, scene};
 
 /// Renders one picture.
@@ -30,13 +32,19 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     if args.epsilon.is_some() && !scene.is_lit() {
         args.talk.warn("--epsilon changes nothing: the scene has no light");
     }
-    let n_samples = args.samples.or(scene.samples).unwrap_or(1);
+    let n_samples = match args.show {
+        Show::Color => args.samples.or(scene.samples).unwrap_or(1),
+        _ => 1,
+    };
     let plan = || {
         let (n_objects, available) = (scene.n_objects(), Available::now());
         let plan = render::plan(format, options, n_samples, &pixels, n_objects, available)?;
         Ok::<_, Error>(Plan { epsilon, ..plan })
     };
-    let wants = plan()?.wants();
+    let wants = match args.show {
+        Show::Color => plan()?.wants(),
+        show => show.wants(),
+    };
     scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
@@ -53,8 +61,21 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     }
     // Again: the scene's numbers have their memory by now.
     let plan = plan()?;
-    let progress = Progress::start(&args.talk, &run.control, plan.n_steps(&pixels, scene.is_lit()));
-    let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+    let n_steps = match args.show {
+        Show::Color => plan.n_steps(&pixels, scene.is_lit()),
+        show => show::n_steps(show, &pixels),
+    };
+    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let (rendered, shown, file) = match args.show {
+        Show::Color => {
+            let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+            (rendered, None, file)
+        }
+        show => {
+            let (shown, file) = show::draw(&mut session, show, &pixels, &plan, file, &run.control)?;
+            (shown.rendered, Some(shown), file)
+        }
+    };
     drop(progress);
 
     let again =
@@ -68,8 +89,11 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         let mut summary = Traced::new(&session, read, making, &rendered, run);
         summary.size = Some([pixels.width, pixels.height]);
         summary.samples = (n_samples > 1).then_some(n_samples);
-        summary.shadow_rays = scene.is_lit().then(|| rendered.shadow_rays.into());
-        summary.colors = scene.is_lit().then_some(rendered.colors);
+        let is_lit = scene.is_lit() && shown.is_none();
+        summary.shadow_rays = is_lit.then(|| rendered.shadow_rays.into());
+        summary.colors = is_lit.then_some(rendered.colors);
+        summary.show = shown.as_ref().map(|_| args.show.name());
+        summary.legend = shown.as_ref().map(json_legend);
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
@@ -80,6 +104,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         size(&pixels),
         traced_in_words(&session, making, rendered.timing)
     ));
+    shown.iter().flat_map(legend_in_words).for_each(|line| args.talk.say(&line));
     args.talk.note(&format!(
         "read {}, prepared {}, {}compiled {}, wrote {}, all in {}",
         human(read),
@@ -139,6 +164,7 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
     let (certificates, transparent) = (args.certificates, args.transparent);
     let options = PictureOptions { bits, certificates, transparent };
     options.check(format)?;
+    check(args, format, options)?;
     Ok((format, options))
 }
 

@@ -1,5 +1,7 @@
 //! `kugelblitz view`
 
+use std::env;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use kugelblitz::Result;
@@ -22,6 +24,7 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         scene,
         kernel: args.kernel.kernel,
         size,
+        recent: recent_list(),
         control: Arc::clone(&run.control),
         on_display_lost,
         lose_device_after: args.lose_device_after,
@@ -49,6 +52,18 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     failed.map_or(Ok(()), Err)
 }
 
+/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
+/// data.
+fn recent_list() -> Option<PathBuf> {
+    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let state = match cfg!(windows) {
+        true => folder("LOCALAPPDATA"),
+        false => folder("XDG_STATE_HOME")
+            .or_else(|| folder("HOME").map(|home| home.join(".local/state"))),
+    };
+    state.map(|state| state.join("kugelblitz").join("recent"))
+}
+
 /// Xlib ends the process after this.
 fn on_display_lost() {
     talk("error: the display: the connection was lost");
@@ -72,6 +87,7 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         | Notice::Shown { .. }
         | Notice::Hover { .. }
         | Notice::Explained { .. }
+        | Notice::SceneOpened { .. }
         | Notice::Reloaded => {}
     }
     Ok(())

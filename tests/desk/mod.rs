@@ -28,6 +28,9 @@ const PATIENCE: Duration = Duration::from_secs(90);
 /// Between two looks at the screen.
 const LOOK: Duration = Duration::from_millis(30);
 
+/// The folder for what the program keeps from one window to the next.
+pub const STATE: &str = "state";
+
 /// Where the window's standard error goes.
 const STDERR: &str = "stderr.txt";
 
@@ -42,6 +45,7 @@ pub fn program(display: &str, folder: &Path) -> Command {
     command
         .current_dir(folder)
         .env("DISPLAY", display)
+        .env("XDG_STATE_HOME", folder.join(STATE))
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         // Without it, Mesa has something to say.
@@ -190,7 +194,18 @@ impl Image {
 }
 
 /// The picture that `render` draws of a scene seen by another camera.
-pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &str) -> Image {
+pub fn render(scene: &Path, camera: &str, size: [u32; 2], kernel: &str) -> Image {
+    render_show(scene, camera, size, kernel, "colour")
+}
+
+/// The same of a mode of `--show`.
+pub fn render_show(
+    scene: &Path,
+    camera: &str,
+    [width, height]: [u32; 2],
+    kernel: &str,
+    show: &str,
+) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let text = with_camera(&fs::read_to_string(scene).unwrap(), camera);
     let [path, picture] = ["scene.toml", "picture.png"].map(|name| folder.path().join(name));
@@ -198,6 +213,7 @@ pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &st
     let size = format!("{width}x{height}");
     let output = program("", folder.path())
         .args(["render", "scene.toml", "-o", "picture.png", "--size", &size, "--kernel", kernel])
+        .args(["--show", show])
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
