@@ -31,14 +31,19 @@ use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Pick, Pool, Words};
-use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
+use crate::scene::{Camera, ImageSize, Scene, camera_text};
 use crate::session::Session;
 use crate::trace::Kernel;
+
+/// Reads a scene file, or another that makes a scene with a camera.
+pub type Reread = Arc<dyn Fn(&Path, &Control) -> Result<Scene> + Send + Sync>;
 
 /// The window's beginning.
 pub struct Options {
     /// The scene file, which is watched.
     pub path: PathBuf,
+    /// How it is read again when it has changed.
+    pub reread: Reread,
     /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
     /// The device that traces and shows the picture. Where it is `None`, the CPU traces, and the
@@ -142,12 +147,13 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
 /// Watches the scene file, and the control.
 fn watch_scene(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Worker<()>> {
     let (path, control) = (options.path.clone(), Arc::clone(&options.control));
+    let reread = Arc::clone(&options.reread);
     let to_window = proxy.clone();
     // The event loop is gone only when nobody is interested any more.
     let say = move |read| drop(to_window.send_event(Event::Scene(read)));
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
     let read = Worker::start("reading", say, move |(), turn, say| {
-        let scene = reread_scene(&path, &turn.control)?;
+        let scene = reread(&path, &turn.control)?;
         let camera = scene.require_camera(&path)?.clone();
         say((Arc::new(scene), camera));
         Ok(())
