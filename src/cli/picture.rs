@@ -71,8 +71,6 @@ pub struct PictureArgs {
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
     pub samples: Option<u32>,
-    #[command(flatten)]
-    pub data: DataArgs,
     /// Write the scene that all this amounts to, to standard output or to FILE; without -o, do no more
     #[arg(
         long,
@@ -82,6 +80,8 @@ pub struct PictureArgs {
         default_missing_value = OutputFile::STDOUT
     )]
     pub print_scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub data: DataArgs,
 }
 
 /// How data are read, and the spheres of a scene's only cloud.

@@ -83,17 +83,20 @@ impl Framing {
     pub fn camera(&self, spheres: &[Sphere]) -> Result<Camera> {
         let (middle, size) = bounds(spheres)?;
         let step = Step::of(ROUNDING * size);
+        let n_turns = self.n_turns.clamp(1, MOST_TURNS);
         let directions: Vec<DVec3> =
-            (0..self.n_turns.max(1)).map(|turn| self.direction(turn)).collect();
+            (0..n_turns).map(|turn| turned(self.from, self.up, turn, n_turns)).collect();
         let look_at = match self.look_at {
             Some(look_at) => look_at,
             None if directions.len() > 1 => step.near(middle),
-            None => step.near(middle + self.limits(self.from, spheres, middle).aside()),
+            None => step.near(middle + self.centred(spheres, middle)),
         };
-        let fits: Vec<Fit> = directions
-            .par_iter()
-            .map(|&from| self.limits(from, spheres, middle).fit(self, look_at - middle, size))
-            .collect();
+        let fit = |&from: &DVec3| {
+            let view = self.view(from);
+            let limits = Limits::new(view, self.edges(self.usable(view.h)), spheres, middle);
+            limits.fit(self, look_at - middle, size)
+        };
+        let fits: Vec<Fit> = directions.par_iter().map(fit).collect();
         let distance = fits.iter().fold(0.0, |most, fit| fit.distance.max(most));
         let height = fits.iter().fold(0.0, |most, fit| fit.height.max(most));
         let factor = step.above(distance / self.from.length());
@@ -112,11 +115,6 @@ impl Framing {
         if is_usable { Ok(camera) } else { Err(too_large()) }
     }
 
-    /// Towards the camera after some of the turns.
-    fn direction(&self, turn: u32) -> DVec3 {
-        turned(self.from, self.up, turn, self.n_turns)
-    }
-
     /// Half the picture's width and height that can be used, as tangents or as parts of its height.
     fn usable(&self, h: f64) -> [f64; 2] {
         let [width, height] = self.size.map(|side| f64::from(side.max(1)));
@@ -124,38 +122,53 @@ impl Framing {
         [h * (width - 2.0 * margin) / height, h * (height - 2.0 * margin) / height]
     }
 
-    fn limits(&self, from: DVec3, spheres: &[Sphere], middle: DVec3) -> Limits {
-        let view = View::new(&Camera {
-            position: from,
-            look_at: DVec3::ZERO,
-            up: self.up,
-            projection: self.lens.projection(),
-        });
-        let edges = match self.lens {
-            FramingLens::Perspective { .. } => self.usable(view.h).map(Edge::sloping),
+    fn view(&self, from: DVec3) -> View {
+        let (look_at, up, projection) = (DVec3::ZERO, self.up, self.lens.projection());
+        View::new(&Camera { position: from, look_at, up, projection })
+    }
+
+    fn edges(&self, usable: [f64; 2]) -> [Edge; 2] {
+        match self.lens {
+            FramingLens::Perspective { .. } => usable.map(Edge::sloping),
             FramingLens::Orthographic { .. } => [Edge { cos: 1.0, sin: 0.0 }; 2],
-        };
-        let [across, along] = edges;
-        let mut least = [f64::INFINITY; 5];
-        for sphere in spheres {
-            let from_middle = sphere.center - middle;
-            let x = from_middle.dot(view.right);
-            let y = from_middle.dot(view.true_up);
-            let z = from_middle.dot(view.forward);
-            let inside = [
-                across.cos * x + across.sin * z,
-                -across.cos * x + across.sin * z,
-                along.cos * y + along.sin * z,
-                -along.cos * y + along.sin * z,
-                z,
-            ];
-            for (least, inside) in least.iter_mut().zip(inside) {
-                *least = least.min(inside - sphere.radius);
+        }
+    }
+
+    /// The way from the middle of the scene to the axis of a picture that has equal parts of it free at
+    /// opposite edges.
+    ///
+    /// Two opposite edges decide how far away the eye is, and are touched. Between the other two there is
+    /// room to spare: as much at both where a picture that is narrower in this direction would be filled.
+    fn centred(&self, spheres: &[Sphere], middle: DVec3) -> DVec3 {
+        let view = self.view(self.from);
+        let usable = self.usable(view.h);
+        let limits = |usable| Limits::new(view, self.edges(usable), spheres, middle);
+        let whole = limits(usable);
+        let FramingLens::Perspective { .. } = self.lens else { return whole.aside() };
+        let [across, along] = whole.eyes();
+        let (spare, eye) = if across < along { (1, across) } else { (0, along) };
+        let (mut too_narrow, mut enough, mut narrowed) = (0.0, 1.0, whole);
+        for _ in 0..CENTRING_STEPS {
+            let part = 0.5 * (too_narrow + enough);
+            let mut usable = usable;
+            usable[spare] *= part;
+            let limits = limits(usable);
+            if limits.eyes()[spare] < eye {
+                too_narrow = part;
+            } else {
+                (enough, narrowed) = (part, limits);
             }
         }
-        Limits { view, edges, least }
+        narrowed.aside()
     }
 }
+
+/// Directions that are looked from. Between two of them, half a degree apart, what is in the picture moves by
+/// less than a pixel in a thousand.
+const MOST_TURNS: u32 = 720;
+
+/// Halvings until the picture is in the middle to a part in two thousand.
+const CENTRING_STEPS: u32 = 10;
 
 /// `from` turned about `up`: the given part of a full turn, to the right as seen from above.
 pub(crate) fn turned(from: DVec3, up: DVec3, turn: u32, n_turns: u32) -> DVec3 {
@@ -183,6 +196,13 @@ impl Edge {
     }
 }
 
+/// Spheres that one thread looks at, at a time.
+const SPHERES_AT_ONCE: usize = 1 << 14;
+
+fn least_of<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| a[i].min(b[i]))
+}
+
 /// How far within left, right, lower, upper edge and picture plane the spheres reach, with the planes
 /// put through the middle of the scene.
 struct Limits {
@@ -200,6 +220,38 @@ struct Fit {
 }
 
 impl Limits {
+    fn new(view: View, edges: [Edge; 2], spheres: &[Sphere], middle: DVec3) -> Limits {
+        let [across, along] = edges;
+        let of_some = |spheres: &[Sphere]| {
+            let mut least = [f64::INFINITY; 5];
+            for sphere in spheres {
+                let from_middle = sphere.center - middle;
+                let x = from_middle.dot(view.right);
+                let y = from_middle.dot(view.true_up);
+                let z = from_middle.dot(view.forward);
+                let inside = [
+                    across.cos * x + across.sin * z,
+                    -across.cos * x + across.sin * z,
+                    along.cos * y + along.sin * z,
+                    -along.cos * y + along.sin * z,
+                    z,
+                ];
+                least = least_of(least, inside.map(|inside| inside - sphere.radius));
+            }
+            least
+        };
+        let parts = spheres.par_chunks(SPHERES_AT_ONCE).map(of_some);
+        let least = parts.reduce(|| [f64::INFINITY; 5], least_of);
+        Limits { view, edges, least }
+    }
+
+    /// The nearest places of an eye on the axis that two opposite edges allow, along the view axis.
+    fn eyes(&self) -> [f64; 2] {
+        let [left, right, lower, upper, _] = self.least;
+        let [across, along] = self.edges.map(|edge| edge.sin);
+        [(left + right) / (2.0 * across), (lower + upper) / (2.0 * along)]
+    }
+
     /// The way from the middle of the scene to the axis that has as much room on all sides.
     fn aside(&self) -> DVec3 {
         let [left, right, lower, upper, _] = self.least;
@@ -398,9 +450,13 @@ mod tests {
                     let case = format!("{scale} {center} {from} {lens:?} {size:?}: {room:?}");
                     let least = room.into_iter().fold(f64::INFINITY, f64::min);
                     assert!(least > -1e-7, "{case}");
-                    // Across or along, both edges are nearly touched.
+                    // Across or along, both edges are nearly touched, and the others have equal room.
                     let [across, along] = [room[0].max(room[1]), room[2].max(room[3])];
-                    assert!(across.min(along) < 0.004, "{case}");
+                    assert!(across.min(along) < 0.006, "{case}");
+                    assert!(
+                        (room[0] - room[1]).abs().max((room[2] - room[3]).abs()) < 0.01,
+                        "{case}"
+                    );
                 }
             }
         }
