@@ -96,6 +96,17 @@ pub struct SceneError {
     pub message: String,
     /// What was expected, the nearest known key, or the next step.
     pub help: String,
+    /// What alone is missing, where that is what is wrong.
+    pub lacks: Option<Lack>,
+}
+
+/// What a cloud has neither in its file nor in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// A radius.
+    Radius,
+    /// A colour.
+    Color,
 }
 
 impl fmt::Display for SceneError {

@@ -93,6 +93,7 @@
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
 //! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself |
+//! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
 //! | [`compare`] | two results of the same rays, and two pictures |
@@ -105,7 +106,7 @@
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # The way of a pixel, from `cli/render.rs` to the file
-//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
+//! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
 //!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
@@ -147,6 +148,7 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
+pub mod frames;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;

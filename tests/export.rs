@@ -351,7 +351,7 @@ fn what_cannot_be_exported_is_told() {
     let (no_camera, out) = (path("no_camera.toml"), path("out.pov"));
     fs::write(
         &no_camera,
-        "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#fff000\"",
+        "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\ncolor = \"#fff000\"",
     )
     .unwrap();
     fs::write(&out, "old").unwrap();

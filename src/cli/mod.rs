@@ -9,6 +9,7 @@ pub mod digest;
 pub mod excerpt;
 pub mod explain;
 pub mod export;
+pub mod film;
 pub mod generate;
 pub mod head;
 pub mod info;
@@ -17,6 +18,7 @@ pub mod man;
 pub mod manual;
 pub mod options;
 pub mod output;
+pub mod picture;
 pub mod probe;
 #[cfg_attr(windows, path = "process_windows.rs")]
 pub mod process;
@@ -165,14 +167,17 @@ pub struct SizeArgs {
     pub crop: Option<[u32; 4]>,
 }
 
-/// Render one picture
+/// Render a picture, or a film of several, of a scene or straight from data
+///
+/// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
+/// by a sky.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene")]
+    pub output: Option<PathBuf>,
     /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
     #[arg(long)]
     pub format: Option<Format>,
@@ -185,9 +190,6 @@ pub struct RenderArgs {
     /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
     #[arg(long)]
     pub transparent: bool,
-    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
-    pub samples: Option<u32>,
     /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
@@ -196,7 +198,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = show_parser())]
     pub show: Show,
     /// Trace N times more and add their times to --json as `ms_runs`
-    #[arg(long, value_name = "N", requires = "json")]
+    #[arg(long, value_name = "N", requires = "json", conflicts_with = "film")]
     pub repeat: Option<u32>,
     #[command(flatten)]
     pub kernel: KernelArgs,
@@ -206,6 +208,10 @@ pub struct RenderArgs {
     pub size: SizeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+    #[command(flatten)]
+    pub film: film::FilmArgs,
 }
 
 /// Compare GPU, CPU and exact arithmetic, pixel by pixel
@@ -363,15 +369,17 @@ pub struct ExportArgs {
     /// The other renderer's language
     #[arg(value_parser = language_parser())]
     pub language: Language,
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
-    /// File for the other renderer. `-` is standard output
-    #[arg(short, long, value_name = "OUT", default_value = "-")]
-    pub output: PathBuf,
+    /// File for the other renderer. `-` is standard output [default: -]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
     #[command(flatten)]
     pub size: WholeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Look at a scene in a window and move through it
@@ -381,7 +389,7 @@ pub struct ExportArgs {
 #[cfg(feature = "view")]
 #[derive(Args)]
 pub struct ViewArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     #[command(flatten)]
     pub kernel: KernelArgs,
@@ -397,6 +405,8 @@ pub struct ViewArgs {
     pub lose_device_after: Option<u64>,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Make up spheres to trace

@@ -134,7 +134,7 @@ pub fn parse_ray(text: &str) -> Result<Ray, String> {
 }
 
 /// Numbers between commas.
-fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+pub fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let numbers: Option<Vec<T>> =
         text.split(',').map(|number| number.trim().parse().ok()).collect();
     numbers?.try_into().ok()

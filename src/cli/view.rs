@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use kugelblitz::Result;
-use kugelblitz::scene::read_scene;
+use kugelblitz::output;
+use kugelblitz::scene::recompose_scene;
 use kugelblitz::view::{self, Notice, Options};
 
 use super::device;
@@ -16,10 +17,20 @@ use super::{Run, ViewArgs};
 
 /// Opens the window.
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let picture = &args.picture;
+    if picture.print_scene.is_some() {
+        picture.check_outputs(None, "the window", &args.talk)?;
+        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+        return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
+    }
+    let wishes = picture.wishes(args.size.size, 0)?;
+    let (scene, _) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
+        reread: Arc::new(move |path, control| {
+            recompose_scene(path, &wishes, control).map(|composed| composed.scene)
+        }),
         device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
         scene,
         kernel: args.kernel.kernel,

@@ -2,13 +2,18 @@
 
 mod clouds;
 mod color;
+mod draft;
 mod edges;
+mod framing;
 mod light;
+mod neighbours;
 mod open;
 mod places;
 mod read;
+mod sniff;
 mod spheres;
 mod table;
+mod wishes;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -19,16 +24,21 @@ use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub(crate) use draft::checked;
+pub use draft::{Composed, compose_scene, recompose_scene};
 pub use edges::Edges;
+pub(crate) use framing::turned;
+pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
 pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,
 };
 pub use spheres::{Sphere, Spheres};
+pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};
 #[cfg(feature = "view")]
 pub(crate) use write::camera_text;
-pub(crate) use write::{camera_in_a_line, cloud_scene_text};
+pub(crate) use write::{camera_in_a_line, cloud_scene_text, seen_from};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
@@ -156,7 +166,8 @@ impl Scene {
             SceneError::whole_file(
                 path,
                 "the scene has no [camera]",
-                "a picture needs one; add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
+                "a picture needs one; `kugelblitz render` places one where there are spheres, and with \
+                 --print-scene writes it down; or add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
                  look_at  = [0.0, 0.5, 0.0]\nfov      = 40.0",
             )
             .into()

@@ -5,15 +5,16 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{CloudTable, Given, read_clouds};
+use super::clouds::{CloudTable, Given, is_cloud_file, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
+use super::sniff::look_of_bytes;
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{
     Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
 };
 use crate::control::Control;
-use crate::error::{Result, SceneError};
+use crate::error::{Error, Result, SceneError};
 use crate::memory;
 use crate::rays::View;
 
@@ -64,12 +65,18 @@ pub fn read_scene_text(path: &Path) -> Result<String> {
     text_of(Files::All, path)
 }
 
-fn text_of(files: Files, path: &Path) -> Result<String> {
+pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
+    if is_cloud_file(path) {
+        return Err(no_scene(path, "data of spheres, by its name"));
+    }
     let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
     const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+    if let Some(found) = look_of_bytes(&bytes) {
+        return Err(no_scene(path, found));
+    }
     if bytes.len() as u64 > MAX_SCENE_BYTES {
         let message =
             format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
@@ -90,6 +97,16 @@ fn text_of(files: Files, path: &Path) -> Result<String> {
     })
 }
 
+/// The error of a file that is something else.
+fn no_scene(path: &Path, found: &str) -> Error {
+    let name = path.display();
+    let help = format!(
+        "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
+         {name} --print-scene=scene.toml`, and `render`, `view` and `export` take them as they are"
+    );
+    SceneError::whole_file(path, format!("this is no scene, but {found}"), help).into()
+}
+
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are
 /// looked for from its folder.
 ///
@@ -107,7 +124,12 @@ pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Sc
     parse_scene_from(Files::All, text, path, control)
 }
 
-fn parse_scene_from(files: Files, text: &str, path: &Path, control: &Control) -> Result<Scene> {
+pub(super) fn parse_scene_from(
+    files: Files,
+    text: &str,
+    path: &Path,
+    control: &Control,
+) -> Result<Scene> {
     let read = || -> Result<Scene, Stop> {
         let (mut scene, clouds) = read_document(text)?;
         read_clouds(&clouds, path.parent().unwrap_or(path), files, &mut scene, control)?;

@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::Color;
 use super::places::{Fault, char_start, quoted};
 use super::read::{KINDS, OBJECTS};
+use super::sniff::look_of_text;
 
 pub(super) type Checked<T> = std::result::Result<T, Fault>;
 
@@ -324,6 +325,11 @@ fn shapes(kind: &Kind) -> String {
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     let span = error.span().unwrap_or(text.len()..text.len());
+    if let Some(found) = look_of_text(text) {
+        let help = "a scene is a text in TOML; data have a name that ends in .npy, .csv or .xyz, and then \
+                    `kugelblitz render` takes them as they are";
+        return Fault::new(span, format!("this is no scene: it looks like {found}"), help);
+    }
     let (found, expected) = match error.message().split_once(", expected ") {
         Some((found, expected)) => (found, format!("expected {expected}")),
         None => (error.message(), String::new()),

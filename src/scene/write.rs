@@ -1,6 +1,9 @@
 //! Scenes as text.
 
+use std::path::{Path, PathBuf};
+
 use super::{Camera, Projection};
+use crate::error::{Error, Result};
 
 /// A scene file with one cloud; `about` is its first line, a comment.
 pub(crate) fn cloud_scene_text(about: &str, file: &str, camera: &Camera) -> String {
@@ -37,4 +40,18 @@ pub(crate) fn camera_text(camera: &Camera) -> String {
         "[camera]\nposition = {position:?}\nlook_at  = {look_at:?}\nup       = {up:?}\n\
          {key:<8} = {number:?}\n"
     )
+}
+
+/// `cloud` as a scene file at `scene` names it: alone where they share a folder.
+pub(crate) fn seen_from(scene: &Path, cloud: &Path) -> Result<PathBuf> {
+    let name = cloud.file_name().map(PathBuf::from).unwrap_or_default();
+    let folder_of_cloud = folder_of(cloud)?;
+    Ok(if folder_of(scene)? == folder_of_cloud { name } else { folder_of_cloud.join(name) })
+}
+
+/// The folder of a file that may not be there yet, from the root on.
+pub(super) fn folder_of(path: &Path) -> Result<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    folder.canonicalize().map_err(Error::io(folder))
 }

@@ -33,15 +33,20 @@ use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Pick, Pool, Words};
-use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
+use crate::scene::{Camera, ImageSize, Scene, camera_text};
 use crate::session::Session;
 use crate::show::Show;
 use crate::trace::Kernel;
+
+/// Reads a scene file, or another that makes a scene with a camera.
+pub type Reread = Arc<dyn Fn(&Path, &Control) -> Result<Scene> + Send + Sync>;
 
 /// The window's beginning.
 pub struct Options {
     /// The scene file, which is watched.
     pub path: PathBuf,
+    /// How it is read again when it has changed.
+    pub reread: Reread,
     /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
     /// The device that traces and shows the picture. Where it is `None`, the CPU traces, and the
@@ -93,8 +98,8 @@ enum Event {
 type Read = Result<(Arc<Scene>, Camera)>;
 
 /// Reads a scene for a window, which waits for no writer.
-fn read(path: &Path, control: &Control) -> Read {
-    let scene = reread_scene(path, control)?;
+fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
+    let scene = reread(path, control)?;
     let camera = scene.require_camera(path)?.clone();
     Ok((Arc::new(scene), camera))
 }
@@ -120,8 +125,8 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let no_display = |error: EventLoopError| no_display(&error, &path);
     let events = EventLoop::<Event>::with_user_event().build().map_err(no_display)?;
     let proxy = events.create_proxy();
-    let watch = watch_scene(&options.path, &options.control, &proxy)?;
-    let reader = start_reader(&proxy)?;
+    let watch = watch_scene(&options.path, &options, &proxy)?;
+    let reader = start_reader(&options, &proxy)?;
     let mut state =
         State::new(options.path.clone(), Arc::clone(&options.scene), camera, options.kernel);
     state.recent = options.recent.as_deref().map(recent).unwrap_or_default();
@@ -165,10 +170,11 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
 /// Watches the scene file, and the control.
 fn watch_scene(
     path: &Path,
-    control: &Arc<Control>,
+    options: &Options,
     proxy: &EventLoopProxy<Event>,
 ) -> Result<Worker<()>> {
-    let (file, control, to_window) = (path.to_owned(), Arc::clone(control), proxy.clone());
+    let (file, to_window) = (path.to_owned(), proxy.clone());
+    let (control, reread) = (Arc::clone(&options.control), Arc::clone(&options.reread));
     // The event loop is gone only when nobody is interested any more.
     let say = {
         let (file, to_window) = (file.clone(), proxy.clone());
@@ -176,7 +182,7 @@ fn watch_scene(
     };
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
     let reader = Worker::start("reading", say, move |(), turn, say| {
-        say(read(&file, &turn.control)?);
+        say(read(&reread, &file, &turn.control)?);
         Ok(())
     })?;
     let look = move |changed| {
@@ -191,15 +197,15 @@ fn watch_scene(
 }
 
 /// Starts the thread that reads other scenes.
-fn start_reader(proxy: &EventLoopProxy<Event>) -> Result<Worker<PathBuf>> {
-    let to_window = proxy.clone();
+fn start_reader(options: &Options, proxy: &EventLoopProxy<Event>) -> Result<Worker<PathBuf>> {
+    let (to_window, reread) = (proxy.clone(), Arc::clone(&options.reread));
     let say = move |opened: Result<(PathBuf, Read)>| {
         if let Ok((path, read)) = opened {
             let _ = to_window.send_event(Event::Opened(path, read));
         }
     };
-    Worker::start("opening", say, |path: PathBuf, turn, say| {
-        let read = read(&path, &turn.control);
+    Worker::start("opening", say, move |path: PathBuf, turn, say| {
+        let read = read(&reread, &path, &turn.control);
         if !turn.is_over() {
             say((path, read));
         }
@@ -511,7 +517,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 self.state.scene_error = Some(error);
             }
             Event::Opened(path, Ok((scene, camera))) => {
-                self.watch = watch_scene(&path, &self.options.control, &self.proxy)?;
+                self.watch = watch_scene(&path, &self.options, &self.proxy)?;
                 self.state.open(path, scene, camera);
                 if let Some(open) = &self.open {
                     open.window.set_title(&self.title());

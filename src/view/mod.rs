@@ -48,5 +48,5 @@ mod worker;
 #[cfg_attr(not(all(unix, not(target_vendor = "apple"))), path = "no_x11.rs")]
 mod x11;
 
-pub use app::{Options, run};
+pub use app::{Options, Reread, run};
 pub use notice::Notice;

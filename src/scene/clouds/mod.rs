@@ -29,7 +29,7 @@ use super::spheres::{Problem, problem_of};
 use super::table::Checked;
 use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere, Spheres};
 use crate::control::Control;
-use crate::error::Error;
+use crate::error::{Error, Lack};
 use crate::memory::Available;
 pub(crate) use watched::Watched;
 
@@ -80,6 +80,11 @@ impl FileKind {
             FileKind::Npy | FileKind::Xyz => 1,
         }
     }
+}
+
+/// True for a file that a cloud can be read from, by its ending.
+pub(super) fn is_cloud_file(path: &Path) -> bool {
+    FileKind::of(path).is_some()
 }
 
 /// Adds the spheres of all clouds to those that `scene` has, in the order of the file. Paths are
@@ -181,6 +186,14 @@ impl<'a> Reading<'a> {
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
+    /// Nothing is wrong but that something is missing, which the scene file can say.
+    fn lacking(&self, lacks: Lack, found: impl Display, help: impl Into<String>) -> Stop {
+        match self.wrong(found, help) {
+            Stop::Fault(fault) => Fault { lacks: Some(lacks), ..fault }.into(),
+            stop => stop,
+        }
+    }
+
     /// The system can't read the file, or the user interrupted.
     fn failed(&self, error: &io::Error) -> Stop {
         match self.control.check() {
@@ -223,10 +236,17 @@ impl<'a> Reading<'a> {
                 format!("remove `{key}`; it is for files that have none"),
             )
             .into()),
-            (false, None) => Err(self.wrong(
-                format!("the file has no {key} for its spheres"),
-                format!("add for all of them, e.g. `{key} = {example}`"),
-            )),
+            (false, None) => {
+                let lacks = match key {
+                    "radius" => Lack::Radius,
+                    _ => Lack::Color,
+                };
+                Err(self.lacking(
+                    lacks,
+                    format!("the file has no {key} for its spheres"),
+                    format!("add for all of them, e.g. `{key} = {example}`"),
+                ))
+            }
         }
     }
 
