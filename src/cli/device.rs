@@ -7,7 +7,7 @@ use kugelblitz::device::Device;
 #[cfg(feature = "view")]
 use kugelblitz::gpu::Pick;
 use kugelblitz::gpu::{Gpu, has_software_alone};
-use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES};
+use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
@@ -105,38 +105,6 @@ pub fn open_for(
         return Ok(Device::Cpu);
     }
     open(choice, Some(kernel), talk)
-}
-
-/// As [`open_for`], for a list of rays. Those into many spheres are left to f64 on the CPU: `auto` takes
-/// that, with a line; a device that was asked for gets a warning.
-///
-/// # Errors
-/// Those of [`open`].
-pub fn open_for_list(
-    choice: &DeviceChoice,
-    kernel: Kernel,
-    scene: &Scene,
-    n_rays: usize,
-    talk: &TalkArgs,
-) -> Result<Device> {
-    let n_spheres = scene.spheres.len();
-    let is_on_cpu = kernel == Kernel::Certified && n_spheres > LISTED_SPHERES;
-    if is_on_cpu && *choice == DeviceChoice::Auto {
-        talk.say(&format!(
-            "tracing on the CPU, in f64: {n_spheres} spheres are too many for a list of rays on a \
-             device"
-        ));
-        return Ok(Device::Cpu);
-    }
-    let device = open_for(choice, kernel, scene, n_rays, talk)?;
-    if is_on_cpu && let Device::Gpu(gpu) = &device {
-        talk.warn(&format!(
-            "the CPU does the work of {}: {n_spheres} spheres are too many for a list of rays \
-             there; `--device cpu` says so",
-            gpu.facts.name
-        ));
-    }
-    Ok(device)
 }
 
 /// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few

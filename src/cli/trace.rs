@@ -42,13 +42,8 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     drop(progress);
     let read = start.elapsed();
 
-    let device = device::open_for_list(
-        &args.device.device,
-        args.kernel.kernel,
-        &scene,
-        rays.len(),
-        &args.talk,
-    )?;
+    let device =
+        device::open_for(&args.device.device, args.kernel.kernel, &scene, rays.len(), &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, args.kernel.kernel);
     let progress = scene::preparing(&scene, args.kernel.kernel, &args.talk);
     let making = session.make_ready(&rays, wants, &run.control)?;
