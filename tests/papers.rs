@@ -151,6 +151,9 @@ impl Described {
             "integer" => value.is_u64() || value.is_i64(),
             "number" => value.is_number(),
             "boolean" => value.is_boolean(),
+            "map of text" => {
+                value.as_object().is_some_and(|map| map.values().all(Value::is_string))
+            }
             "object" => {
                 self.object(section, path, &[], value);
                 true
@@ -776,7 +779,7 @@ fn faults(browser: &mut Browser, html: &str, width: u32, theme: &str) -> Vec<Str
         if left < 0.0 || right > f64::from(width) {
             faults.push(format!("a plot from {left} to {right} px"));
         }
-        if letters < 12.0 {
+        if letters < 11.0 {
             faults.push(format!("letters of {letters} px in a plot"));
         }
     }

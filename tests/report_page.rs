@@ -936,7 +936,7 @@ fn what_changed_since_a_baseline_is_marked() {
     assert!(row("▼ faster").starts_with("figure1  lecture") && row("▼ faster").contains("× 0.33"));
     assert!(row("▲ slower").starts_with("figure1  stable") && row("▲ slower").contains("× 3.0"));
     for shown in [terminal.replace('\n', " "), text::markdown(&report), page::html(&report)] {
-        assert!(shown.contains("1 are faster and 1 slower beyond noise"), "{shown}");
+        assert!(shown.contains("1 got faster and 1 slower by more than noise"), "{shown}");
         assert!(shown.contains("▲ slower") && shown.contains("wrong before"), "{shown}");
         assert!(shown.contains("Against before.json"), "{shown}");
     }

@@ -254,8 +254,8 @@ impl Baseline {
             match n {
                 0 => "nothing of it was measured again".to_string(),
                 _ => format!(
-                    "of {n} times, {faster} are faster and {slower} slower beyond noise, which is \
-                     where no run of one reaches into those of the other"
+                    "of {n} times, {faster} got faster and {slower} slower by more than noise, \
+                     which is where no run of one reaches into those of the other"
                 ),
             }
         )];

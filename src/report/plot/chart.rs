@@ -47,7 +47,7 @@ impl Frame {
             },
             Width::Narrow => Frame {
                 width: 368.0,
-                left: 56.0,
+                left: 64.0,
                 right: 356.0,
                 margin: 4.0,
                 height_share: 0.8,
