@@ -216,10 +216,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     check_colors(args, &scene, &claims)?;
 
     let (choice, kernel) = (&args.device.device, Kernel::Certified);
-    let device = match &rays {
-        Rays::Pixels(_) => device::open_for(choice, kernel, &scene, n, &args.talk)?,
-        Rays::List(_) => device::open_for_list(choice, kernel, &scene, n, &args.talk)?,
-    };
+    let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, kernel);
     let progress = Progress::start(&args.talk, &run.control, 2 * n as u64);
     let truth = judge::truth(&mut session, &rays, &run.control)?;
