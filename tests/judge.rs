@@ -193,6 +193,19 @@ fn wrong_ids_at_silhouettes_are_counted_there() {
     }
 }
 
+#[test]
+fn a_depth_of_the_background_is_understood() {
+    let case = Case::new("figure2");
+    let depth = |i: usize| if case.truth.id[i] == 0 { 1e10 } else { case.truth.t[i] };
+    let claims = case.with([("Z", Samples::F64((0..case.truth.t.len()).map(depth).collect()))]);
+    let own = Conventions::default();
+    let broken = case.broken(&claims, &own, "");
+    assert!(broken.len() == 2 && broken[0].contains("away from silhouettes"), "{broken:?}");
+    let told = Conventions { background: Some(1e10), ..own };
+    assert_eq!(case.broken(&claims, &told, ""), [""; 0]);
+    assert_eq!(case.hint(&claims).as_deref(), Some("--background 10000000000"));
+}
+
 /// The same claims told otherwise are right by the conventions that say so, wrong without, and the hint
 /// names the options.
 #[test]
@@ -223,7 +236,6 @@ fn conventions_of_others_are_understood() {
     let signed = id.iter().map(|&id| i64::from(id) - 1).collect();
     let near_far = |near, far| Conventions { near_far: Some([near, far]), ..own.clone() };
     let as_distance = Conventions { quantities: vec![Quantity::Distance], ..own.clone() };
-    let ten = |i: usize| if id[i] == 0 { 1e10 } else { t[i] };
     let cases = [
         ("distance", depth(as_t(&|i| t[i] * lengths[i])), as_distance, Some("--as distance")),
         (
@@ -249,12 +261,6 @@ fn conventions_of_others_are_understood() {
             in_camera,
             Conventions { normal_space: NormalSpace::Camera, ..own.clone() },
             Some("--normal-space camera"),
-        ),
-        (
-            "a background of 1e10",
-            depth(as_t(&ten)),
-            Conventions { background: Some(1e10), ..own.clone() },
-            Some("--background 10000000000"),
         ),
         (
             "millimetres",

@@ -13,7 +13,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::print_summary;
-use super::output::{name, print_text};
+use super::output::print_text;
 use super::{Run, TalkArgs};
 
 /// Compare two pictures, channel by channel
@@ -72,16 +72,15 @@ struct OfChannel<'a> {
 pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
     let CompareArgs { a: path_a, b: path_b, output, talk, .. } = args;
     let tolerance = args.allow.unwrap_or_default();
-    if let Some(output) = output {
-        check_picture(output, &[path_a, path_b], talk)?;
-    }
+    let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], talk);
+    let file = output.as_ref().map(begin).transpose()?;
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
     let found = compare_pictures(&a, &b, &tolerance)?;
     let pixel = |i: usize| [i % a.width.max(1), i / a.width.max(1)];
-    if let Some(output) = output.as_ref().filter(|_| found.pixels > 0) {
+    if let Some(file) = file.filter(|_| found.pixels > 0) {
         let size = [a.width as u32, a.height as u32];
-        write_picture(output, size, &difference_picture(&a, &found), run)?;
+        write_picture(file, size, &difference_picture(&a, &found), run)?;
     }
     if talk.json {
         let side = |path: &Path, image: &Image, only| Side {
@@ -179,8 +178,8 @@ pub fn percent(n: u64, all: u64) -> String {
     }
 }
 
-/// Refuses what is no file for a picture of errors or differences, before the work.
-pub fn check_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result<()> {
+/// Begins the file for a picture of errors or differences, before the work.
+pub fn begin_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result<OutputFile> {
     talk.refuse_json_beside(&[output], "the picture", "write the picture to a file")?;
     if Format::from_path(output).ok() != Some(Format::Png) {
         return Err(Error::Usage(format!(
@@ -188,13 +187,19 @@ pub fn check_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result
             output.display()
         )));
     }
-    output::refuse_overwriting(&[output], inputs)
+    output::refuse_overwriting(&[output], inputs)?;
+    OutputFile::create(output, false)
 }
 
 /// Writes a picture that no camera took.
-pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[[u8; 3]], run: &Run) -> Result<()> {
-    let mut file = OutputFile::create(path, false)?;
-    let bytes = rgb8_file(size, pixels).map_err(Error::io(path))?;
-    file.write_all(&bytes).map_err(Error::io(name(path)))?;
+pub fn write_picture(
+    mut file: OutputFile,
+    size: [u32; 2],
+    pixels: &[[u8; 3]],
+    run: &Run,
+) -> Result<()> {
+    let path = file.path().to_path_buf();
+    let bytes = rgb8_file(size, pixels).map_err(Error::io(&path))?;
+    file.write_all(&bytes).map_err(Error::io(&path))?;
     output::commit([file], &run.control)
 }

@@ -11,13 +11,13 @@ use kugelblitz::judge::{
 use kugelblitz::memory;
 use kugelblitz::picture::{Image, read_image};
 use kugelblitz::rays::{Pixels, read_rays_with};
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Color, Scene};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::verify::{RayError, Truth};
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
-use super::compare::{check_picture, percent, write_picture};
+use super::compare::{begin_picture, percent, write_picture};
 use super::head::{Objects, On, print_summary};
 use super::output::{count, objects, print_text};
 use super::progress::Progress;
@@ -186,10 +186,9 @@ struct Worst {
 /// Judges another renderer's results.
 pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
-    if let Some(output) = &args.output {
-        let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-        check_picture(output, &inputs, &args.talk)?;
-    }
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let begin = |output: &PathBuf| begin_picture(output, &inputs, &args.talk);
+    let file = args.output.as_ref().map(begin).transpose()?;
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
@@ -232,9 +231,9 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         }
     };
     run.control.check()?;
-    if let (Some(output), Rays::Pixels(pixels)) = (&args.output, &rays) {
+    if let (Some(file), Rays::Pixels(pixels)) = (file, &rays) {
         let size = [pixels.width, pixels.height];
-        write_picture(output, size, &error_picture(&judgement), run)?;
+        write_picture(file, size, &error_picture(&judgement), run)?;
     }
 
     let case = Case { args, scene: &scene, rays: &rays, truth: &truth, claims: &claims };
@@ -513,9 +512,15 @@ impl Case<'_> {
         match &self.claims.seen {
             Seen::Ids(ids) => object(self.scene, ids[ray]),
             Seen::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
-            Seen::Colors { srgb8, .. } => {
+            Seen::Colors { srgb8, tolerance } => {
                 let [r, g, b] = srgb8[ray];
-                format!("the colour #{r:02x}{g:02x}{b:02x}")
+                let is_near = |color: Color| {
+                    let pairs = color.to_srgb8().into_iter().zip(srgb8[ray]);
+                    pairs.into_iter().all(|(a, b)| a.abs_diff(b) <= *tolerance)
+                };
+                let of = (0..).zip(self.scene.colors()).find(|(_, color)| is_near(*color));
+                let whose = of.map_or("of no object".into(), |(id, _)| object(self.scene, id));
+                format!("{whose}, #{r:02x}{g:02x}{b:02x}")
             }
         }
     }

@@ -28,6 +28,7 @@ impl fmt::Display for Share {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Share::Count(most) => write!(f, "{most}"),
+            Share::Part(1.0) => f.write_str("any"),
             Share::Part(most) => write!(f, "{}%", most * 100.0),
         }
     }

@@ -160,7 +160,8 @@ impl Allowed {
                 broken.push(format!("t is off by {} ulp, allowed: {most}", short(ulp)));
             }
             (AllowedT::Relative(most), _, Some(relative)) if relative > most => {
-                broken.push(format!("t is off by {} of it, allowed: {most:e}", short(relative)));
+                let off = short(relative);
+                broken.push(format!("t is off by a relative {off}, allowed: {most:e}"));
             }
             _ => {}
         }

@@ -26,17 +26,26 @@ pub fn hint(
     (claims, judgement): (&Claims, &Judgement),
 ) -> Result<Option<String>> {
     let before = Faults::new(judgement);
+    // What stays wrong anyway is of another scene.
+    let most_wrong = rays.len() as f64 * MOST_WRONG;
     let mut best: Option<(Faults, String)> = None;
     for Other { options, conventions } in others(image, conventions, truth, claims, judgement) {
         let Ok(claims) = Claims::new(image.clone(), &conventions, view) else { continue };
         let found = Faults::new(&judge(scene, rays, truth, &claims)?);
         let is_best = best.as_ref().is_none_or(|(best, _)| found.is_better_than(best));
-        if found.is_far_better_than(&before) && is_best {
+        let is_right = found.wrong_ids <= most_wrong.max(LITTLE[0]);
+        if is_right && is_best && found.is_far_better_than(&before) {
             best = Some((found, options));
         }
     }
     Ok(best.map(|(_, options)| options))
 }
+
+/// The share of ids that may be wrong by the right conventions.
+const MOST_WRONG: f64 = 0.05;
+
+/// A few pixels, the rounding of f32, an angle that no eye sees.
+const LITTLE: [f64; 3] = [8.0, 1e-6, 1e-3];
 
 /// How wrong claims are, in few numbers.
 struct Faults {
@@ -63,8 +72,6 @@ impl Faults {
     /// Nothing is much worse, and something is a small part of what it was.
     fn is_far_better_than(&self, before: &Faults) -> bool {
         const MUCH: f64 = 4.0;
-        // A few pixels, the rounding of f32, an angle that no eye sees.
-        const LITTLE: [f64; 3] = [8.0, 1e-6, 1e-3];
         let pairs = || self.numbers().into_iter().zip(before.numbers()).zip(LITTLE);
         pairs().all(|((now, before), little)| now <= before * MUCH + little)
             && pairs().any(|((now, before), little)| before > little && now * MUCH < before)

@@ -231,15 +231,17 @@ pub fn alike(scene: &Scene, tolerance: u8) -> Option<(usize, [u32; 2])> {
     Some((n_alike, pair?))
 }
 
-/// The indices of the worst rays of each kind, at most `n` of each, the worst first: wrong ids away from
-/// silhouettes, wrong ids at them, the largest errors of `t`, those of the normals.
+/// The indices of the worst rays of each kind, at most `n` of each: wrong ids away from silhouettes, wrong ids
+/// at them, evenly drawn; the largest errors of `t` and those of the normals, the worst first.
 pub fn worst(judgement: &Judgement, n: usize) -> [Vec<usize>; 4] {
     let errors = &judgement.errors;
     let is_at = |i: usize| judgement.is_at_silhouette.get(i).copied().unwrap_or(false);
     let wrong = |at: bool| {
         let wrong = errors.iter().enumerate();
         let wrong = wrong.filter(|(_, error)| !matches!(error, RayError::Right { .. }));
-        wrong.map(|(i, _)| i).filter(|&i| is_at(i) == at).take(n).collect()
+        let wrong: Vec<usize> = wrong.map(|(i, _)| i).filter(|&i| is_at(i) == at).collect();
+        let n = n.min(wrong.len());
+        (0..n).map(|k| wrong[k * wrong.len() / n]).collect()
     };
     let largest = |of: fn(&RayError) -> Option<f64>| {
         let all = errors.iter().enumerate();
