@@ -21,7 +21,7 @@ use kugelblitz::scene::{
     Composed, DataWishes, Light, Paint, Projection, Scene, Sky, Source, Viewpoint, WishedLens,
     Wishes, compose_scene, parse_scene, read_scene,
 };
-use kugelblitz::trace::{Kernel, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use program::{program, run, scene_file};
 use tempfile::TempDir;
 
@@ -84,7 +84,10 @@ fn all_that_is_there_is_in_the_picture() {
                 render(&[&args[..], &lens].concat(), 0);
                 let scene = read_scene(scene.as_ref()).unwrap();
                 let mut session = Session::new(scene, Device::Cpu, Kernel::Certified);
-                let ids = session.render(96, 64).unwrap().hits.id;
+                let rays = Rays::Pixels(session.pixels(96, 64).unwrap());
+                let (mut hits, control) = (Hits::default(), Control::default());
+                session.trace(&rays, Wants::default(), &control, &mut hits).unwrap();
+                let ids = hits.id;
                 let seen = |x: usize, y: usize| ids[y * 96 + x] > 0;
                 // 0.05 of 64 rows are 3.2 pixels.
                 let is_edge = |x, y| x < 3 || y < 3 || x >= 93 || y >= 61;

@@ -38,7 +38,7 @@ pub struct PictureArgs {
     )]
     pub view: Option<Viewpoint>,
     /// Frame everything, with this part of the picture's shorter side free at each edge [default: 0.04]
-    #[arg(long, value_name = "PART", value_parser = parse_margin, conflicts_with = "position")]
+    #[arg(long, value_name = "PART", value_parser = parse_margin, allow_negative_numbers = true, conflicts_with = "position")]
     pub margin: Option<f64>,
     /// The camera's place
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
@@ -50,10 +50,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "AXIS", value_parser = parse_up, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
     /// Vertical field of view of a perspective camera, degrees [default without a camera: 30]
-    #[arg(long, value_name = "DEGREES", value_parser = parse_fov, conflicts_with = "height")]
+    #[arg(long, value_name = "DEGREES", value_parser = parse_fov, allow_negative_numbers = true, conflicts_with = "height")]
     pub fov: Option<f64>,
     /// An orthographic camera: the picture's height in the scene's unit, or `auto` to frame everything
-    #[arg(long, value_name = "H", value_parser = parse_height)]
+    #[arg(long, value_name = "H", value_parser = parse_height, allow_negative_numbers = true)]
     pub height: Option<WishedLens>,
     /// Colour where no object is: "#rrggbb", or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = parse_paint)]
@@ -63,10 +63,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "LIGHT", value_parser = parse_light, allow_hyphen_values = true)]
     pub light: Vec<WishedLight>,
     /// Soft light from everywhere: intensity, or intensity,directions; or none
-    #[arg(long, value_name = "I,N", value_parser = parse_sky)]
+    #[arg(long, value_name = "I,N", value_parser = parse_sky, allow_negative_numbers = true)]
     pub sky: Option<WishedSky>,
     /// Light that every surface gets: a number or a colour; or none
-    #[arg(long, value_name = "LIGHT", value_parser = parse_ambient)]
+    #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
     pub ambient: Option<WishedAmbient>,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
@@ -90,7 +90,7 @@ pub struct PictureArgs {
 pub struct DataArgs {
     /// Radius of all spheres, where the data have none [default: half the median distance between
     /// neighbours]
-    #[arg(long, value_name = "R", value_parser = parse_radius)]
+    #[arg(long, value_name = "R", value_parser = parse_radius, allow_negative_numbers = true)]
     pub radius: Option<f64>,
     /// Colour of all spheres, where the data have none: "#rrggbb", or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = parse_paint, conflicts_with = "color_by")]

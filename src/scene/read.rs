@@ -66,21 +66,21 @@ pub fn read_scene_text(path: &Path) -> Result<String> {
 }
 
 pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
-    if is_cloud_file(path) {
-        return Err(no_scene(path, "data of spheres, by its name"));
-    }
     let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
     const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
-    if let Some(found) = look_of_bytes(&bytes) {
-        return Err(no_scene(path, found));
+    if is_cloud_file(path) {
+        return Err(no_scene(path, "data of spheres, by its name"));
     }
     if bytes.len() as u64 > MAX_SCENE_BYTES {
         let message =
             format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
         return Err(SceneError::whole_file(path, message, CLOUD).into());
+    }
+    if let Some(found) = look_of_bytes(&bytes) {
+        return Err(no_scene(path, found));
     }
     let what = format!("{}: parsing the scene", path.display());
     memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
