@@ -199,7 +199,7 @@ mod tests {
                 continue;
             }
             let mut spoiled = line.to_owned();
-            let next = char::from(line.as_bytes()[at] - 1);
+            let next = char::from(line.as_bytes()[at] + 1);
             spoiled.replace_range(at..=at, &next.to_string());
             let spoiled = text.replacen(line, &spoiled, 1);
             assert_ne!(of(&spoiled), honest, "{line}");
