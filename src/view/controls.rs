@@ -80,6 +80,9 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
             }
             _ => press(ui, key, modifiers.shift, state, commands),
         }
+        if state.opening.is_some() {
+            return;
+        }
     }
     let copies = ui.input(|input| input.events.contains(&Event::Copy));
     if let Some(text) = state.explained.as_ref().and_then(|shown| shown.text.clone())
