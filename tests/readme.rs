@@ -1,7 +1,5 @@
 //! What the README and the guide say of scenes, options and tables is so.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -11,9 +9,8 @@ use std::process::Command;
 use glam::DVec3;
 use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, Sphere, parse_scene};
 
-use common::npy;
-
 const README: &str = include_str!("../README.md");
+const INTRODUCTION: &str = include_str!("../docs/guide/src/introduction.md");
 const FIRST_PICTURE: &str = include_str!("../docs/guide/src/first-picture.md");
 const LIGHT: &str = include_str!("../docs/guide/src/light.md");
 const DEVICES: &str = include_str!("../docs/guide/src/devices.md");
@@ -144,21 +141,7 @@ fn lights_are_as_explained() {
 }
 
 #[test]
-fn the_cloud_is_as_explained() {
-    let cloud = blocks(README, "toml")[0];
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("readme.toml");
-    fs::write(folder.path().join("cloud.npy"), npy(&vec![vec![1.0; 3]; 5], "<f4", false)).unwrap();
-    let scene = parse_scene(cloud, &path).unwrap();
-    assert_eq!(scene.spheres.len(), 5);
-    assert_eq!(scene.spheres[2].radius, 0.01);
-    assert_eq!(scene.spheres.color(4), Color::from_hex("#1f77b4"));
-    // Each ending of the table is known: what is wrong is the file that isn't there.
-    for row in table(README, "file") {
-        let name = format!("missing{}", code(row[0]));
-        let error = parse_scene(&cloud.replace("cloud.npy", &name), &path).unwrap_err();
-        assert!(error.to_string().contains("cannot read the cloud"), "{error}");
-    }
+fn a_sphere_takes_as_many_bytes_as_is_said() {
     assert!(DEVICES.contains(&format!("{} bytes of memory", size_of::<Sphere>())));
 }
 
@@ -211,11 +194,12 @@ fn commands_options_and_exit_codes_are_those_of_the_program() {
         .map_while(|line| line.split_whitespace().next())
         .filter(|command| *command != "help")
         .collect();
-    let listed = table(README, "command");
+    let listed = table(INTRODUCTION, "command");
     let listed: BTreeSet<&str> =
         listed.iter().map(|row| code(row[0]).split(' ').next().unwrap()).collect();
     assert_eq!(listed, commands);
-    for row in table(README, "exit code") {
+    let of_scripts = fs::read_to_string(root().join("docs/guide/src/commands.md")).unwrap();
+    for row in table(&of_scripts, "exit code") {
         let line = format!("{:>3}  {}", row[0], row[1]);
         assert!(help.contains(&line), "{line}\n{help}");
     }
@@ -223,30 +207,12 @@ fn commands_options_and_exit_codes_are_those_of_the_program() {
         table(CERTIFICATE, "kernel").iter().map(|row| code(row[0]).into()).collect();
     let help = run(&["render", "--help"]);
     assert!(help.contains(&format!("[possible values: {}]", kernels.join(", "))), "{help}");
-    let options = README.split("Common options:").nth(1).unwrap().split_once("\n\n").unwrap().0;
+    let options =
+        INTRODUCTION.split("Common options:").nth(1).unwrap().split_once("\n\n").unwrap().0;
     let options: Vec<_> = options.split('`').filter(|word| word.starts_with('-')).collect();
     assert!(options.len() >= 7, "{options:?}");
     for option in options {
         let option = option.split(' ').next().unwrap();
         assert!(help.contains(option), "{option}\n{help}");
-    }
-}
-
-#[test]
-fn formulas_are_where_the_table_says() {
-    let rows: Vec<_> = table(README, "section");
-    let rows: Vec<_> = rows.iter().filter(|row| row.len() >= 4).collect();
-    assert!(rows.len() >= 12, "{rows:?}");
-    for row in rows {
-        let function = code(row[2]);
-        let cells = row[3..].iter().map(|cell| cell.trim_matches(['|', ' ']));
-        let files: Vec<_> = cells.filter(|cell| !cell.is_empty()).collect();
-        assert!(!files.is_empty(), "{function} is nowhere");
-        for cell in files {
-            let file = cell.strip_prefix('[').and_then(|rest| rest.split(']').next()).expect(cell);
-            let text = fs::read_to_string(root().join(code(file))).unwrap();
-            let defined = ["(", "<"].map(|after| format!("fn {function}{after}"));
-            assert!(defined.iter().any(|fn_| text.contains(fn_)), "{function} in {file}");
-        }
     }
 }
