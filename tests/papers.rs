@@ -25,10 +25,6 @@ use program::{Ran, ends, finish, program, run, scene_file};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-fn file(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).to_str().unwrap().to_owned()
-}
-
 // The JSON and its description.
 
 const DESCRIPTION: &str = include_str!("../docs/json.md");
