@@ -25,10 +25,6 @@ use program::{Ran, ends, finish, program, run, scene_file};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-fn file(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).to_str().unwrap().to_owned()
-}
-
 // The JSON and its description.
 
 const DESCRIPTION: &str = include_str!("../docs/json.md");
@@ -332,19 +328,22 @@ fn every_field_of_json_is_described_and_every_described_one_is_there() {
     }
 }
 
+/// Spoils a summary.
+type Change = fn(&mut Value);
+
 #[test]
 fn a_field_that_is_not_as_described_is_noticed() {
     let json = json!({"schema": 1, "version": "0.1.0", "command": "digest", "adapter": null,
         "device": "cpu", "size": [16, 9], "samples": 1, "objects": {"spheres": 1, "planes": 0},
         "digest": "kb1:"});
-    let wrong = |change: fn(&mut Value), text: &str| {
+    let wrong = |change: Change, text: &str| {
         let (mut described, mut json) = (Described::new(text), json.clone());
         change(&mut json);
         described.object("digest", "", HEAD, &json);
         described.wrong
     };
     assert_eq!(wrong(|_| {}, DESCRIPTION), [""; 0]);
-    let changes: [(fn(&mut Value), &str); 7] = [
+    let changes: [(Change, &str); 7] = [
         (|json| json["colour"] = 1.into(), "`colour` is not described"),
         (|json| json["objects"]["cones"] = 1.into(), "`objects.cones` is not described"),
         (|json| drop(json.as_object_mut().unwrap().remove("size")), "`size` is missing"),

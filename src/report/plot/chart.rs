@@ -48,7 +48,7 @@ impl Frame {
             Width::Narrow => Frame {
                 width: 368.0,
                 left: 64.0,
-                right: 356.0,
+                right: 346.0,
                 margin: 4.0,
                 height_share: 0.8,
                 most_ticks: 6,
