@@ -98,6 +98,7 @@
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
@@ -145,6 +146,8 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
+#[cfg(feature = "cli")]
+pub mod figure;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;
