@@ -101,6 +101,7 @@
 //! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
@@ -149,6 +150,8 @@ pub mod exact;
 pub mod explain;
 pub mod export;
 pub mod frames;
+#[cfg(feature = "cli")]
+pub mod figure;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;

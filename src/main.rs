@@ -51,6 +51,7 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         Command::Info(args) => cli::info::run(&args),
         Command::Report(args) => cli::report::run(&args, run),
         Command::Export(args) => cli::export::run(&args, run),
+        Command::Figure(args) => cli::figure::run(&args, run),
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args, run),
         Command::Generate(args) => cli::generate::run(&args, run),

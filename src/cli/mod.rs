@@ -10,6 +10,7 @@ pub mod excerpt;
 pub mod explain;
 pub mod export;
 pub mod film;
+pub mod figure;
 pub mod generate;
 pub mod head;
 pub mod info;
@@ -40,8 +41,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand, value_parser};
+use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::control::Control;
+use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
@@ -50,8 +52,8 @@ use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
-    DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
-    parse_epsilon, parse_pixel, parse_ray, parse_size,
+    DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, lang_parser, language_parser,
+    parse_crop, parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
 use show::show_parser;
 
@@ -91,6 +93,7 @@ pub enum Command {
     Info(info::InfoArgs),
     Report(ReportArgs),
     Export(ExportArgs),
+    Figure(figure::FigureArgs),
     #[cfg(feature = "view")]
     View(ViewArgs),
     Generate(GenerateArgs),
@@ -155,6 +158,15 @@ pub struct WholeArgs {
     /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
+}
+
+/// The language of what is written.
+#[derive(Args)]
+pub struct LangArgs {
+    /// Language of all words: en or de
+    #[arg(long, default_value = Lang::English.name(), value_parser = lang_parser(),
+        hide_possible_values = true)]
+    pub lang: Lang,
 }
 
 /// Which pixels are traced.
@@ -286,6 +298,7 @@ pub struct TraceArgs {
 /// seen or not; and what every kernel shows, on the GPU too. With light in the scene also the point
 /// that is seen, each light's way to it, n·ω and what is in its way, and the sum with its bytes.
 #[derive(Args)]
+#[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
 pub struct ExplainArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
@@ -294,9 +307,7 @@ pub struct ExplainArgs {
         long,
         value_name = "X,Y",
         value_parser = parse_pixel,
-        allow_hyphen_values = true,
-        required_unless_present = "ray",
-        conflicts_with = "ray"
+        allow_hyphen_values = true
     )]
     pub pixel: Option<[i64; 2]>,
     /// A ray in place of a pixel: its origin and its direction, of any length
@@ -311,9 +322,15 @@ pub struct ExplainArgs {
     /// Explain all objects [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
-    /// Print the formulas as LaTeX (amsmath)
+    /// Print the formulas and verdicts as LaTeX (amsmath)
     #[arg(long, conflicts_with = "json")]
     pub latex: bool,
+    /// Digits of each result in a formula; numbers on the way to it have as many as a calculator needs
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_DIGITS as u8,
+        value_parser = value_parser!(u8).range(1..=MAX_DIGITS as i64))]
+    pub digits: u8,
+    #[command(flatten)]
+    pub lang: LangArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
+use kugelblitz::explain::Lang;
 use kugelblitz::export::Language;
 use kugelblitz::generate::Distribution;
 use kugelblitz::gpu::Pick;
@@ -35,13 +36,18 @@ pub fn language_parser() -> impl TypedValueParser<Value = Language> {
     parser_of(Language::ALL, Language::name)
 }
 
+/// Takes the names of [`Lang::ALL`].
+pub fn lang_parser() -> impl TypedValueParser<Value = Lang> {
+    parser_of(Lang::ALL, Lang::name)
+}
+
 /// Takes the names of [`Distribution::ALL`].
 pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
     parser_of(Distribution::ALL, Distribution::name)
 }
 
 /// Takes the names of `all`.
-fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
+pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name_of: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
