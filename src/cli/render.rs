@@ -1,5 +1,7 @@
 //! `kugelblitz render`
 
+use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,6 +11,7 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
+use kugelblitz::scene::{Scene, legend_svg};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 
@@ -37,7 +40,10 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         Ok::<_, Error>(Plan { epsilon, ..plan })
     };
     let wants = plan()?.wants();
-    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
+    let outputs: Vec<&Path> =
+        [&args.output].into_iter().chain(&args.legend).map(|p| &**p).collect();
+    scene::refuse_overwriting(&outputs, &[&args.scene], &scene)?;
+    let legend = args.legend.as_deref().map(|path| write_legend(path, args, &scene)).transpose()?;
     // Early, so that a folder that isn't there is told before the work and not after it.
     let file = OutputFile::create(&args.output, format.needs_seek())?;
 
@@ -73,7 +79,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
-    output::commit([file], &run.control)?;
+    output::commit([file].into_iter().chain(legend), &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {}",
         name(&args.output),
@@ -90,6 +96,24 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         human(run.start.elapsed())
     ));
     Ok(())
+}
+
+/// The legend, whole but not yet in its place.
+fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        let message = format!("{}: a legend is a picture of lines, .svg", path.display());
+        return Err(Error::Usage(message));
+    }
+    let svg = legend_svg(&scene.clouds).ok_or_else(|| {
+        Error::Usage(format!(
+            "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
+             in its [[spheres]]",
+            args.scene.display()
+        ))
+    })?;
+    let mut file = OutputFile::create(path, false)?;
+    file.write_all(svg.as_bytes()).map_err(Error::io(path))?;
+    Ok(file)
 }
 
 /// How far from a surface shadow rays start.

@@ -10,11 +10,13 @@ use super::device;
 use super::options::check_size;
 use super::output::{print_text, printed_line, talk};
 use super::quiet::{self, Quiet};
+use super::scene::say_notes;
 use super::{Run, ViewArgs};
 
 /// Opens the window.
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     let scene = Arc::new(read_scene(&args.scene)?);
+    say_notes(&scene, &args.talk);
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
