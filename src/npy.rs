@@ -1,12 +1,12 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
 use std::io::{self, BufReader, Read};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use npyz::{
-    AutoSerialize, DType, Deserialize, Field, NpyFile, NpyHeader, Order, WriteOptions,
-    WriterBuilder,
+    AutoSerialize, DType, Deserialize, Endianness, Field, NpyFile, NpyHeader, Order, TypeChar,
+    TypeStr, WriteOptions, WriterBuilder,
 };
 
 use crate::error::{Error, Result};
@@ -92,6 +92,15 @@ impl Record {
     }
 }
 
+/// An array in a file whose header is read.
+pub(crate) struct Array<R: Read> {
+    header: NpyHeader,
+    n_header_bytes: u64,
+    n_file_bytes: Option<u64>,
+    path: PathBuf,
+    reader: BufReader<R>,
+}
+
 /// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
 pub(crate) struct FloatTable<R: Read> {
     /// Rows.
@@ -100,6 +109,30 @@ pub(crate) struct FloatTable<R: Read> {
     pub n_columns: usize,
     path: PathBuf,
     file: NpyFile<BufReader<R>>,
+}
+
+/// A one-dimensional structured array in a file.
+pub(crate) struct Records<R: Read> {
+    /// Records.
+    pub n_rows: usize,
+    /// The numbers of a record, in their order.
+    pub cells: Vec<Cell>,
+    record_bytes: usize,
+    path: PathBuf,
+    reader: BufReader<R>,
+}
+
+/// One number of a structured array's record.
+pub(crate) struct Cell {
+    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
+    pub name: String,
+    /// The type as NumPy writes it.
+    pub type_name: String,
+    /// Bytes before it in the record.
+    offset: usize,
+    /// Reads its bytes; `None` for what is no number.
+    decode: Option<fn(&[u8]) -> f64>,
+    n_bytes: usize,
 }
 
 /// Appends the header of a table of little-endian f64 to `out`.
@@ -116,9 +149,9 @@ fn write_header(dtype: DType, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 18;
 
-impl<R: Read> FloatTable<R> {
+impl<R: Read> Array<R> {
     /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
-    /// is for messages; `columns` are the allowed numbers of columns.
+    /// and `expected` are for messages.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
@@ -126,64 +159,223 @@ impl<R: Read> FloatTable<R> {
         reader: R,
         n_file_bytes: Option<u64>,
         path: &Path,
-        columns: &[u64],
-    ) -> Result<FloatTable<R>> {
+        expected: &str,
+    ) -> Result<Array<R>> {
         let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
-        let wrong = |message: String| Error::Input { path: path.to_owned(), message };
-        let expected = || {
-            let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
-            format!(
-                "expected a NumPy array of float64 or float32 with shape {}",
-                columns.join(" or ")
-            )
-        };
-
         let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
-                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
-                    wrong(format!("not a readable .npy file ({error}); {}", expected()))
-                }
+                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Error::Input {
+                    path: path.to_owned(),
+                    message: format!("not a readable .npy file ({error}); expected {expected}"),
+                },
                 _ => Error::io(path)(error),
             }
         })?;
+        Ok(Array { header, n_header_bytes, n_file_bytes, path: path.to_owned(), reader })
+    }
 
-        let dtype = header.dtype();
-        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
-            return Err(wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
-        }
-        let &[n_rows, n_columns] = header.shape() else {
-            let n_axes = header.shape().len();
-            return Err(wrong(format!("it has {n_axes} dimensions; {}", expected())));
-        };
-        if !columns.contains(&n_columns) {
-            return Err(wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
-        }
-        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
-        let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value_bytes;
-        if let Some(n_file_bytes) = n_file_bytes {
-            let n_found = u128::from(n_file_bytes.saturating_sub(n_header_bytes));
+    /// True for an array of records with fields.
+    pub fn is_structured(&self) -> bool {
+        matches!(self.header.dtype(), DType::Record(_))
+    }
+
+    fn wrong(&self, message: String) -> Error {
+        Error::Input { path: self.path.clone(), message }
+    }
+
+    /// Fails where the file has more or fewer bytes than `n_rows` rows of `row_bytes`.
+    fn check_length(&self, n_rows: u64, row_bytes: u128) -> Result<usize> {
+        let n_data_bytes = u128::from(n_rows).saturating_mul(row_bytes);
+        if let Some(n_file_bytes) = self.n_file_bytes {
+            let n_found = u128::from(n_file_bytes.saturating_sub(self.n_header_bytes));
             if n_found != n_data_bytes {
-                return Err(wrong(format!(
+                return Err(self.wrong(format!(
                     "its header tells of {n_rows} rows, which are {n_data_bytes} bytes, but \
                      {n_found} bytes follow; is the file cut off?"
                 )));
             }
         }
-        let too_large = |_| {
+        usize::try_from(n_rows).map_err(|_| {
             Error::TooLarge(format!(
                 "{}: {n_rows} rows don't fit this machine's memory; give them in parts",
-                path.display()
+                self.path.display()
             ))
-        };
-        Ok(FloatTable {
-            n_rows: usize::try_from(n_rows).map_err(too_large)?,
-            n_columns: usize::try_from(n_columns).map_err(too_large)?,
-            path: path.to_owned(),
-            file: NpyFile::with_header(header, reader),
         })
     }
 
+    /// A table of floats with an allowed number of columns.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for any other array.
+    pub fn floats(self, columns: &[RangeInclusive<u64>]) -> Result<FloatTable<R>> {
+        let expected = || {
+            let columns: Vec<String> = columns
+                .iter()
+                .map(|n| match n.start() == n.end() {
+                    true => format!("(N, {})", n.start()),
+                    false => format!("(N, {}) or more columns", n.start()),
+                })
+                .collect();
+            format!(
+                "expected a NumPy array of float64 or float32 with shape {}",
+                columns.join(" or ")
+            )
+        };
+        let dtype = self.header.dtype();
+        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
+            return Err(self.wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
+        }
+        let &[n_rows, n_columns] = self.header.shape() else {
+            let n_axes = self.header.shape().len();
+            return Err(self.wrong(format!("it has {n_axes} dimensions; {}", expected())));
+        };
+        if !columns.iter().any(|allowed| allowed.contains(&n_columns)) {
+            return Err(self.wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
+        }
+        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
+        let n_rows = self.check_length(n_rows, u128::from(n_columns) * value_bytes)?;
+        let Array { header, path, reader, .. } = self;
+        let file = NpyFile::with_header(header, reader);
+        // No more than were allowed.
+        Ok(FloatTable { n_rows, n_columns: n_columns as usize, path, file })
+    }
+
+    /// A structured array.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
+    pub fn records(self) -> Result<Records<R>> {
+        let dtype = self.header.dtype();
+        let &[n_rows] = self.header.shape() else {
+            let n_axes = self.header.shape().len();
+            let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
+            return Err(self.wrong(message));
+        };
+        let record_bytes = dtype.num_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n));
+        let Some(record_bytes) = record_bytes else {
+            let message = "its records have no fixed length, or a large one".to_owned();
+            return Err(self.wrong(message));
+        };
+        let mut cells = Vec::new();
+        add_cells(&mut cells, "", &dtype, &mut 0);
+        let n_rows = self.check_length(n_rows, record_bytes as u128)?;
+        let Array { path, reader, .. } = self;
+        Ok(Records { n_rows, cells, record_bytes, path, reader })
+    }
+}
+
+/// Most bytes of a record.
+const MAX_RECORD_BYTES: usize = 1 << 16;
+
+/// Adds the numbers of a field to those of a record; `at` counts the bytes before it.
+fn add_cells(cells: &mut Vec<Cell>, name: &str, dtype: &DType, at: &mut usize) {
+    match dtype {
+        DType::Plain(plain) => {
+            let n_bytes = plain.num_bytes().unwrap_or_default();
+            let (name, type_name) = (name.to_owned(), dtype.descr().replace('\'', ""));
+            let decode = decoder(plain);
+            cells.push(Cell { name, type_name, offset: *at, decode, n_bytes });
+            *at += n_bytes;
+        }
+        // Of no bytes, there may be any number.
+        DType::Array(_, inner) if inner.num_bytes().is_none_or(|n| n == 0) => {}
+        DType::Array(n, inner) => {
+            // Those of several axes are numbered through.
+            let first = cells.len();
+            (0..*n).for_each(|_| add_cells(cells, "", inner, at));
+            for (i, cell) in cells[first..].iter_mut().enumerate() {
+                cell.name = format!("{name}:{i}");
+            }
+        }
+        DType::Record(fields) => {
+            for field in fields {
+                let first = cells.len();
+                add_cells(cells, &field.name, &field.dtype, at);
+                // Padding has no name.
+                if field.name.is_empty() {
+                    cells.truncate(first);
+                } else if !name.is_empty() {
+                    let all = cells[first..].iter_mut();
+                    all.for_each(|cell| cell.name = format!("{name}.{}", cell.name));
+                }
+            }
+        }
+    }
+}
+
+/// How bytes of this type become an f64, the nearest one.
+fn decoder(plain: &TypeStr) -> Option<fn(&[u8]) -> f64> {
+    macro_rules! numbers {
+        ($($kind:ident $number:ty)*) => {
+            match (plain.type_char(), plain.size_field(), plain.endianness()) {
+                $(
+                    (TypeChar::$kind, n, Endianness::Big) if n == size_of::<$number>() as u64 => {
+                        Some(|bytes| {
+                            bytes.try_into().map_or(f64::NAN, |b| <$number>::from_be_bytes(b) as f64)
+                        })
+                    }
+                    (TypeChar::$kind, n, _) if n == size_of::<$number>() as u64 => {
+                        Some(|bytes| {
+                            bytes.try_into().map_or(f64::NAN, |b| <$number>::from_le_bytes(b) as f64)
+                        })
+                    }
+                )*
+                _ => None,
+            }
+        };
+    }
+    numbers! {
+        Float f64 Float f32 Bool u8
+        Int i8 Int i16 Int i32 Int i64
+        Uint u8 Uint u16 Uint u32 Uint u64
+    }
+}
+
+impl Cell {
+    /// True for what is a number.
+    pub fn is_number(&self) -> bool {
+        self.decode.is_some()
+    }
+
+    /// True for unsigned numbers of 8 bits.
+    pub fn is_byte(&self) -> bool {
+        self.type_name.ends_with("u1")
+    }
+}
+
+impl<R: Read> Records<R> {
+    /// Reads all records and gives `put` each number of the `wanted` cells, with its record and its
+    /// cell.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
+    pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
+        let cells = wanted.iter().map(|&cell| (cell, &self.cells[cell]));
+        let cells = cells.filter_map(|(place, cell)| {
+            Some((place, cell.offset..cell.offset + cell.n_bytes, cell.decode?))
+        });
+        let cells: Vec<_> = cells.collect();
+        let mut record = vec![0; self.record_bytes];
+        for row in 0..self.n_rows {
+            if let Err(error) = self.reader.read_exact(&mut record) {
+                return Err(match error.kind() {
+                    io::ErrorKind::UnexpectedEof => Error::Input {
+                        path: self.path,
+                        message: format!("the file ends before row {row} is whole"),
+                    },
+                    _ => Error::io(self.path)(error),
+                });
+            }
+            for (place, range, decode) in &cells {
+                put(row, *place, decode(&record[range.clone()]));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<R: Read> FloatTable<R> {
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -257,9 +449,12 @@ const MAX_HEADER_BYTES: u64 = 10_000;
 /// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
 const MAX_NESTING: usize = 8;
 
-/// Most decimal digits in all shapes together: a product of numbers with so many digits is below 10¹⁸,
-/// so below 2⁶⁴. It is also the most digits in a row of a type's size.
+/// Most decimal digits in the shapes of all: a product of numbers with so many digits together is
+/// below 10¹⁸, so below 2⁶⁴.
 const MAX_DIGITS: usize = 18;
+
+/// Most decimal digits that follow each other in a name or a type: a length of less than 10⁹.
+const MAX_DIGITS_OF_TYPE: usize = 9;
 
 /// The header and its length in bytes.
 ///
@@ -284,34 +479,43 @@ pub(crate) fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)
     reader.take(n_text_bytes).read_to_end(&mut bytes)?;
 
     let text = &bytes[n_before_text..];
-    let (mut depth, mut n_digits, mut n_digits_in_quotes) = (0_usize, 0_usize, 0_usize);
+    let (mut depth, mut n_digits, mut n_digits_of_type) = (0_usize, 0_usize, 0_usize);
     let mut quote = None;
-    for &byte in text {
+    for (at, &byte) in text.iter().enumerate() {
+        if byte == b'\\' {
+            return Err(invalid("its header has unexpected signs"));
+        }
+        if let Some(open) = quote {
+            n_digits_of_type = if byte.is_ascii_digit() { n_digits_of_type + 1 } else { 0 };
+            if n_digits_of_type > MAX_DIGITS_OF_TYPE {
+                return Err(invalid("its header is not that of a table of numbers"));
+            }
+            quote = Some(open).filter(|open| *open != byte);
+            continue;
+        }
         match byte {
+            b'\'' | b'"' => (quote, n_digits_of_type) = (Some(byte), 0),
             b'(' | b'[' | b'{' => depth += 1,
             b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            // Escapes and signs have no business in a header of numbers.
-            b'\\' | b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
+            b'0'..=b'9' => n_digits += 1,
+            // Signs have no business in a header of numbers.
+            b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
             _ => {}
-        }
-        match (quote, byte) {
-            (Some(open), _) if byte == open => quote = None,
-            (Some(_), b'0'..=b'9') => n_digits_in_quotes += 1,
-            (Some(_), _) => n_digits_in_quotes = 0,
-            (None, b'\'' | b'"') => (quote, n_digits_in_quotes) = (Some(byte), 0),
-            (None, b'0'..=b'9') => n_digits += 1,
-            (None, _) => {}
         }
         if depth > MAX_NESTING {
             return Err(invalid("its header is nested too deeply"));
         }
-        if n_digits.max(n_digits_in_quotes) > MAX_DIGITS {
+        if n_digits > MAX_DIGITS
+            || text[at..].get(..2).is_some_and(|two| two.eq_ignore_ascii_case(b"0x"))
+        {
             return Err(invalid("its header is not that of a table of numbers"));
         }
     }
+    if quote.is_some() {
+        return Err(invalid("its header is not closed"));
+    }
     // Three quotes begin a text that may hold single ones.
-    let has_triple = text.windows(3).any(|three| three == b"\'\'\'" || three == b"\"\"\"");
-    if has_triple || text.windows(2).any(|two| two.eq_ignore_ascii_case(b"0x")) {
+    if text.windows(3).any(|three| three == b"\'\'\'" || three == b"\"\"\"") {
         return Err(invalid("its header is not that of a table of numbers"));
     }
     let n_bytes = bytes.len() as u64;

@@ -214,7 +214,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         }
         return Err(error);
     }
-    output::commit(begun.printed, &run.control)?;
+    output::commit(begun.beside, &run.control)?;
 
     let ffmpeg = ffmpeg(output, n_frames, begun.format, [begun.pixels.width, begun.pixels.height]);
     let frames: Vec<Frame> = frames.into_iter().map(|(frame, _)| frame).collect();

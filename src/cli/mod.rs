@@ -190,6 +190,9 @@ pub struct RenderArgs {
     /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
     #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene")]
     pub output: Option<PathBuf>,
+    /// Also write the bar of colours of each cloud that is coloured by a column, with its numbers
+    #[arg(long, value_name = "LEGEND.svg", requires = "output")]
+    pub legend: Option<PathBuf>,
     /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
     #[arg(long)]
     pub format: Option<Format>,

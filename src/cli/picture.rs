@@ -19,7 +19,7 @@ use kugelblitz::{Error, Result};
 use super::options::{check_size, numbers};
 use super::output::{is_stdout, print};
 use super::progress::Progress;
-use super::scene::refuse_overwriting;
+use super::scene::{refuse_overwriting, say_notes};
 use super::{MAX_SAMPLES, Run, TalkArgs};
 
 /// What a picture shows: the options win over the scene.
@@ -175,6 +175,7 @@ impl PictureArgs {
         for note in &composed.notes {
             talk.say(&format!("note: {note}"));
         }
+        say_notes(&composed.scene, talk);
         let scene = Arc::new(std::mem::take(&mut composed.scene));
         Ok((scene, composed))
     }

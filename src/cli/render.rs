@@ -1,5 +1,6 @@
 //! `kugelblitz render`
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,7 +11,7 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Scene, legend_svg};
 use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
@@ -84,7 +85,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
-    output::commit(begun.printed.take().into_iter().chain([file]), &run.control)?;
+    output::commit(begun.beside.drain(..).chain([file]), &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {}",
         name(output),
@@ -121,8 +122,8 @@ pub struct Begun {
     pub pixels: Pixels,
     pub n_samples: u32,
     pub format: Format,
-    /// The file of --print-scene.
-    pub printed: Option<OutputFile>,
+    /// The files of --print-scene and --legend.
+    pub beside: Vec<OutputFile>,
     options: PictureOptions,
     epsilon: f64,
     inputs: Vec<PathBuf>,
@@ -152,13 +153,16 @@ impl Begun {
             pixels,
             n_samples,
             format,
-            printed: None,
+            beside: Vec::new(),
             options,
             epsilon,
             inputs,
         };
         begun.plan()?;
-        begun.printed = args.picture.print(&composed, &begun.scene, &args.scene)?;
+        begun.beside.extend(args.picture.print(&composed, &begun.scene, &args.scene)?);
+        if let Some(path) = &args.legend {
+            begun.beside.push(write_legend(path, args, &begun.scene)?);
+        }
         Ok(begun)
     }
 
@@ -168,8 +172,8 @@ impl Begun {
     /// [`Error::Usage`]
     pub fn refuse_overwriting(&self, outputs: &[&Path]) -> Result<()> {
         let inputs: Vec<&Path> = self.inputs.iter().map(PathBuf::as_path).collect();
-        let printed = self.printed.as_ref().map(OutputFile::path);
-        let outputs: Vec<&Path> = outputs.iter().copied().chain(printed).collect();
+        let beside = self.beside.iter().map(OutputFile::path);
+        let outputs: Vec<&Path> = outputs.iter().copied().chain(beside).collect();
         scene::refuse_overwriting(&outputs, &inputs, &self.scene)
     }
 
@@ -193,6 +197,24 @@ impl Begun {
         let device = device::open_for(choice, kernel, &self.scene, self.pixels.len(), &args.talk)?;
         Ok(Session::new(Arc::clone(&self.scene), device, kernel))
     }
+}
+
+/// The legend, whole but not yet in its place.
+fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        let message = format!("{}: a legend is a picture of lines, .svg", path.display());
+        return Err(Error::Usage(message));
+    }
+    let svg = legend_svg(&scene.clouds).ok_or_else(|| {
+        Error::Usage(format!(
+            "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
+             in its [[spheres]]",
+            args.scene.display()
+        ))
+    })?;
+    let mut file = OutputFile::create(path, false)?;
+    file.write_all(svg.as_bytes()).map_err(Error::io(path))?;
+    Ok(file)
 }
 
 /// How far from a surface shadow rays start.

@@ -2,9 +2,11 @@
 
 mod clouds;
 mod color;
+mod colormap;
 mod draft;
 mod edges;
 mod framing;
+mod legend;
 mod light;
 mod neighbours;
 mod open;
@@ -23,12 +25,15 @@ use glam::DVec3;
 use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
+pub use clouds::is_cloud_file;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use colormap::ColorMap;
 pub(crate) use draft::checked;
 pub use draft::{Composed, compose_scene, recompose_scene};
 pub use edges::Edges;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
+pub use legend::{Coloring, legend_svg};
 pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
@@ -117,6 +122,8 @@ pub struct Cloud {
     pub n_spheres: usize,
     /// Id of the first sphere; the others follow in the order of the file.
     pub first_id: u32,
+    /// Which column gave the spheres their colours, where one did.
+    pub coloring: Option<Coloring>,
 }
 
 /// A checked scene. Object ids count from 1: single spheres in file order, then cloud spheres, then
@@ -143,6 +150,8 @@ pub struct Scene {
     pub planes: Vec<Plane>,
     /// The files that the clouds came from, in file order.
     pub clouds: Vec<Cloud>,
+    /// What the reader understood and the user may want to know: sentences, each about a file.
+    pub notes: Vec<String>,
 }
 
 impl Scene {

@@ -5,13 +5,14 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{CloudTable, Given, is_cloud_file, read_clouds};
+use super::clouds::{CloudTable, ColumnNames, Given, Part, is_cloud_file, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
 use super::sniff::look_of_bytes;
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{
-    Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
+    Camera, Color, ColorMap, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere,
+    Spheres,
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -195,11 +196,35 @@ const PLANE: Kind = Kind {
 };
 const SPHERES: Kind = Kind {
     header: "[[spheres]]",
-    keys: &[("file", "\"cloud.npy\""), ("radius", "0.01"), ("color", "\"#1f77b4\"")],
+    keys: &[
+        ("file", "\"cloud.npy\""),
+        ("radius", "0.01"),
+        ("color", "\"#1f77b4\""),
+        ("columns", ""),
+        ("color_by", "\"speed\""),
+        ("colormap", "\"viridis\""),
+        ("range", "[0.0, 2.5]"),
+        ("missing_color", "\"#ff00ff\""),
+        ("frame", "0"),
+    ],
+};
+const COLUMNS: Kind = Kind {
+    header: "`columns` of [[spheres]]",
+    keys: &[
+        ("x", "\"px\""),
+        ("y", "\"py\""),
+        ("z", "\"pz\""),
+        ("radius", "\"grain_radius\""),
+        ("diameter", "\"grain_size\""),
+        ("red", "\"R\""),
+        ("green", "\"G\""),
+        ("blue", "\"B\""),
+        ("element", "\"atom\""),
+    ],
 };
 /// All kinds, to tell where a key that is known elsewhere belongs.
-pub(super) const KINDS: [&Kind; 8] =
-    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY];
+pub(super) const KINDS: [&Kind; 9] =
+    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY, &COLUMNS];
 /// Those of objects.
 pub(super) const OBJECTS: [&Kind; 3] = [&SPHERE, &PLANE, &SPHERES];
 
@@ -242,6 +267,7 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
         spheres,
         planes,
         clouds: Vec::new(),
+        notes: Vec::new(),
     };
     Ok((scene, clouds))
 }
@@ -401,12 +427,55 @@ fn read_cloud_table(table: &Table) -> Checked<CloudTable> {
     let file = table.require("file")?;
     let radius = table.get("radius").map(|field| Given::new(field.span(), read_radius(&field)));
     let color = table.get("color").map(|field| Given::new(field.span(), field.color()));
+    let mut columns = ColumnNames::default();
+    if let Some(field) = table.get("columns") {
+        let names = field.table(&COLUMNS)?;
+        for part in Part::ALL {
+            let name = names.get(part.key());
+            let name = name.map(|field| Given::new(field.span(), field.column())).transpose()?;
+            columns.set(part, name);
+        }
+    }
+    let color_by = table.get("color_by").map(|field| {
+        let name = field.column().and_then(|name| name.map_or_else(|| field.text(), Ok));
+        Given::new(field.span(), name)
+    });
+    let of_color_by = ["colormap", "range", "missing_color"];
+    let alone = of_color_by.into_iter().filter(|_| color_by.is_none());
+    if let Some(field) = alone.filter_map(|key| table.get(key)).next() {
+        return Err(Fault::new(
+            field.span(),
+            format!("`{}` is given without `color_by`", field.key),
+            "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
+        ));
+    }
+    if let (Some(field), Some(_)) = (table.get("color"), &color_by) {
+        return Err(Fault::new(
+            field.span(),
+            "both `color` and `color_by` are given",
+            "`color` is one colour for all spheres, `color_by` the column that gives each its own; \
+             remove one of them",
+        ));
+    }
+    let whole = "a whole number: 0 is the first frame";
+    let frame = table.get("frame").map(|field| Given::new(field.span(), field.index(whole)));
     Ok(CloudTable {
         file: Given::new(file.span(), file.text())?,
         radius: radius.transpose()?,
         color: color.transpose()?,
+        columns,
+        color_by: color_by.transpose()?,
+        colormap: table
+            .get("colormap")
+            .map_or(Ok(ColorMap::default()), |field| field.colormap())?,
+        range: table.get("range").map(|field| field.range()).transpose()?,
+        missing_color: table.get("missing_color").map_or(Ok(MISSING), |field| field.color())?,
+        frame: frame.transpose()?,
     })
 }
+
+/// The colour of spheres whose column has no number for them: magenta, which no map has.
+const MISSING: Color = Color([1.0, 0.0, 1.0]);
 
 fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
     let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);
