@@ -453,7 +453,7 @@ mod tests {
             Hierarchy::new(&frame, &rays, &scene, old, &control).unwrap()
         };
         let bytes = |hierarchy: &Hierarchy| {
-            let Seen { footprints, far } = hierarchy.seen.as_ref().unwrap();
+            let super::Seen { footprints, far } = hierarchy.seen.as_ref().unwrap();
             let (nodes, far) = (bytemuck::cast_slice(&footprints.nodes), bytemuck::cast_slice(far));
             (<[u8]>::to_vec(nodes), <[u8]>::to_vec(far))
         };
