@@ -78,8 +78,19 @@ impl Kept {
         let bytes = size_of::<Sphere>() as u64 * tree.order.len() as u64;
         if self.spheres.get().is_none() && Available::now().bytes >= bytes {
             let sphere = |&index: &u32| spheres[index as usize];
-            self.spheres.get_or_init(|| tree.order.par_iter().map(sphere).collect());
+            let in_order = tree.order.par_iter().map(sphere).collect();
+            self.spheres.get_or_init(|| in_order);
         }
+    }
+
+    /// The parts of the tree. They are made before anybody waits for them: a thread of the pool that makes
+    /// them may come to another view meanwhile.
+    fn parts(&self, tree: &Tree) -> &Parts {
+        if let Some(parts) = self.parts.get() {
+            return parts;
+        }
+        let parts = Parts::new(tree);
+        self.parts.get_or_init(|| parts)
     }
 }
 
@@ -183,7 +194,7 @@ fn see(
         far = zeroed_vec(n_spheres);
     }
     let (longest, projection) = (pixels.longest_direction(), Projection::new(pixels));
-    let parts = kept.parts.get_or_init(|| Parts::new(tree));
+    let parts = kept.parts(tree);
     let (mut of_parts, mut left) = (Vec::new(), &mut far[..]);
     for places in parts.places() {
         let (far, others) = left.split_at_mut(places.len());
