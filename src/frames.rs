@@ -54,7 +54,7 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
 
     let mut keys: Vec<(u32, Camera)> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| wrong(error.to_string()))?;
+        let record = record.map_err(|error| wrong(in_words(&error)))?;
         let line = record.position().map_or(0, csv::Position::line);
         let of_line = |message: String| wrong(format!("line {line}: {message}"));
         let of_error = |error: Error| of_line(error.to_string());
@@ -85,6 +85,17 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
     }
     cameras.extend(keys.pop().map(|(_, last)| last));
     Ok(cameras)
+}
+
+/// What is wrong with a line as a whole.
+fn in_words(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line}: {len} values, but the header names {expected_len} columns")
+        }
+        _ => error.to_string(),
+    }
 }
 
 /// Refuses cameras that are so far from a scene's objects that f64 has no number for it.

@@ -66,7 +66,7 @@ impl FramingLens {
 pub const USUAL_FOV_DEGREES: f64 = 30.0;
 
 /// Part of the scene's size that a camera's numbers are rounded to; less than a pixel.
-const ROUNDING: f64 = 2e-4;
+const ROUNDING: f64 = 5e-5;
 
 impl Framing {
     /// The margin where none is asked for.
