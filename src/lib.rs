@@ -149,9 +149,9 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
-pub mod frames;
 #[cfg(feature = "cli")]
 pub mod figure;
+pub mod frames;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;

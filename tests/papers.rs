@@ -266,7 +266,7 @@ fn whole_report() -> Report {
 }
 
 /// Lines whose summaries have, taken together, all that is described.
-const LINES: [&str; 20] = [
+const LINES: [&str; 29] = [
     "render scenes/lit/figure1.toml -o a.png --size 32x18 --device cpu --repeat 1",
     "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu",
     "verify scenes/lit/figure1.toml --size 16x9 --device gpu --all-kernels",
@@ -285,6 +285,15 @@ const LINES: [&str; 20] = [
     "generate cloud --count 10 -o b.npy --scene b.toml",
     "probe --ceilings",
     "digest scenes/lit/figure1.toml --size 16x9 --device gpu",
+    "render scenes/figure2.toml -o shown.png --size 32x18 --device cpu --show id",
+    "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2",
+    "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2 --resume",
+    "figure 4 -o figure4.svg",
+    "info a.exr",
+    "info hits.npy",
+    "compare a.png a.png",
+    "judge scenes/figure1.toml --against a.exr",
+    "judge scenes/figure2.toml --against hits.npy --rays rays.npy",
     "report scenes/lit/figure1.toml --size 16x9 --rounds 1 -o before.json",
     "report scenes/lit/figure1.toml --size 16x9 --rounds 1 --baseline before.json",
 ];
@@ -301,13 +310,21 @@ fn every_field_of_json_is_described_and_every_described_one_is_there() {
         let json = ends(in_folder(&folder, &format!("{line} --json -q")), 0).json();
         let command = json["command"].as_str().unwrap().to_string();
         assert!(line.starts_with(&command), "{line}: {command}");
-        described.object(&command, "", HEAD, &json);
+        let section = if line.contains("--turntable") { "film" } else { &command };
+        described.object(section, "", HEAD, &json);
         commands_seen.insert(command);
     }
     let report = serde_json::to_value(whole_report()).unwrap();
     described.object("report", "", &[], &report);
 
     // Failures, alone and beside what the command found.
+    for line in
+        ["compare a.png shown.png --json", "judge scenes/figure2.toml --against a.exr --json"]
+    {
+        let failed = ends(in_folder(&folder, line), 6).json();
+        let command = failed["command"].as_str().unwrap().to_string();
+        described.object(&command, "", &["head", "failure"], &failed);
+    }
     let failed = ends(in_folder(&folder, "check wrong.toml --json"), 3).json();
     described.object("failure", "", HEAD, &failed);
     let mut without_driver = in_folder(&folder, "probe --json");

@@ -12,7 +12,7 @@ use kugelblitz::picture::{Format, Image, read_image, rgb8_file};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
-use super::head::print_summary;
+use super::head::print_verdict;
 use super::output::print_text;
 use super::{Run, TalkArgs};
 
@@ -82,6 +82,8 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
         let size = [a.width as u32, a.height as u32];
         write_picture(file, size, &difference_picture(&a, &found), run)?;
     }
+    let broken = found.broken.join("; ");
+    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
     if talk.json {
         let side = |path: &Path, image: &Image, only| Side {
             file: path.display().to_string(),
@@ -103,14 +105,11 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
             metadata_differs: &found.texts,
             broken: &found.broken,
         };
-        print_summary("compare", &summary)?;
+        print_verdict("compare", &summary, failure.as_ref())?;
     } else {
         print_text(&in_words([path_a, path_b], [&a, &b], &found, pixel))?;
     }
-    match found.broken.is_empty() {
-        true => Ok(()),
-        false => Err(Error::Comparison(found.broken.join("; "))),
-    }
+    failure.map_or(Ok(()), Err)
 }
 
 fn in_words(

@@ -18,7 +18,7 @@ use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use super::compare::{begin_picture, percent, write_picture};
-use super::head::{Objects, On, print_summary};
+use super::head::{Objects, On, print_verdict};
 use super::output::{count, objects, print_text};
 use super::progress::Progress;
 use super::render::size;
@@ -223,6 +223,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     let judgement = judge::judge(&scene, &rays, &truth, &claims)?;
     let allowed = args.allow.unwrap_or_default();
     let broken = allowed.broken(&judgement);
+    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
     let hint = match broken.is_empty() {
         true => None,
         false => {
@@ -265,7 +266,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
             hint,
             broken: broken.clone(),
         };
-        print_summary("judge", &summary)?;
+        print_verdict("judge", &summary, failure.as_ref())?;
     } else {
         let what = match &rays {
             Rays::Pixels(pixels) => size(pixels),
@@ -286,10 +287,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         text += &format!("\nallowed: {allowed}{}\n", if broken.is_empty() { ": kept" } else { "" });
         print_text(&text)?;
     }
-    match broken.is_empty() {
-        true => Ok(()),
-        false => Err(Error::Comparison(broken.join("; "))),
-    }
+    failure.map_or(Ok(()), Err)
 }
 
 fn conventions(args: &JudgeArgs) -> Result<Conventions> {

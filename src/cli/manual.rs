@@ -101,6 +101,16 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "A picture for a pipe.",
     ),
     (
+        "kugelblitz-render",
+        "kugelblitz render scenes/clouds/caffeine.xyz -o caffeine.png --size 640x360 --view iso",
+        "A picture straight from data, with a camera that frames all.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/lit/figure2.toml -o film.png --size 320x180 --turntable 4",
+        "film-0001.png and so on: once around the scene.",
+    ),
+    (
         "kugelblitz-verify",
         "kugelblitz verify scenes/figure5.toml --size 320x180 --all-kernels",
         "Holds every pixel of every kernel against exact arithmetic.",
@@ -120,6 +130,26 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "kugelblitz-explain",
         "kugelblitz explain scenes/figure5.toml --ray 0,0,0,0,0,-1 --latex",
         "The same of any ray, for a script in LaTeX.",
+    ),
+    (
+        "kugelblitz-judge",
+        "kugelblitz judge scenes/figure2.toml --against figure2.exr",
+        "Holds another renderer's ids, depths and normals against exact arithmetic.",
+    ),
+    (
+        "kugelblitz-compare",
+        "kugelblitz compare figure1.png figure1.png",
+        "Whether two pictures are equal, and where not.",
+    ),
+    (
+        "kugelblitz-info",
+        "kugelblitz info figure2.exr",
+        "What a picture says of itself: scene, camera, kernel, proof.",
+    ),
+    (
+        "kugelblitz-figure",
+        "kugelblitz figure 4 -o figure4.svg",
+        "The lecture's figure of a sphere, drawn with axes.",
     ),
     (
         "kugelblitz-export",
@@ -232,6 +262,16 @@ pub const SCENE: &[Keys] = &[
             ("file", "\"cloud.npy\"", "Its path from the folder of the scene: .npy, .csv or .xyz."),
             ("radius", "0.01", "Of all, where the file has none."),
             ("color", "\"#1f77b4\"", "Of all, where the file has none."),
+            ("columns", "{ radius = \"R\" }", "The names of columns, where they are others."),
+            ("color_by", "\"speed\"", "A column that gives the colour, by a colour map."),
+            ("colormap", "\"viridis\"", "The colour map; viridis without it."),
+            (
+                "range",
+                "[0.0, 2.5]",
+                "The ends of the colour map; the column's least and largest without it.",
+            ),
+            ("missing_color", "\"#ff00ff\"", "Where the column has no number."),
+            ("frame", "0", "Which frame of a file of several."),
         ],
     ),
     (

@@ -9,8 +9,8 @@ pub mod digest;
 pub mod excerpt;
 pub mod explain;
 pub mod export;
-pub mod film;
 pub mod figure;
+pub mod film;
 pub mod generate;
 pub mod head;
 pub mod info;
@@ -104,17 +104,20 @@ pub enum Command {
 }
 
 impl Command {
-    /// True for a command that can have output files.
+    /// True for a command whose output files all appear in the end.
     pub fn writes_files(&self) -> bool {
-        !matches!(
-            self,
+        match self {
+            // Its frames appear one after the other, and it says how many are whole.
+            Command::Render(args) => !args.film.is_film(),
             Command::Verify(_)
-                | Command::Check(_)
-                | Command::Explain(_)
-                | Command::Digest(_)
-                | Command::Probe(_)
-                | Command::Completions(_)
-        )
+            | Command::Check(_)
+            | Command::Explain(_)
+            | Command::Info(_)
+            | Command::Digest(_)
+            | Command::Probe(_)
+            | Command::Completions(_) => false,
+            _ => true,
+        }
     }
 }
 

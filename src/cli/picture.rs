@@ -55,7 +55,7 @@ pub struct PictureArgs {
     /// An orthographic camera: the picture's height in the scene's unit, or `auto` to frame everything
     #[arg(long, value_name = "H", value_parser = parse_height, allow_negative_numbers = true)]
     pub height: Option<WishedLens>,
-    /// Colour where no object is: "#rrggbb", or linear R,G,B
+    /// Colour where no object is: "#rrggbb", a name of CSS, or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = parse_paint)]
     pub background: Option<Paint>,
     /// A light in place of all others; can be given several times: eye, a point X,Y,Z, a sun's way
@@ -92,7 +92,7 @@ pub struct DataArgs {
     /// neighbours]
     #[arg(long, value_name = "R", value_parser = parse_radius, allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Colour of all spheres, where the data have none: "#rrggbb", or linear R,G,B
+    /// Colour of all spheres, where the data have none: "#rrggbb", a name, or linear R,G,B
     #[arg(long, value_name = "COLOUR", value_parser = parse_paint, conflicts_with = "color_by")]
     pub color: Option<Paint>,
     /// Make colours of the numbers in this column
@@ -303,7 +303,10 @@ fn parse_paint(text: &str) -> Result<Paint, String> {
     };
     match parse_scene(&format!("background = {value}"), "a colour".as_ref()) {
         Ok(_) => Ok(paint),
-        Err(_) => Err("give \"#rrggbb\" in quotes, or linear red,green,blue from 0 to 1".into()),
+        Err(_) => {
+            Err("give \"#rrggbb\" in quotes, a name of CSS, or linear red,green,blue from 0 to 1"
+                .into())
+        }
     }
 }
 

@@ -7,9 +7,7 @@ use egui::{Align2, Key, Modifiers, ScrollArea, TextEdit, Ui};
 
 use super::panels::INSET;
 use super::state::{Command, State};
-
-/// Endings of the files that are offered.
-const ENDINGS: [&str; 1] = ["toml"];
+use crate::scene::is_cloud_file;
 
 /// Most entries of a folder that are looked at.
 const MOST_ENTRIES: usize = 5000;
@@ -143,9 +141,9 @@ fn entries(folder: &Path) -> Vec<Entry> {
     let entry = |entry: fs::DirEntry| {
         let name = entry.file_name().into_string().ok()?;
         let is_file = !entry.path().is_dir();
-        let ending = Path::new(&name).extension().map(|ending| ending.to_ascii_lowercase());
-        let is_scene = ENDINGS.iter().any(|known| ending.as_deref() == Some(known.as_ref()));
-        (!is_file || is_scene).then_some(Entry { is_file, name })
+        let path = Path::new(&name);
+        let is_scene = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+        (!is_file || is_scene || is_cloud_file(path)).then_some(Entry { is_file, name })
     };
     let mut entries: Vec<Entry> = all.flatten().take(MOST_ENTRIES).filter_map(entry).collect();
     entries.sort();
@@ -243,7 +241,7 @@ fn list(ui: &mut Ui, dialog: &mut Opening, recent: &[PathBuf]) -> Option<PathBuf
         }
     }
     if matching.is_empty() {
-        ui.weak("no folder or .toml file begins so");
+        ui.weak("no folder, scene or data file begins so");
     }
     let mut wanted = None;
     if !recent.is_empty() {
@@ -268,7 +266,9 @@ mod tests {
 
     fn folder() -> (tempfile::TempDir, Opening) {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["figure1.toml", "figure2.TOML", "fugue.toml", "cloud.npy", ".hidden.toml"] {
+        for name in
+            ["figure1.toml", "figure2.TOML", "fugue.toml", "gas.npy", "b.png", ".hidden.toml"]
+        {
             fs::write(folder.path().join(name), "").unwrap();
         }
         fs::create_dir(folder.path().join("figures")).unwrap();
@@ -284,7 +284,10 @@ mod tests {
     #[test]
     fn a_folder_offers_folders_and_scenes() {
         let (_folder, mut dialog) = folder();
-        assert_eq!(names(&dialog), ["figures", "figure1.toml", "figure2.TOML", "fugue.toml"]);
+        assert_eq!(
+            names(&dialog),
+            ["figures", "figure1.toml", "figure2.TOML", "fugue.toml", "gas.npy"]
+        );
         dialog.text += "FIG";
         assert_eq!(names(&dialog), ["figures", "figure1.toml", "figure2.TOML"]);
         dialog.text.truncate(dialog.text.len() - 3);
