@@ -445,7 +445,7 @@ fn extended_xyz_keeps_what_its_properties_say() {
         ("1\nProperties=pos:R\n1 2 3\n", "line 2: Properties=\"pos:R\""),
         ("1\nProperties=species:S:1\nC\n", "Properties= in line 2 has no column `x`"),
         (
-            "1\nProperties=pos:R:3:q:R:1\n1 2 3\n",
+            "1\nProperties=pos:R:3:species:S:1\n1 2 3\n",
             "line 3: 3 values, but Properties= in line 2 names 4",
         ),
         ("1\nProperties=pos:R:3:covalent_radius:R:1\n1 2 3 4\n", "\"covalent_radius\" is not used"),

@@ -316,7 +316,7 @@ impl Finder<'_> {
         // `r` may be named as the radius.
         let radius = self.named(Part::Radius)?;
         let is_free = |name: &&str| self.find(name).is_ok_and(|c| c.is_some() && c != radius);
-        let is_there = |names: &&[&str; 3]| names.iter().all(|name| is_free(&name));
+        let is_there = |names: &&[&str; 3]| names.iter().all(is_free);
         match COLORS.iter().find(is_there) {
             Some(names) => self.three(PARTS, *names).map(Some),
             // One or two of them.

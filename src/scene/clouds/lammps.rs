@@ -67,7 +67,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
         let Some(line) = lines.next(cloud)? else {
             return Err(cut_off(cloud, n_atoms, n_read));
         };
-        cells_of(line, &mut cells);
+        cells_of(line, names.len(), &mut cells);
         if cells.len() < names.len() {
             let (n, n_names) = (cells.len(), names.len());
             let found = format!("{n} values, but ITEM: ATOMS names {n_names} columns");

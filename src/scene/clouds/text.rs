@@ -86,7 +86,11 @@ impl TextRows {
     }
 
     fn number(&self, cell: &[u8]) -> Result<f64, String> {
-        let text = std::str::from_utf8(cell).ok().map(str::trim);
+        let text = std::str::from_utf8(cell).ok();
+        if let Some(number) = text.and_then(|text| text.parse().ok()) {
+            return Ok(number);
+        }
+        let text = text.map(str::trim);
         if let Some(number) = text.and_then(|text| text.parse().ok()) {
             return Ok(number);
         }

@@ -82,7 +82,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
         let Some(line) = lines.next(cloud)? else {
             return Err(cut_off(cloud, first_line, n_atoms, n_read));
         };
-        cells_of(line, &mut cells);
+        cells_of(line, names.len(), &mut cells);
         if cells.len() < names.len() {
             let found = match cells.len() {
                 0 => "the line is empty".into(),
@@ -172,21 +172,13 @@ fn names_of(properties: &str) -> Option<Vec<String>> {
     Some(names)
 }
 
-/// Where the words of a line are.
-pub(super) fn cells_of(line: &str, cells: &mut Vec<Range<usize>>) {
+/// Where the first `n` words of a line are.
+pub(super) fn cells_of(line: &str, n: usize, cells: &mut Vec<Range<usize>>) {
     cells.clear();
-    let mut start = None;
-    for (at, byte) in line.bytes().enumerate() {
-        match (byte.is_ascii_whitespace(), start) {
-            (true, Some(from)) => {
-                cells.push(from..at);
-                start = None;
-            }
-            (false, None) => start = Some(at),
-            _ => {}
-        }
-    }
-    cells.extend(start.map(|from| from..line.len()));
+    cells.extend(line.split_ascii_whitespace().take(n).map(|word| {
+        let start = word.as_ptr().addr() - line.as_ptr().addr();
+        start..start + word.len()
+    }));
 }
 
 #[cfg(test)]
@@ -217,9 +209,11 @@ mod tests {
     fn words_are_where_they_are() {
         let mut cells = Vec::new();
         for line in ["", "  ", "a", " a\tbc \r\n", "é b"] {
-            cells_of(line, &mut cells);
+            cells_of(line, 9, &mut cells);
             let words: Vec<&str> = cells.iter().map(|cell| &line[cell.clone()]).collect();
             assert_eq!(words, line.split_ascii_whitespace().collect::<Vec<_>>());
         }
+        cells_of("a b c", 2, &mut cells);
+        assert_eq!(cells, [0..1, 2..3]);
     }
 }
