@@ -400,11 +400,12 @@ impl ObjectExplanation {
 }
 
 /// `sphere 3 (red giant)`
+#[cfg(feature = "view")]
 pub(crate) fn label(scene: &Scene, id: u32) -> String {
     label_in(Lang::English.words(), scene, id)
 }
 
-/// [`label`] in the language of the words.
+/// `sphere 3 (red giant)`, in the language of the words.
 fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
     let kind = match scene.object(id) {
         None => return words.background.into(),
