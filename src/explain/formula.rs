@@ -422,8 +422,9 @@ pub fn of_sphere(steps: SphereSteps, digits: usize) -> Vec<Line> {
                 r"b = 2\,\vec{d} \cdot (\vec{o} - \vec{c}) ~ 2\,(#) ~ 2\,(#) ~ #",
             ),
             [
-                expression!([Products(steps.direction.clone(), offset.clone())], |v| integer(2)
-                    * dot(v)),
+                expression!([Products(steps.direction.clone(), offset.clone())], |v| {
+                    integer(2) * dot(v)
+                }),
                 expression!([Sum(steps.products.to_vec())], |v| integer(2) * sum(v)),
             ],
             &[Plain(b.clone())],
@@ -573,7 +574,7 @@ pub enum Surface {
     /// A sphere of this radius.
     Sphere(Root),
     /// A plane with this normal, of this length.
-    Plane([Root; 3], Root),
+    Plane(Box<[Root; 3]>, Root),
 }
 
 /// The point that a ray sees, `f(p)`, and the unit normal.
@@ -605,7 +606,7 @@ pub fn of_point(steps: PointSteps, digits: usize) -> Vec<Line> {
         Surface::Plane(of_plane, length) => {
             let forms = ("p − a ~ # − # ~ #", r"\vec{p} - \vec{a} ~ # - # ~ #");
             lines.push(difference(forms, [at, base, from_base], digits));
-            let terms = [Products(from_base.clone(), of_plane.clone())];
+            let terms = [Products(from_base.clone(), (**of_plane).clone())];
             lines.push(Line::chain(
                 (
                     "f(p) = (p − a)·n ~ # ~ #",
@@ -615,7 +616,7 @@ pub fn of_point(steps: PointSteps, digits: usize) -> Vec<Line> {
                 &[Plain(residual.clone())],
                 digits,
             ));
-            (vec![Vector(of_plane.clone()), Divisor(length.clone())], length)
+            (vec![Vector((**of_plane).clone()), Divisor(length.clone())], length)
         }
     };
     debug_assert!(divisor.signum() > 0);

@@ -243,8 +243,8 @@ pub struct Seen {
     pub t_error_ulp: Option<f64>,
 }
 
-/// Bytes of an object's explanation and of its text. Measured: 3.3 KiB.
-const SHOWN_BYTES: u64 = 8 << 10;
+/// Bytes of an object's explanation and of its text. Measured: 14 KiB.
+const SHOWN_BYTES: u64 = 24 << 10;
 
 /// Explains one ray in English; the first `limit` objects of those that matter, or all.
 ///
@@ -400,11 +400,12 @@ impl ObjectExplanation {
 }
 
 /// `sphere 3 (red giant)`
+#[cfg(feature = "view")]
 pub(crate) fn label(scene: &Scene, id: u32) -> String {
     label_in(Lang::English.words(), scene, id)
 }
 
-/// [`label`] in the language of the words.
+/// `sphere 3 (red giant)`, in the language of the words.
 fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
     let kind = match scene.object(id) {
         None => return words.background.into(),

@@ -179,7 +179,7 @@ impl Seen<'_> {
             Shape::Plane { point, normal } => {
                 let n = real3(normal)?;
                 let length = Root::new(Real::zero(), 1, product3(&n, &n), Real::one(), 1);
-                (point, Surface::Plane(n.map(Root::from), length))
+                (point, Surface::Plane(Box::new(n.map(Root::from)), length))
             }
         };
         let base = real3(base)?;
