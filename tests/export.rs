@@ -360,7 +360,7 @@ fn what_cannot_be_exported_is_told() {
         (&["export", "pov", &no_camera, "-o", &out], 3, "no [camera]"),
         (&["export", "pov", "missing.toml", "-o", &out], 3, "missing.toml"),
         (&["export", "blender", &figure, "-o", &out], 2, "possible values: pov, tachyon"),
-        (&["export", "pov", &figure, "--json"], 2, "write the scene to a file"),
+        (&["export", "pov", &figure, "--json"], 2, "write to a file"),
         (&["export", "pov", &figure, "-o", &path("no/out.pov")], 1, "there is no folder"),
     ];
     for (args, code, message) in cases {

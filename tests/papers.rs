@@ -126,6 +126,13 @@ impl Described {
     }
 
     fn value(&mut self, section: &str, path: &str, kind: &str, value: &Value) {
+        let (kind, whole_may_be_null) = match kind.strip_suffix(", or null") {
+            Some(kind) => (kind, true),
+            None => (kind, false),
+        };
+        if whole_may_be_null && value.is_null() {
+            return;
+        }
         let (plain, may_be_null) = match kind.strip_suffix(" or null") {
             Some(plain) => (plain, true),
             None => (kind, false),
@@ -526,6 +533,9 @@ fn the_examples_of_the_manual_pages_run() {
     gpu();
     let folder = tempfile::tempdir().unwrap();
     material(&folder);
+    for picture in ["figure1.toml -o figure1.png", "figure2.toml -o figure2.exr"] {
+        ends(in_folder(&folder, &format!("render scenes/{picture} --size 32x18 -q")), 0);
+    }
     let bin = Path::new(env!("CARGO_BIN_EXE_kugelblitz")).parent().unwrap();
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
     let mut n_lines = 0;

@@ -807,7 +807,7 @@ fn wrong_scenes_are_refused_before_a_window_opens() {
     let path = folder.path().join("scene.toml");
     for text in [
         "[camera]\nposition = 3\n",
-        "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#ffffff\"\n",
+        "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\ncolor = \"#ffffff\"\n",
     ] {
         fs::write(&path, text).unwrap();
         let output =

@@ -183,6 +183,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
     let is_lit = begun.scene.is_lit();
     let mut draw = |camera: &Camera, path: &Path| -> Result<Drawn> {
         let start = Instant::now();
+        session.set_camera(camera.clone());
         let pixels = Pixels { view: View::new(camera), ..begun.pixels };
         let file = created(path)?;
         let making = session.make_ready(&Rays::Pixels(pixels), plan.wants(), &run.control)?;

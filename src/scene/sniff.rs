@@ -26,7 +26,10 @@ pub(super) fn look_of_bytes(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Some("text in UTF-16; save it as UTF-8");
     }
-    bytes[..bytes.len().min(N_LOOKED_AT)].contains(&0).then_some("binary data")
+    // A text with a few damaged bytes is told where they are.
+    let seen = &bytes[..bytes.len().min(N_LOOKED_AT)];
+    let n_zeros = seen.iter().filter(|&&byte| byte == 0).count();
+    (n_zeros > seen.len() / 16).then_some("binary data")
 }
 
 /// What a text looks like that is not TOML.
@@ -62,6 +65,7 @@ mod tests {
         assert!(look(b"\xff\xfea\0").contains("UTF-16"));
         assert_eq!(look("# caf\u{e9}\n[camera]\n".as_bytes()), "");
         assert_eq!(look(b"# caf\xe9\n"), "");
+        assert_eq!(look(b"# one zero in a long \0 line of text is damage, not binary data\n"), "");
         assert_eq!(look(b""), "");
     }
 
