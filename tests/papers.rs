@@ -273,9 +273,9 @@ fn whole_report() -> Report {
 }
 
 /// Lines whose summaries have, taken together, all that is described.
-const LINES: [&str; 29] = [
+const LINES: [&str; 30] = [
     "render scenes/lit/figure1.toml -o a.png --size 32x18 --device cpu --repeat 1",
-    "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu",
+    "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu --certificates",
     "verify scenes/lit/figure1.toml --size 16x9 --device gpu --all-kernels",
     "verify scenes/figure1.toml --size 16x9 --device cpu",
     "check scenes/lit/figure1.toml",
@@ -293,6 +293,7 @@ const LINES: [&str; 29] = [
     "probe --ceilings",
     "digest scenes/lit/figure1.toml --size 16x9 --device gpu",
     "render scenes/figure2.toml -o shown.png --size 32x18 --device cpu --show id",
+    "render scenes/figure5.toml -o d.png --size 321x181 --device cpu --show discriminant",
     "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2",
     "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2 --resume",
     "figure 4 -o figure4.svg",
