@@ -388,16 +388,24 @@ impl Seen {
     /// The next event that `is_it`; all before it are only logged.
     #[track_caller]
     pub fn wait(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
-        let end = Instant::now() + PATIENCE;
+        self.comes_within(PATIENCE, is_it).unwrap_or_else(|| {
+            let tail = &self.log[self.log.len().saturating_sub(12)..];
+            panic!("it did not come; the last events:\n{tail:#?}");
+        })
+    }
+
+    fn comes_within(
+        &mut self,
+        patience: Duration,
+        is_it: impl Fn(&Event) -> bool,
+    ) -> Option<Event> {
+        let end = Instant::now() + patience;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let Ok(value) = self.events.recv_timeout(left) else {
-                let tail = &self.log[self.log.len().saturating_sub(12)..];
-                panic!("it did not come; the last events:\n{tail:#?}");
-            };
+            let value = self.events.recv_timeout(left).ok()?;
             let event = self.note(value);
             if is_it(&event) {
-                return event;
+                return Some(event);
             }
         }
     }
@@ -515,11 +523,17 @@ impl Seen {
         self.rest();
     }
 
-    /// The camera that P prints.
+    /// The camera that P prints. A compositor that has yet to give the keyboard to a new window drops a
+    /// key, so P is pressed once more where nothing comes.
     #[track_caller]
     pub fn camera(&mut self) -> String {
+        let is_camera = |event: &Event| event.name() == "camera";
         self.key("p");
-        self.wait(|event| event.name() == "camera").field("toml").to_owned()
+        let event = self.comes_within(PATIENCE / 6, is_camera).unwrap_or_else(|| {
+            self.key("p");
+            self.wait(is_camera)
+        });
+        event.field("toml").to_owned()
     }
 
     /// Waits until the status line tells of this.
