@@ -4,9 +4,10 @@ use std::io::{self, BufReader, Read};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
+use exr::prelude::f16;
 use npyz::{
     AutoSerialize, DType, Deserialize, Endianness, Field, NpyFile, NpyHeader, Order, TypeChar,
-    TypeStr, WriteOptions, WriterBuilder,
+    WriteOptions, WriterBuilder,
 };
 
 use crate::error::{Error, Result};
@@ -122,17 +123,21 @@ pub(crate) struct Records<R: Read> {
     reader: BufReader<R>,
 }
 
-/// One number of a structured array's record.
+/// One number of a record.
 pub(crate) struct Cell {
-    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
-    pub name: String,
+    /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
+    pub field: String,
+    /// Its place in a field of several numbers.
+    pub element: Option<usize>,
     /// The type as NumPy writes it.
     pub type_name: String,
+    /// What kind of number; `None` for what is none.
+    pub kind: Option<TypeChar>,
+    /// Its bytes.
+    pub n_bytes: usize,
     /// Bytes before it in the record.
     offset: usize,
-    /// Reads its bytes; `None` for what is no number.
-    decode: Option<fn(&[u8]) -> f64>,
-    n_bytes: usize,
+    is_big_endian: bool,
 }
 
 /// Appends the header of a table of little-endian f64 to `out`.
@@ -252,13 +257,10 @@ impl<R: Read> Array<R> {
             let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
             return Err(self.wrong(message));
         };
-        let record_bytes = dtype.num_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n));
-        let Some(record_bytes) = record_bytes else {
+        let Some((cells, record_bytes)) = cells_of(&dtype) else {
             let message = "its records have no fixed length, or a large one".to_owned();
             return Err(self.wrong(message));
         };
-        let mut cells = Vec::new();
-        add_cells(&mut cells, "", &dtype, &mut 0);
         let n_rows = self.check_length(n_rows, record_bytes as u128)?;
         let Array { path, reader, .. } = self;
         Ok(Records { n_rows, cells, record_bytes, path, reader })
@@ -268,14 +270,28 @@ impl<R: Read> Array<R> {
 /// Most bytes of a record.
 const MAX_RECORD_BYTES: usize = 1 << 16;
 
+/// The numbers of a record of this type, and its bytes; `None` where it has no fixed length or a large one.
+pub(crate) fn cells_of(dtype: &DType) -> Option<(Vec<Cell>, usize)> {
+    let record_bytes = dtype.num_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n))?;
+    let mut cells = Vec::new();
+    add_cells(&mut cells, "", dtype, &mut 0);
+    Some((cells, record_bytes))
+}
+
 /// Adds the numbers of a field to those of a record; `at` counts the bytes before it.
-fn add_cells(cells: &mut Vec<Cell>, name: &str, dtype: &DType, at: &mut usize) {
+fn add_cells(cells: &mut Vec<Cell>, field: &str, dtype: &DType, at: &mut usize) {
     match dtype {
         DType::Plain(plain) => {
             let n_bytes = plain.num_bytes().unwrap_or_default();
-            let (name, type_name) = (name.to_owned(), dtype.descr().replace('\'', ""));
-            let decode = decoder(plain);
-            cells.push(Cell { name, type_name, offset: *at, decode, n_bytes });
+            cells.push(Cell {
+                field: field.to_owned(),
+                element: None,
+                type_name: dtype.descr().replace('\'', ""),
+                kind: Some(plain.type_char()).filter(|&kind| is_number(kind, n_bytes)),
+                n_bytes,
+                offset: *at,
+                is_big_endian: plain.endianness() == Endianness::Big,
+            });
             *at += n_bytes;
         }
         // Of no bytes, there may be any number.
@@ -283,64 +299,77 @@ fn add_cells(cells: &mut Vec<Cell>, name: &str, dtype: &DType, at: &mut usize) {
         DType::Array(n, inner) => {
             // Those of several axes are numbered through.
             let first = cells.len();
-            (0..*n).for_each(|_| add_cells(cells, "", inner, at));
+            (0..*n).for_each(|_| add_cells(cells, field, inner, at));
             for (i, cell) in cells[first..].iter_mut().enumerate() {
-                cell.name = format!("{name}:{i}");
+                (cell.field, cell.element) = (field.to_owned(), Some(i));
             }
         }
         DType::Record(fields) => {
-            for field in fields {
+            for inner in fields {
+                let name = match field {
+                    "" => inner.name.clone(),
+                    outer => format!("{outer}.{}", inner.name),
+                };
                 let first = cells.len();
-                add_cells(cells, &field.name, &field.dtype, at);
+                add_cells(cells, &name, &inner.dtype, at);
                 // Padding has no name.
-                if field.name.is_empty() {
+                if inner.name.is_empty() {
                     cells.truncate(first);
-                } else if !name.is_empty() {
-                    let all = cells[first..].iter_mut();
-                    all.for_each(|cell| cell.name = format!("{name}.{}", cell.name));
                 }
             }
         }
     }
 }
 
-/// How bytes of this type become an f64, the nearest one.
-fn decoder(plain: &TypeStr) -> Option<fn(&[u8]) -> f64> {
-    macro_rules! numbers {
-        ($($kind:ident $number:ty)*) => {
-            match (plain.type_char(), plain.size_field(), plain.endianness()) {
-                $(
-                    (TypeChar::$kind, n, Endianness::Big) if n == size_of::<$number>() as u64 => {
-                        Some(|bytes| {
-                            bytes.try_into().map_or(f64::NAN, |b| <$number>::from_be_bytes(b) as f64)
-                        })
-                    }
-                    (TypeChar::$kind, n, _) if n == size_of::<$number>() as u64 => {
-                        Some(|bytes| {
-                            bytes.try_into().map_or(f64::NAN, |b| <$number>::from_le_bytes(b) as f64)
-                        })
-                    }
-                )*
-                _ => None,
-            }
-        };
-    }
-    numbers! {
-        Float f64 Float f32 Bool u8
-        Int i8 Int i16 Int i32 Int i64
-        Uint u8 Uint u16 Uint u32 Uint u64
+fn is_number(kind: TypeChar, n_bytes: usize) -> bool {
+    match kind {
+        TypeChar::Bool => n_bytes == 1,
+        TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&n_bytes),
+        TypeChar::Float => [2, 4, 8].contains(&n_bytes),
+        _ => false,
     }
 }
 
 impl Cell {
-    /// True for what is a number.
-    pub fn is_number(&self) -> bool {
-        self.decode.is_some()
+    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
+    pub fn name(&self) -> String {
+        match self.element {
+            None => self.field.clone(),
+            Some(i) => format!("{}:{i}", self.field),
+        }
     }
 
     /// True for unsigned numbers of 8 bits.
     pub fn is_byte(&self) -> bool {
-        self.type_name.ends_with("u1")
+        (self.kind, self.n_bytes) == (Some(TypeChar::Uint), 1)
+    }
+
+    /// The bits of the number in a record, the lowest first; those of a signed one go on with its sign.
+    pub fn bits(&self, record: &[u8]) -> u64 {
+        let bytes = &record[self.offset..self.offset + self.n_bytes];
+        let mut low_first = [0; 8];
+        low_first[..self.n_bytes].copy_from_slice(bytes);
+        if self.is_big_endian {
+            low_first[..self.n_bytes].reverse();
+        }
+        let bits = u64::from_le_bytes(low_first);
+        let n_unused = 64 - 8 * self.n_bytes as u32;
+        match self.kind {
+            Some(TypeChar::Int) => ((bits as i64) << n_unused >> n_unused) as u64,
+            _ => bits,
+        }
+    }
+
+    /// The f64 nearest to the number in a record; NaN for what is no number.
+    fn to_f64(&self, record: &[u8]) -> f64 {
+        match (self.kind, self.n_bytes) {
+            (Some(TypeChar::Float), 2) => f16::from_bits(self.bits(record) as u16).to_f64(),
+            (Some(TypeChar::Float), 4) => f32::from_bits(self.bits(record) as u32).into(),
+            (Some(TypeChar::Float), _) => f64::from_bits(self.bits(record)),
+            (Some(TypeChar::Int), _) => self.bits(record) as i64 as f64,
+            (Some(_), _) => self.bits(record) as f64,
+            (None, _) => f64::NAN,
+        }
     }
 }
 
@@ -351,11 +380,7 @@ impl<R: Read> Records<R> {
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
     pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let cells = wanted.iter().map(|&cell| (cell, &self.cells[cell]));
-        let cells = cells.filter_map(|(place, cell)| {
-            Some((place, cell.offset..cell.offset + cell.n_bytes, cell.decode?))
-        });
-        let cells: Vec<_> = cells.collect();
+        let cells: Vec<_> = wanted.iter().map(|&place| (place, &self.cells[place])).collect();
         let mut record = vec![0; self.record_bytes];
         for row in 0..self.n_rows {
             if let Err(error) = self.reader.read_exact(&mut record) {
@@ -367,8 +392,8 @@ impl<R: Read> Records<R> {
                     _ => Error::io(self.path)(error),
                 });
             }
-            for (place, range, decode) in &cells {
-                put(row, *place, decode(&record[range.clone()]));
+            for (place, cell) in &cells {
+                put(row, *place, cell.to_f64(&record));
             }
         }
         Ok(())

@@ -4,24 +4,14 @@ use std::io::{self, BufRead, Read};
 use std::path::Path;
 
 use exr::prelude::f16;
-use npyz::{DType, Endianness, Order, TypeChar};
+use npyz::{DType, Order, TypeChar};
 
 use super::{Channel, Image, Samples, require, wrong};
 use crate::error::{Error, Result};
-use crate::npy::read_header;
+use crate::npy::{Cell, cells_of, read_header};
 
 /// Most numbers of a pixel.
 const MAX_CHANNELS: usize = 1024;
-
-/// A number of each record.
-struct Column {
-    name: String,
-    /// Where it begins in the record, bytes.
-    offset: usize,
-    n_bytes: usize,
-    kind: TypeChar,
-    is_big_endian: bool,
-}
 
 pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
     let (header, _) = read_header(&mut reader).map_err(|error| match error.kind() {
@@ -40,23 +30,13 @@ pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
         (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
         _ => return Err(wrong(path, format!("its shape has {} axes; {expected}", shape.len()))),
     };
-    let mut columns = Vec::new();
-    let n_record_bytes = add_columns(&dtype, String::new(), 0, &mut columns)
-        .ok_or_else(|| wrong(path, format!("its dtype is {}; expected numbers", dtype.descr())))?;
-    if n_inner == 0 || n_inner > MAX_CHANNELS || columns.is_empty() {
-        return Err(wrong(path, format!("it has no numbers, or too many of a pixel; {expected}")));
+    let not_numbers = || wrong(path, format!("its dtype is {}; expected numbers", dtype.descr()));
+    let (cells, n_record_bytes) = cells_of(&dtype).ok_or_else(not_numbers)?;
+    if cells.iter().any(|cell| cell.kind.is_none()) {
+        return Err(not_numbers());
     }
-    if !is_record {
-        let Some(column) = columns.pop() else { return Err(wrong(path, "it has no numbers")) };
-        columns = (0..n_inner)
-            .map(|i| Column {
-                name: plain_name(i, n_inner),
-                offset: 0,
-                n_bytes: column.n_bytes,
-                kind: column.kind,
-                is_big_endian: column.is_big_endian,
-            })
-            .collect();
+    if n_inner == 0 || n_inner.max(cells.len()) > MAX_CHANNELS || cells.is_empty() {
+        return Err(wrong(path, format!("it has no numbers, or too many of a pixel; {expected}")));
     }
 
     // Below 10¹⁸ each, by the header's check.
@@ -82,21 +62,18 @@ pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
         Order::C => [n_columns * n_inner, n_inner, 1],
         Order::Fortran => [1, n_rows, n_rows * n_columns],
     };
-    let is_plain = !is_record;
-    let channels = columns.iter().enumerate().map(|(i, column)| {
-        let inner = if is_plain { i * strides[2] } else { 0 };
+    let channel = |cell: &Cell, inner: usize, name: String| {
+        let first = inner * strides[2];
         let places = (0..n_rows)
-            .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + inner));
-        let numbers = places.map(|place| {
-            let start = place * n_record_bytes + column.offset;
-            column.bytes(&data[start..start + column.n_bytes])
-        });
-        let samples = samples(column, numbers);
-        Some(Channel { name: column.name.clone(), samples: samples? })
-    });
-    let channels = channels.collect::<Option<Vec<_>>>();
-    let channels =
-        channels.ok_or_else(|| wrong(path, format!("its dtype is {}", dtype.descr())))?;
+            .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + first));
+        let bits = places.map(|place| cell.bits(&data[place * n_record_bytes..]));
+        Some(Channel { name, samples: samples(cell, bits)? })
+    };
+    let channels: Option<Vec<_>> = match is_record {
+        true => cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect(),
+        false => (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect(),
+    };
+    let channels = channels.ok_or_else(not_numbers)?;
     Ok(Image {
         format: "NPY",
         width: n_columns,
@@ -118,8 +95,8 @@ fn plain_name(i: usize, n: usize) -> String {
 }
 
 /// The names of this program's fields, as its OpenEXR files have them.
-fn field_name(name: &str, i: Option<usize>) -> String {
-    match (name, i) {
+fn field_name(cell: &Cell) -> String {
+    match (cell.field.as_str(), cell.element) {
         ("t", None) => "Z".into(),
         ("a", None) => "A".into(),
         ("normal", Some(i @ 0..3)) => format!("N.{}", ["X", "Y", "Z"][i]),
@@ -129,76 +106,17 @@ fn field_name(name: &str, i: Option<usize>) -> String {
     }
 }
 
-/// Adds the numbers of a type that lies at `offset`; gives its length. `None` where it is no number.
-fn add_columns(
-    dtype: &DType,
-    name: String,
-    offset: usize,
-    columns: &mut Vec<Column>,
-) -> Option<usize> {
-    let mut n_bytes = 0;
-    match dtype {
-        DType::Plain(plain) => {
-            let kind = plain.type_char();
-            let is_number =
-                matches!(kind, TypeChar::Bool | TypeChar::Int | TypeChar::Uint | TypeChar::Float);
-            n_bytes = plain.num_bytes().filter(|&n| is_number && n <= 8)?;
-            let is_big_endian = plain.endianness() == Endianness::Big;
-            if columns.len() >= MAX_CHANNELS {
-                return None;
-            }
-            columns.push(Column { name, offset, n_bytes, kind, is_big_endian });
-        }
-        DType::Array(n, inner) => {
-            for i in 0..usize::try_from(*n).ok().filter(|&n| n <= MAX_CHANNELS)? {
-                n_bytes +=
-                    add_columns(inner, field_name(&name, Some(i)), offset + n_bytes, columns)?;
-            }
-        }
-        DType::Record(fields) => {
-            for field in fields {
-                let name = match (&field.dtype, name.is_empty()) {
-                    (DType::Plain(_), true) => field_name(&field.name, None),
-                    (_, true) => field.name.clone(),
-                    (_, false) => format!("{name}.{}", field.name),
-                };
-                n_bytes += add_columns(&field.dtype, name, offset + n_bytes, columns)?;
-            }
-        }
-    }
-    Some(n_bytes)
-}
-
-impl Column {
-    /// The number's bytes, the low one first, and zeros.
-    fn bytes(&self, bytes: &[u8]) -> [u8; 8] {
-        let mut low_first = [0; 8];
-        low_first[..bytes.len()].copy_from_slice(bytes);
-        if self.is_big_endian {
-            low_first[..bytes.len()].reverse();
-        }
-        low_first
-    }
-}
-
-fn samples(column: &Column, numbers: impl Iterator<Item = [u8; 8]>) -> Option<Samples> {
-    let numbers = numbers.map(u64::from_le_bytes);
-    Some(match (column.kind, column.n_bytes) {
-        (TypeChar::Bool, 1) | (TypeChar::Uint, 1) => {
-            Samples::U8(numbers.map(|n| n as u8).collect())
-        }
-        (TypeChar::Uint, 2) => Samples::U16(numbers.map(|n| n as u16).collect()),
-        (TypeChar::Uint, 4) => Samples::U32(numbers.map(|n| n as u32).collect()),
-        (TypeChar::Uint, 8) => Samples::I64(numbers.map(|n| n as i64).collect()),
-        (TypeChar::Int, n_bytes @ 1..=8) => {
-            let unused = 64 - 8 * n_bytes as u32;
-            Samples::I64(numbers.map(|n| (n as i64) << unused >> unused).collect())
-        }
+fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<Samples> {
+    Some(match (cell.kind?, cell.n_bytes) {
+        (TypeChar::Bool | TypeChar::Uint, 1) => Samples::U8(bits.map(|n| n as u8).collect()),
+        (TypeChar::Uint, 2) => Samples::U16(bits.map(|n| n as u16).collect()),
+        (TypeChar::Uint, 4) => Samples::U32(bits.map(|n| n as u32).collect()),
+        (TypeChar::Uint | TypeChar::Int, _) => Samples::I64(bits.map(|n| n as i64).collect()),
         (TypeChar::Float, 2) => {
-            Samples::F16(numbers.map(|n| f16::from_bits(n as u16).to_f32()).collect())
+            Samples::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect())
         }
-        (TypeChar::Float, 4) => Samples::F32(numbers.map(|n| f32::from_bits(n as u32)).collect()),
-        (TypeChar::Float, 8) => Samples::F64(numbers.map(f64::from_bits).collect()),
+        (TypeChar::Float, 4) => Samples::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
+        (TypeChar::Float, _) => Samples::F64(bits.map(f64::from_bits).collect()),
         _ => return None,
     })
 }

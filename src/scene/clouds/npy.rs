@@ -5,7 +5,7 @@ use std::io::Read;
 use super::columns::{Header, Layout};
 use super::{Reading, Template, problem_of, wrong_color};
 use crate::error::Error;
-use crate::npy::{Array, FloatTable, Records};
+use crate::npy::{Array, Cell, FloatTable, Records};
 use crate::scene::Color;
 use crate::scene::places::Stop;
 
@@ -56,17 +56,20 @@ fn read_floats<R: Read>(cloud: &mut Reading, table: FloatTable<R>) -> Result<(),
 }
 
 fn read_records<R: Read>(cloud: &mut Reading, records: Records<R>) -> Result<(), Stop> {
-    let names: Vec<String> = records.cells.iter().map(|cell| cell.name.clone()).collect();
+    let names: Vec<String> = records.cells.iter().map(Cell::name).collect();
     let layout = layout(cloud, &names, "the structured array")?;
     let template = cloud.template(&layout)?;
     let is_byte = |column: &usize| records.cells[*column].is_byte();
     cloud.colors.are_bytes = layout.color.is_some_and(|color| color.iter().all(is_byte));
     let targets = targets(&layout, names.len());
     let wanted: Vec<usize> = (0..names.len()).filter(|&i| !targets[i].is_empty()).collect();
-    if let Some(&column) = wanted.iter().find(|&&column| !records.cells[column].is_number()) {
-        let cell = &records.cells[column];
-        let message = format!("the field {:?} has the type {}", cell.name, cell.type_name);
-        return Err(cloud.wrong(message, "fields of numbers are read: f8, f4, integers and bool"));
+    if let Some(&column) = wanted.iter().find(|&&column| records.cells[column].kind.is_none()) {
+        let (name, of_type) = (&names[column], &records.cells[column].type_name);
+        let message = format!("the field {name:?} has the type {of_type}");
+        return Err(cloud.wrong(
+            message,
+            "fields of numbers are read: floats of up to 64 bits, integers and bool",
+        ));
     }
     read_into(cloud, records.n_rows, template, &targets, Source::Records(records, wanted))
 }
