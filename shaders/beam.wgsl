@@ -5,7 +5,9 @@ struct Beam {
     start: Vec3,
     way: Vec3,
     square: f64,
-    inverse: f64,
+    // Of the way, and its inverse; 1 for no way at all.
+    length: f64,
+    inverse_length: f64,
     error: f64,
     is_endless: bool,
     turned: f64,
@@ -19,22 +21,19 @@ struct Bounds {
 
 fn beam_from(start: Vec3, way: Vec3, error: f64, turned: f64) -> Beam {
     let square = dot3(way, way);
-    let inverse = 1.0 / select(1.0, square, square > 0.0);
-    return Beam(start, way, square, inverse, error, false, turned);
+    let length = sqrt(select(1.0, square, square > 0.0));
+    return Beam(start, way, square, length, 1.0 / length, error, false, turned);
 }
 
 fn to_point(start: Vec3, error: f64, position: Vec3) -> Beam {
-    let way = position - start;
-    let distance = sqrt(dot3(way, way));
-    let off = error + UNIT * (sqrt(dot3(position, position)) + distance);
+    var beam = beam_from(start, position - start, 0.0, 0.0);
+    let distance = select(0.0, beam.length, beam.square > 0.0);
+    let far = max(max(abs(position.x), abs(position.y)), abs(position.z));
+    let off = error + UNIT * (OF_PLACE * far + distance);
     let is_apart = (distance > 4.0 * off) & (distance > NEGLIGIBLE) & (distance < BEYOND);
-    let turned = 2.0 * off / select(1.0, distance, is_apart);
-    return beam_from(
-        start,
-        way,
-        select(BEYOND, off + OF_WAY * UNIT * distance, is_apart),
-        select(BEYOND, turned, is_apart),
-    );
+    beam.error = select(BEYOND, off + OF_WAY * UNIT * distance, is_apart);
+    beam.turned = select(BEYOND, 2.0 * off * beam.inverse_length, is_apart);
+    return beam;
 }
 
 fn to_eye(start: Vec3, direction: Vec3, turned: f64) -> Beam {
@@ -49,8 +48,7 @@ fn to_sun(start: Vec3, error: f64, direction: Vec3) -> Beam {
 
 // Bounds of n·ω. Both are 0 where it is certain not to be positive.
 fn cosine(beam: Beam, normal: Vec3, normal_error: f64) -> Bounds {
-    let length = sqrt(select(1.0, beam.square, beam.square > 0.0));
-    let cosine = dot3(normal, beam.way) * (1.0 / length);
+    let cosine = dot3(normal, beam.way) * beam.inverse_length;
     let error = ROOM * (normal_error + beam.turned) + OF_COSINE * UNIT;
     let low = cosine - error;
     let high = cosine + error;
@@ -63,7 +61,8 @@ fn meets_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
     let l = center - beam.start;
     let l2 = dot3(l, l);
     let far = max(max(abs(center.x), abs(center.y)), abs(center.z));
-    let ahead = max(dot3(l, beam.way) * beam.inverse, 0.0);
+    let inverse = 1.0 / select(1.0, beam.square, beam.square > 0.0);
+    let ahead = max(dot3(l, beam.way) * inverse, 0.0);
     let foot = select(min(ahead, 1.0), ahead, beam.is_endless);
     let q = l - beam.way * foot;
     let e = beam.error + UNIT * (OF_PLACE * far + OF_OFFSET * sqrt(l2));
@@ -84,12 +83,52 @@ fn meets_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
 }
 //#end
 
+//#if of_scene
+// The same of a beam that starts on another sphere.
+fn meets_shell(
+    beam: Beam,
+    center: Vec3,
+    r: f64,
+    own_center: Vec3,
+    own_r: f64,
+    apart: Vec3,
+) -> u32 {
+    let l = center - beam.start;
+    let far = max(max(abs(center.x), abs(center.y)), abs(center.z));
+    let own_far = max(max(abs(own_center.x), abs(own_center.y)), abs(own_center.z));
+    let l_length = sqrt(dot3(l, l));
+    let e = beam.error + UNIT * (OF_PLACE * max(far, own_far) + OF_OFFSET * l_length);
+    let way = beam.length;
+    let v = beam.start - own_center;
+    let a = sqrt(dot3(apart, apart));
+    let k = (own_r - r) * (own_r + r);
+    let side = k + dot3(apart, apart + 2.0 * v);
+    let reach = a + 2.0 * sqrt(dot3(v, v));
+    let side_error = ROOM * (2.0 * a * e + UNIT * OF_SHELL * (abs(k) + a * reach));
+    let leaves = dot3(l, beam.way) < -ROOM * e * (way + 2.0 * l_length);
+    let end = l - beam.way;
+    let end2 = dot3(end, end);
+    let inner = r - e;
+    let outer = r + e;
+    let inner2 = select(-1.0, inner * inner * (1.0 - RELATIVE), inner > 0.0);
+    let outer2 = outer * outer * (1.0 + RELATIVE);
+    let ends_inside = !beam.is_endless & (end2 < inner2);
+    let ends_outside = beam.is_endless | (end2 > outer2);
+    let starts_inside = side < -side_error;
+    let in_range = (l_length < BEYOND) & (r < BEYOND) & (r > NEGLIGIBLE) & (own_r < BEYOND)
+        & (own_r > NEGLIGIBLE) & (e < BEYOND) & (a < BEYOND) & (way < BEYOND);
+    let is_clear = (starts_inside & ends_inside) | ((side > side_error) & leaves);
+    let known = select(OPEN, YES, starts_inside & ends_outside);
+    return select(OPEN, select(known, NO, is_clear), in_range);
+}
+//#end
+
 //#if planes
 fn meets_plane(beam: Beam, point: Vec3, normal: Vec3) -> u32 {
     let l = point - beam.start;
     let end = l - beam.way;
     let n = sqrt(dot3(normal, normal));
-    let way = sqrt(beam.square);
+    let way = beam.length;
     let e = beam.error
         + UNIT * (sqrt(dot3(point, point)) + OF_PLANE * (sqrt(dot3(l, l)) + way));
     let start = dot3(normal, l);

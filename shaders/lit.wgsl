@@ -13,6 +13,8 @@ struct LightOfAll {
     n_listed_planes: u32,
     n_boxes: u32,
     leaves_out: u32,
+    // Of the slabs of beams, above what is the origin's and the beam's.
+    least_slack: f32,
 }
 
 struct Lamp {
@@ -22,19 +24,12 @@ struct Lamp {
     weight: vec3<f64>,
 }
 
-//#if of_scene
-struct InTheWaySphere {
-    center: vec3<f64>,
-    radius: f64,
-    id: u32,
-}
-//#end
-
 //#if planes
 struct InTheWayPlane {
     point: vec3<f64>,
     id: u32,
     normal: vec3<f64>,
+    narrow: NarrowPlane,
 }
 //#end
 
@@ -46,7 +41,10 @@ struct InTheWayPlane {
 @group(0) @binding(next) var<storage, read> edges: array<f64>;
 //#end
 //#if of_scene
-@group(0) @binding(next) var<storage, read> listed_spheres: array<InTheWaySphere>;
+// Of all spheres, by their indices.
+@group(0) @binding(next) var<storage, read> narrow_spheres: array<NarrowSphere>;
+// The ids of those that are looked at one after the other.
+@group(0) @binding(next) var<storage, read> listed_spheres: array<u32>;
 //#end
 //#if planes
 @group(0) @binding(next) var<storage, read> listed_planes: array<InTheWayPlane>;
@@ -57,8 +55,9 @@ struct InTheWayPlane {
 //#end
 // Bytes in one word a pixel, or three words.
 @group(0) @binding(next) var<storage, read_write> colors: array<u32>;
-// Ways to lamps that were looked at for those pixels whose colours are not left open.
-@group(0) @binding(next) var<storage, read_write> n_ways: atomic<u32>;
+// Ways to lamps that were looked at for those pixels whose colours are not left open: all, and those where f32
+// was not enough.
+@group(0) @binding(next) var<storage, read_write> n_ways: array<atomic<u32>, 2>;
 
 // Where a ray meets its object.
 struct Point {
@@ -131,6 +130,51 @@ fn leaves_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
 }
 //#end
 
+// What is known of objects in the way, and whether that took f64.
+struct Met {
+    state: u32,
+    in_f64: u32,
+}
+
+fn worse(met: Met, other: Met) -> Met {
+    return Met(max(met.state, other.state), met.in_f64 | other.in_f64);
+}
+
+//#if of_scene
+fn look_at_sphere(beam: Beam, narrow: NarrowBeam, index: u32, own: u32) -> Met {
+    let known = meets_narrow_sphere(narrow, narrow_spheres[index]);
+    if known != OPEN {
+        return Met(known, 0u);
+    }
+    let sphere = scene_spheres[index];
+    let center = sphere.center - seen_from.reference;
+    let r = abs(sphere.radius);
+    let met = meets_sphere(beam, center, r);
+    if met != OPEN || own > params.n_spheres {
+        return Met(met, 1u);
+    }
+    let on = scene_spheres[own - 1u];
+    let own_center = on.center - seen_from.reference;
+    let apart = on.center - sphere.center;
+    return Met(meets_shell(beam, center, r, own_center, abs(on.radius), apart), 1u);
+}
+//#end
+
+//#if planes
+fn look_at_plane(beam: Beam, narrow: NarrowBeam, index: u32) -> Met {
+    let plane = listed_planes[index];
+    let known = meets_narrow_plane(narrow, plane.narrow);
+    if known != OPEN {
+        return Met(known, 0u);
+    }
+    return Met(meets_plane(beam, plane.point, plane.normal), 1u);
+}
+//#end
+
+fn largest(v: Vec3) -> f64 {
+    return max(max(abs(v.x), abs(v.y)), abs(v.z));
+}
+
 //#if hierarchy
 struct Box {
     low: array<f32, 3>,
@@ -138,110 +182,64 @@ struct Box {
     link: u32,
 }
 
-// One axis of a beam, in f32. Slab in src/tree/wide.rs has the derivation.
-struct Slab {
-    near_origin: f32,
-    far_origin: f32,
-    near_inverse: f32,
-    far_inverse: f32,
-    goes_down: bool,
-    is_flat: bool,
-}
-
-fn slab_of(origin: f64, direction: f64, slack: f32) -> Slab {
-    let goes_down = direction < 0.0;
-    let here = f32(origin);
-    let slack_here = select(slack, -slack, goes_down);
-    let is_steep = abs(direction) > FLAT;
-    let inverse = select(0.0f, f32(1.0 / select(1.0, direction, is_steep)), is_steep);
-    return Slab(
-        here + slack_here,
-        here - slack_here,
-        inverse * SLAB_NARROWER,
-        inverse * SLAB_WIDER,
-        goes_down,
-        direction == 0.0,
-    );
-}
-
-// Between which s a beam is within a slab of a box, cut from what it was before.
-fn within(slab: Slab, low: f32, high: f32, before: vec2f) -> vec2f {
-    let near = (select(low, high, slab.goes_down) - slab.near_origin) * slab.near_inverse;
-    let far = (select(high, low, slab.goes_down) - slab.far_origin) * slab.far_inverse;
-    let is_beside = slab.is_flat && (slab.near_origin < low || high < slab.far_origin);
-    let is_steep = slab.near_inverse != 0.0;
-    let cut = vec2f(max(before.x, near), min(before.y, far));
-    return select(vec2f(before.x, select(before.y, -1.0f, is_beside)), cut, is_steep);
-}
-
 // Looks at the spheres of the tree that a beam may meet.
-fn look_in_tree(beam: Beam, own: u32) -> u32 {
+fn look_in_tree(beam: Beam, narrow: NarrowBeam, own: u32) -> Met {
     let origin = beam.start + light_of_all.to_tree;
-    let moved = sqrt(dot3(beam.start, beam.start))
-        + sqrt(dot3(light_of_all.to_tree, light_of_all.to_tree));
+    let moved = OF_PLACE * (largest(beam.start) + largest(light_of_all.to_tree));
     let beside = beam.error + 4.0 * UNIT * moved;
-    let far = max(max(abs(origin.x), abs(origin.y)), abs(origin.z));
-    let largest = max(max(abs(beam.way.x), abs(beam.way.y)), abs(beam.way.z));
-    if !(beside < REACH && far < REACH && largest > NEGLIGIBLE) {
-        return OPEN;
+    if !(beside < REACH && largest(origin) < REACH && narrow.is_known) {
+        return Met(OPEN, 1u);
     }
-    let slack = f32(far) * SLACK + f32(BESIDE * beside) + LEAST_SLACK;
-    let direction = beam.way * (1.0 / largest);
-    let x = slab_of(origin.x, direction.x, slack);
-    let y = slab_of(origin.y, direction.y, slack);
-    let z = slab_of(origin.z, direction.z, slack);
-    // In units of the largest component; nothing is as far away as BEHIND_ALL.
-    let end = f32(select(min(largest, BEHIND_ALL), BEHIND_ALL, beam.is_endless)) * SLAB_WIDER;
-    var state = NO;
+    let slack = f32(BESIDE * beside) + light_of_all.least_slack;
+    let slabs = slabs_of(vec3f(origin), narrow.direction, slack);
+    let end = narrow.distance * FARTHER;
+    var met = Met(NO, 0u);
     var at = 0u;
-    while at < light_of_all.n_boxes && state != YES {
+    while at < light_of_all.n_boxes && met.state != YES {
         let node = boxes[at];
-        var met = within(x, node.low[0], node.high[0], vec2f(0.0, end));
-        met = within(y, node.low[1], node.high[1], met);
-        met = within(z, node.low[2], node.high[2], met);
-        let is_met = met.x <= met.y;
+        let low = vec3f(node.low[0], node.low[1], node.low[2]);
+        let high = vec3f(node.high[0], node.high[1], node.high[2]);
+        let is_met = meets(slabs, low, high, end);
         let is_leaf = (node.link & IS_LEAF) != 0u;
         let index = node.link & ~IS_LEAF;
         if is_met && is_leaf && index + 1u != own {
-            let sphere = scene_spheres[index];
-            let center = sphere.center - seen_from.reference;
-            state = max(state, meets_sphere(beam, center, abs(sphere.radius)));
+            met = worse(met, look_at_sphere(beam, narrow, index, own));
         }
         at = select(node.link, at + 1u, is_met || is_leaf);
     }
-    return state;
+    return met;
 }
 //#end
 
 // What is in the way of a beam from an object.
-fn in_the_way(beam: Beam, id: u32, is_inside: bool) -> u32 {
-    var state = NO;
+fn in_the_way(beam: Beam, id: u32, is_inside: bool) -> Met {
+    let narrow = narrowed(beam);
+    var met = Met(NO, 0u);
     //#if of_scene
     if is_inside {
         let own = scene_spheres[id - 1u];
-        state = leaves_sphere(beam, own.center - seen_from.reference, abs(own.radius));
+        met = Met(leaves_sphere(beam, own.center - seen_from.reference, abs(own.radius)), 1u);
     }
-    for (var i = 0u; i < light_of_all.n_listed_spheres && state != YES; i++) {
-        let sphere = listed_spheres[i];
-        if sphere.id != id {
-            state = max(state, meets_sphere(beam, sphere.center, sphere.radius));
+    for (var i = 0u; i < light_of_all.n_listed_spheres && met.state != YES; i++) {
+        let index = listed_spheres[i] - 1u;
+        if index + 1u != id {
+            met = worse(met, look_at_sphere(beam, narrow, index, id));
         }
     }
     //#end
     //#if planes
-    for (var i = 0u; i < light_of_all.n_listed_planes && state != YES; i++) {
-        let plane = listed_planes[i];
-        if plane.id != id {
-            state = max(state, meets_plane(beam, plane.point, plane.normal));
+    for (var i = 0u; i < light_of_all.n_listed_planes && met.state != YES; i++) {
+        if listed_planes[i].id != id {
+            met = worse(met, look_at_plane(beam, narrow, i));
         }
     }
     //#end
     //#if hierarchy
-    if state != YES {
-        state = max(state, look_in_tree(beam, id));
+    if met.state != YES {
+        met = worse(met, look_in_tree(beam, narrow, id));
     }
     //#end
-    return state;
+    return met;
 }
 
 fn beam_to(lamp: Lamp, ray: Ray, point: Point) -> Beam {
@@ -258,20 +256,31 @@ fn beam_to(lamp: Lamp, ray: Ray, point: Point) -> Beam {
 struct Light {
     low: Vec3,
     high: Vec3,
-    n_ways: u32,
+    n_ways: vec2u,
+}
+
+// Half of a sky's suns are behind a surface, which f32 sees. Their directions are at most 2√3 long; the normal and they are
+// rounded once, and the dot product is off by 3 units.
+fn is_behind(normal: vec3f, error: f32, lamp: Lamp) -> bool {
+    return lamp.kind == LAMP_SUN && dot3f(normal, vec3f(lamp.at)) > 3.5f * (NARROW_SLOPE + error);
 }
 
 fn light_on(ray: Ray, point: Point, id: u32) -> Light {
-    var sum = Light(light_of_all.ambient, light_of_all.ambient, 0u);
+    var sum = Light(light_of_all.ambient, light_of_all.ambient, vec2u(0u));
+    let normal = vec3f(point.normal);
+    let normal_error = f32(ROOM * point.normal_error);
     for (var i = 0u; i < light_of_all.n_lamps; i++) {
         let lamp = lamps[i];
+        if is_behind(normal, normal_error, lamp) {
+            continue;
+        }
         let beam = beam_to(lamp, ray, point);
         var given = cosine(beam, point.normal, point.normal_error);
         if lamp.shadows != 0u && given.high > 0.0 {
-            let state = in_the_way(beam, id, point.is_inside);
-            given.low = select(0.0, given.low, state == NO);
-            given.high = select(given.high, 0.0, state == YES);
-            sum.n_ways += 1u;
+            let met = in_the_way(beam, id, point.is_inside);
+            given.low = select(0.0, given.low, met.state == NO);
+            given.high = select(given.high, 0.0, met.state == YES);
+            sum.n_ways += vec2u(1u, met.in_f64);
         }
         sum.low += lamp.weight * given.low;
         sum.high += lamp.weight * given.high;
@@ -283,7 +292,7 @@ fn light_on(ray: Ray, point: Point, id: u32) -> Light {
 struct Mean {
     low: Vec3,
     high: Vec3,
-    n_ways: u32,
+    n_ways: vec2u,
     n_hits: u32,
 }
 
@@ -345,7 +354,7 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
         return;
     }
     let n = light_of_all.n_samples;
-    var sum = Mean(Vec3(0.0), Vec3(0.0), 0u, 0u);
+    var sum = Mean(Vec3(0.0), Vec3(0.0), vec2u(0u), 0u);
     var is_known = true;
     for (var row = 0u; row < n && is_known; row++) {
         for (var column = 0u; column < n && is_known; column++) {
@@ -368,6 +377,7 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     colors[3u * index + 2u] = b;
     //#end
     if !is_open {
-        atomicAdd(&n_ways, sum.n_ways);
+        atomicAdd(&n_ways[0], sum.n_ways.x);
+        atomicAdd(&n_ways[1], sum.n_ways.y);
     }
 }

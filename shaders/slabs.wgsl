@@ -1,11 +1,11 @@
 // Twin of src/tree/slabs.rs, which derives the bounds.
 
-//#if tree
+//#if slabs
 struct Slab {
-    near_origin: Real,
-    far_origin: Real,
-    near_inverse: Real,
-    far_inverse: Real,
+    near_origin: f32,
+    far_origin: f32,
+    near_inverse: f32,
+    far_inverse: f32,
     goes_down: bool,
     is_flat: bool,
 }
@@ -17,14 +17,14 @@ struct Slabs {
 }
 
 struct Stretch {
-    enter: Real,
-    leave: Real,
+    enter: f32,
+    leave: f32,
 }
 
-fn slab_of(origin: Real, direction: Real, slack: Real) -> Slab {
+fn slab_of(origin: f32, direction: f32, slack: f32) -> Slab {
     let is_flat = abs(direction) < FLAT;
-    let way = select(direction, 1.0, is_flat);
-    let inverse = 1.0 / way;
+    let way = select(direction, 1.0f, is_flat);
+    let inverse = 1.0f / way;
     let goes_down = way < 0.0;
     let aside = select(slack, -slack, goes_down);
     return Slab(
@@ -37,27 +37,26 @@ fn slab_of(origin: Real, direction: Real, slack: Real) -> Slab {
     );
 }
 
-fn slabs_of(ray: Ray) -> Slabs {
-    let origin = ray.origin;
-    let slack = max(max(abs(origin.x), abs(origin.y)), abs(origin.z)) * ASIDE_ROOM + LEAST_SLACK;
+fn slabs_of(origin: vec3f, direction: vec3f, beside: f32) -> Slabs {
+    let slack = max(max(abs(origin.x), abs(origin.y)), abs(origin.z)) * ASIDE_ROOM + beside;
     return Slabs(
-        slab_of(origin.x, ray.direction.x, slack),
-        slab_of(origin.y, ray.direction.y, slack),
-        slab_of(origin.z, ray.direction.z, slack),
+        slab_of(origin.x, direction.x, slack),
+        slab_of(origin.y, direction.y, slack),
+        slab_of(origin.z, direction.z, slack),
     );
 }
 
-fn stretch(slab: Slab, low: Real, high: Real) -> Stretch {
+fn stretch(slab: Slab, low: f32, high: f32) -> Stretch {
     let near_side = select(low, high, slab.goes_down);
     let far_side = select(high, low, slab.goes_down);
     let near = (near_side - slab.near_origin) * slab.near_inverse;
     let far = (far_side - slab.far_origin) * slab.far_inverse;
     let is_beside = near > 0.0 || far < 0.0;
-    let never = select(0.0, LARGEST, is_beside);
-    return Stretch(select(near, never, slab.is_flat), select(far, LARGEST, slab.is_flat));
+    let never = select(0.0, LARGEST_F32, is_beside);
+    return Stretch(select(near, never, slab.is_flat), select(far, LARGEST_F32, slab.is_flat));
 }
 
-fn meets(slabs: Slabs, low: Vec3, high: Vec3, t_max: Real) -> bool {
+fn meets(slabs: Slabs, low: vec3f, high: vec3f, t_max: f32) -> bool {
     let x = stretch(slabs.x, low.x, high.x);
     let y = stretch(slabs.y, low.y, high.y);
     let z = stretch(slabs.z, low.z, high.z);

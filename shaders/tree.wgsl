@@ -21,7 +21,7 @@ fn tree_sphere(place: u32) -> SphereCertified {
 }
 
 fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
-    let slabs = slabs_of(ray);
+    let slabs = slabs_of(ray.origin, ray.direction, LEAST_SLACK);
     var nearest = listed;
     var t_max = t_bound(ray.a * nearest.low);
     var at = 0u;

@@ -123,7 +123,8 @@
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
 //!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
 //!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`. A GPU proposes lit
-//!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), and the CPU
+//!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), shadows first in
+//!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU
 //!    shades what that leaves open.
 //!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which
 //!    pixels show one object alone.

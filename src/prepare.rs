@@ -31,8 +31,8 @@ pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
 pub use in_space::InSpace;
 pub use light::{
-    ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, OPEN_COLOR, PlaneInTheWay,
-    SphereInTheWay, lamp_kind,
+    ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, NarrowPlane, NarrowSphere,
+    OPEN_COLOR, PlaneInTheWay, lamp_kind,
 };
 
 use first_stage::is_left_open;

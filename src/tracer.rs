@@ -7,7 +7,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::{LightInF64, LightKey, Prepared};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Rays, Samples, Timing, Wants};
+use crate::trace::{Hits, Rays, Samples, StageCounts, Timing, Wants};
 
 /// [`Tracer::trace_samples`] of a backend that traces each sample.
 ///
@@ -123,8 +123,8 @@ pub trait ProposeColors {
     /// samples, a rectangle of whole pixels, with the ids of what these see. `make` gives the numbers for `key`, of
     /// the scene that this traces, where the device doesn't have them yet.
     ///
-    /// Returns how many ways to lamps it looked along for the colours that it proposes; `None` where there are no
-    /// numbers, and nothing is proposed.
+    /// Returns how many ways to lamps it looked along, in f32 alone and also in f64, for the colours that it
+    /// proposes; `None` where there are no numbers, and nothing is proposed.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -135,5 +135,5 @@ pub trait ProposeColors {
         at: (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<Option<u64>>;
+    ) -> Result<Option<StageCounts>>;
 }

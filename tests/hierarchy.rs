@@ -12,7 +12,6 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
-use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::SphereFar;
 use kugelblitz::prepare::{
     FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Seen, exponent_of, scale_by_power_of_two,
@@ -420,8 +419,9 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             });
             assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius}");
             let (record, _) = prepared.coordinates().ray_record(ray);
-            let [origin, low, way] = [record.origin, record.origin_low, record.direction].map(Vec3);
-            let slabs = slabs_of(&RayOf::new(origin, low, way), &SlabRoom::f32());
+            let ([origin, way], room) =
+                ([record.origin, record.direction].map(Vec3), SlabRoom::f32());
+            let slabs = slabs_of(origin, way, room.least_slack, &room);
             let (mut at, mut seen) = (0, vec![]);
             while let Some(node) = in_space.nodes.get(at) {
                 let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), f32::MAX);

@@ -15,8 +15,10 @@ use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
     Nearness, Widening, closest_approach, half_chord_radius, normalized, outside_nearness,
 };
+use kugelblitz::prepare::split;
 use kugelblitz::rays::{CameraF64, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
+use kugelblitz::shade::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
 use kugelblitz::tree::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
@@ -613,11 +615,162 @@ fn origins_of_slabs() {
         let (Vec3(origin), _) = vector(&[x[0], 0.0, 0.0]);
         let (direction, _) = vector(&[x[1], 1.0, 1.0]);
         set_choices(choices, true);
-        let slab = slabs_of(&RayOf::new(Vec3(origin), Vec3::ZERO, direction), &room).x;
+        let slab = slabs_of(Vec3(origin), direction, room.least_slack, &room).x;
         let ahead = if x[1] < 0.0 { -1.0 } else { 1.0 };
         let near = (f64::from(slab.near_origin.0) - x[0]) * ahead;
         let far = (x[0] - f64::from(slab.far_origin.0)) * ahead;
         Some(slabs::ASIDE - near.min(far) / (UNIT_F32 * x[0].abs()))
     });
     assert_tight("ASIDE", slabs::ASIDE, found);
+}
+
+fn room_of_narrow_beams() -> NarrowRoom<Adversarial> {
+    let NarrowRoom { offset, aside, inside, outside, plane, slope } = NarrowRoom::f32();
+    let [offset, aside, inside, outside, plane, slope] =
+        [offset, aside, inside, outside, plane, slope].map(Adversarial);
+    NarrowRoom { offset, aside, inside, outside, plane, slope }
+}
+
+fn in_two(v: DVec3) -> [Vec3<Adversarial>; 2] {
+    let (high, low) = split(v);
+    [high, low].map(|part| Vec3(part.map(Adversarial)))
+}
+
+fn narrow_beam(from: DVec3, way: DVec3) -> NarrowBeam<Adversarial> {
+    let [start, start_low] = in_two(from);
+    let [direction, way_narrow] = [way.normalize(), way].map(|v| in_two(v)[0]);
+    NarrowBeam {
+        start,
+        start_low,
+        direction,
+        way: way_narrow,
+        distance: Adversarial(way.length() as f32),
+        error: Adversarial(0.0),
+        is_endless: false,
+        is_known: true,
+    }
+}
+
+/// Distance of a place from a beam, both as offsets from its start.
+fn distance_from_beam(l: DVec3, way: DVec3) -> f64 {
+    match l.dot(way) / way.length_squared() {
+        s if s <= 0.0 => l.length(),
+        s if s >= 1.0 => l.distance(way),
+        _ => distance(l, way),
+    }
+}
+
+#[test]
+fn offsets_from_narrow_beams() {
+    // On both sides of the middle between two numbers of f32.
+    let found = worst(9, |x, choices| {
+        let [high, below, above] = [0, 3, 6].map(|at| DVec3::from_slice(&x[at..]).abs());
+        let (_, high) = vector(&high.to_array());
+        let (half, small) = (2f64.powi(-24), 2f64.powi(-44));
+        let from = high * (1.0 + half - below * small);
+        let place = high * (1.0 + half + above * small);
+        let beam = narrow_beam(from, DVec3::ONE);
+        let [high, low] = in_two(place);
+        set_choices(choices, true);
+        let error = to_f64(beam.offset_to(high, low)).distance(place - from);
+        let rest = LIST.offset * UNIT_F32 * place.distance(from);
+        Some((error - rest) / (UNIT_F32 * UNIT_F32 * from.abs().max_element()))
+    });
+    assert_tight("START", narrow::START, found);
+}
+
+#[test]
+fn distances_from_narrow_beams() {
+    for is_nearer in [true, false] {
+        let found = worst(9, |x, choices| {
+            let [from, place, way] = [0, 3, 6].map(|at| DVec3::from_slice(&x[at..]));
+            let (beam, l) = (narrow_beam(from, way), place - from);
+            let [high, low] = in_two(place);
+            set_choices(choices, true);
+            let root = f64::from(beam.nearest2(beam.offset_to(high, low)).0).sqrt();
+            let (exact, eta) = (distance_from_beam(l, way), UNIT_F32 * l.length());
+            let rest = steps::SQUARE / 2.0 * UNIT_F32 * root
+                + narrow::START * UNIT_F32 * UNIT_F32 * from.abs().max_element();
+            let along = steps::DOT + 1.01;
+            let needed = match is_nearer {
+                true => exact - root,
+                false => root - exact.hypot(along * eta),
+            };
+            Some((needed - rest) / eta)
+        });
+        assert_tight("OFFSET", narrow::OFFSET, found);
+    }
+}
+
+/// Where a beam passes through the centre, only what is of second order keeps the square from 0.
+#[test]
+fn narrow_beams_through_the_centre() {
+    let found = worst(4, |x, choices| {
+        let size = x[3].abs();
+        let beam = narrow_beam(DVec3::ZERO, DVec3::from_slice(x).normalize() * size * 4.0);
+        let direction = to_f64(beam.direction);
+        let (l, exact_l) = vector(&(direction * size).to_array());
+        set_choices(choices, true);
+        let square = f64::from(beam.nearest2(l).0);
+        let eta = UNIT_F32 * exact_l.length();
+        let reach = distance(exact_l, direction) + steps::FOOT * eta;
+        Some((square * (1.0 - steps::SQUARE * UNIT_F32) - reach * reach) / (eta * eta))
+    });
+    assert_tight("ASIDE", narrow::ASIDE, found);
+}
+
+/// A beam that starts near the centre and ends near the surface.
+#[test]
+fn squares_of_narrow_beams() {
+    let one = Adversarial::ONE;
+    let room = NarrowRoom { inside: one, outside: one, ..room_of_narrow_beams() };
+    let found = worst(4, |x, choices| {
+        let way = DVec3::from_slice(x);
+        let center = DVec3::new(x[3], x[1], x[2]).normalize() * way.length() * 1e-5;
+        let [high, low] = in_two(center);
+        let beam = narrow_beam(DVec3::ZERO, way);
+        let exact = center.distance(way);
+        let is_wrong = |units: f64| {
+            let radius = Adversarial((exact * (1.0 + units / 2.0 * UNIT_F32)) as f32);
+            let sphere = NarrowSphereOf { center: high, radius, center_low: low };
+            set_choices(choices, true);
+            let said = beam.meets_narrow_sphere(&sphere, &room);
+            said == if units < 0.0 { in_the_way::NO } else { in_the_way::YES }
+        };
+        let sizes = (1..=60).map(|quarters| f64::from(quarters) / 4.0);
+        let wrong = sizes.filter(|&units| is_wrong(units) || is_wrong(-units)).last();
+        // What the other bounds granted.
+        wrong.map(|units| units + 2.0 * narrow::OFFSET * center.length() / exact)
+    });
+    assert_tight("SQUARES", narrow::SQUARES, found);
+}
+
+#[test]
+fn planes_before_narrow_beams() {
+    let product = |x: &[f64], choices: u64| {
+        let [from, point, way] = [0, 3, 6].map(|at| DVec3::from_slice(&x[at..]));
+        let normal = DVec3::from_slice(&x[9..]);
+        let (beam, n) = (narrow_beam(from, way), in_two(normal)[0]);
+        let [high, low] = in_two(point);
+        set_choices(choices, true);
+        let l = beam.offset_to(high, low);
+        let of = |v: Vec3<Adversarial>, exact: DVec3| {
+            let error = (f64::from(dot3(n, v).0) - normal.dot(exact)).abs();
+            let rest = narrow::START * UNIT_F32 * UNIT_F32 * from.abs().max_element();
+            error / (UNIT_F32 * normal.length()) - rest / UNIT_F32
+        };
+        let exact = point - from;
+        let end = of(l - beam.way, exact - way) / (exact.length() + exact.distance(way));
+        (of(l, exact) / exact.length()).max(end)
+    };
+    assert_tight("PLANE", narrow::PLANE, worst(12, |x, choices| Some(product(x, choices))));
+
+    let found = worst(6, |x, choices| {
+        let (direction, normal) = (DVec3::from_slice(x).normalize(), DVec3::from_slice(&x[3..]));
+        let [d, n] = [direction, normal].map(|v| in_two(v)[0]);
+        set_choices(choices, true);
+        let error = (f64::from(dot3(n, d).0) - normal.dot(direction)).abs();
+        Some(error / (UNIT_F32 * normal.length()))
+    });
+    assert_tight("SLOPE", narrow::SLOPE, found);
 }

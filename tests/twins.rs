@@ -26,8 +26,9 @@ const DEVICE_ALONE: [(&str, &str); 11] = [
     ("shaders/self_test.wgsl", "measures the device: src/gpu/self_test.rs expects its results"),
 ];
 
-/// A twin that is no kernel's.
-const OF_LIGHT: (&str, &str) = ("shaders/beam.wgsl", "src/shade/beam.rs");
+/// Twins that are no kernel's.
+const OF_LIGHT: [(&str, &str); 2] =
+    [("shaders/beam.wgsl", "src/shade/beam.rs"), ("shaders/narrow.wgsl", "src/shade/narrow.rs")];
 
 /// Functions whose twin has another name, each with that.
 const OTHER_NAMES: [(&str, &str); 3] = [
@@ -125,7 +126,7 @@ fn parts() -> BTreeMap<&'static str, Option<&'static str>> {
     let own = Kernel::ALL.into_iter().flat_map(|kernel| kernel.about().wgsl.parts);
     let twins = own.chain(&SHARED_PARTS).map(|part| (part.file, part.twin));
     let alone = DEVICE_ALONE.map(|(file, _)| (file, None));
-    twins.chain(alone).chain([(OF_LIGHT.0, Some(OF_LIGHT.1))]).collect()
+    twins.chain(alone).chain(OF_LIGHT.map(|(file, twin)| (file, Some(twin)))).collect()
 }
 
 fn read(path: &str) -> String {

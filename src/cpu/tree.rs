@@ -41,7 +41,8 @@ pub fn propose_in_space(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
 fn nearest_in_tree(ray: &RayOf<f32>, listed: Nearest<f32>, in_space: &InSpace) -> Nearest<f32> {
     let InSpace { nodes, spheres } = in_space;
     let widening = guard::widening_f32();
-    let slabs = slabs_of(ray, &SlabRoom::f32());
+    let room = SlabRoom::f32();
+    let slabs = slabs_of(ray.origin, ray.direction, room.least_slack, &room);
     let mut nearest = listed;
     let mut t_max = guard::t_bound_f32(ray.a * nearest.low);
     let mut at = 0;

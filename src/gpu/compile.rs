@@ -14,10 +14,10 @@ use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
 use crate::prepare::{ColorWords, Finding, OPEN_COLOR, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
-use crate::shade::BEAM_CONSTANTS;
+use crate::shade::{BEAM_CONSTANTS, NARROW_CONSTANTS, narrow_constants_in_f32};
+use crate::tree::SEGMENT_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
-use crate::tree::slabs::SlabRoom;
-use crate::tree::{SEGMENT_CONSTANTS, SLAB_CONSTANTS};
+use crate::tree::slabs::{self, SlabRoom};
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -26,6 +26,7 @@ const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const SURFACE: Part = part!("surface.wgsl");
 const BEAM: Part = part!("beam.wgsl", "src/shade/beam.rs");
+const NARROW: Part = part!("narrow.wgsl", "src/shade/narrow.rs");
 const LIT: Part = part!("lit.wgsl");
 const WALK: Part = part!("walk.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
@@ -70,7 +71,7 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     if is_complete(key) {
         parts.push(SURFACE);
         if key.light.is_some() {
-            parts.extend([BEAM, LIT]);
+            parts.extend([BEAM, NARROW, LIT]);
         }
     } else {
         parts.push(RENDER);
@@ -173,6 +174,7 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
         (is_by_tree, "tree"),
+        (has_slabs(key), "slabs"),
     ]
     .into_iter()
     .filter_map(|(needed, name)| needed.then_some(name))
@@ -206,16 +208,19 @@ fn constants(key: &ShaderKey) -> String {
     if key.spheres == Finding::Hierarchy {
         constants.push(("BORROW", format!("{BORROW}u")));
     }
-    if key.spheres == Finding::Tree {
+    if has_slabs(key) {
         let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
+        let is_of_beams = key.light.is_some();
+        let flat = if is_of_beams { slabs::FLAT_OF_BEAMS as f32 } else { flat };
         let room = [
             ("ASIDE_ROOM", aside),
             ("LEAST_SLACK", least_slack),
             ("FLAT", flat),
             ("NEARER", nearer),
             ("FARTHER", farther),
+            ("LARGEST_F32", f32::MAX),
         ];
-        constants.extend(room.map(|(name, value)| (name, float.literal(value.into()))));
+        constants.extend(room.map(|(name, value)| (name, Float::F32.literal(value.into()))));
     }
     if is_complete(key) {
         constants.extend([
@@ -233,7 +238,12 @@ fn constants(key: &ShaderKey) -> String {
     text
 }
 
-/// The constants of `beam.wgsl` and `lit.wgsl`.
+/// Whether the shader walks through boxes with slabs of its rays or of beams of light.
+fn has_slabs(key: &ShaderKey) -> bool {
+    key.spheres == Finding::Tree || key.spheres == Finding::Hierarchy && key.light.is_some()
+}
+
+/// The constants of `beam.wgsl`, `narrow.wgsl` and `lit.wgsl`.
 fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
     let unsigned = [
         ("NO", 0),
@@ -245,13 +255,14 @@ fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
     ];
     let mut constants: Vec<_> = unsigned.map(|(name, value)| (name, format!("{value}u"))).into();
     let of_points = certify::factors_of_points(key.bundle);
-    let in_f64 = BEAM_CONSTANTS.iter().chain(&of_points);
+    let in_f64 = BEAM_CONSTANTS.iter().chain(&NARROW_CONSTANTS).chain(&of_points);
     let in_f64 = in_f64.map(|&(name, value)| (name, Float::F64.literal(value)));
+    let in_f32 = narrow_constants_in_f32();
+    constants.extend(in_f32.map(|(name, value)| (name, Float::F32.literal(value.into()))));
     constants.extend(in_f64.chain([("ROOM", Float::F64.literal(guard::ROOM))]));
     if key.spheres == Finding::Hierarchy {
         let in_f64 = SEGMENT_CONSTANTS.map(|(name, value)| (name, Float::F64.literal(value)));
-        let in_f32 = SLAB_CONSTANTS.map(|(name, value)| (name, Float::F32.literal(value.into())));
-        constants.extend(in_f64.into_iter().chain(in_f32));
+        constants.extend(in_f64);
     }
     constants
 }

@@ -98,7 +98,8 @@ mod tests {
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
     use crate::prepare::{
-        ColorWords, Finding, LampInF64, LightOfAll, PlaneInTheWay, ShaderKey, SphereInTheWay,
+        ColorWords, Finding, LampInF64, LightOfAll, NarrowPlane, NarrowSphere, PlaneInTheWay,
+        ShaderKey,
     };
     use crate::rays::Bundle;
     use crate::scene::Sphere;
@@ -280,11 +281,39 @@ mod tests {
             n_listed_spheres,
             n_listed_planes,
             n_boxes,
-            leaves_out
+            leaves_out,
+            least_slack
         );
         check!(Certified in Float::F64, Point, LampInF64, "Lamp", at, kind, shadows, weight);
-        check!(Certified in Float::F64, Point, SphereInTheWay, "InTheWaySphere", center, radius, id);
-        check!(Certified in Float::F64, Point, PlaneInTheWay, "InTheWayPlane", point, id, normal);
+        check!(
+            Certified in Float::F64,
+            Point,
+            NarrowSphere,
+            "NarrowSphere",
+            center,
+            radius,
+            center_low
+        );
+        check!(
+            Certified in Float::F64,
+            Point,
+            NarrowPlane,
+            "NarrowPlane",
+            point,
+            size,
+            point_low,
+            normal
+        );
+        check!(
+            Certified in Float::F64,
+            Point,
+            PlaneInTheWay,
+            "InTheWayPlane",
+            point,
+            id,
+            normal,
+            narrow
+        );
         check!(Certified in Float::F64, Point, BoxOnDevice, "Box", low, high, link);
         check!(Certified in Float::F64, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);

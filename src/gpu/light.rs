@@ -17,6 +17,7 @@ use crate::kernel::Float;
 use crate::memory;
 use crate::prepare::{LightInF64, LightKey, Prepared};
 use crate::rays::{CameraF64, Pixels};
+use crate::trace::StageCounts;
 use crate::tree::BoxOnDevice;
 
 /// Aim for the time of a dispatch, as for that of rays.
@@ -34,8 +35,11 @@ const MOST_WAYS: usize = 1 << 31;
 /// Ways of the first dispatch, before anything is known about the device.
 const FIRST_WAYS: usize = 1 << 14;
 
+/// Words of the shader's `n_ways`.
+const COUNTS: usize = 2;
+
 /// Storage buffers of the shader; of a scene that has no use for some it binds fewer.
-const N_STORAGE_BUFFERS: u32 = 13;
+const N_STORAGE_BUFFERS: u32 = 14;
 
 /// Shades one scene.
 pub struct DeviceLight {
@@ -96,7 +100,9 @@ impl DeviceLight {
     ) -> Result<DeviceLight> {
         let numbers = InF64::new(prepared);
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
-        let bytes = size_of_val(&light.palette[..]) + size_of_val(&prepared.scene.spheres[..]);
+        let bytes = size_of_val(&light.palette[..])
+            + size_of_val(&light.narrow[..])
+            + size_of_val(&prepared.scene.spheres[..]);
         let what = format!("handing the scene's light to `{}`", gpu.facts.name);
         memory::require(what, bytes as u64, "use fewer objects, or `--device cpu`")?;
         let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
@@ -107,6 +113,7 @@ impl DeviceLight {
             objects.push(list(gpu, "edges", &light.edges));
         }
         if !prepared.scene.spheres.is_empty() {
+            objects.push(list(gpu, "spheres in f32", &light.narrow));
             objects.push(list(gpu, "spheres in the way", &light.spheres));
         }
         if !prepared.scene.planes.is_empty() {
@@ -125,7 +132,7 @@ impl DeviceLight {
             program,
             params: params_buffer(gpu, Float::F64),
             objects,
-            n_ways: gpu.buffer("ways", size_of::<u32>(), of_count),
+            n_ways: gpu.buffer("ways", COUNTS * size_of::<u32>(), of_count),
             room: None,
             n_tile_pixels: (FIRST_WAYS / n_ways_of_pixel).max(WORKGROUP[0] as usize),
         })
@@ -153,22 +160,22 @@ impl DeviceLight {
         ids: &[u32],
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<u64> {
+    ) -> Result<StageCounts> {
         let n = self.key.n_samples as usize;
         let (columns, rows) = (samples.width as usize / n, samples.height as usize / n);
         let n_pixels = columns * rows;
         colors.clear();
         colors.reserve(n_pixels * self.key.words.per_pixel());
-        let (mut n_ways, mut first) = (0, 0);
+        let (mut counts, mut first) = (StageCounts::default(), 0);
         while first < n_pixels {
             control.check()?;
             let start = Instant::now();
             let tile = self.tile(first, columns, rows);
             first += tile.width * tile.height;
-            n_ways += self.propose_tile(gpu, prepared, samples, ids, tile, colors)?;
+            counts.add(self.propose_tile(gpu, prepared, samples, ids, tile, colors)?);
             self.adapt(tile.width * tile.height, start.elapsed());
         }
-        Ok(n_ways)
+        Ok(counts)
     }
 
     fn tile(&self, first: usize, columns: usize, rows: usize) -> Tile {
@@ -198,10 +205,10 @@ impl DeviceLight {
         ids: &[u32],
         tile: Tile,
         colors: &mut Vec<u32>,
-    ) -> Result<u64> {
+    ) -> Result<StageCounts> {
         let n_pixels = tile.width * tile.height;
         self.make_room(gpu, n_pixels)?;
-        let Some(room) = &self.room else { return Ok(0) };
+        let Some(room) = &self.room else { return Ok(StageCounts::default()) };
         let n = self.key.n_samples as usize;
         let columns = samples.width as usize / n;
         let first_sample =
@@ -234,13 +241,15 @@ impl DeviceLight {
         let word = size_of::<u32>() as u64;
         let n_words = n_pixels * self.key.words.per_pixel();
         let bytes = n_words as u64 * word;
-        encoder.copy_buffer_to_buffer(&self.n_ways, 0, &room.staging, 0, Some(word));
-        encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, word, Some(bytes));
+        let of_counts = COUNTS as u64 * word;
+        encoder.copy_buffer_to_buffer(&self.n_ways, 0, &room.staging, 0, Some(of_counts));
+        encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, of_counts, Some(bytes));
         gpu.submit(encoder.finish());
         let words: Vec<u32> =
-            gpu.read(&room.staging, n_words + 1, TILE_TIMEOUT, "shade some pixels")?;
-        colors.extend_from_slice(&words[1..]);
-        Ok(words[0].into())
+            gpu.read(&room.staging, n_words + COUNTS, TILE_TIMEOUT, "shade some pixels")?;
+        colors.extend_from_slice(&words[COUNTS..]);
+        let [all, in_f64] = [words[0], words[1]].map(u64::from);
+        Ok(StageCounts { f32: all - in_f64, f64: in_f64, exact: 0 })
     }
 
     /// Sees to it that tiles of so many pixels fit.
@@ -255,7 +264,7 @@ impl DeviceLight {
         let n_words = n_pixels * self.key.words.per_pixel();
         let colors = gpu.buffer("colors", n_words * word, Usage::STORAGE | Usage::COPY_SRC);
         let staging =
-            gpu.buffer("staging", (n_words + 1) * word, Usage::MAP_READ | Usage::COPY_DST);
+            gpu.buffer("staging", (n_words + COUNTS) * word, Usage::MAP_READ | Usage::COPY_DST);
         let buffers = [&self.params, &ids].into_iter().chain(&self.objects);
         let buffers = buffers.chain([&colors, &self.n_ways]);
         let resources = buffers.map(wgpu::Buffer::as_entire_binding);

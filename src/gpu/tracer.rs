@@ -26,7 +26,7 @@ use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::prepare::{LightInF64, LightKey, Prepared, ShaderKey};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Ray, Rays, Timing, Wants};
+use crate::trace::{Hits, Ray, Rays, StageCounts, Timing, Wants};
 use crate::tracer::{ProposeColors, Tracer};
 
 /// A dispatch that takes longer than this is given up.
@@ -337,7 +337,7 @@ impl ProposeColors for GpuTracer {
         (samples, ids): (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<Option<u64>> {
+    ) -> Result<Option<StageCounts>> {
         let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
         let made = match kept.take().filter(|made| made.key == key) {
             Some(made) => made,

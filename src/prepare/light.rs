@@ -49,8 +49,10 @@ pub struct LightInF64 {
     pub all: LightOfAll,
     /// Lights and suns of the sky.
     pub lamps: Vec<LampInF64>,
-    /// Spheres that are looked at one after the other; others are in the scene's tree.
-    pub spheres: Vec<SphereInTheWay>,
+    /// All spheres in f32, by their indices.
+    pub narrow: Vec<NarrowSphere>,
+    /// The ids of spheres that are looked at one after the other; others are in the scene's tree.
+    pub spheres: Vec<u32>,
     /// Planes.
     pub planes: Vec<PlaneInTheWay>,
     /// Linear colours by id, the first that of samples that hit nothing.
@@ -81,8 +83,10 @@ pub struct LightOfAll {
     pub n_boxes: u32,
     /// 1 where samples that hit nothing are left out of the mean, else 0.
     pub leaves_out: u32,
+    /// [`least_slack_of_beams`](crate::tree::slabs::least_slack_of_beams) of the tree's boxes.
+    pub least_slack: f32,
     /// Fills WGSL's 32-byte alignment of the struct.
-    pub padding: [u32; 4],
+    pub padding: [u32; 3],
 }
 
 /// A light, or a sun of the sky. Twin of `Lamp` in `shaders/lit.wgsl`.
@@ -111,18 +115,36 @@ pub mod lamp_kind {
     pub const SUN: u32 = 2;
 }
 
-/// A sphere that may be in a lamp's way. Twin of `InTheWaySphere` in `shaders/lit.wgsl`.
+/// A sphere that may be in a lamp's way, in f32. Twin of `NarrowSphere` in `shaders/narrow.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct SphereInTheWay {
-    /// Its centre.
-    pub center: [f64; 3],
-    /// Its radius.
-    pub radius: f64,
-    /// The object's id.
-    pub id: u32,
-    /// Fills WGSL's 32-byte alignment of a vector.
-    pub padding: [u32; 7],
+pub struct NarrowSphere {
+    /// Its centre, high parts.
+    pub center: [f32; 3],
+    /// Its radius; 0 where f32 can't have it.
+    pub radius: f32,
+    /// Its centre, low parts.
+    pub center_low: [f32; 3],
+    /// Fills WGSL's 16-byte alignment of the struct.
+    pub padding: u32,
+}
+
+/// A plane that may be in a lamp's way, in f32. Twin of `NarrowPlane` in `shaders/narrow.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct NarrowPlane {
+    /// A point of it, high parts.
+    pub point: [f32; 3],
+    /// At least the length of its normal; 0 where f32 can't have it.
+    pub size: f32,
+    /// The point, low parts.
+    pub point_low: [f32; 3],
+    /// Fills WGSL's 16-byte alignment of a vector.
+    pub padding: u32,
+    /// Its normal, with a largest component from 1 to 2.
+    pub normal: [f32; 3],
+    /// Fills it again.
+    pub padding_again: u32,
 }
 
 /// A plane that may be in a lamp's way. Twin of `InTheWayPlane` in `shaders/lit.wgsl`.
@@ -139,6 +161,10 @@ pub struct PlaneInTheWay {
     pub normal: [f64; 3],
     /// Fills it again.
     pub padding_again: f64,
+    /// The same in f32.
+    pub narrow: NarrowPlane,
+    /// Fills WGSL's 32-byte alignment of the struct.
+    pub padding_behind: [u32; 4],
 }
 
 /// A linear colour, with the alignment of a vector in WGSL.

@@ -25,6 +25,17 @@
 //! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
 //! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
 
+//!
+//! # Shells
+//! Where the beam starts on a sphere `(c₁, r₁)` and this one is nearly the same, `|p − c|² − r²` is known much better than
+//! from a distance: with `a = c₁ − c` and `v = p − c₁`, whose length is `r₁` exactly, it is
+//! `(r₁ − r)(r₁ + r) + a·(a + 2v)`. Its errors are `2|a|E` for `v`, with the place of `c₁` in `E`, and in units `ε`: 3 of the
+//! first product; of `|a|(|a| + 2|v|)` 2 for `a`, 1 for the difference in `v`, 1 for `a + 2v` and 3 for the dot product; and of
+//! both 1 for the sum: less than [`OF_SHELL`]. So a beam surely starts outside or inside:
+//! - from inside, it is in the way where its end is outside, and not where its end is inside;
+//! - from outside, it is not in the way if the beam leaves: `l·w < 0`, which is off by `E|w|`, where `14ε|l|` is more than the
+//!   `3ε|l|` of the dot product, and by `|l|` times what the ends of `w` are off, `2E`.
+
 use crate::guard::{ROOM, UNIT_F64, steps};
 use crate::vec3::{Real, Vec3, dot3};
 
@@ -49,6 +60,9 @@ const OF_PLANE: f64 = 5.0;
 /// Of `|n||w|` in the error of `n·w`.
 const OF_SLOPE: f64 = 4.0;
 
+/// Of the parts of the side of a shell on which a beam starts.
+const OF_SHELL: f64 = 9.0;
+
 /// Of `n·ω`: three roundings of a dot product of vectors of length 1, and
 /// [`crate::guard::steps::NORMALIZED`] of one of them.
 const OF_COSINE: f64 = 8.0;
@@ -65,7 +79,7 @@ const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE < OF_COSINE_WIDE);
 /// to 2.5 units where the host's is by a half: step 2 of [`crate::guard`] has room for that, and so has
 /// [`ROOM`]. Only the cosine has a bound of its own.
 #[cfg(feature = "gpu")]
-pub const FOR_DEVICE: [(&str, f64); 9] = [
+pub const FOR_DEVICE: [(&str, f64); 10] = [
     ("RELATIVE", RELATIVE),
     ("BEYOND", LARGEST),
     ("NEGLIGIBLE", 1.0 / LARGEST),
@@ -74,6 +88,7 @@ pub const FOR_DEVICE: [(&str, f64); 9] = [
     ("OF_PLACE", OF_PLACE),
     ("OF_PLANE", OF_PLANE),
     ("OF_SLOPE", OF_SLOPE),
+    ("OF_SHELL", OF_SHELL),
     ("OF_COSINE", OF_COSINE_WIDE),
 ];
 
@@ -179,6 +194,43 @@ impl Beam {
         let known = if is_crossed { in_the_way::YES } else { in_the_way::OPEN };
         let known = if is_clear { in_the_way::NO } else { known };
         if in_range { known } else { in_the_way::OPEN }
+    }
+
+    /// [`Beam::meets_sphere`] of a beam that starts on another sphere, whose centre lies `apart` from this one's, for
+    /// spheres that are nearly the same.
+    pub fn meets_shell(
+        &self,
+        center: Vec3<f64>,
+        r: f64,
+        own_center: Vec3<f64>,
+        own_r: f64,
+        apart: Vec3<f64>,
+    ) -> f64 {
+        let l = center - self.from;
+        let far = |v: Vec3<f64>| v.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
+        let far = f64::max(far(center), far(own_center));
+        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
+        let way = self.square.sqrt();
+        let v = self.from - own_center;
+        let a = length(apart);
+        let k = (own_r - r) * (own_r + r);
+        let side = k + dot3(apart, apart + v * 2.0);
+        let reach = a + 2.0 * length(v);
+        let side_error = ROOM * (2.0 * a * e + self.unit * OF_SHELL * (k.abs() + a * reach));
+        let leaves = dot3(l, self.way) < -ROOM * e * (way + 2.0 * length(l));
+        let end = l - self.way;
+        let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
+        let (inner, outer) = (r - e, r + e);
+        let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
+        let outer2 = outer * outer * (1.0 + RELATIVE);
+        let starts_inside = side < -side_error;
+        let are_in_range = [length(l), r, own_r, e, a, way].iter().all(|&x| x < LARGEST)
+            && r.min(own_r) > 1.0 / LARGEST;
+        let is_clear = (starts_inside & (end2 < inner2)) | ((side > side_error) & leaves);
+        let known =
+            if starts_inside & (end2 > outer2) { in_the_way::YES } else { in_the_way::OPEN };
+        let known = if is_clear { in_the_way::NO } else { known };
+        if are_in_range { known } else { in_the_way::OPEN }
     }
 
     /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
@@ -326,5 +378,72 @@ mod tests {
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
         assert!(!statements(100_000, UNIT_F64 / 48.0).0.is_empty());
+    }
+
+    /// Wrong statements about `n` cases of beams that start on a sphere and meet one that is nearly the same, or
+    /// goes through the point, with this part of the bounds; and statements at all.
+    fn statements_of_shells(n: usize, part: f64) -> (Vec<String>, [usize; 3]) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1430);
+        let (mut wrong, mut n_said) = (Vec::new(), [0; 3]);
+        for _ in 0..n {
+            let (own, own_r) = (vector(&mut rng), rng.random_range(0.5..2.0));
+            let origin = own + vector(&mut rng) * [0.4, 6.0][rng.random_range(0..2)];
+            let target = own + vector(&mut rng) * own_r * 0.5;
+            let ray = Ray { origin, direction: target - origin };
+            let sphere = Shape::Sphere { center: own, radius: own_r };
+            let exact_ray = ExactRay::new(&ray);
+            let Some((root, side)) = visible_root(&exact_ray, &sphere) else { continue };
+            let point = ExactPoint::new(&exact_ray, &ExactHit { id: 1, root, side });
+            // The same point in f64.
+            let d = ray.direction.normalize();
+            let foot = (own - origin).dot(d);
+            let across = (own - origin - d * foot).length_squared();
+            let half = (own_r * own_r - across).max(0.0).sqrt();
+            let t = if origin.distance(own) > own_r { foot - half } else { foot + half };
+            let at = origin + d * t;
+            let error = 16.0 * UNIT_F64;
+            if point.is_within(error, at) != Some(true) {
+                continue;
+            }
+            let steps = |rng: &mut ChaCha8Rng| f64::from(rng.random_range(-6..=6)) * UNIT_F64;
+            let size = [0.0, 1e-15, 1e-12, 1e-7, 0.3][rng.random_range(0..5)];
+            let center = own + vector(&mut rng) * size;
+            let radius = match rng.random_bool(0.5) {
+                true => own_r * (1.0 + steps(&mut rng)),
+                false => at.distance(center) * (1.0 + steps(&mut rng)),
+            };
+            let lamp = own + vector(&mut rng) * [0.5, 5.0][rng.random_range(0..2)];
+            let is_sun = rng.random_bool(0.3);
+            let beam = match is_sun {
+                true => Beam::to_sun(at.into(), error, (at - lamp).into()),
+                false => Beam::to_point(at.into(), error, lamp.into()),
+            };
+            let beam = Beam { unit: UNIT_F64 * part, error: beam.error * part, ..beam };
+            let apart = (own - center).into();
+            let said = beam.meets_shell(center.into(), radius, own.into(), own_r, apart);
+            n_said[said as usize] += 1;
+            let exact = match is_sun {
+                true => ExactBeam::against(&point, at - lamp).unwrap(),
+                false => ExactBeam::to_position(&point, lamp).unwrap(),
+            };
+            let is_blocked = exact.is_blocked_by(&Shape::Sphere { center, radius });
+            if said != in_the_way::OPEN && is_blocked != (said == in_the_way::YES) {
+                wrong.push(format!("{ray:?} {own:?} {own_r} {center:?} {radius}: {said}"));
+            }
+        }
+        (wrong, n_said)
+    }
+
+    #[test]
+    fn what_is_said_of_shells_is_right() {
+        let (wrong, [n_no, n_open, n_yes]) = statements_of_shells(40_000, 1.0);
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_no.min(n_yes) > 5000 && n_open < 20_000, "{n_no} {n_open} {n_yes}");
+    }
+
+    /// The point is known better than is said, too.
+    #[test]
+    fn sabotage_smaller_bounds_of_shells_are_noticed() {
+        assert!(!statements_of_shells(40_000, 1.0 / 48.0).0.is_empty());
     }
 }

@@ -7,6 +7,7 @@ use super::beam::LARGEST;
 use super::finder::{Finder, LampF64, ListedShape};
 use super::lamp::{Lamp, Lighting, Origin};
 use super::lit::{Certified, Job, Lit, Work};
+use super::narrow::{narrow_plane, narrow_sphere};
 use super::written::Written;
 use super::{Background, Colors, Encoding, Style};
 use crate::control::Control;
@@ -16,12 +17,13 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::prepare::{
     ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, OPEN_COLOR, PlaneInTheWay,
-    Prepared, SphereInTheWay, lamp_kind,
+    Prepared, lamp_kind,
 };
 use crate::rays::Pixels;
-use crate::scene::{Color, Edges};
+use crate::scene::{Color, Edges, Sphere};
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::ProposeColors;
+use crate::tree::slabs::least_slack_of_beams;
 
 impl Lit {
     /// What tells the numbers of this style from others of the same picture.
@@ -54,14 +56,26 @@ impl Lit {
             let (id, at) = (listed.id, listed.at.0);
             match listed.shape {
                 ListedShape::Sphere(radius) => {
-                    spheres.push(SphereInTheWay { center: at, radius, id, padding: [0; 7] });
+                    if !(all_in_range(&at) && radius < LARGEST) {
+                        return None;
+                    }
+                    spheres.push(id);
                 }
-                ListedShape::Plane(normal) => {
-                    let (normal, padding, padding_again) = (normal.0, 0, 0.0);
-                    planes.push(PlaneInTheWay { point: at, id, padding, normal, padding_again });
-                }
+                ListedShape::Plane(normal) => planes.push(PlaneInTheWay {
+                    point: at,
+                    id,
+                    padding: 0,
+                    normal: normal.0,
+                    padding_again: 0.0,
+                    narrow: narrow_plane(at, normal.0),
+                    padding_behind: [0; 4],
+                }),
             }
         }
+        let narrow = |sphere: &Sphere| {
+            let center = sphere.center - prepared.reference;
+            narrow_sphere(center.to_array(), sphere.radius.abs())
+        };
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
         let all = LightOfAll {
             ambient: lighting.ambient,
@@ -73,7 +87,8 @@ impl Lit {
             n_listed_planes: planes.len() as u32,
             n_boxes: tree.map_or(0, |tree| tree.n_nodes() as u32),
             leaves_out: u32::from(leaves_out),
-            padding: [0; 4],
+            least_slack: tree.map_or(0.0, |tree| least_slack_of_beams(tree.largest_coordinate())),
+            padding: [0; 3],
         };
         let nothing = if shows_background { prepared.scene.background } else { Color::BLACK };
         let colors = std::iter::once(nothing).chain(prepared.scene.colors().skip(1));
@@ -84,6 +99,7 @@ impl Lit {
             words,
             all,
             lamps: lighting.lamps.iter().zip(&finder.lamps).map(lamp_in_f64).collect(),
+            narrow: prepared.scene.spheres[..].par_iter().map(narrow).collect(),
             spheres,
             planes,
             palette: colors.map(|color| ColorInF64::from(color.0)).collect(),
@@ -107,7 +123,7 @@ impl Lit {
         device: &mut dyn ProposeColors,
         control: &Control,
         proposed: &mut Vec<u32>,
-    ) -> Result<Option<u64>> {
+    ) -> Result<Option<StageCounts>> {
         let make = || self.in_f64(prepared, samples);
         device.propose_colors(self.light_key(), &make, (samples, ids), control, proposed)
     }
@@ -204,16 +220,19 @@ fn lamp_in_f64((lamp, here): (&Lamp, &LampF64)) -> LampInF64 {
     LampInF64 { at, kind, shadows, weight: lamp.weight, padding: 0.0 }
 }
 
-/// Whether all numbers have squares in f64's range, so that nothing overflows, and none that is compared with
-/// 0 may be flushed to it.
+fn all_in_range(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.abs() < LARGEST)
+}
+
+/// Whether all other numbers have squares in f64's range, too, so that nothing overflows, and none that is
+/// compared with 0 may be flushed to it.
 fn is_in_range(light: &LightInF64) -> bool {
-    let all = |numbers: &[f64]| numbers.iter().all(|number| number.abs() < LARGEST);
+    let all = all_in_range;
     let is_kept = |number: &f64| *number == 0.0 || number.abs() > 1.0 / LARGEST;
     let are_kept = |numbers: &[f64]| numbers.iter().all(is_kept);
     all(&light.all.ambient)
         && all(&light.all.to_tree)
         && light.lamps.iter().all(|lamp| all(&lamp.at) && are_kept(&lamp.at) && all(&lamp.weight))
-        && light.spheres.iter().all(|sphere| all(&sphere.center) && sphere.radius < LARGEST)
         && light.planes.iter().all(|plane| all(&plane.point) && are_kept(&plane.normal))
         && light.palette.iter().all(|color| all(&color.parts))
 }

@@ -7,6 +7,7 @@ mod in_f64;
 mod lamp;
 mod lit;
 mod mean;
+pub mod narrow;
 mod painter;
 mod plain;
 mod unlit;
@@ -22,6 +23,8 @@ pub(crate) use beam::FOR_DEVICE as BEAM_CONSTANTS;
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub(crate) use mean::ExactMean;
+#[cfg(feature = "gpu")]
+pub(crate) use narrow::{IN_F64 as NARROW_CONSTANTS, constants_in_f32 as narrow_constants_in_f32};
 pub use painter::{Background, ColorCounts, Every, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 

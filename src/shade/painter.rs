@@ -273,17 +273,18 @@ impl SamplePainter<'_> {
                 start = Instant::now();
                 let at = (&**prepared, &samples, &ids[..]);
                 let device = device.map(|tracer| tracer.shades_in_f64()).transpose()?.flatten();
-                let n_ways = match (device, &canvas) {
+                let ways = match (device, &canvas) {
                     (Some(device), Canvas::One(_)) => lit.propose(at, device, control, proposed)?,
                     _ => None,
                 };
                 let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
                 painted.colors.cpu = n_pixels;
-                painted.shadow_rays = match (n_ways, canvas) {
-                    (Some(n_ways), Canvas::One(colors)) => {
-                        let (n_open, counts) = lit.shade_open(at, proposed, control, colors)?;
+                painted.shadow_rays = match (ways, canvas) {
+                    (Some(ways), Canvas::One(colors)) => {
+                        let (n_open, mut counts) = lit.shade_open(at, proposed, control, colors)?;
                         painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
-                        StageCounts { f64: counts.f64 + n_ways, ..counts }
+                        counts.add(ways);
+                        counts
                     }
                     (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, control, out)?,
                     (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, control, out)?,

@@ -30,7 +30,7 @@ use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
 #[cfg(feature = "gpu")]
-pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS, SLAB_CONSTANTS};
+pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS};
 pub(crate) use segment::Ahead;
 pub use segment::Segment;
 pub(crate) use walk::Company;
@@ -78,6 +78,12 @@ impl Tree {
         control.check()?;
         let (nodes, order) = build::build(spheres, reference, inside, control)?;
         Ok(Tree { reference, nodes, order, outside, wide: OnceLock::new() })
+    }
+
+    /// The largest coordinate of the boxes.
+    pub(crate) fn largest_coordinate(&self) -> f64 {
+        let sides = self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high]);
+        sides.as_flattened().iter().fold(0.0, |largest: f64, side| largest.max(side.abs().into()))
     }
 
     /// Number of nodes. Node 0 is the root.

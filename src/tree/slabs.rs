@@ -12,9 +12,15 @@
 //! that a test finds. No slab reaches `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows. A `t_max` is
 //! [`crate::guard::t_bound_f32`] of a list's nearness, which is at most `2⁸⁸`, times `a < 12`; where it is
 //! `2¹⁰⁰`, it is beyond all boxes.
+//!
+//! # Beams of light
+//! A device looks with the same slabs for what is in the way of light. The direction is the nearest one of length 1, the origin
+//! is below `2⁶⁰` and rounded once, and what the beam itself may lie aside comes on top. As boxes are below `2⁶¹`,
+//! a direction below [`FLAT_OF_BEAMS`] counts as 0: no slab reaches `2⁶²·2⁶⁰·2 = 2¹²³`. With the farther one of
+//! the origin and the tree's largest coordinate, `f`, the beam leaves the tree at `t ≤ 2·2f`, as its largest component
+//! is above ½, and by then has moved by less than `2⁻⁵⁸f`: [`least_slack_of_beams`].
 
 use crate::guard::{UNIT_F32, round_down, round_up};
-use crate::kernel::RayOf;
 use crate::vec3::{Real, Vec3};
 
 #[cfg(doc)]
@@ -31,6 +37,16 @@ pub const FLAT: f64 = 1.0 / (1u128 << 80) as f64;
 
 /// The least slack.
 pub const LEAST_SLACK: f64 = 1.0 / (1u64 << 37) as f64;
+
+/// The same for beams of light.
+pub const FLAT_OF_BEAMS: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// The least slack of beams among boxes whose largest coordinate is this: what they move along a flat axis, and
+/// far above what underflows. The part that is the origin's is small in [`ASIDE`].
+pub fn least_slack_of_beams(largest: f64) -> f32 {
+    const LEAST: f64 = 1.0 / (1u128 << 100) as f64;
+    round_up(4.0 * FLAT_OF_BEAMS * largest + LEAST)
+}
 
 /// The room in a ray's arithmetic.
 #[derive(Clone, Copy, Debug)]
@@ -115,15 +131,20 @@ pub fn slab_of<R: Real>(origin: R, direction: R, slack: R, room: &SlabRoom<R>) -
     }
 }
 
-/// The slabs of a ray.
+/// The slabs of a ray that may lie `beside` the true one, at least by what [`SlabRoom::least_slack`] is for.
 #[inline(always)]
-pub fn slabs_of<R: Real>(ray: &RayOf<R>, room: &SlabRoom<R>) -> Slabs<R> {
-    let Vec3([x, y, z]) = ray.origin;
-    let slack = x.abs().max(y.abs()).max(z.abs()) * room.aside + room.least_slack;
+pub fn slabs_of<R: Real>(
+    origin: Vec3<R>,
+    direction: Vec3<R>,
+    beside: R,
+    room: &SlabRoom<R>,
+) -> Slabs<R> {
+    let Vec3([x, y, z]) = origin;
+    let slack = x.abs().max(y.abs()).max(z.abs()) * room.aside + beside;
     Slabs {
-        x: slab_of(x, ray.direction.0[0], slack, room),
-        y: slab_of(y, ray.direction.0[1], slack, room),
-        z: slab_of(z, ray.direction.0[2], slack, room),
+        x: slab_of(x, direction.0[0], slack, room),
+        y: slab_of(y, direction.0[1], slack, room),
+        z: slab_of(z, direction.0[2], slack, room),
     }
 }
 
