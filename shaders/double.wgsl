@@ -23,6 +23,14 @@ fn sphere_k(l: vec3<f64>, sphere: SphereDouble) -> f64 {
     return dot3(l, l) - sphere.radius * sphere.radius;
     //#end
 }
+
+//#if moved
+// The numbers for a ray that starts elsewhere than all others, which have theirs from the host.
+fn sphere_from(ray: Ray, sphere: SphereDouble) -> SphereDouble {
+    let l = sphere.center - ray.origin;
+    return SphereDouble(l, sphere.radius, dot3(l, l) - sphere.radius * sphere.radius);
+}
+//#end
 //#end
 
 //#if planes
@@ -40,6 +48,14 @@ fn plane_n_offset(ray: Ray, plane: PlaneDouble) -> f64 {
     return dot3(plane.offset - ray.origin, plane.normal);
     //#end
 }
+
+//#if moved
+// The same as with spheres.
+fn plane_from(ray: Ray, plane: PlaneDouble) -> PlaneDouble {
+    let l = plane.offset - ray.origin;
+    return PlaneDouble(l, dot3(l, plane.normal), plane.normal);
+}
+//#end
 //#end
 
 struct HitF32 {

@@ -24,6 +24,14 @@ fn sphere_k(l: vec3f, sphere: SphereStable) -> f32 {
     return dot3(l, l) - sphere.radius * sphere.radius;
     //#end
 }
+
+//#if moved
+// The numbers for a ray that starts elsewhere than all others, which have theirs from the host.
+fn sphere_from(ray: Ray, sphere: SphereStable) -> SphereStable {
+    let l = (sphere.center - ray.origin) + (sphere.center_low - ray.origin_low);
+    return SphereStable(l, sphere.radius, vec3f(0.0), dot3(l, l) - sphere.radius * sphere.radius);
+}
+//#end
 //#end
 
 //#if planes
@@ -42,4 +50,12 @@ fn plane_n_offset(ray: Ray, plane: PlaneStable) -> f32 {
     return dot3((plane.offset - ray.origin) + (plane.offset_low - ray.origin_low), plane.normal);
     //#end
 }
+
+//#if moved
+// The same as with spheres.
+fn plane_from(ray: Ray, plane: PlaneStable) -> PlaneStable {
+    let l = (plane.offset - ray.origin) + (plane.offset_low - ray.origin_low);
+    return PlaneStable(l, dot3(l, plane.normal), vec3f(0.0), plane.normal);
+}
+//#end
 //#end

@@ -4,6 +4,7 @@ mod first_stage;
 mod hierarchy;
 mod in_space;
 mod light;
+mod plain_light;
 
 use std::iter;
 use std::sync::Arc;
@@ -34,6 +35,7 @@ pub use light::{
     ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, NarrowPlane, NarrowSphere,
     OPEN_COLOR, PlaneInTheWay, lamp_kind,
 };
+pub use plain_light::{Lamps, PlainLamp, PlainLighting};
 
 use first_stage::is_left_open;
 
@@ -59,6 +61,8 @@ pub struct ShaderKey {
     pub surface: bool,
     /// For colours of samples whose objects are known: how they are given.
     pub light: Option<ColorWords>,
+    /// For the light on the hits of a kernel without a proof: how it has the lamps.
+    pub plain_light: Option<Lamps>,
 }
 
 /// How a shader finds spheres.
@@ -328,7 +332,13 @@ impl Prepared {
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
             light: None,
+            plain_light: None,
         }
+    }
+
+    /// The shader for the light on the hits of a picture, for a kernel without a proof.
+    pub fn plain_light_key(&self, lamps: Lamps) -> ShaderKey {
+        ShaderKey { plain_light: Some(lamps), ..self.shader_key(Wants::default()) }
     }
 }
 

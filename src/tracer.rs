@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{LightInF64, LightKey, Prepared};
+use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, Samples, StageCounts, Timing, Wants};
 
@@ -100,6 +100,21 @@ pub trait Tracer: Send {
     /// [`crate::Error::Device`] when the device failed.
     fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
         Ok(None)
+    }
+
+    /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
+    /// kernel, which is one without a proof. False where that is left to the CPU; `lights` then mean nothing.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn light_plainly(
+        &mut self,
+        _lighting: &PlainLighting,
+        _samples: &Pixels,
+        _control: &Control,
+        _lights: &mut Vec<[f64; 3]>,
+    ) -> Result<bool> {
+        Ok(false)
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an

@@ -124,6 +124,25 @@ fn a_lattice_of_touching_spheres() {
     assert_eq!(check_picture("lattice", &camera, lattice, vec![]).exact, 1);
 }
 
+/// Seen from the origin all have one outline but the last, which shows at the corners of their squares: a ray there
+/// goes through all of them, and a device in software doesn't let it.
+#[test]
+fn a_ray_through_very_many_squares_comes_to_their_end() {
+    let n = 40_000;
+    let ball = |i: usize| {
+        let distance = 5.0 * 10f64.powf(i as f64 / n as f64);
+        sphere(DVec3::NEG_Z * distance, 0.2 * distance)
+    };
+    let mut spheres: Vec<Sphere> = (0..n).map(ball).collect();
+    spheres.push(sphere(DVec3::NEG_Z * 2000.0, 800.0));
+    let scene = Arc::new(common::scene(spheres, Vec::new()));
+    let view = View::new(&common::camera(DVec3::ZERO, DVec3::NEG_Z));
+    let rays = Rays::Pixels(Pixels::whole(view, 16, 12));
+    let (hits, _) = trace(&scene, &rays, Wants::default());
+    let n_behind = hits.id.iter().filter(|&&id| id as usize == n + 1).count();
+    assert!(n_behind > 4, "{n_behind}");
+}
+
 #[test]
 fn far_from_the_origin_and_from_within() {
     let mut rng = ChaCha8Rng::seed_from_u64(607);

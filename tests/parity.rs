@@ -361,3 +361,15 @@ fn rays_that_the_scene_was_not_prepared_for_are_refused() {
         }
     }
 }
+
+/// More objects than a loop on a device in software has turns: they are not cut off.
+#[test]
+fn a_very_long_list_is_looked_at_to_its_end() {
+    let mut spheres = vec![sphere(DVec3::Z * 9.0, 1.0); 66_000];
+    spheres.push(sphere(DVec3::NEG_Z * 5.0, 1.0));
+    let scene = Arc::new(scene(spheres, Vec::new()));
+    let pixels = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 9, 7);
+    for kernel in Kernel::ALL.into_iter().filter(|&kernel| runs(kernel)) {
+        assert_parity(&scene, kernel, &Rays::Pixels(pixels), false, "66 001 spheres");
+    }
+}

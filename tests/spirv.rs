@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::kernel::Float;
-use kugelblitz::prepare::{ColorWords, FEW_SPHERES, Finding, Prepared, ShaderKey};
+use kugelblitz::prepare::{
+    ColorWords, FEW_SPHERES, Finding, Lamps, PlainLighting, Prepared, ShaderKey,
+};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
@@ -99,6 +101,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
         n_planes: 2,
         surface: false,
         light: None,
+        plain_light: None,
     }
 }
 
@@ -173,6 +176,23 @@ fn keys_of_light() -> impl Iterator<Item = ShaderKey> {
     })
 }
 
+/// The shaders for the light on the hits of kernels without a proof.
+fn keys_of_plain_light() -> Vec<ShaderKey> {
+    let mut all = Vec::new();
+    for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Certified) {
+        for bundle in [Bundle::Point, Bundle::Parallel] {
+            for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
+                for lamps in [Lamps::Few, Lamps::Many] {
+                    let key = key(kernel, bundle, Finding::Listed);
+                    let plain_light = Some(lamps);
+                    all.push(ShaderKey { n_spheres, n_planes, plain_light, ..key });
+                }
+            }
+        }
+    }
+    all
+}
+
 fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
     let shader = compile(key).unwrap_or_else(|error| panic!("{error}: {key:?}"));
     let words = shader.spirv().unwrap();
@@ -181,7 +201,8 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    for key in all_keys().into_iter().chain(keys_of_surfaces()).chain(keys_of_light()) {
+    let lit = keys_of_light().chain(keys_of_plain_light());
+    for key in all_keys().into_iter().chain(keys_of_surfaces()).chain(lit) {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -401,7 +422,7 @@ fn surfaces_are_completed_without_what_finds_objects() {
 fn light_only_where_it_is_asked_for() {
     for key in all_keys().into_iter().chain(keys_of_surfaces()) {
         let (whole, _) = shader(&key);
-        let names = ["light", "lamp", "beam", "palette", "edges", "box", "in_the_way"];
+        let names = ["light", "lamp", "beam", "palette", "edges", "box", "in_the_way", "anywhere"];
         assert!(!names.iter().any(|name| has(&whole, name)), "{key:?}");
     }
     for key in keys_of_light() {
@@ -414,5 +435,35 @@ fn light_only_where_it_is_asked_for() {
         assert_eq!(has(&whole, "box"), is_tree, "{key:?}");
         assert_eq!(has(&whole, "look_in_tree"), is_tree, "{key:?}");
         assert_eq!(has(&whole, "edges"), key.light != Some(ColorWords::Floats), "{key:?}");
+    }
+}
+
+/// Each has its kernel alone, of objects what there is, and for rays from anywhere other numbers only where those of
+/// the picture's rays don't hold.
+#[test]
+fn plain_light_has_one_kernel_and_what_there_is() {
+    for key in keys_of_plain_light() {
+        let (whole, words) = shader(&key);
+        assert_complete(&whole, &words);
+        assert!(has(&whole, "light") && has(&whole, "in_the_way") && !has(&whole, "beam"));
+        assert_eq!(has(&whole, "sphere"), key.n_spheres > 0, "{key:?}");
+        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
+        let is_moved = key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;
+        assert_eq!(has(&whole, "sphere_from"), is_moved && key.n_spheres > 0, "{key:?}");
+        assert_eq!(has(&whole, "plane_from"), is_moved && key.n_planes > 0, "{key:?}");
+        let n_objects = key.n_spheres + key.n_planes;
+        let n_kept = if n_objects <= PlainLighting::FEW_OBJECTS { n_objects } else { 0 };
+        let globals = whole.module.global_variables.iter();
+        let is_kept =
+            |variable: &naga::GlobalVariable| variable.space == naga::AddressSpace::Private;
+        assert_eq!(globals.filter(|(_, v)| is_kept(v)).count(), n_kept, "{key:?}");
+        let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
+        // Parameters and results, what is the same for all, and lamps.
+        assert_eq!(bindings(&words).len(), 4 + objects, "{key:?}");
+        for kernel in Kernel::ALL {
+            let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);
+            let expected = objects > 0 && (kernel == key.kernel || shares);
+            assert_eq!(has(&whole, kernel.name()), expected, "{}, {key:?}", kernel.name());
+        }
     }
 }

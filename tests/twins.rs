@@ -27,12 +27,18 @@ const DEVICE_ALONE: [(&str, &str); 11] = [
 ];
 
 /// Twins that are no kernel's.
-const OF_LIGHT: [(&str, &str); 2] =
-    [("shaders/beam.wgsl", "src/shade/beam.rs"), ("shaders/narrow.wgsl", "src/shade/narrow.rs")];
+const OF_LIGHT: [(&str, &str); 3] = [
+    ("shaders/beam.wgsl", "src/shade/beam.rs"),
+    ("shaders/narrow.wgsl", "src/shade/narrow.rs"),
+    ("shaders/plain_light.wgsl", "src/shade/plain.rs"),
+];
 
 /// Functions whose twin has another name, each with that.
-const OTHER_NAMES: [(&str, &str); 3] = [
+const OTHER_NAMES: [(&str, &str); 6] = [
     ("beam_from", "Beam::new"),
+    ("closest_from_anywhere", "closest of the kernel for rays that are free"),
+    ("plane_from", "plane_n_offset of rays that are free"),
+    ("sphere_from", "sphere_offset and sphere_k of rays that are free"),
     ("ray_from", "RayOf::new"),
     ("sphere_id", "the parameter of nearest_listed, another function with a hierarchy"),
 ];
@@ -126,7 +132,8 @@ fn parts() -> BTreeMap<&'static str, Option<&'static str>> {
     let own = Kernel::ALL.into_iter().flat_map(|kernel| kernel.about().wgsl.parts);
     let twins = own.chain(&SHARED_PARTS).map(|part| (part.file, part.twin));
     let alone = DEVICE_ALONE.map(|(file, _)| (file, None));
-    twins.chain(alone).chain(OF_LIGHT.map(|(file, twin)| (file, Some(twin)))).collect()
+    let of_light = OF_LIGHT.map(|(file, twin)| (file, Some(twin)));
+    twins.chain(alone).chain(of_light).collect()
 }
 
 fn read(path: &str) -> String {

@@ -30,6 +30,7 @@ impl InF64 {
             n_planes: self.lists.planes.len(),
             surface: false,
             light: None,
+            plain_light: None,
         }
     }
 

@@ -194,7 +194,14 @@ impl Begun {
     /// Those of [`device::open_for`].
     pub fn session(&self, args: &RenderArgs) -> Result<Session> {
         let (kernel, choice) = (args.kernel.kernel, &args.device.device);
-        let device = device::open_for(choice, kernel, &self.scene, self.pixels.len(), &args.talk)?;
+        let n_rays = match args.show {
+            Show::Color if self.scene.is_lit() => {
+                let n_samples = self.pixels.len() * (self.n_samples as usize).pow(2);
+                device::rays_of_light(&self.scene, n_samples)
+            }
+            _ => self.pixels.len(),
+        };
+        let device = device::open_for(choice, kernel, &self.scene, n_rays, &args.talk)?;
         Ok(Session::new(Arc::clone(&self.scene), device, kernel))
     }
 }

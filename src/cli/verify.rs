@@ -305,7 +305,7 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
     broken.extend(outside.as_ref().and_then(|found| broken_precision(kernel, "GPU", found)));
     if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = &shown {
         let parity = gpu_against_cpu.as_ref();
-        broken.extend(broken_color_promises(kernel, parity, &against_exact.rows()));
+        broken.extend(broken_color_promises(kernel, bit_equal, parity, &against_exact.rows()));
     }
     Ok(OfKernel {
         kernel: kernel.name(),

@@ -11,8 +11,8 @@ use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
-use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, part};
-use crate::prepare::{ColorWords, Finding, OPEN_COLOR, ShaderKey, lamp_kind};
+use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
+use crate::prepare::{ColorWords, Finding, Lamps, OPEN_COLOR, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
 use crate::shade::{BEAM_CONSTANTS, NARROW_CONSTANTS, narrow_constants_in_f32};
 use crate::tree::SEGMENT_CONSTANTS;
@@ -28,6 +28,7 @@ const SURFACE: Part = part!("surface.wgsl");
 const BEAM: Part = part!("beam.wgsl", "src/shade/beam.rs");
 const NARROW: Part = part!("narrow.wgsl", "src/shade/narrow.rs");
 const LIT: Part = part!("lit.wgsl");
+const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
 const WALK: Part = part!("walk.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
 const TREE: Part = part!("tree.wgsl");
@@ -68,7 +69,9 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     }
     parts.extend(key.kernel.about().wgsl.parts);
     parts.push(PARAMS);
-    if is_complete(key) {
+    if key.plain_light.is_some() {
+        parts.push(PLAIN_LIGHT);
+    } else if is_complete(key) {
         parts.push(SURFACE);
         if key.light.is_some() {
             parts.extend([BEAM, NARROW, LIT]);
@@ -135,6 +138,11 @@ fn is_complete(key: &ShaderKey) -> bool {
     (key.surface || key.light.is_some()) && key.kernel == Kernel::Certified
 }
 
+/// Whether the shader for the light on hits has its objects at hand for each lamp.
+pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
+    key.n_spheres + key.n_planes <= PlainLighting::FEW_OBJECTS
+}
+
 fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
     let is_by_tree = key.spheres == Finding::Tree;
@@ -143,6 +151,8 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_of_scene = key.kernel == Kernel::Certified
         && is_double
         && (is_by_hierarchy || is_complete(key) && key.n_spheres > 0);
+    // The host has made the numbers for rays from one point.
+    let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
     let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
     let has_far_filter = match key.spheres {
         Finding::Listed | Finding::ListedOutside | Finding::ListedInside => false,
@@ -154,12 +164,15 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
-        (key.surface && !is_complete(key), "surface"),
+        (key.surface && !is_complete(key) || key.plain_light.is_some(), "surface"),
         (is_complete(key), "complete"),
         (key.light.is_some(), "light"),
         (key.light == Some(ColorWords::Bytes), "bytes"),
         (key.light == Some(ColorWords::Floats), "floats"),
         (is_of_scene && is_complete(key) || key.light.is_some(), "unit_normals"),
+        (key.plain_light == Some(Lamps::Few), "few_lamps"),
+        (key.plain_light.is_some() && keeps_objects(key), "kept"),
+        (key.plain_light.is_some() && is_moved, "moved"),
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
@@ -231,6 +244,15 @@ fn constants(key: &ShaderKey) -> String {
     }
     if key.light.is_some() {
         constants.extend(constants_of_light(key));
+    }
+    if key.plain_light.is_some() {
+        let unsigned = [
+            ("LAMP_EYE", lamp_kind::EYE),
+            ("LAMP_POINT", lamp_kind::POINT),
+            ("LAMP_SUN", lamp_kind::SUN),
+            ("MOST_LAMPS", PlainLighting::FEW_LAMPS as u32),
+        ];
+        constants.extend(unsigned.map(|(name, value)| (name, format!("{value}u"))));
     }
     for (name, value) in constants {
         text += &format!("const {name} = {value};\n");
@@ -309,15 +331,25 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
 /// and grows with their square.
 const MAX_UNROLLED: usize = LISTED_SPHERES;
 
+/// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
+/// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.
+pub(super) const MOST_TURNS_IN_SOFTWARE: usize = 65_000;
+
+/// Turns of loops in which a ray looks at the listed objects once.
+pub(super) fn turns_of_ray(key: &ShaderKey) -> usize {
+    [key.n_spheres, key.n_planes].into_iter().filter(|&count| count > MAX_UNROLLED).sum()
+}
+
 /// A block that a `//#` directive opens.
 enum Block {
     If(bool),
-    Each { count: usize, body: String },
+    Each { kind: &'static str, count: usize, body: String },
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
 /// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for;
-/// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index.
+/// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index and
+///   `OBJECT` for itself: in the list, or where it is kept.
 fn expand(part: &Part, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();
     let mut text = String::new();
@@ -331,13 +363,15 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
                 _ => return Err(wrong("no //#if is open here")),
             },
             Some(["each", kind]) => open.push(match *kind {
-                "sphere" => each(choices.n_spheres),
-                "plane" => each(choices.n_planes),
+                "sphere" => each("sphere", choices.n_spheres),
+                "plane" => each("plane", choices.n_planes),
                 _ => return Err(wrong("unknown kind of object")),
             }),
             Some(["end"]) => match open.pop() {
                 Some(Block::If(_)) => {}
-                Some(Block::Each { count, body }) => text += &repeat(count, &body),
+                Some(Block::Each { kind, count, body }) => {
+                    text += &repeat(kind, count, choices.flags.contains(&"kept"), &body);
+                }
                 None => return Err(wrong("nothing is open here")),
             },
             Some(_) => return Err(wrong("unknown directive")),
@@ -355,15 +389,22 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
     }
 }
 
-fn each(count: usize) -> Block {
-    Block::Each { count, body: String::new() }
+fn each(kind: &'static str, count: usize) -> Block {
+    Block::Each { kind, count, body: String::new() }
 }
 
-fn repeat(count: usize, body: &str) -> String {
+fn repeat(kind: &str, count: usize, are_kept: bool, body: &str) -> String {
+    let of = |index: &str, object: &str| body.replace("INDEX", index).replace("OBJECT", object);
     if count <= MAX_UNROLLED {
-        (0..count).map(|index| body.replace("INDEX", &format!("{index}u"))).collect()
+        let one = |index| match are_kept {
+            true => of(&format!("{index}u"), &format!("{kind}_{index}")),
+            false => of(&format!("{index}u"), &format!("{kind}s[{index}u]")),
+        };
+        (0..count).map(one).collect()
+    } else if body.is_empty() {
+        String::new()
     } else {
-        let body = body.replace("INDEX", "i");
+        let body = of("i", &format!("{kind}s[i]"));
         format!("for (var i = 0u; i < {count}u; i++) {{ {body} }}")
     }
 }

@@ -95,11 +95,12 @@ mod tests {
 
     use super::*;
     use crate::gpu::compile::compile;
+    use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
     use crate::prepare::{
-        ColorWords, Finding, LampInF64, LightOfAll, NarrowPlane, NarrowSphere, PlaneInTheWay,
-        ShaderKey,
+        ColorWords, Finding, LampInF64, Lamps, LightOfAll, NarrowPlane, NarrowSphere,
+        PlaneInTheWay, ShaderKey,
     };
     use crate::rays::Bundle;
     use crate::scene::Sphere;
@@ -129,6 +130,7 @@ mod tests {
             surface: !is_certified,
             light: (is_certified && float == Float::F64 && bundle != Bundle::Free)
                 .then_some(ColorWords::Bytes),
+            plain_light: (!is_certified && bundle != Bundle::Free).then_some(Lamps::Few),
         };
         let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -212,6 +214,10 @@ mod tests {
         check!(Double, Point, double::SphereDouble, "SphereDouble", center, radius, k);
         check!(Double, Point, double::PlaneDouble, "PlaneDouble", offset, n_offset, normal);
         check!(Double, Free, RayRecordDouble, "RayRecord", origin, direction);
+        check!(Stable, Point, LightingF32, "Lighting", ambient, epsilon, n_lamps);
+        check!(Double, Point, LightingF64, "Lighting", ambient, epsilon, n_lamps);
+        check!(Stable, Point, LampF32, "Lamp", at, kind, weight, shadows);
+        check!(Double, Point, LampF64, "Lamp", at, kind, weight, shadows);
         check!(
             Certified,
             Point,

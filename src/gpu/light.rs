@@ -325,6 +325,7 @@ mod tests {
             n_planes: 1,
             surface: false,
             light: Some(ColorWords::Bytes),
+            plain_light: None,
         };
         let shader = compile(&key).unwrap();
         let is_storage = |space| matches!(space, naga::AddressSpace::Storage { .. });

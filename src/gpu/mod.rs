@@ -13,6 +13,7 @@ mod live;
 mod objects;
 mod open;
 mod pipeline;
+mod plain_light;
 #[cfg(feature = "view")]
 mod present;
 mod program;

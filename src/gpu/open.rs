@@ -142,6 +142,12 @@ impl Gpu {
         self.completes()
     }
 
+    /// Whether pictures of kernels without a proof are lit here: by a device in software only where it has lamps
+    /// and objects at hand.
+    pub(super) fn shades_plainly(&self, are_at_hand: bool) -> bool {
+        are_at_hand || !self.facts.is_software() || self.always_in_f64
+    }
+
     /// Takes this for what the device's f32 does.
     #[cfg(test)]
     pub(super) fn tell_arithmetic(self, arithmetic: Arithmetic) -> Gpu {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::clock::Clock;
+use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
 use super::light::DeviceLight;
@@ -14,6 +15,7 @@ use super::objects::{
 };
 use super::open::Gpu;
 use super::pipeline::bind_resources;
+use super::plain_light::PlainLight;
 use super::program::Program;
 use super::results::Results;
 use super::surfaces::Surfaces;
@@ -24,7 +26,7 @@ use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
-use crate::prepare::{LightInF64, LightKey, Prepared, ShaderKey};
+use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Ray, Rays, StageCounts, Timing, Wants};
 use crate::tracer::{ProposeColors, Tracer};
@@ -46,8 +48,8 @@ pub struct GpuTracer {
     room: Option<Room>,
     tile_size: TileSize,
     clock: Option<Clock>,
-    /// Takes the certified kernel's f32 stage where the device can't: its arithmetic doesn't suit the
-    /// proof, or there is no way to the rays' many spheres.
+    /// Takes the kernel's stage where the device can't: its arithmetic doesn't suit the proof of `certified`, there
+    /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     cpu_fallback: Option<CpuTracer>,
     /// Completes hits.
     surfaces: Option<Surfaces>,
@@ -55,6 +57,8 @@ pub struct GpuTracer {
     in_f64: [Option<Box<GpuTracer>>; 2],
     /// Shades pixels, made when that is first needed.
     light: Option<Box<DeviceLight>>,
+    /// Lights what rays of a kernel without a proof hit, made when that is first needed.
+    plain_light: Option<Box<PlainLight>>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
@@ -159,6 +163,7 @@ impl GpuTracer {
             cpu_fallback: parts.cpu_fallback,
             in_f64: [None, None],
             light: None,
+            plain_light: None,
             compile_time: parts.compile_time,
             upload_time: parts.upload_time,
         };
@@ -191,8 +196,11 @@ fn cpu_fallback(
     wants: Wants,
 ) -> Result<Option<CpuTracer>> {
     let has_no_way = prepared.hierarchy.is_some() && hierarchy.is_none();
-    let unsuited =
-        prepared.kernel == Kernel::Certified && (has_no_way || !gpu.arithmetic()?.suits_filter());
+    let is_stopped = gpu.facts.is_software()
+        && turns_of_ray(&prepared.shader_key(wants)) > MOST_TURNS_IN_SOFTWARE;
+    let unsuited = is_stopped
+        || prepared.kernel == Kernel::Certified
+            && (has_no_way || !gpu.arithmetic()?.suits_filter());
     Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
 }
 
@@ -241,11 +249,35 @@ impl Tracer for GpuTracer {
 
     fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
         let (gpu, prepared) = (&self.gpu, &*self.prepared);
-        let suits = self.cpu_fallback.is_none()
+        let suits = prepared.kernel == Kernel::Certified
+            && self.cpu_fallback.is_none()
             && certify::suits_device(prepared)
             && DeviceLight::fits(gpu, prepared)
             && gpu.shades()?;
         Ok(suits.then_some(self))
+    }
+
+    fn light_plainly(
+        &mut self,
+        lighting: &PlainLighting,
+        samples: &Pixels,
+        control: &Control,
+        lights: &mut Vec<[f64; 3]>,
+    ) -> Result<bool> {
+        let GpuTracer { gpu, prepared, objects, plain_light: kept, cpu_fallback, .. } = self;
+        if cpu_fallback.is_some() || !PlainLight::is_wanted(gpu, prepared, lighting) {
+            return Ok(false);
+        }
+        let made = match kept.take().filter(|made| made.is_for(lighting)) {
+            Some(made) => made,
+            None => match PlainLight::new(gpu, prepared, objects, lighting) {
+                // The device binds too few buffers at once, or has too little room.
+                Err(Error::TooLarge(_)) => return Ok(false),
+                made => Box::new(made?),
+            },
+        };
+        kept.insert(made).light(gpu, prepared, samples, control, lights)?;
+        Ok(true)
     }
 
     /// A moved camera costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
@@ -281,6 +313,7 @@ impl Tracer for GpuTracer {
         self.cpu_fallback = cpu_fallback;
         self.in_f64 = [None, None];
         self.light = None;
+        self.plain_light = None;
         self.surfaces = surfaces;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
@@ -295,6 +328,7 @@ impl Tracer for GpuTracer {
             + self.surfaces.as_ref().map_or(0, Surfaces::bytes)
             + self.in_f64.iter().flatten().map(|tracer| tracer.bytes_device()).sum::<u64>()
             + self.light.as_ref().map_or(0, |light| light.bytes())
+            + self.plain_light.as_ref().map_or(0, |light| light.bytes())
     }
 
     fn use_device_clock(&mut self) {

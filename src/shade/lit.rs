@@ -12,7 +12,7 @@ use super::in_f64::n_terms;
 use super::lamp::Lighting;
 use super::mean::ExactMean;
 use super::written::{Interval, Written};
-use super::{Background, PIXELS_AT_ONCE, Style, plain};
+use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points};
 use crate::control::Control;
 use crate::error::Result;
@@ -24,6 +24,7 @@ use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::{Color, Scene};
 use crate::trace::{Coverage, Rays, StageCounts};
+use crate::tracer::Tracer;
 
 /// Shades the pictures of one scene and one camera.
 #[derive(Debug)]
@@ -58,29 +59,34 @@ impl Lit {
     /// whole pixels of a picture that is [`Lit`]'s number of samples times as large, `ids` what they
     /// see, and `prepared` is of that picture.
     ///
-    /// Returns how many ways to lamps each stage decided.
+    /// `device` traces them; it may light what a kernel without a proof sees. Returns where the colours are from,
+    /// and how many ways to lamps each stage decided.
     ///
     /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled.
+    /// [`crate::Error::Interrupted`] when `control` was cancelled; those of [`Tracer::trace`].
     pub fn shade<T: Written>(
         &self,
         (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
+        device: Option<&mut (dyn Tracer + '_)>,
         control: &Control,
         colors: &mut Vec<T>,
-    ) -> Result<StageCounts> {
+    ) -> Result<(ColorCounts, StageCounts)> {
         let n_pixels = ids.len() / self.style.n_samples.pow(2) as usize;
         let job = Job { lit: self, ids, row: samples.width as usize };
         colors.clear();
         colors.resize(n_pixels, T::default());
         if prepared.kernel != Kernel::Certified {
-            return plain::with_means(&job, prepared, samples, self.style.epsilon, |mean| {
-                job.run(control, colors, |pixel| T::of_plain(mean(pixel)))?;
-                Ok(plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double))
-            });
+            let is_lit_there = plain::shade(&job, (prepared, samples), device, control, colors)?;
+            let colors = match is_lit_there {
+                true => ColorCounts { device: n_pixels as u64, cpu: 0 },
+                false => ColorCounts { device: 0, cpu: n_pixels as u64 },
+            };
+            return Ok((colors, plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double)));
         }
         let rays = Rays::Pixels(*samples);
         let finder = Finder::new(prepared, &rays, &self.lighting);
-        Certified { job, finder: &finder }.run(control, colors)
+        let counts = Certified { job, finder: &finder }.run(control, colors)?;
+        Ok((ColorCounts { device: 0, cpu: n_pixels as u64 }, counts))
     }
 }
 
@@ -100,7 +106,7 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn run<T: Send>(
+    pub fn run<T: Send>(
         &self,
         control: &Control,
         out: &mut [T],

@@ -212,18 +212,19 @@ enum Canvas<'c> {
 }
 
 impl SamplePainter<'_> {
-    /// The colours of a band of pixels in every encoding, as [`Painter::paint`] gives them in one.
+    /// The colours of a band of pixels in every encoding, as [`Painter::paint_with`] gives them in one.
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
     pub fn paint_every(
         &mut self,
+        of_pixels: Option<&mut dyn Tracer>,
         band: &Pixels,
         hits: &Hits,
         control: &Control,
     ) -> Result<Vec<Every>> {
         let mut every = Vec::new();
-        self.paint(None, band, hits, control, Canvas::Every(&mut every))?;
+        self.paint(of_pixels, band, hits, control, Canvas::Every(&mut every))?;
         Ok(every)
     }
 
@@ -272,24 +273,26 @@ impl SamplePainter<'_> {
                 };
                 start = Instant::now();
                 let at = (&**prepared, &samples, &ids[..]);
-                let device = device.map(|tracer| tracer.shades_in_f64()).transpose()?.flatten();
-                let ways = match (device, &canvas) {
-                    (Some(device), Canvas::One(_)) => lit.propose(at, device, control, proposed)?,
+                let mut device = device;
+                let in_f64 = match &mut device {
+                    Some(tracer) => tracer.shades_in_f64()?,
+                    None => None,
+                };
+                let ways = match (in_f64, &canvas) {
+                    (Some(in_f64), Canvas::One(_)) => lit.propose(at, in_f64, control, proposed)?,
                     _ => None,
                 };
-                let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
-                painted.colors.cpu = n_pixels;
-                painted.shadow_rays = match (ways, canvas) {
+                (painted.colors, painted.shadow_rays) = match (ways, canvas) {
                     (Some(ways), Canvas::One(colors)) => {
+                        let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
                         let (n_open, mut counts) = lit.shade_open(at, proposed, control, colors)?;
-                        painted.colors = ColorCounts { device: n_pixels - n_open, cpu: n_open };
                         counts.add(ways);
-                        counts
+                        (ColorCounts { device: n_pixels - n_open, cpu: n_open }, counts)
                     }
-                    (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, control, out)?,
-                    (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, control, out)?,
-                    (_, Canvas::One(Colors::Linear(out))) => lit.shade(at, control, out)?,
-                    (_, Canvas::Every(out)) => lit.shade(at, control, out)?,
+                    (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, device, control, out)?,
+                    (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, device, control, out)?,
+                    (_, Canvas::One(Colors::Linear(out))) => lit.shade(at, device, control, out)?,
+                    (_, Canvas::Every(out)) => lit.shade(at, device, control, out)?,
                 };
                 if let Some(coverage) = coverage {
                     *coverage = lit.coverage(&samples, ids);

@@ -1,42 +1,119 @@
 //! Light as everyone computes it, for the kernels without a proof: shadow rays start on the surface as
-//! the kernel's arithmetic has it, or an epsilon away from it.
+//! the kernel's arithmetic has it, or an epsilon away from it. Twin of `shaders/plain_light.wgsl`.
 
 use super::lamp::{Lamp, Lighting, Origin};
 use super::lit::Job;
+use super::written::Written;
+use crate::control::Control;
+use crate::error::Result;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Hit, RayOf};
-use crate::prepare::Prepared;
+use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::{Bundle, Pixels};
 use crate::trace::{Rays, StageCounts};
+use crate::tracer::Tracer;
 use crate::vec3::{Real, Vec3, dot3};
 
-/// The mean colour of each pixel that it is asked for.
-pub(super) type Means<'a> = &'a (dyn Fn(usize) -> [f64; 3] + Sync);
+/// Samples whose light comes from a device at a time; bounds the memory for it.
+const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
-/// Does `work` with the mean colours of pixels.
-pub(super) fn with_means<R>(
+/// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where `device` lit them.
+pub(super) fn shade<T: Written>(
     job: &Job,
-    prepared: &Prepared,
-    samples: &Pixels,
-    epsilon: f64,
-    work: impl FnOnce(Means) -> R,
-) -> R {
-    let primary = Primary { job, prepared, samples, epsilon, work };
-    prepared.objects.with_twin(prepared.bundle(), prepared.near, primary)
+    (prepared, samples): (&Prepared, &Pixels),
+    device: Option<&mut (dyn Tracer + '_)>,
+    control: &Control,
+    colors: &mut [T],
+) -> Result<bool> {
+    if let Some(device) = device
+        && shade_with(device, job, (prepared, samples), control, colors)?
+    {
+        return Ok(true);
+    }
+    let work = |light: Light| {
+        job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, |sample| light(sample))))
+    };
+    let primary = Primary { job, prepared, samples, work };
+    prepared.objects.with_twin(prepared.bundle(), prepared.near, primary)?;
+    Ok(false)
 }
+
+/// The same with a device's light, some rows at a time. False where the device leaves it to the CPU.
+fn shade_with<T: Written>(
+    device: &mut (dyn Tracer + '_),
+    job: &Job,
+    (prepared, samples): (&Prepared, &Pixels),
+    control: &Control,
+    colors: &mut [T],
+) -> Result<bool> {
+    let lighting = lighting_of(job, prepared);
+    let n_samples = job.lit.style.n_samples;
+    let columns = (samples.width / n_samples).max(1) as usize;
+    let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
+    let mut lights = Vec::new();
+    for (number, colors) in colors.chunks_mut(n_rows * columns).enumerate() {
+        let first_row = number * n_rows;
+        let height = colors.len() / columns;
+        let rows = samples.rows(first_row as u32 * n_samples, height as u32 * n_samples);
+        if !device.light_plainly(&lighting, &rows, control, &mut lights)? {
+            return Ok(false);
+        }
+        let (first_pixel, first_sample) =
+            (first_row * columns, first_row * n_samples as usize * job.row);
+        let light = |sample: usize| lights[sample - first_sample];
+        job.run(control, colors, |at| T::of_plain(mean(job, first_pixel + at, light)))?;
+    }
+    Ok(true)
+}
+
+/// The lamps in the coordinates of the kernel.
+fn lighting_of(job: &Job, prepared: &Prepared) -> PlainLighting {
+    let Lighting { lamps, ambient, .. } = &job.lit.lighting;
+    let coordinates = prepared.coordinates();
+    let lamp = |lamp: &Lamp| {
+        let (at, kind) = match lamp.origin {
+            Origin::Eye => ([0.0; 3], lamp_kind::EYE),
+            Origin::Point(position) => (coordinates.of(position).to_array(), lamp_kind::POINT),
+            Origin::Sun(direction) => ((-direction).to_array(), lamp_kind::SUN),
+        };
+        PlainLamp { at, kind, weight: lamp.weight, shadows: lamp.shadows }
+    };
+    PlainLighting {
+        ambient: *ambient,
+        epsilon: job.lit.style.epsilon,
+        lamps: lamps.iter().map(lamp).collect(),
+    }
+}
+
+/// The mean colour of a pixel, from the light on what its samples see.
+fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for sample in job.samples(pixel) {
+        let id = job.ids[sample];
+        let light = if id == 0 { [1.0; 3] } else { light(sample) };
+        let color = job.color(id);
+        for channel in 0..3 {
+            sum[channel] += color[channel] * light[channel];
+        }
+    }
+    let n = job.n_counted(pixel) as f64;
+    sum.map(|part| part / n)
+}
+
+/// The light on what a sample sees.
+type Light<'a> = &'a (dyn Fn(usize) -> [f64; 3] + Sync);
 
 /// The work with the kernel for the camera's rays.
 struct Primary<'a, W> {
     job: &'a Job<'a>,
     prepared: &'a Prepared,
     samples: &'a Pixels,
-    epsilon: f64,
     work: W,
 }
 
-impl<R, W: FnOnce(Means) -> R> WithTwin for Primary<'_, W> {
+impl<R, W: FnOnce(Light) -> R> WithTwin for Primary<'_, W> {
     type Output = R;
 
     fn with<T: Twin>(self, twin: &T) -> R {
@@ -51,34 +128,19 @@ struct Shadows<'a, W, T> {
     twin: &'a T,
 }
 
-impl<R, W: FnOnce(Means) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
+impl<R, W: FnOnce(Light) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
     type Output = R;
 
     fn with<S: Twin>(self, shadows: &S) -> R {
-        let Shadows { primary: Primary { job, prepared, samples, epsilon, work }, twin } = self;
+        let Shadows { primary: Primary { job, prepared, samples, work }, twin } = self;
         let coordinates = prepared.coordinates();
         let camera = T::Float::camera(&coordinates, samples);
-        let plain = Plain { twin, shadows, coordinates, epsilon };
-        let lighting = &job.lit.lighting;
-        work(&|pixel| {
-            let mut sum = [0.0; 3];
-            for sample in job.samples(pixel) {
-                let (x, y) = samples.xy(sample);
-                let (i, j) = samples.offset2(x, y);
-                let light = match job.ids[sample] {
-                    0 => [1.0; 3],
-                    _ => {
-                        let ray = T::Float::pixel_ray(&camera, i, j);
-                        plain.light(&ray, &lighting.lamps, lighting.ambient)
-                    }
-                };
-                let color = job.color(job.ids[sample]);
-                for channel in 0..3 {
-                    sum[channel] += color[channel] * light[channel];
-                }
-            }
-            let n = job.n_counted(pixel) as f64;
-            sum.map(|part| part / n)
+        let (lighting, epsilon) = (&job.lit.lighting, job.lit.style.epsilon);
+        let plain = Plain { twin, shadows, coordinates, lighting, epsilon };
+        work(&|sample| {
+            let (x, y) = samples.xy(sample);
+            let (i, j) = samples.offset2(x, y);
+            plain.light(&T::Float::pixel_ray(&camera, i, j))
         })
     }
 }
@@ -88,31 +150,33 @@ struct Plain<'a, T, S> {
     twin: &'a T,
     shadows: &'a S,
     coordinates: Coordinates,
+    lighting: &'a Lighting,
     epsilon: f64,
 }
 
 impl<T: Twin, S: Twin> Plain<'_, T, S> {
     /// The light that a ray's hit gets.
-    fn light(&self, ray: &RayOf<T::Float>, lamps: &[Lamp], ambient: [f64; 3]) -> [f64; 3] {
+    fn light(&self, ray: &RayOf<T::Float>) -> [f64; 3] {
+        let Lighting { lamps, ambient, .. } = self.lighting;
         let hit = self.twin.closest(ray);
         if hit.id == 0 {
-            return ambient;
+            return *ambient;
         }
         let normal = self.twin.normal_at(ray, hit);
-        let mut light = ambient.map(T::Float::from_f64);
+        let mut sum = ambient.map(T::Float::from_f64);
         for lamp in lamps {
-            let Way { cosine, in_the_way, .. } = self.way(ray, hit, normal, lamp);
+            let Way { cosine, in_the_way, .. } = self.way_to(ray, hit, normal, lamp);
             if cosine > T::Float::ZERO && in_the_way.is_none() {
-                for (sum, weight) in light.iter_mut().zip(lamp.weight) {
+                for (sum, weight) in sum.iter_mut().zip(lamp.weight) {
                     *sum = *sum + T::Float::from_f64(weight) * cosine;
                 }
             }
         }
-        light.map(T::Float::to_f64)
+        sum.map(T::Float::to_f64)
     }
 
     /// The way from a hit to a lamp; what is in it is looked for where the lamp shines on the surface.
-    fn way(
+    fn way_to(
         &self,
         ray: &RayOf<T::Float>,
         hit: Hit<T::Float>,
@@ -231,11 +295,11 @@ impl<T: Twin> WithTwin for OneOf<'_, T> {
         if hit.id == 0 {
             return None;
         }
-        let plain = Plain { twin, shadows, coordinates, epsilon: 0.0 };
+        let plain = Plain { twin, shadows, coordinates, lighting, epsilon: 0.0 };
         let normal = twin.normal_at(&ray, hit);
         let to_f64 = |v: Vec3<T::Float>| v.0.map(T::Float::to_f64);
         let way = |lamp| {
-            let Way { way, cosine, in_the_way } = plain.way(&ray, hit, normal, lamp);
+            let Way { way, cosine, in_the_way } = plain.way_to(&ray, hit, normal, lamp);
             let in_the_way = in_the_way.map(|hit| (hit.id, hit.t.to_f64()));
             PlainWay { way: to_f64(way), cosine: cosine.to_f64(), in_the_way }
         };
@@ -245,7 +309,7 @@ impl<T: Twin> WithTwin for OneOf<'_, T> {
             at: to_f64(ray.origin + ray.direction * hit.t),
             normal: to_f64(normal),
             ways: lighting.lamps.iter().map(way).collect(),
-            light: plain.light(&ray, &lighting.lamps, lighting.ambient),
+            light: plain.light(&ray),
         })
     }
 }

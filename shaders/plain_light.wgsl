@@ -1,0 +1,143 @@
+// Light as everyone computes it, for the kernels without a proof: from the point that a ray hits, another ray goes
+// to each lamp, and what the kernel finds on it is in the way. It starts on the surface as the kernel's numbers
+// have it, or an epsilon away. Twin of src/shade/plain.rs.
+
+// Member order is checked against src/gpu/plain_light.rs by a test.
+struct Lighting {
+    ambient: Vec3,
+    // How far from a surface shadow rays start, world units.
+    epsilon: Real,
+    n_lamps: u32,
+}
+
+struct Lamp {
+    // The place of a point in the kernel's coordinates, or the way to a sun.
+    at: Vec3,
+    kind: u32,
+    // Linear light that a surface across its rays gets.
+    weight: Vec3,
+    shadows: u32,
+}
+
+// Three numbers a ray.
+@group(0) @binding(next) var<storage, read_write> lights: array<Real>;
+//#if spheres
+@group(0) @binding(next) var<storage, read> spheres: array<SphereRecord>;
+//#end
+//#if planes
+@group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
+//#end
+@group(0) @binding(next) var<uniform> lighting: Lighting;
+//#if few_lamps
+@group(0) @binding(next) var<uniform> lamps: array<Lamp, MOST_LAMPS>;
+//#else
+@group(0) @binding(next) var<storage, read> lamps: array<Lamp>;
+//#end
+
+//#if kept
+// The objects, loaded once: within the loop over the lamps a software device would load each for each ray.
+//#each sphere
+var<private> OBJECT: SphereRecord;
+//#end
+//#each plane
+var<private> OBJECT: PlaneRecord;
+//#end
+//#end
+
+// What a ray from anywhere meets first.
+fn closest_from_anywhere(ray: Ray) -> Hit {
+    var hit = Hit(params.infinity, 0u);
+    //#if moved
+    //#each sphere
+    hit = closer_sphere(ray, hit, sphere_from(ray, OBJECT), INDEX + 1u);
+    //#end
+    //#each plane
+    hit = closer_plane(ray, hit, plane_from(ray, OBJECT), params.n_spheres + INDEX + 1u);
+    //#end
+    //#else
+    //#each sphere
+    hit = closer_sphere(ray, hit, OBJECT, INDEX + 1u);
+    //#end
+    //#each plane
+    hit = closer_plane(ray, hit, OBJECT, params.n_spheres + INDEX + 1u);
+    //#end
+    //#end
+    return hit;
+}
+
+// Whether the shadow ray, which starts epsilon nearer to the lamp, meets something before it. The lamp is at s = 1.
+fn in_the_way(point: Vec3, way: Vec3, length: Real, is_endless: bool) -> bool {
+    let step = lighting.epsilon / length;
+    let origin = point + way * step;
+    let hit = closest_from_anywhere(ray_from(origin, Vec3(0.0), way));
+    return hit.id != 0u && (is_endless || hit.t < 1.0 - step);
+}
+
+// The way from a hit to a lamp.
+struct Way {
+    way: Vec3,
+    // n·ω
+    cosine: Real,
+    is_blocked: bool,
+}
+
+fn way_to(ray: Ray, hit: Hit, normal: Vec3, lamp: Lamp) -> Way {
+    let point = ray.origin + ray.direction * hit.t;
+    var way = lamp.at;
+    if lamp.kind == LAMP_EYE {
+        way = -(ray.direction * hit.t);
+    }
+    if lamp.kind == LAMP_POINT {
+        way = lamp.at - point;
+    }
+    let length = sqrt(dot3(way, way));
+    let cosine = dot3(normal, way) * (1.0 / length);
+    var is_blocked = false;
+    if cosine > 0.0 && lamp.shadows != 0u {
+        is_blocked = in_the_way(point, way, length, lamp.kind == LAMP_SUN);
+    }
+    return Way(way, cosine, is_blocked);
+}
+
+// The light that a ray's hit gets: ambient + Σ I n·ω over the lamps that count.
+fn light(ray: Ray) -> Vec3 {
+    let hit = closest(ray);
+    var sum = lighting.ambient;
+    if hit.id != 0u {
+        let normal = normal_at(ray, hit);
+        for (var i = 0u; i < lighting.n_lamps; i++) {
+            let lamp = lamps[i];
+            let way = way_to(ray, hit, normal, lamp);
+            if way.cosine > 0.0 && !way.is_blocked {
+                sum += lamp.weight * way.cosine;
+            }
+        }
+    }
+    return sum;
+}
+
+@compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
+fn render(@builtin(global_invocation_id) pixel: vec3u) {
+    //#if kept
+    //#each sphere
+    OBJECT = spheres[INDEX];
+    //#end
+    //#each plane
+    OBJECT = planes[INDEX];
+    //#end
+    //#end
+    let index = pixel.y * params.width + pixel.x;
+    let i = Real(params.offset_i + 2 * i32(pixel.x));
+    let j = Real(params.offset_j - 2 * i32(pixel.y));
+    //#if point
+    let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
+    //#else
+    let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
+    //#end
+    let seen = light(ray);
+    if pixel.x < params.width && index < params.n_rays {
+        lights[3u * index] = seen.x;
+        lights[3u * index + 1u] = seen.y;
+        lights[3u * index + 2u] = seen.z;
+    }
+}

@@ -1,0 +1,51 @@
+//! The light of a picture for a device that shades as a kernel without a proof does.
+
+/// How a shader has the lamps of [`PlainLighting`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lamps {
+    /// Up to [`PlainLighting::FEW_LAMPS`], in a uniform, which all rays read at once.
+    Few,
+    /// Any number, in a list.
+    Many,
+}
+
+/// The light of a picture in the coordinates of a kernel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainLighting {
+    /// Light from nowhere.
+    pub ambient: [f64; 3],
+    /// How far from a surface shadow rays start, world units.
+    pub epsilon: f64,
+    /// Lights and suns of the sky.
+    pub lamps: Vec<PlainLamp>,
+}
+
+/// A light, or a sun of the sky.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainLamp {
+    /// The place of a point, or the way to a sun.
+    pub at: [f64; 3],
+    /// One of [`lamp_kind`](super::lamp_kind).
+    pub kind: u32,
+    /// [`Lamp::weight`](crate::shade::Lamp::weight)
+    pub weight: [f64; 3],
+    /// Whether objects are in its way.
+    pub shadows: bool,
+}
+
+impl PlainLighting {
+    /// Up to so many objects a shader keeps from one lamp to the next: of 8 numbers each, they take 192 of the 255
+    /// registers that a thread has on most devices.
+    pub const FEW_OBJECTS: usize = 24;
+
+    /// So many lamps of 64 bytes are in reach of every device's uniforms, which hold 16 KiB.
+    pub const FEW_LAMPS: usize = 128;
+
+    /// How a shader has the lamps.
+    pub fn list(&self) -> Lamps {
+        match self.lamps.len() <= PlainLighting::FEW_LAMPS {
+            true => Lamps::Few,
+            false => Lamps::Many,
+        }
+    }
+}
