@@ -118,7 +118,7 @@
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
 //!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
 //!    ([`exact::nearest`]) the rest; `certify/rows.rs` fills in `t` and normals of neighbours that see
-//!    one object, `certify/lanes.rs` those of others, or `shaders/surface.wgsl` on a GPU where it is
+//!    one object, and the points where light falls on them, `certify/lanes.rs` those of others, or `shaders/surface.wgsl` on a GPU where it is
 //!    sure of each byte.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
 //!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly

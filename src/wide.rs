@@ -54,7 +54,8 @@ pub trait SideBySide: Number {
     /// The same vector in all places.
     #[inline(always)]
     fn like3(self, v: Vec3<Self::Plain>) -> Vec3<Self> {
-        Vec3(v.0.map(|component| self.like(component)))
+        let Vec3([x, y, z]) = v;
+        Vec3([self.like(x), self.like(y), self.like(z)])
     }
 
     /// The smaller of two numbers.

@@ -92,12 +92,12 @@ pub struct Surfaces<'a> {
 /// Neighbours in a row that hit one object.
 #[derive(Clone, Copy, Default)]
 pub struct Run {
-    id: u32,
+    pub id: u32,
     /// Where in the part they begin.
-    at: usize,
-    n: usize,
+    pub at: usize,
+    pub n: usize,
     /// [`crate::rays::Pixels::offset2`] of the first one, where they are pixels.
-    offset: (i64, i64),
+    pub offset: (i64, i64),
 }
 
 impl Run {

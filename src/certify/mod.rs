@@ -40,7 +40,7 @@ use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, Pack, Points};
+pub(crate) use point::{LANES, Pack, Points, registers};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified

@@ -2,14 +2,17 @@
 
 use std::ops::Range;
 
-use super::lanes::{self, Output, Part, Queue};
+use super::lanes::{self, Output, Part, Queue, Run};
+use super::rows::{Finds, RowSight};
 use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
-use super::{Completer, Stage, nearness};
+use super::{Completer, Stage, StageRays, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
 use crate::guard::{InputError, ROOM, UNIT_F64};
 use crate::kernel::RayOf;
+use crate::rays::{CameraF64, Pixels};
 use crate::scene::Object;
 use crate::vec3::{Vec3, dot3};
+use crate::wide::{Holds, SideBySide, WideF64};
 #[cfg(feature = "gpu")]
 use crate::{
     guard::{LIST_F64, input_of_picture, steps},
@@ -19,12 +22,23 @@ use crate::{
 /// Points side by side.
 pub const LANES: usize = 8;
 
+/// Where the registers of a row of [`LANES`] numbers begin.
+#[inline(always)]
+pub fn registers<S: pulp::Simd>() -> impl Iterator<Item = usize> {
+    (0..LANES).step_by(WideF64::<S>::LANES)
+}
+
+/// Objects whose numbers are kept from one row to the next.
+const KEPT: usize = 16;
+
 /// Points of surfaces, relative to [`Prepared::reference`](crate::prepare::Prepared::reference), and the
 /// unit normals there that face the rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Pack {
     /// The objects' ids, 0 where there is none.
     pub id: [u32; LANES],
+    /// 1 where there is an object, 0 elsewhere.
+    pub is_object: [f64; LANES],
     /// The points.
     pub at: [[f64; LANES]; 3],
     /// Bounds of their distances from the true ones; infinite where nothing is known.
@@ -43,6 +57,7 @@ impl Pack {
     /// No points.
     pub(crate) const NONE: Pack = Pack {
         id: [0; LANES],
+        is_object: [0.0; LANES],
         at: [[0.0; LANES]; 3],
         error: [f64::INFINITY; LANES],
         normal: [[0.0; LANES]; 3],
@@ -50,6 +65,17 @@ impl Pack {
         is_inside: [false; LANES],
         direction: [[1.0; LANES]; 3],
     };
+
+    /// Forgets its points for those of other objects.
+    fn reset(&mut self, ids: &[u32]) {
+        self.id = [0; LANES];
+        self.id[..ids.len()].copy_from_slice(ids);
+        for lane in 0..LANES {
+            self.is_object[lane] = if self.id[lane] != 0 { 1.0 } else { 0.0 };
+        }
+        (self.error, self.normal_error) = (Pack::NONE.error, Pack::NONE.normal_error);
+        self.is_inside = [false; LANES];
+    }
 
     #[inline(always)]
     fn set(&mut self, lane: usize, point: &PointF64, is_inside: bool, direction: Vec3<f64>) {
@@ -123,22 +149,25 @@ pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
     ]
 }
 
-/// The points of consecutive rays.
+/// The points of consecutive rays of one [`Stage`].
 #[derive(Default)]
 pub struct Points {
     /// In the order of the rays.
     pub packs: Vec<Pack>,
+    /// Objects as all rays see them, with their ids, each in the place that its id gives it.
+    sights: Vec<(u32, Option<RowSight>)>,
+    lengths: Option<Lengths>,
 }
 
 impl Points {
     /// Finds the points that rays from `first` on see, whose objects are known.
     pub fn find(&mut self, completer: &mut Completer, first: usize, ids: &[u32]) {
         let stage = completer.stage();
-        self.packs.clear();
         self.packs.resize(ids.len().div_ceil(LANES), Pack::NONE);
-        for (at, &id) in ids.iter().enumerate() {
-            self.packs[at / LANES].id[at % LANES] = id;
+        for (pack, ids) in self.packs.iter_mut().zip(ids.chunks(LANES)) {
+            pack.reset(ids);
         }
+        self.sights.resize_with(KEPT, || (0, None));
         let mut part = Part { first, id: ids, out: Found8 { points: self, first } };
         completer.complete_in_f64(&mut part);
         for at in completer.open.drain(..) {
@@ -159,6 +188,27 @@ struct Found8<'a> {
 }
 
 impl Output for Found8<'_> {
+    fn take_run(&mut self, stage: &Stage, run: &Run, open: &mut Vec<usize>) -> bool {
+        let StageRays::Pixels { pixels, camera, .. } = &stage.rays else { return false };
+        let Points { packs, sights, lengths } = &mut *self.points;
+        let kept = &mut sights[run.id as usize % KEPT];
+        if kept.0 != run.id {
+            *kept = (run.id, stage.point_sight(run.id));
+        }
+        let lengths = *lengths.get_or_insert_with(|| Lengths::new(pixels, stage.bounds.input));
+        let arch = pulp::Arch::new();
+        match &kept.1 {
+            None => return false,
+            Some(RowSight::Sphere(sight)) => {
+                arch.dispatch(FindRun { sight, camera, run, lengths, packs, open });
+            }
+            Some(RowSight::Plane(sight)) => {
+                arch.dispatch(FindRun { sight, camera, run, lengths, packs, open });
+            }
+        }
+        true
+    }
+
     fn miss(&mut self, _: Range<usize>) {}
 
     fn take<S: Sight, const N: usize>(
@@ -186,6 +236,88 @@ impl Output for Found8<'_> {
             }
             let pack = &mut self.points.packs[at / LANES];
             pack.set(at % LANES, &point, S::IS_INSIDE, hits.hit(lane).0);
+        }
+    }
+}
+
+/// What the errors of a picture's points share.
+#[derive(Clone, Copy)]
+struct Lengths {
+    /// No direction is longer.
+    longest: f64,
+    /// Of `t`, as a length.
+    of_t: f64,
+    /// What no ray's origin adds more than.
+    of_origin: f64,
+}
+
+impl Lengths {
+    fn new(pixels: &Pixels, input: InputError) -> Lengths {
+        let longest = pixels.longest_direction();
+        Lengths {
+            longest,
+            of_t: UNIT_F64 * of_point(input) * longest,
+            of_origin: ROOM * UNIT_F64 * of_origin(input) * pixels.spread(),
+        }
+    }
+}
+
+/// Neighbours that hit one object. The places of those that are left open go into `open`.
+///
+/// The errors are those of [`PointF64::new`]: `|d|·Δ` is what [`Finds::reach`] says of `t`, and the lengths of
+/// the ray and of its origin are those that none in the picture exceeds.
+struct FindRun<'a, T> {
+    sight: &'a T,
+    camera: &'a CameraF64,
+    run: &'a Run,
+    lengths: Lengths,
+    packs: &'a mut [Pack],
+    open: &'a mut Vec<usize>,
+}
+
+impl<T: Finds> pulp::WithSimd for FindRun<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let FindRun { sight, camera, run, lengths, packs, open } = self;
+        let Lengths { longest, of_t, of_origin } = lengths;
+        let like = |number: f64| WideF64::splat(simd, number);
+        let lanes: [f64; LANES] = std::array::from_fn(|lane| lane as f64);
+        let j = like(run.offset.1 as f64);
+        let (first, end) = (run.at, run.at + run.n);
+        for number in first / LANES..end.div_ceil(LANES) {
+            let pack = &mut packs[number];
+            let start = number * LANES;
+            let mut n_known = 0;
+            for at in registers::<S>() {
+                let places = WideF64::load(simd, &lanes[at..]) + like(start as f64);
+                let columns = (places - like(first as f64)) * like(2.0);
+                let rays = camera.camera_rays(like(run.offset.0 as f64) + columns, j);
+                let found = sight.reach(&rays, longest);
+                let is_in_run = like(first as f64).le(places).and(places.lt(like(end as f64)));
+                let is_known = found.is_known.and(is_in_run);
+                let place = rays.origin + rays.direction * found.t;
+                let error = like(ROOM) * (found.error + found.t * like(of_t)) + like(of_origin);
+                let put = |to: &mut [f64; LANES], numbers: WideF64<S>| {
+                    let to = &mut to[at..];
+                    is_known.select(numbers, WideF64::load(simd, to)).store(to);
+                };
+                for axis in 0..3 {
+                    put(&mut pack.at[axis], place.0[axis]);
+                    put(&mut pack.normal[axis], found.normal.0[axis]);
+                    put(&mut pack.direction[axis], rays.direction.0[axis]);
+                }
+                put(&mut pack.error, error);
+                put(&mut pack.normal_error, found.normal_error);
+                n_known += is_known.bits().count_ones() as usize;
+            }
+            let lanes = first.max(start) - start..end.min(start + LANES) - start;
+            pack.is_inside[lanes.clone()].fill(sight.is_inside());
+            if n_known < lanes.len() {
+                let is_open = |lane: &usize| pack.error[*lane] == f64::INFINITY;
+                open.extend(lanes.filter(is_open).map(|lane| start + lane));
+            }
         }
     }
 }
@@ -275,7 +407,7 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
     use crate::prepare::Prepared;
-    use crate::rays::{Pixels, Rays, View};
+    use crate::rays::{Rays, View};
     use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 
     /// A sphere and a plane as a camera at the origin sees them, from far or from inside.
@@ -297,14 +429,18 @@ mod tests {
         Arc::new(Scene { camera: Some(camera), spheres, planes: vec![plane], ..Scene::default() })
     }
 
+    /// A width of pictures whose points are found side by side, each with its own object, and one whose points are
+    /// found as neighbours in a row.
+    const WIDTHS: [u32; 2] = [7, 19];
+
     /// Of points that many rays see: how many are known, and those farther from the true ones than
     /// `share` of their bounds.
-    fn look(share: f64) -> (usize, Vec<String>) {
+    fn look(width: u32, share: f64) -> (usize, Vec<String>) {
         let mut rng = ChaCha8Rng::seed_from_u64(1405);
         let (mut n_known, mut wrong) = (0, Vec::new());
         for _ in 0..200 {
             let scene = scene(&mut rng);
-            let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 9, 7);
+            let pixels = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), width, 5);
             let rays = Rays::Pixels(pixels);
             let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
@@ -347,15 +483,19 @@ mod tests {
 
     #[test]
     fn points_are_within_their_bounds() {
-        let (n_known, wrong) = look(1.0);
-        assert!(wrong.is_empty(), "{}", wrong[0]);
-        assert!(n_known > 8000, "{n_known}");
+        for width in WIDTHS {
+            let (n_known, wrong) = look(width, 1.0);
+            assert!(wrong.is_empty(), "{}", wrong[0]);
+            assert!(n_known > 700 * width as usize, "{n_known}");
+        }
     }
 
     /// `t`'s bounds are those of the filter, of which `tests/guards.rs` tells how wide they are: wrong points
     /// begin at a 32nd.
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
-        assert!(!look(1.0 / 48.0).1.is_empty());
+        for width in WIDTHS {
+            assert!(!look(width, 1.0 / 48.0).1.is_empty(), "{width}");
+        }
     }
 }

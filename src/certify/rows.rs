@@ -15,7 +15,7 @@ use crate::kernel::certified::closest_approach;
 use crate::rays::{CameraF64, Lens, Pixels};
 use crate::scene::{Object, Sphere};
 use crate::vec3::{Vec3, dot3};
-use crate::wide::{SideBySide, WideF64};
+use crate::wide::{Holds, MaskF64, SideBySide, WideF64};
 
 /// Part of `t` up to which an error is of use: f32 then leaves one of a thousand rays open.
 const MOST_ERROR: f64 = 1.0 / (1u64 << 36) as f64;
@@ -34,6 +34,18 @@ pub struct Found<S: Simd> {
     normal: Vec3<WideF64<S>>,
 }
 
+/// Where rays meet what they hit, seen from their origins.
+pub struct Reached<S: Simd> {
+    /// Where the others are known.
+    pub is_known: MaskF64<S>,
+    pub t: WideF64<S>,
+    /// What `t` is off by, as a length.
+    pub error: WideF64<S>,
+    /// Of about unit length, towards the origin.
+    pub normal: Vec3<WideF64<S>>,
+    pub normal_error: WideF64<S>,
+}
+
 /// An object as all rays of a picture see it.
 pub enum RowSight {
     Sphere(SphereRow),
@@ -41,8 +53,14 @@ pub enum RowSight {
 }
 
 /// What rays that hit an object find.
-trait Finds {
+pub trait Finds {
+    /// True for a sphere that the rays start in.
+    fn is_inside(&self) -> bool {
+        false
+    }
     fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S>;
+    /// The same with bounds for each ray; none is longer than `longest`.
+    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S>;
 }
 
 /// A sphere that all rays start outside of, or all inside.
@@ -54,28 +72,65 @@ pub struct SphereRow {
     guard: ChordGuard,
 }
 
-impl Finds for SphereRow {
-    /// The normal is that of [`crate::kernel::certified::half_chord_radius`], in the same steps.
+/// A chord of a sphere.
+struct Chord<S: Simd> {
+    /// Whether its bounds hold.
+    is_known: MaskF64<S>,
+    half: WideF64<S>,
+    /// At the visible end.
+    t: WideF64<S>,
+    radius: Vec3<WideF64<S>>,
+}
+
+impl SphereRow {
+    /// The radius is [`crate::kernel::certified::half_chord_radius`], in the same steps.
     #[inline(always)]
-    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
-        let &SphereRow { center, r, is_outside, guard: ChordGuard { least2, error } } = self;
+    fn chord<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Chord<S> {
+        let &SphereRow { center, r, is_outside, guard: ChordGuard { least2, .. } } = self;
         let &RayOf { origin, direction, a, inv_a, .. } = rays;
-        let (zero, error) = (a.like(0.0), a.like(error));
         let l = a.like3(center) - origin;
         let (s, m) = closest_approach(direction, inv_a, l);
         let p = l - direction * s;
         let chord2 = a.like(r * r) - m;
-        let half_chord = (chord2.max(zero) * inv_a).sqrt();
-        let chord = direction * half_chord;
+        let half = (chord2.max(a.like(0.0)) * inv_a).sqrt();
+        let chord = direction * half;
         let (t, radius) = match is_outside {
-            true => (s - half_chord, -p - chord),
-            false => (s + half_chord, p - chord),
+            true => (s - half, -p - chord),
+            false => (s + half, p - chord),
         };
-        let is_known = a.like(least2).le(chord2);
+        Chord { is_known: a.like(least2).le(chord2), half, t, radius }
+    }
+}
+
+impl Finds for SphereRow {
+    fn is_inside(&self) -> bool {
+        !self.is_outside
+    }
+
+    #[inline(always)]
+    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
+        let a = rays.a;
+        let error = a.like(self.guard.error);
+        let Chord { is_known, t, radius, .. } = self.chord(rays);
         Found {
-            low: is_known.select(t - error, zero),
+            low: is_known.select(t - error, a.like(0.0)),
             high: t + error,
             normal: radius * (a.like(1.0) / dot3(radius, radius).sqrt()),
+        }
+    }
+
+    #[inline(always)]
+    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S> {
+        let like = |number: f64| rays.a.like(number);
+        let ChordGuard { slack, of_chord, of_normal, .. } = self.guard;
+        let Chord { is_known, half, t, radius } = self.chord(rays);
+        let of_half = like(of_chord) / half;
+        Reached {
+            is_known: is_known.and(like(0.0).lt(t)),
+            t,
+            error: like(slack * longest) + of_half,
+            normal: radius * like(1.0 / self.r),
+            normal_error: (like(of_normal) + of_half) * like(1.01 / self.r),
         }
     }
 }
@@ -92,24 +147,51 @@ pub struct PlaneRow {
     slope_error: f64,
 }
 
-impl Finds for PlaneRow {
+/// Where rays meet a plane.
+struct Crossing<S: Simd> {
+    is_known: MaskF64<S>,
+    t: WideF64<S>,
+    error: WideF64<S>,
+    normal: Vec3<WideF64<S>>,
+}
+
+impl PlaneRow {
     #[inline(always)]
-    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
+    fn crossing<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Crossing<S> {
         let &PlaneRow { point, normal, unit, offset_error, slope_error } = self;
         let &RayOf { origin, direction, a, .. } = rays;
-        let (zero, normal, unit) = (a.like(0.0), a.like3(normal), a.like3(unit));
+        let (normal, unit) = (a.like3(normal), a.like3(unit));
         let slope = dot3(direction, normal);
         let inverse = a.like(1.0) / slope;
         let t = dot3(a.like3(point) - origin, normal) * inverse;
         let of_quotient = inverse.abs() * (a.like(offset_error) + t * a.like(slope_error));
-        let error = of_quotient * a.like(QUOTIENT) + t * a.like(INVERSE * UNIT_F64);
-        let is_known = a.like(slope_error).lt(slope.abs() * a.like(MOST_OF_SLOPE));
-        let is_along = zero.lt(dot3(unit, direction));
+        let is_along = a.like(0.0).lt(dot3(unit, direction));
         let [x, y, z] = unit.0;
-        Found {
-            low: is_known.select(t - error, zero),
-            high: t + error,
+        Crossing {
+            is_known: a.like(slope_error).lt(slope.abs() * a.like(MOST_OF_SLOPE)),
+            t,
+            error: of_quotient * a.like(QUOTIENT) + t * a.like(INVERSE * UNIT_F64),
             normal: Vec3([is_along.select(-x, x), is_along.select(-y, y), is_along.select(-z, z)]),
+        }
+    }
+}
+
+impl Finds for PlaneRow {
+    #[inline(always)]
+    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
+        let Crossing { is_known, t, error, normal } = self.crossing(rays);
+        Found { low: is_known.select(t - error, t.like(0.0)), high: t + error, normal }
+    }
+
+    #[inline(always)]
+    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S> {
+        let Crossing { is_known, t, error, normal } = self.crossing(rays);
+        Reached {
+            is_known: is_known.and(t.like(0.0).lt(t)),
+            t,
+            error: error * t.like(longest),
+            normal,
+            normal_error: t.like(guard::steps::NORMALIZED * UNIT_F64),
         }
     }
 }
@@ -117,15 +199,32 @@ impl Finds for PlaneRow {
 impl Stage<'_> {
     /// An object as all rays of the picture see it; `None` for lists, and where that is of no use.
     pub fn row_sight(&self, id: u32) -> Option<RowSight> {
+        self.sight_with(id, MOST_ERROR)
+    }
+
+    /// The same, for those who want bounds for each ray.
+    pub fn point_sight(&self, id: u32) -> Option<RowSight> {
+        self.sight_with(id, f64::INFINITY)
+    }
+
+    fn sight_with(&self, id: u32, most_error: f64) -> Option<RowSight> {
         let StageRays::Pixels { pixels, .. } = &self.rays else { return None };
         match self.scene.object(id)? {
             _ if !self.usable => None,
-            Object::Sphere(sphere) => self.sphere_row(pixels, id, sphere).map(RowSight::Sphere),
+            Object::Sphere(sphere) => {
+                self.sphere_row(pixels, (id, sphere), most_error).map(RowSight::Sphere)
+            }
             Object::Plane(_) => self.plane_row(pixels, self.plane(id)).map(RowSight::Plane),
         }
     }
 
-    fn sphere_row(&self, pixels: &Pixels, id: u32, sphere: &Sphere) -> Option<SphereRow> {
+    /// `most_error` is the part of `t` up to which an error that all rays share is of use.
+    fn sphere_row(
+        &self,
+        pixels: &Pixels,
+        (id, sphere): (u32, &Sphere),
+        most_error: f64,
+    ) -> Option<SphereRow> {
         let (center, r) = (sphere.center - pixels.view.position, sphere.radius.abs());
         let from_position = guard::length_bound(center);
         let distance = from_position + pixels.spread();
@@ -147,7 +246,7 @@ impl Stage<'_> {
             }
         };
         let guard = ChordGuard::new(r, distance, self.bounds.input, NORMAL_TOLERANCE)?;
-        let is_of_use = guard.error <= MOST_ERROR * least_t
+        let is_of_use = (most_error == f64::INFINITY || guard.error <= most_error * least_t)
             && (is_outside || pixels.view.lens == Lens::Perspective);
         is_of_use.then_some(SphereRow { center: center.into(), r, is_outside, guard })
     }

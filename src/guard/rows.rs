@@ -41,6 +41,15 @@ pub struct ChordGuard {
     pub least2: f64,
     /// Of `t`, then, for `|d| ≥ 1`.
     pub error: f64,
+    /// The part of that which is the same for all rays.
+    pub slack: f64,
+    /// Over half a chord, as the `t` between its ends, it bounds how far that half is off, as a length:
+    /// `h|d| = √(r² − m)`, which is at least `h`.
+    pub of_chord: f64,
+    /// With what half a chord is off by, over the radius, it bounds what a normal is off by:
+    /// [`super::most_width`] solved for the tolerance. A normal that is divided by the radius is off by less
+    /// than one by its own length.
+    pub of_normal: f64,
 }
 
 impl ChordGuard {
@@ -56,6 +65,12 @@ impl ChordGuard {
         let width2 = 1.01 * (outer2 - inner2);
         let for_normal = 1.01 * CHORD * width2 / most_width;
         let least2 = (LEAST * r * r).max(4.0 * width2).max(for_normal * for_normal);
-        Some(ChordGuard { least2, error: 1.01 * (slack + CHORD * width2 / least2.sqrt()) })
+        Some(ChordGuard {
+            least2,
+            error: 1.01 * (slack + CHORD * width2 / least2.sqrt()),
+            slack: 1.01 * slack,
+            of_chord: 1.01 * CHORD * width2,
+            of_normal: 1.01 * (tolerance * r - most_width),
+        })
     }
 }

@@ -1,5 +1,7 @@
 //! The ranges of linear values that sRGB bytes and 16-bit numbers stand for.
 
+#![allow(clippy::needless_range_loop, reason = "the places of several arrays go side by side")]
+
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
@@ -25,12 +27,33 @@ pub struct Edges {
     /// The number at the beginning of each of equal parts of `0..1`, and at 1. No part has more
     /// than one edge.
     index: Vec<u16>,
+    /// The number at the beginning of each of the parts half a part lower. With both ends, no part has more
+    /// than one edge.
+    nearest: Vec<u16>,
+    /// `above`, with infinity for no value.
+    ends: Vec<f64>,
+    /// Both for bytes.
+    of_bytes: Box<OfBytes>,
 }
+
+/// [`Edges::nearest`] and [`Edges::ends`] of bytes, in tables with a place for each number that a place in them
+/// can be made of; empty for others.
+#[derive(Debug)]
+struct OfBytes {
+    nearest: [u8; 2 * BYTE_PARTS],
+    ends: [f64; 512],
+}
+
+/// Parts of `0..1` for bytes.
+const BYTE_PARTS: usize = 1 << 12;
+
+/// From here to twice as much, f64 has whole numbers alone.
+const WHOLE: f64 = (1u64 << 52) as f64;
 
 impl Edges {
     /// Those of bytes.
     pub fn srgb8() -> &'static Edges {
-        static SRGB8: LazyLock<Edges> = LazyLock::new(|| Edges::new(255, 1 << 12));
+        static SRGB8: LazyLock<Edges> = LazyLock::new(|| Edges::new(255, BYTE_PARTS));
         &SRGB8
     }
 
@@ -50,8 +73,21 @@ impl Edges {
             index.resize((edge * n_parts as f64).ceil() as usize, number);
         }
         index.resize(n_parts + 1, largest);
+        let mut nearest = Vec::with_capacity(n_parts + 1);
+        for (number, edge) in (0..).zip(&above) {
+            nearest.resize((edge * n_parts as f64 + 0.5).ceil() as usize, number);
+        }
+        nearest.resize(n_parts + 1, largest);
+        let ends: Vec<f64> = above.iter().copied().chain([f64::INFINITY; 2]).collect();
         above.push(f64::NAN);
-        Edges { above, index }
+        let mut of_bytes = OfBytes { nearest: [0; 2 * BYTE_PARTS], ends: [f64::INFINITY; 512] };
+        if largest == 255 {
+            of_bytes.ends[..ends.len()].copy_from_slice(&ends);
+            for (byte, &number) in of_bytes.nearest.iter_mut().zip(&nearest) {
+                *byte = number as u8;
+            }
+        }
+        Edges { above, index, nearest, ends, of_bytes: Box::new(of_bytes) }
     }
 
     /// The number whose range holds a linear value; 0 for NaN.
@@ -64,6 +100,41 @@ impl Edges {
         first + u16::from(self.above[usize::from(first)] <= linear)
     }
 
+    /// The numbers of linear values side by side, and whether the values in `high` have the same ones. These are
+    /// not below the values in `low`, or no numbers.
+    #[inline(always)]
+    pub(crate) fn numbers<const N: usize>(
+        &self,
+        low: &[f64; N],
+        high: &[f64; N],
+    ) -> ([u16; N], [bool; N]) {
+        let Edges { nearest, ends, .. } = self;
+        let parts = places((nearest.len() - 1) as f64, low);
+        let (mut numbers, mut are_same) = ([0; N], [false; N]);
+        for at in 0..N {
+            let first = nearest[parts[at].to_bits() as u32 as usize];
+            let number = first + u16::from(ends[usize::from(first)] <= low[at]);
+            numbers[at] = number;
+            are_same[at] = high[at] < ends[usize::from(number)];
+        }
+        (numbers, are_same)
+    }
+
+    /// [`Edges::numbers`] of bytes.
+    #[inline(always)]
+    pub(crate) fn bytes<const N: usize>(low: &[f64; N], high: &[f64; N]) -> ([u8; N], [bool; N]) {
+        let OfBytes { nearest, ends } = &*Edges::srgb8().of_bytes;
+        let parts = places(BYTE_PARTS as f64, low);
+        let (mut bytes, mut are_same) = ([0; N], [false; N]);
+        for at in 0..N {
+            let first = usize::from(nearest[parts[at].to_bits() as usize % (2 * BYTE_PARTS)]);
+            let number = first + usize::from(ends[first] <= low[at]);
+            bytes[at] = number as u8;
+            are_same[at] = high[at] < ends[number];
+        }
+        (bytes, are_same)
+    }
+
     /// The ends of a number's range: it holds the linear values from the first to below the
     /// second. The ends of all are infinite. A number beyond the largest has the range of that.
     pub fn range(&self, number: u16) -> (f64, f64) {
@@ -73,6 +144,19 @@ impl Edges {
         let high = if number == largest { f64::INFINITY } else { self.above[number] };
         (low, high)
     }
+}
+
+/// The place of the nearest of so many parts, in the last bits of each number.
+#[inline(always)]
+fn places<const N: usize>(n_parts: f64, linear: &[f64; N]) -> [f64; N] {
+    let mut places = [0.0; N];
+    for at in 0..N {
+        let part = linear[at] * n_parts;
+        let part = if part > 0.0 { part } else { 0.0 };
+        // The sum is rounded to a whole number.
+        places[at] = (if part < n_parts { part } else { n_parts }) + WHOLE;
+    }
+    places
 }
 
 #[cfg(test)]
@@ -112,6 +196,38 @@ mod tests {
     }
 
     #[test]
+    fn numbers_side_by_side_are_those_of_each() {
+        for (edges, largest) in both() {
+            let mut ends = vec![-1.0, -0.0, 0.0, 1e-300, 0.5, 1.0, 7.0, 1e300];
+            for number in (1..=largest).step_by(1 + usize::from(largest) / 500) {
+                let (edge, _) = edges.range(number);
+                ends.extend([edge.next_down(), edge, edge.next_up()]);
+            }
+            for part in (0..edges.nearest.len()).step_by(1 + edges.nearest.len() / 5000) {
+                let middle = (part as f64 + 0.5) / (edges.nearest.len() - 1) as f64;
+                ends.extend([middle.next_down(), middle, middle.next_up()]);
+            }
+            ends.sort_by(f64::total_cmp);
+            for n_on in 0..5 {
+                for (low, high) in ends.iter().zip(&ends[n_on..]) {
+                    let ([number], [is_same]) = edges.numbers(&[*low], &[*high]);
+                    assert_eq!(number, edges.number(*low));
+                    assert_eq!(is_same, edges.number(*high) == number, "{low:e} {high:e}");
+                    if largest == 255 {
+                        let of_bytes = Edges::bytes(&[*low], &[*high]);
+                        assert_eq!(of_bytes, ([number as u8], [is_same]), "{low:e} {high:e}");
+                    }
+                }
+            }
+            for nothing in [f64::NAN, f64::INFINITY] {
+                assert_eq!(edges.numbers(&[0.0], &[nothing]).1, [false]);
+                assert_eq!(edges.numbers(&[nothing], &[nothing]).1, [false]);
+                assert_eq!(Edges::bytes(&[nothing], &[nothing]).1, [false]);
+            }
+        }
+    }
+
+    #[test]
     fn what_is_outside_belongs_to_the_number_next_to_it() {
         for (edges, largest) in both() {
             for (linear, number) in [
@@ -136,6 +252,11 @@ mod tests {
     fn a_part_has_at_most_one_edge() {
         for (edges, _) in both() {
             assert!(edges.index.windows(2).all(|two| two[1] - two[0] <= 1));
+            for (part, &first) in edges.nearest.iter().enumerate() {
+                let n_parts = (edges.nearest.len() - 1) as f64;
+                let ends = [-0.5, 0.5].map(|end| bisected(edges, (part as f64 + end) / n_parts));
+                assert!(ends[0] == first && ends[1] - first <= 1, "{part}: {first} {ends:?}");
+            }
         }
     }
 

@@ -37,7 +37,8 @@
 //!   `3ε|l|` of the dot product, and by `|l|` times what the ends of `w` are off, `2E`.
 
 use crate::guard::{ROOM, UNIT_F64, steps};
-use crate::vec3::{Real, Vec3, dot3};
+use crate::vec3::{Vec3, dot3};
+use crate::wide::{Holds, SideBySide};
 
 /// What a squared distance and the square that it is compared with are off by together, relative.
 const RELATIVE: f64 = 8.0 * UNIT_F64;
@@ -102,98 +103,111 @@ pub mod in_the_way {
     pub const YES: f64 = 2.0;
 }
 
-/// The way from a point to a lamp.
+/// The way from a point to a lamp; or several ways side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct Beam {
+pub struct Beam<R = f64> {
     /// Where it starts, relative to the reference point.
-    pub from: Vec3<f64>,
+    pub from: Vec3<R>,
     /// To the lamp; of any length for a sun.
-    pub way: Vec3<f64>,
+    pub way: Vec3<R>,
     /// `way·way`
-    pub square: f64,
+    pub square: R,
     /// `1/(way·way)`
-    pub inverse: f64,
+    pub inverse: R,
     /// The part of `E` that is the same for all objects.
-    pub error: f64,
+    pub error: R,
     /// Whether it goes on for ever.
     pub is_endless: bool,
     /// Bound of the angle between the true and the computed way.
-    pub turned: f64,
+    pub turned: R,
     /// `ε`; the tests cut it.
     pub unit: f64,
 }
 
 #[inline(always)]
-fn length(v: Vec3<f64>) -> f64 {
+fn length<R: SideBySide>(v: Vec3<R>) -> R {
     dot3(v, v).sqrt()
 }
 
-impl Beam {
+impl<R: SideBySide<Plain = f64>> Beam<R> {
     /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
     /// for f64, its bounds say nothing.
     #[inline(always)]
-    pub fn to_point(start: Vec3<f64>, error: f64, position: Vec3<f64>) -> Beam {
-        let way = position - start;
+    pub fn to_point(start: Vec3<R>, error: R, position: Vec3<f64>) -> Beam<R> {
+        let like = |number: f64| error.like(number);
+        let way = error.like3(position) - start;
         let distance = length(way);
-        let off = error + UNIT_F64 * (length(position) + distance);
-        let is_apart = (distance > 4.0 * off) & (distance > 1.0 / LARGEST) & (distance < LARGEST);
-        let off = if is_apart { off } else { f64::INFINITY };
+        let off = error + like(UNIT_F64) * (like(length(position)) + distance);
+        let is_far = like(1.0 / LARGEST).lt(distance).and(distance.lt(like(LARGEST)));
+        let is_apart = (like(4.0) * off).lt(distance).and(is_far);
+        let off = R::select(is_apart, off, like(f64::INFINITY));
         // |w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|
-        Beam::new(start, way, off + OF_WAY * UNIT_F64 * distance, 2.0 * off / distance)
+        let turned = like(2.0) * off / distance;
+        Beam::new(start, way, off + like(OF_WAY * UNIT_F64) * distance, turned)
     }
 
     /// The beam back along a ray whose direction is off by the relative error `turned`.
     #[inline(always)]
-    pub fn to_eye(start: Vec3<f64>, direction: Vec3<f64>, turned: f64) -> Beam {
-        Beam::new(start, -direction, 0.0, 2.0 * turned)
+    pub fn to_eye(start: Vec3<R>, direction: Vec3<R>, turned: f64) -> Beam<R> {
+        let [some, ..] = direction.0;
+        Beam::new(start, -direction, some.like(0.0), some.like(2.0 * turned))
     }
 
     /// The beam against the direction of a sun's light, whose largest component is from 1 to 2.
     #[inline(always)]
-    pub fn to_sun(start: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
-        Beam { is_endless: true, ..Beam::new(start, -direction, error, 0.0) }
+    pub fn to_sun(start: Vec3<R>, error: R, direction: Vec3<f64>) -> Beam<R> {
+        let way = error.like3(-direction);
+        Beam { is_endless: true, ..Beam::new(start, way, error, error.like(0.0)) }
     }
 
     #[inline(always)]
-    fn new(start: Vec3<f64>, way: Vec3<f64>, error: f64, turned: f64) -> Beam {
+    fn new(start: Vec3<R>, way: Vec3<R>, error: R, turned: R) -> Beam<R> {
         let square = dot3(way, way);
-        let (inverse, is_endless, unit) = (1.0 / square, false, UNIT_F64);
+        let (inverse, is_endless, unit) = (square.like(1.0) / square, false, UNIT_F64);
         Beam { from: start, way, square, inverse, error, is_endless, turned, unit }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
     /// to be positive.
     #[inline(always)]
-    pub fn cosine(&self, normal: Vec3<f64>, normal_error: f64) -> (f64, f64) {
-        let cosine = dot3(normal, self.way) * (1.0 / self.square.sqrt());
-        let error = ROOM * (normal_error + self.turned) + OF_COSINE * UNIT_F64;
+    pub fn cosine(&self, normal: Vec3<R>, normal_error: R) -> (R, R) {
+        let like = |number: f64| normal_error.like(number);
+        let cosine = dot3(normal, self.way) * (like(1.0) / self.square.sqrt());
+        let error = like(ROOM) * (normal_error + self.turned) + like(OF_COSINE * UNIT_F64);
         // What is not a number says nothing.
         let (low, high) = (cosine - error, cosine + error);
-        let high = if high < 1.0 { high } else { 1.0 };
-        (if low > 0.0 { low } else { 0.0 }, if high > 0.0 { high } else { 0.0 })
+        let (zero, one) = (like(0.0), like(1.0));
+        let high = R::select(high.lt(one), high, one);
+        (R::select(zero.lt(low), low, zero), R::select(zero.lt(high), high, zero))
     }
 
     /// Whether a sphere is in the way, its centre relative to the reference point.
     #[inline(always)]
-    pub fn meets_sphere(&self, center: Vec3<f64>, r: f64) -> f64 {
+    pub fn meets_sphere(&self, center: Vec3<R>, r: R) -> R {
+        let like = |number: f64| r.like(number);
         let l = center - self.from;
-        let [x, y, z] = center.0.map(f64::abs);
-        let (l2, far) = (dot3(l, l), Real::max(Real::max(x, y), z));
+        let Vec3([x, y, z]) = center;
+        let [x, y, z] = [x.abs(), y.abs(), z.abs()];
+        let (l2, far) = (dot3(l, l), x.max(y).max(z));
         let last = if self.is_endless { f64::MAX } else { 1.0 };
-        let foot = Real::min(Real::max(dot3(l, self.way) * self.inverse, 0.0), last);
+        let foot = (dot3(l, self.way) * self.inverse).max(like(0.0)).min(like(last));
         let q = l - self.way * foot;
-        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * l2.sqrt());
+        let of_object = like(OF_PLACE) * far + like(OF_OFFSET) * l2.sqrt();
+        let e = self.error + like(self.unit) * of_object;
         let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
-        let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
-        let outer2 = outer * outer * (1.0 + RELATIVE);
+        let of_inner = inner * inner * like(1.0 - RELATIVE);
+        let inner2 = R::select(like(0.0).lt(inner), of_inner, like(-1.0));
+        let outer2 = outer * outer * like(1.0 + RELATIVE);
         let end = l - self.way;
-        let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
-        let in_range = (l2 < LARGEST) & (r < LARGEST) & (r > 1.0 / LARGEST) & (e < LARGEST);
-        let is_clear = (least2 > outer2) | ((l2 < inner2) & (end2 < inner2));
-        let is_crossed = (least2 < inner2) & ((l2 > outer2) | (end2 > outer2));
-        let known = if is_crossed { in_the_way::YES } else { in_the_way::OPEN };
-        let known = if is_clear { in_the_way::NO } else { known };
-        if in_range { known } else { in_the_way::OPEN }
+        let end2 = if self.is_endless { like(f64::INFINITY) } else { dot3(end, end) };
+        let (beyond, negligible) = (like(LARGEST), like(1.0 / LARGEST));
+        let is_ordinary = r.lt(beyond).and(negligible.lt(r));
+        let in_range = l2.lt(beyond).and(e.lt(beyond)).and(is_ordinary);
+        let is_clear = outer2.lt(least2).or(l2.lt(inner2).and(end2.lt(inner2)));
+        let is_crossed = least2.lt(inner2).and(outer2.lt(l2).or(outer2.lt(end2)));
+        let known = R::select(is_crossed, like(in_the_way::YES), like(in_the_way::OPEN));
+        let known = R::select(is_clear, like(in_the_way::NO), known);
+        R::select(in_range, known, like(in_the_way::OPEN))
     }
 
     /// [`Beam::meets_sphere`] of a beam that starts on another sphere, whose centre lies `apart` from this one's, for
@@ -239,22 +253,46 @@ impl Beam {
     /// the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are exact; so its
     /// beam surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
-    pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> f64 {
-        let l = point - self.from;
+    pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> R {
+        let like = |number: f64| self.square.like(number);
+        let zero = like(0.0);
+        let l = zero.like3(point) - self.from;
         let end = l - self.way;
-        let (n, way) = (length(normal), self.square.sqrt());
-        let e = self.error + self.unit * (length(point) + OF_PLANE * (length(l) + way));
-        let start = dot3(normal, l);
-        let (start_error, sun_error) = (ROOM * n * e, OF_SLOPE * self.unit * n * way);
-        let stop = if self.is_endless { -dot3(normal, self.way) } else { dot3(normal, end) };
+        let (n, way, away) = (length(normal), self.square.sqrt(), length(point));
+        let normals = zero.like3(normal);
+        let e = self.error + like(self.unit) * (like(away) + like(OF_PLANE) * (length(l) + way));
+        let start = dot3(normals, l);
+        let start_error = like(ROOM * n) * e;
+        let sun_error = like(OF_SLOPE * self.unit * n) * way;
+        let stop = if self.is_endless { -dot3(normals, self.way) } else { dot3(normals, end) };
         let stop_error = if self.is_endless { sun_error } else { start_error };
-        let are_known = (start.abs() > start_error) & (stop.abs() > stop_error) & (e < LARGEST);
-        let are_apart = (start > 0.0) != (stop > 0.0);
-        let is_zero = |axis: usize| (normal.0[axis] == 0.0) | (self.way.0[axis] == 0.0);
-        let runs_along = self.is_endless & is_zero(0) & is_zero(1) & is_zero(2);
-        let known = if are_apart { in_the_way::YES } else { in_the_way::NO };
-        let known = if are_known { known } else { in_the_way::OPEN };
-        if runs_along { in_the_way::NO } else { known }
+        let are_off = start_error.lt(start.abs()).and(stop_error.lt(stop.abs()));
+        let are_known = are_off.and(e.lt(like(LARGEST)));
+        let is_apart = zero.lt(start).and(stop.le(zero)).or(start.le(zero).and(zero.lt(stop)));
+        let known = R::select(is_apart, like(in_the_way::YES), like(in_the_way::NO));
+        let known = R::select(are_known, known, like(in_the_way::OPEN));
+        if !self.is_endless {
+            return known;
+        }
+        let is_zero = |axis: usize| match normal.0[axis] {
+            0.0 => zero.le(zero),
+            _ => self.way.0[axis].abs().le(zero),
+        };
+        let runs_along = is_zero(0).and(is_zero(1)).and(is_zero(2));
+        R::select(runs_along, like(in_the_way::NO), known)
+    }
+
+    /// Beams side by side that are all like this one.
+    #[inline(always)]
+    pub fn repeated<W: SideBySide<Plain = R>>(&self, some: W) -> Beam<W>
+    where
+        R: crate::vec3::Real,
+    {
+        let &Beam { from, way, square, inverse, error, is_endless, turned, unit } = self;
+        let (from, way) = (some.like3(from), some.like3(way));
+        let (square, inverse) = (some.like(square), some.like(inverse));
+        let (error, turned) = (some.like(error), some.like(turned));
+        Beam { from, way, square, inverse, error, is_endless, turned, unit }
     }
 }
 

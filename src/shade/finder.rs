@@ -5,10 +5,11 @@
 use std::collections::HashSet;
 
 use glam::DVec3;
+use pulp::Simd;
 
 use super::beam::{Beam, in_the_way};
 use super::lamp::{Lamp, Lighting, Origin};
-use crate::certify::{LANES, Pack, Stage};
+use crate::certify::{LANES, Pack, Stage, registers};
 use crate::exact::{ExactBeam, ExactPoint, is_outside};
 use crate::guard::UNIT_F64;
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
@@ -17,6 +18,7 @@ use crate::scene::{Object, Scene};
 use crate::trace::StageCounts;
 use crate::tree::{Ahead, Segment, Tree};
 use crate::vec3::{Vec3, dot3};
+use crate::wide::{Holds, SideBySide, WideF64};
 
 /// Numbers side by side.
 pub type Row = [f64; LANES];
@@ -28,6 +30,8 @@ pub struct Finder<'a> {
     scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one.
     pub(super) listed: Vec<Listed>,
+    /// The spheres of these.
+    listed_spheres: Vec<Spheres>,
     /// From the reference point to that of the tree.
     pub(super) to_tree: DVec3,
     /// Points of a pack within this distance share a walk through the tree. It is the radius of some
@@ -47,6 +51,38 @@ pub(super) enum ListedShape {
     Sphere(f64),
     /// With its normal.
     Plane(Vec3<f64>),
+}
+
+/// Spheres side by side.
+struct Spheres {
+    center: [Row; 3],
+    radius: Row,
+    /// Where they are among the listed objects.
+    places: Vec<usize>,
+}
+
+impl Spheres {
+    /// Those of some objects, at most [`LANES`] together.
+    fn of(listed: &[Listed]) -> Vec<Spheres> {
+        let spheres = listed.iter().enumerate().filter_map(|(place, object)| match object.shape {
+            ListedShape::Sphere(radius) => Some((place, object.at, radius)),
+            ListedShape::Plane(_) => None,
+        });
+        let spheres: Vec<(usize, Vec3<f64>, f64)> = spheres.collect();
+        let side_by_side = |some: &[(usize, Vec3<f64>, f64)]| {
+            let places = some.iter().map(|&(place, ..)| place).collect();
+            // What follows the last one is not looked at.
+            let mut all = Spheres { center: [[0.0; LANES]; 3], radius: [1.0; LANES], places };
+            for (lane, &(_, at, radius)) in some.iter().enumerate() {
+                all.radius[lane] = radius;
+                for axis in 0..3 {
+                    all.center[axis][lane] = at.0[axis];
+                }
+            }
+            all
+        };
+        spheres.chunks(LANES).map(side_by_side).collect()
+    }
 }
 
 /// [`Origin`], relative to the reference point.
@@ -89,6 +125,12 @@ impl Room {
     }
 }
 
+#[inline(always)]
+fn load3<S: Simd>(simd: S, rows: &[Row; 3], first: usize) -> Vec3<WideF64<S>> {
+    let [x, y, z] = rows.each_ref().map(|row| WideF64::load(simd, &row[first..]));
+    Vec3([x, y, z])
+}
+
 /// Beams side by side.
 struct Beams {
     from: [Row; 3],
@@ -96,7 +138,6 @@ struct Beams {
     square: Row,
     inverse: Row,
     error: Row,
-    turned: Row,
     is_endless: bool,
 }
 
@@ -104,77 +145,56 @@ impl Beams {
     #[inline(always)]
     fn new(is_endless: bool) -> Beams {
         let (zero, zero3) = ([0.0; LANES], [[0.0; LANES]; 3]);
-        let [square, inverse, error, turned] = [zero; 4];
-        Beams { from: zero3, way: zero3, square, inverse, error, turned, is_endless }
+        let [square, inverse, error] = [zero; 3];
+        Beams { from: zero3, way: zero3, square, inverse, error, is_endless }
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, beam: Beam) {
+    fn set<S: Simd>(&mut self, first: usize, beam: &Beam<WideF64<S>>) {
         for axis in 0..3 {
-            self.from[axis][lane] = beam.from.0[axis];
-            self.way[axis][lane] = beam.way.0[axis];
+            beam.from.0[axis].store(&mut self.from[axis][first..]);
+            beam.way.0[axis].store(&mut self.way[axis][first..]);
         }
-        (self.square[lane], self.inverse[lane]) = (beam.square, beam.inverse);
-        (self.error[lane], self.turned[lane]) = (beam.error, beam.turned);
+        beam.square.store(&mut self.square[first..]);
+        beam.inverse.store(&mut self.inverse[first..]);
+        beam.error.store(&mut self.error[first..]);
     }
 
+    /// Those of a register; how far they are turned is not known any more.
     #[inline(always)]
-    fn get(&self, lane: usize) -> Beam {
+    fn get<S: Simd>(&self, simd: S, first: usize) -> Beam<WideF64<S>> {
         Beam {
-            from: vector(&self.from, lane),
-            way: vector(&self.way, lane),
-            square: self.square[lane],
-            inverse: self.inverse[lane],
-            error: self.error[lane],
-            turned: self.turned[lane],
+            from: load3(simd, &self.from, first),
+            way: load3(simd, &self.way, first),
+            square: WideF64::load(simd, &self.square[first..]),
+            inverse: WideF64::load(simd, &self.inverse[first..]),
+            error: WideF64::load(simd, &self.error[first..]),
             is_endless: self.is_endless,
+            turned: WideF64::splat(simd, f64::INFINITY),
             unit: UNIT_F64,
         }
     }
 
     /// [`Beam::meets_sphere`] of each.
     #[inline(always)]
-    fn meet_sphere(&self, center: Vec3<f64>, r: f64) -> Row {
+    fn meet_sphere<S: Simd>(&self, simd: S, center: Vec3<f64>, r: f64) -> Row {
         let mut met = [in_the_way::NO; LANES];
-        for lane in 0..LANES {
-            met[lane] = self.get(lane).meets_sphere(center, r);
+        for first in registers::<S>() {
+            let beam = self.get(simd, first);
+            let of_each = beam.meets_sphere(beam.square.like3(center), beam.square.like(r));
+            of_each.store(&mut met[first..]);
         }
         met
     }
 
     /// [`Beam::meets_plane`] of each.
     #[inline(always)]
-    fn meet_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> Row {
+    fn meet_plane<S: Simd>(&self, simd: S, point: Vec3<f64>, normal: Vec3<f64>) -> Row {
         let mut met = [in_the_way::NO; LANES];
-        for lane in 0..LANES {
-            met[lane] = self.get(lane).meets_plane(point, normal);
+        for first in registers::<S>() {
+            self.get(simd, first).meets_plane(point, normal).store(&mut met[first..]);
         }
         met
-    }
-
-    /// [`Beam::cosine`] of each that starts on an object.
-    #[inline(always)]
-    fn cosines(&self, pack: &Pack) -> Given {
-        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-        let Pack { normal, normal_error, id, .. } = *pack;
-        for lane in 0..LANES {
-            let cosine = self.get(lane).cosine(vector(&normal, lane), normal_error[lane]);
-            (low[lane], high[lane]) = cosine;
-        }
-        for lane in 0..LANES {
-            high[lane] = if id[lane] != 0 { high[lane] } else { 0.0 };
-        }
-        Given { low, high }
-    }
-}
-
-impl Listed {
-    #[inline(always)]
-    fn meets(&self, beam: &Beam) -> f64 {
-        match self.shape {
-            ListedShape::Sphere(r) => beam.meets_sphere(self.at, r),
-            ListedShape::Plane(normal) => beam.meets_plane(self.at, normal),
-        }
     }
 }
 
@@ -190,21 +210,41 @@ impl Ways<'_> {
     /// Takes into account how they meet an object. None is in its own light but for a sphere around the
     /// ray's origin.
     #[inline(always)]
-    fn take(&mut self, id: u32, met: &Row) {
-        for lane in 0..LANES {
-            let met = if self.pack.id[lane] == id { in_the_way::NO } else { met[lane] };
-            self.state[lane] = if met > self.state[lane] { met } else { self.state[lane] };
+    fn take<S: Simd>(&mut self, simd: S, id: u32, mut met: Row) {
+        if self.pack.id.contains(&id) {
+            for lane in 0..LANES {
+                met[lane] = if self.pack.id[lane] == id { in_the_way::NO } else { met[lane] };
+            }
+        }
+        for first in registers::<S>() {
+            let state = WideF64::load(simd, &self.state[first..]);
+            state.max(WideF64::load(simd, &met[first..])).store(&mut self.state[first..]);
         }
     }
 
     /// True where something is in all of these ways.
     #[inline(always)]
-    fn are_blocked(&self, some: &Row) -> bool {
-        let mut is_open = false;
-        for lane in 0..LANES {
-            is_open |= (some[lane] > 0.0) & (self.state[lane] != in_the_way::YES);
+    fn are_blocked<S: Simd>(&self, simd: S, some: &Row) -> bool {
+        let (zero, yes) = (WideF64::splat(simd, 0.0), WideF64::splat(simd, in_the_way::YES));
+        registers::<S>().all(|first| {
+            let is_asked = zero.lt(WideF64::load(simd, &some[first..]));
+            let state = WideF64::load(simd, &self.state[first..]);
+            !is_asked.and(state.lt(yes)).any()
+        })
+    }
+
+    /// What a lamp gives the points along them.
+    #[inline(always)]
+    fn let_through<S: Simd>(&self, simd: S, given: &mut Given) {
+        let (zero, no) = (WideF64::splat(simd, 0.0), WideF64::splat(simd, in_the_way::NO));
+        let yes = WideF64::splat(simd, in_the_way::YES);
+        for first in registers::<S>() {
+            let state = WideF64::load(simd, &self.state[first..]);
+            let low = WideF64::load(simd, &given.low[first..]);
+            let high = WideF64::load(simd, &given.high[first..]);
+            no.lt(state).select(zero, low).store(&mut given.low[first..]);
+            state.lt(yes).select(high, zero).store(&mut given.high[first..]);
         }
-        !is_open
     }
 }
 
@@ -219,30 +259,73 @@ fn vector(rows: &[Row; 3], lane: usize) -> Vec3<f64> {
 /// They lie in a box, so that half its diagonal reaches them, the 0.01 for its rounding. The middle itself is
 /// rounded once.
 #[inline(always)]
-fn middle<'p>(points: impl Iterator<Item = (&'p Pack, &'p Row)>) -> (Vec3<f64>, f64) {
-    let (mut low, mut high) = ([[f64::INFINITY; LANES]; 3], [[f64::NEG_INFINITY; LANES]; 3]);
-    let mut error = [0.0; LANES];
+fn middle<'p, S: Simd>(
+    simd: S,
+    points: impl Iterator<Item = (&'p Pack, &'p Row)>,
+) -> (Vec3<f64>, f64) {
+    let zero = WideF64::splat(simd, 0.0);
+    let mut low = zero.like3(Vec3([f64::INFINITY; 3]));
+    let (mut high, mut error) = (-low, zero);
     for (pack, asked) in points {
-        for lane in 0..LANES {
-            let is_asked = asked[lane] > 0.0;
+        for first in registers::<S>() {
+            let is_asked = zero.lt(WideF64::load(simd, &asked[first..]));
             for axis in 0..3 {
-                let at = pack.at[axis][lane];
-                let (low, high) = (&mut low[axis][lane], &mut high[axis][lane]);
-                *low = if is_asked & (at < *low) { at } else { *low };
-                *high = if is_asked & (at > *high) { at } else { *high };
+                let at = WideF64::load(simd, &pack.at[axis][first..]);
+                let (low, high) = (&mut low.0[axis], &mut high.0[axis]);
+                *low = is_asked.and(at.lt(*low)).select(at, *low);
+                *high = is_asked.and(high.lt(at)).select(at, *high);
             }
-            let is_worse = is_asked & (pack.error[lane] > error[lane]);
-            error[lane] = if is_worse { pack.error[lane] } else { error[lane] };
+            let here = WideF64::load(simd, &pack.error[first..]);
+            error = is_asked.and(error.lt(here)).select(here, error);
         }
     }
-    let least = |row: &Row| row.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = |row: &Row| row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (low, high) = (Vec3(low.each_ref().map(least)), Vec3(high.each_ref().map(most)));
+    let (mut lowest, mut highest) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for axis in 0..3 {
+        lowest[axis] = least(low.0[axis]);
+        highest[axis] = -least(-high.0[axis]);
+    }
+    let (low, high) = (Vec3(lowest), Vec3(highest));
     let half = (high - low) * 0.5;
     let middle = low + half;
     let reach = 1.01 * dot3(half, half).sqrt() + UNIT_F64 * dot3(middle, middle).sqrt();
-    let error = most(&error) + reach;
+    let error = reach - least(-error);
     if error < f64::INFINITY { (middle, error) } else { (Vec3::ZERO, f64::INFINITY) }
+}
+
+#[inline(always)]
+fn least<S: Simd>(wide: WideF64<S>) -> f64 {
+    let mut row = [f64::INFINITY; LANES];
+    wide.store(&mut row);
+    let mut least = row[0];
+    for lane in 1..LANES {
+        least = if row[lane] < least { row[lane] } else { least };
+    }
+    least
+}
+
+/// The id of all objects of the packs that a lamp may give something to, where they have one.
+#[inline(always)]
+fn only_id(packs: &[Pack], given: &[Given; PACKS]) -> Option<u32> {
+    let mut only = None;
+    for (pack, given) in packs.iter().zip(given) {
+        if given.high != [0.0; LANES] {
+            let id = *only.get_or_insert(pack.id[0]);
+            if pack.id != [id; LANES] {
+                return None;
+            }
+        }
+    }
+    only
+}
+
+#[inline(always)]
+fn n_asked<S: Simd>(simd: S, asked: &Row) -> u64 {
+    let zero = WideF64::splat(simd, 0.0);
+    let mut n = 0;
+    for first in registers::<S>() {
+        n += zero.lt(WideF64::load(simd, &asked[first..])).bits().count_ones();
+    }
+    n.into()
 }
 
 impl<'a> Finder<'a> {
@@ -270,7 +353,8 @@ impl<'a> Finder<'a> {
             let is_first = seen.insert(crate::certify::bits(object));
             is_first.then(|| Listed { id, at: relative(at), shape })
         });
-        let listed = listed.collect();
+        let listed: Vec<Listed> = listed.collect();
+        let listed_spheres = Spheres::of(&listed);
         let together = prepared.hierarchy.as_ref().map_or(0.0, |hierarchy| {
             let order = &hierarchy.tree.order;
             let some = order.iter().step_by(order.len() / 64 + 1);
@@ -285,11 +369,17 @@ impl<'a> Finder<'a> {
             Origin::Sun(way) => LampF64::Sun(scale_by_power_of_two(way, -exponent_of(way)).into()),
         };
         let lamps = lighting.lamps.iter().map(lamp).collect();
-        Finder { stage, prepared, scene, listed, to_tree, together, lamps }
+        Finder { stage, prepared, scene, listed, listed_spheres, to_tree, together, lamps }
     }
 
     #[inline(always)]
-    fn beam(&self, lamp: LampF64, at: Vec3<f64>, error: f64, direction: Vec3<f64>) -> Beam {
+    fn beam<R: SideBySide<Plain = f64>>(
+        &self,
+        lamp: LampF64,
+        at: Vec3<R>,
+        error: R,
+        direction: Vec3<R>,
+    ) -> Beam<R> {
         match lamp {
             // Against the ray, whose direction is better known than the point.
             LampF64::Eye => Beam::to_eye(at, direction, self.stage.direction_error()),
@@ -298,37 +388,38 @@ impl<'a> Finder<'a> {
         }
     }
 
+    /// The beams from the points of a pack in the register that begins with `first`.
     #[inline(always)]
-    fn beams(&self, lamp: LampF64, pack: &Pack) -> Beams {
-        let mut beams = Beams::new(matches!(lamp, LampF64::Sun(_)));
-        // What is not referred to can be loaded side by side.
-        let Pack { at, error, direction, .. } = *pack;
-        match lamp {
-            LampF64::Eye => {
-                let turned = self.stage.direction_error();
-                for lane in 0..LANES {
-                    let (at, direction) = (vector(&at, lane), vector(&direction, lane));
-                    beams.set(lane, Beam::to_eye(at, direction, turned));
-                }
-            }
-            LampF64::Point(position) => {
-                for lane in 0..LANES {
-                    beams.set(lane, Beam::to_point(vector(&at, lane), error[lane], position));
-                }
-            }
-            LampF64::Sun(way) => {
-                for lane in 0..LANES {
-                    beams.set(lane, Beam::to_sun(vector(&at, lane), error[lane], way));
-                }
-            }
+    fn beams<S: Simd>(
+        &self,
+        simd: S,
+        lamp: LampF64,
+        pack: &Pack,
+        first: usize,
+    ) -> Beam<WideF64<S>> {
+        let (at, direction) = (load3(simd, &pack.at, first), load3(simd, &pack.direction, first));
+        self.beam(lamp, at, WideF64::load(simd, &pack.error[first..]), direction)
+    }
+
+    /// [`Beam::cosine`] of each point of a pack that lies on an object.
+    #[inline(always)]
+    fn cosines<S: Simd>(&self, simd: S, lamp: LampF64, pack: &Pack) -> Given {
+        let mut given = Given::NOTHING;
+        for first in registers::<S>() {
+            let beams = self.beams(simd, lamp, pack, first);
+            let normal_error = WideF64::load(simd, &pack.normal_error[first..]);
+            let (low, high) = beams.cosine(load3(simd, &pack.normal, first), normal_error);
+            let is_object = WideF64::load(simd, &pack.is_object[first..]);
+            low.store(&mut given.low[first..]);
+            (high * is_object).store(&mut given.high[first..]);
         }
-        beams
+        given
     }
 
     /// What the lamp with index `index` gives the points of some packs, up to [`PACKS`], the first of which
     /// is in this column of its row.
     #[inline(always)]
-    pub fn light<S: pulp::Simd>(
+    pub fn light<S: Simd>(
         &self,
         simd: S,
         (index, lamp): (usize, &Lamp),
@@ -338,63 +429,107 @@ impl<'a> Finder<'a> {
     ) -> [Given; PACKS] {
         let mut given = [Given::NOTHING; PACKS];
         for (pack, given) in packs.iter().zip(&mut given) {
-            *given = self.beams(self.lamps[index], pack).cosines(pack);
+            *given = self.cosines(simd, self.lamps[index], pack);
         }
         if !lamp.shadows || lamp.origin == Origin::Eye {
             return given;
         }
-        let asked = given.each_ref().map(|given| given.high);
-        if asked == [[0.0; LANES]; PACKS] {
+        let mut n = 0;
+        for given in &given {
+            n += n_asked(simd, &given.high);
+        }
+        if n == 0 {
             return given;
         }
-        let (from, error) = middle(packs.iter().zip(&asked));
-        // What is not in the way of a beam around all of them is in the way of none.
+        counts.f64 += n;
+        let own = only_id(packs, &given);
+        let asked = given.iter().map(|given| &given.high);
+        let (from, error) = middle(simd, packs.iter().zip(asked));
         let around = self.beam(self.lamps[index], from, error, Vec3::ZERO);
-        room.listed.clear();
-        for (at, object) in self.listed.iter().enumerate() {
-            if object.meets(&around) != in_the_way::NO {
-                room.listed.push(at);
-            }
+        if self.look_around(simd, &around, own, room) {
+            return [Given::NOTHING; PACKS];
         }
+        let looks_in_tree = self.prepared.hierarchy.is_some();
+        let mut beams = Beams::new(matches!(lamp.origin, Origin::Sun(_)));
         for (at, pack) in packs.iter().enumerate() {
-            let (asked, given) = (&asked[at], &mut given[at]);
-            if *asked == [0.0; LANES] {
+            let given = &mut given[at];
+            let asked = &{ given.high };
+            let is_inside = pack.is_inside != [false; LANES];
+            let is_free = room.listed.is_empty() && !looks_in_tree && !is_inside;
+            if is_free || *asked == [0.0; LANES] {
                 continue;
             }
-            // Once more: it takes longer to keep them.
-            let beams = &self.beams(self.lamps[index], pack);
-            let mut ways = Ways { pack, beams, state: [in_the_way::NO; LANES] };
+            for first in registers::<S>() {
+                // Once more: it takes longer to keep them.
+                beams.set(first, &self.beams(simd, self.lamps[index], pack, first));
+            }
+            let mut ways = Ways { pack, beams: &beams, state: [in_the_way::NO; LANES] };
             for &at in &room.listed {
                 let Listed { id, at, ref shape } = self.listed[at];
                 let met = match *shape {
-                    ListedShape::Sphere(r) => beams.meet_sphere(at, r),
-                    ListedShape::Plane(normal) => beams.meet_plane(at, normal),
+                    ListedShape::Sphere(r) => beams.meet_sphere(simd, at, r),
+                    ListedShape::Plane(normal) => beams.meet_plane(simd, at, normal),
                 };
-                ways.take(id, &met);
+                ways.take(simd, id, met);
             }
-            for lane in 0..LANES {
-                let is_asked = asked[lane] > 0.0;
-                counts.f64 += u64::from(is_asked);
-                if is_asked && pack.is_inside[lane] && self.own_is_in_the_way(lamp, pack.id[lane]) {
+            for lane in (0..LANES).filter(|&lane| is_inside && asked[lane] > 0.0) {
+                if pack.is_inside[lane] && self.own_is_in_the_way(lamp, pack.id[lane]) {
                     ways.state[lane] = in_the_way::YES;
                 }
             }
-            if self.prepared.hierarchy.is_some() {
+            if looks_in_tree {
                 self.look_together(simd, index, column + at, asked, &mut ways, room);
             }
-            for lane in 0..LANES {
-                let state = ways.state[lane];
-                given.low[lane] = if state == in_the_way::NO { given.low[lane] } else { 0.0 };
-                given.high[lane] = if state == in_the_way::YES { 0.0 } else { given.high[lane] };
-            }
+            ways.let_through(simd, given);
         }
         given
+    }
+
+    /// Lists the listed objects that may be in the way of beams that lie in a thick one; says whether one is in
+    /// the way of all. What is not in the way of the thick beam is in the way of none, and what is in its way is
+    /// in that of all but those that start on it: `own` is the object where all start, if it is one.
+    #[inline(always)]
+    fn look_around<S: Simd>(
+        &self,
+        simd: S,
+        around: &Beam,
+        own: Option<u32>,
+        room: &mut Room,
+    ) -> bool {
+        let mut is_dark = false;
+        room.listed.clear();
+        let mut take = |place: usize, met: f64| {
+            if met != in_the_way::NO && Some(self.listed[place].id) != own {
+                is_dark |= met == in_the_way::YES && own.is_some();
+                room.listed.push(place);
+            }
+        };
+        let beams = around.repeated(WideF64::splat(simd, 0.0));
+        for spheres in &self.listed_spheres {
+            let mut met = [in_the_way::NO; LANES];
+            for first in registers::<S>() {
+                let center = load3(simd, &spheres.center, first);
+                let radius = WideF64::load(simd, &spheres.radius[first..]);
+                beams.meets_sphere(center, radius).store(&mut met[first..]);
+            }
+            if met != [in_the_way::NO; LANES] {
+                spheres.places.iter().zip(met).for_each(|(&place, met)| take(place, met));
+            }
+        }
+        for (place, object) in self.listed.iter().enumerate() {
+            if let ListedShape::Plane(normal) = object.shape
+                && Some(object.id) != own
+            {
+                take(place, around.meets_plane(object.at, normal));
+            }
+        }
+        is_dark
     }
 
     /// Looks among the spheres of the tree for what is in the ways to the lamp with index `index`, whose
     /// number in `asked` is positive.
     #[inline(always)]
-    fn look_together<S: pulp::Simd>(
+    fn look_together<S: Simd>(
         &self,
         simd: S,
         index: usize,
@@ -408,33 +543,39 @@ impl<'a> Finder<'a> {
         // What was in the way of the pack above this one, and of the one beside it.
         let slot = index * room.n_columns + column;
         for place in [room.last[slot], room.last[slot.saturating_sub(1)]].into_iter().flatten() {
-            self.meet(tree, place, ways);
+            self.meet(simd, tree, place, ways);
         }
         let mut asked = *asked;
         while let Some(first) =
             (0..LANES).find(|&lane| (asked[lane] > 0.0) & (ways.state[lane] != in_the_way::YES))
         {
             let (pack, mut some) = (ways.pack, [0.0; LANES]);
-            let at = vector(&pack.at, first);
-            for lane in 0..LANES {
-                let apart = vector(&pack.at, lane) - at;
-                let is_near = dot3(apart, apart) <= self.together * self.together;
-                let is_open = ways.state[lane] != in_the_way::YES;
-                some[lane] = if is_near & is_open { asked[lane] } else { 0.0 };
+            let nearest = vector(&pack.at, first);
+            for first in registers::<S>() {
+                let at = load3(simd, &pack.at, first);
+                let numbers = WideF64::load(simd, &asked[first..]);
+                let like = |number: f64| numbers.like(number);
+                let apart = at - numbers.like3(nearest);
+                let is_near = dot3(apart, apart).le(like(self.together * self.together));
+                let state = WideF64::load(simd, &ways.state[first..]);
+                let is_open = state.lt(like(in_the_way::YES));
+                is_near.and(is_open).select(numbers, like(0.0)).store(&mut some[first..]);
             }
             // Also where it is no number.
             some[first] = asked[first];
-            for lane in 0..LANES {
-                asked[lane] = if some[lane] > 0.0 { 0.0 } else { asked[lane] };
+            for first in registers::<S>() {
+                let is_taken = WideF64::splat(simd, 0.0).lt(WideF64::load(simd, &some[first..]));
+                let numbers = WideF64::load(simd, &asked[first..]);
+                is_taken.select(numbers.like(0.0), numbers).store(&mut asked[first..]);
             }
-            let (from, error) = middle(std::iter::once((pack, &some)));
+            let (from, error) = middle(simd, std::iter::once((pack, &some)));
             let around = self.beam(self.lamps[index], from, error, Vec3::ZERO);
             let last = &mut room.last[slot];
             let look_at = |place: usize| {
-                if self.meet(tree, place, ways) {
+                if self.meet(simd, tree, place, ways) {
                     *last = Some(place);
                 }
-                !ways.are_blocked(&some)
+                !ways.are_blocked(simd, &some)
             };
             tree.walk_segment(simd, &self.segment(&around), &mut room.ahead, look_at);
         }
@@ -442,12 +583,12 @@ impl<'a> Finder<'a> {
 
     /// Looks at the sphere at a place of the tree, and says whether it is in any of the ways.
     #[inline(always)]
-    fn meet(&self, tree: &Tree, place: usize, ways: &mut Ways) -> bool {
+    fn meet<S: Simd>(&self, simd: S, tree: &Tree, place: usize, ways: &mut Ways) -> bool {
         let index = tree.order[place];
         let sphere = &self.scene.spheres[index as usize];
         let center = (sphere.center - self.prepared.reference).into();
-        let met = ways.beams.meet_sphere(center, sphere.radius.abs());
-        ways.take(index + 1, &met);
+        let met = ways.beams.meet_sphere(simd, center, sphere.radius.abs());
+        ways.take(simd, index + 1, met);
         met.contains(&in_the_way::YES)
     }
 
@@ -563,7 +704,7 @@ mod tests {
                 }
             }
             let asked = std::array::from_fn(|_| if rng.random_bool(0.5) { 0.5 } else { 0.0 });
-            let (middle, reach) = middle(std::iter::once((&pack, &asked)));
+            let (middle, reach) = middle(pulp::Scalar, std::iter::once((&pack, &asked)));
             assert_eq!(reach.is_infinite(), asked == [0.0; LANES]);
             for lane in (0..LANES).filter(|&lane| asked[lane] > 0.0) {
                 // The points are so near each other that this is exact, or so far apart that it need not be.
@@ -608,7 +749,7 @@ mod tests {
                     pack.at[axis][lane] = at.0[axis];
                 }
             }
-            let (from, error) = middle(std::iter::once((&pack, &[1.0; LANES])));
+            let (from, error) = middle(pulp::Scalar, std::iter::once((&pack, &[1.0; LANES])));
             // Mostly about as far away as the beam is thick.
             let r = 0.5 + 0.4 * vector(1.0).0[0];
             let center = at + (lamp - at) * (0.5 + vector(0.5).0[0]) + vector(r);

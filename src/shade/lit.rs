@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::finder::{Finder, PACKS, Room, Row};
+use super::finder::{Finder, Given, PACKS, Room, Row};
 use super::in_f64::n_terms;
 use super::lamp::Lighting;
 use super::mean::ExactMean;
 use super::written::{Interval, Written};
 use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
-use crate::certify::{Completer, LANES, Pack, Points};
+use crate::certify::{Completer, LANES, Pack, Points, registers};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactPoint, Shape, exact, integer};
@@ -25,6 +25,7 @@ use crate::rays::Pixels;
 use crate::scene::{Color, Scene};
 use crate::trace::{Coverage, Rays, StageCounts};
 use crate::tracer::Tracer;
+use crate::wide::{SideBySide, WideF64};
 
 /// Shades the pictures of one scene and one camera.
 #[derive(Debug)]
@@ -131,6 +132,11 @@ impl Job<'_> {
         rows.all(|row| row.iter().all(|&id| id == 0))
     }
 
+    /// True where none of so many neighbours from `first` on sees an object.
+    fn is_background_to(&self, first: usize, n: usize) -> bool {
+        self.ids[first..first + n].iter().fold(0, |any, &id| any | id) == 0
+    }
+
     /// The number that the sum of a pixel's samples is divided by.
     pub fn n_counted(&self, pixel: usize) -> u64 {
         match self.lit.style.background {
@@ -193,9 +199,17 @@ impl Certified<'_> {
         let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
             control.check()?;
             host::check()?;
-            work.find(first, out.len(), number);
             job.advance(control, out.len());
             let first_sample = job.first_sample(first);
+            if n_samples == 1 && job.is_background_to(first_sample, out.len()) {
+                out.fill(background);
+                return Ok(());
+            }
+            work.find(first, out.len(), number);
+            if n_samples == 1 {
+                work.write(first, background, out);
+                return Ok(());
+            }
             for (at, out) in out.iter_mut().enumerate() {
                 *out = match job.is_background(first_sample + at * n_samples) {
                     true => background,
@@ -279,6 +293,8 @@ pub(super) struct Work<'a> {
     points: Points,
     /// Bounds of the colours of the samples in the rows of a part, [`LANES`] together.
     colors: Vec<[[Row; 2]; 3]>,
+    /// Pixels of a part whose colour is not found side by side.
+    open: Vec<usize>,
     room: Room,
     /// What the sum of a pixel's bounds may be off by, relative.
     error: f64,
@@ -297,6 +313,7 @@ impl<'a> Work<'a> {
             completer: Completer::new(&finder.stage),
             points: Points::default(),
             colors: Vec::new(),
+            open: Vec::new(),
             room: Room::new(n_lamps, job.row.div_ceil(part) * part.div_ceil(LANES)),
             error: n_terms as f64 * UNIT_F64,
             counts: StageCounts::default(),
@@ -318,6 +335,17 @@ impl<'a> Work<'a> {
             let column = number * (job.part() * n_samples).div_ceil(LANES);
             let find = FindColors { finder, job, packs, column, colors, room, counts };
             pulp::Arch::new().dispatch(find);
+        }
+    }
+
+    /// Writes the colours of pixels with one sample each, from `first` on.
+    fn write<T: Written>(&mut self, first: usize, background: T, out: &mut [T]) {
+        let (packs, colors, error) = (&self.points.packs[..], &self.colors[..], self.error);
+        let open = &mut self.open;
+        let write = WriteColors { packs, colors, error, background, out: &mut *out, open };
+        pulp::Arch::new().dispatch(write);
+        for at in std::mem::take(&mut self.open) {
+            out[at] = self.color(first + at, at);
         }
     }
 
@@ -373,47 +401,108 @@ impl pulp::WithSimd for FindColors<'_> {
         let lighting = &job.lit.lighting;
         for (number, packs) in packs.chunks(PACKS).enumerate() {
             let column = column + number * PACKS;
-            let mut light = [lighting.ambient.map(|part| [[part; LANES]; 2]); PACKS];
+            let first = colors.len();
+            colors.resize(first + packs.len(), lighting.ambient.map(|part| [[part; LANES]; 2]));
+            let light = &mut colors[first..];
             let has_objects = packs.iter().any(|pack| pack.id != [0; LANES]);
             let lamps = if has_objects { &lighting.lamps[..] } else { &[] };
             for lamp in lamps.iter().enumerate() {
                 let given = finder.light(simd, lamp, (column, packs), room, counts);
                 for (light, given) in light.iter_mut().zip(&given) {
-                    for (sum, weight) in light.iter_mut().zip(lamp.1.weight) {
-                        for lane in 0..LANES {
-                            sum[0][lane] += weight * given.low[lane];
-                            sum[1][lane] += weight * given.high[lane];
-                        }
+                    add_light(simd, lamp.1.weight, given, light);
+                }
+            }
+            for (pack, light) in packs.iter().zip(light) {
+                take_color(simd, job, pack, light);
+            }
+        }
+    }
+}
+
+/// The colours of the numbers of some points, compiled for each instruction set that the processor may have.
+struct WriteColors<'a, T> {
+    packs: &'a [Pack],
+    colors: &'a [[[Row; 2]; 3]],
+    /// [`Work::error`]
+    error: f64,
+    background: T,
+    out: &'a mut [T],
+    /// Gets the places in `out` of those that their bounds leave open.
+    open: &'a mut Vec<usize>,
+}
+
+impl<T: Written> pulp::WithSimd for WriteColors<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let WriteColors { packs, colors, error, background, out, open } = self;
+        let (narrower, wider) = (1.0 - error, 1.0 + error);
+        for (number, out) in out.chunks_mut(LANES).enumerate() {
+            let (ids, mut bounds) = (&packs[number].id, colors[number]);
+            for channel in 0..3 {
+                for (side, factor) in [narrower, wider].into_iter().enumerate() {
+                    for first in registers::<S>() {
+                        let bound = &mut bounds[channel][side][first..];
+                        (WideF64::load(simd, bound) * WideF64::splat(simd, factor)).store(bound);
                     }
                 }
             }
-            let first = colors.len();
-            colors.extend_from_slice(&light[..packs.len()]);
-            for (pack, colors) in packs.iter().zip(&mut colors[first..]) {
-                take_color(job, pack, colors);
+            let mut found = [T::default(); LANES];
+            let is_known = T::of_rows(&bounds, &mut found);
+            out.copy_from_slice(&found[..out.len()]);
+            if ids.contains(&0) {
+                for (out, _) in out.iter_mut().zip(ids).filter(|(_, id)| **id == 0) {
+                    *out = background;
+                }
             }
+            if is_known != [true; LANES] {
+                let is_open = |lane: &usize| ids[*lane] != 0 && !is_known[*lane];
+                open.extend((0..out.len()).filter(is_open).map(|lane| number * LANES + lane));
+            }
+        }
+    }
+}
+
+/// Adds a lamp's light.
+#[inline(always)]
+fn add_light<S: pulp::Simd>(simd: S, weight: [f64; 3], given: &Given, light: &mut [[Row; 2]; 3]) {
+    for first in registers::<S>() {
+        let low = WideF64::load(simd, &given.low[first..]);
+        let high = WideF64::load(simd, &given.high[first..]);
+        for channel in 0..3 {
+            let weight = low.like(weight[channel]);
+            let [lows, highs] = &mut light[channel];
+            (WideF64::load(simd, &lows[first..]) + weight * low).store(&mut lows[first..]);
+            (WideF64::load(simd, &highs[first..]) + weight * high).store(&mut highs[first..]);
         }
     }
 }
 
 /// Makes colours of the light of some points. The background has its colour as it is.
 #[inline(always)]
-fn take_color(job: &Job, pack: &Pack, light: &mut [[Row; 2]; 3]) {
-    let mut colors = [[0.0; LANES]; 3];
+fn take_color<S: pulp::Simd>(simd: S, job: &Job, pack: &Pack, light: &mut [[Row; 2]; 3]) {
     let mut color = job.color(pack.id[0]);
-    for lane in 0..LANES {
-        if lane > 0 && pack.id[lane] != pack.id[lane - 1] {
-            color = job.color(pack.id[lane]);
-        }
-        for channel in 0..3 {
-            colors[channel][lane] = color[channel];
+    let mut colors = color.map(|part| [part; LANES]);
+    if pack.id != [pack.id[0]; LANES] {
+        for lane in 1..LANES {
+            if pack.id[lane] != pack.id[lane - 1] {
+                color = job.color(pack.id[lane]);
+            }
+            for channel in 0..3 {
+                colors[channel][lane] = color[channel];
+            }
         }
     }
-    for (bounds, color) in light.iter_mut().zip(&colors) {
-        for bound in bounds {
-            for lane in 0..LANES {
-                let light = if pack.id[lane] != 0 { bound[lane] } else { 1.0 };
-                bound[lane] = color[lane] * light;
+    for first in registers::<S>() {
+        let zero = WideF64::splat(simd, 0.0);
+        let is_object = zero.lt(WideF64::load(simd, &pack.is_object[first..]));
+        for channel in 0..3 {
+            let color = WideF64::load(simd, &colors[channel][first..]);
+            for side in 0..2 {
+                let bound = &mut light[channel][side][first..];
+                let here = is_object.select(WideF64::load(simd, bound), zero.like(1.0));
+                (color * here).store(bound);
             }
         }
     }

@@ -1,6 +1,10 @@
 //! Means → the numbers of a picture.
 
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use super::finder::Row;
 use super::mean::ExactMean;
+use crate::certify::LANES;
 use crate::scene::Edges;
 
 /// Bounds of a number.
@@ -21,6 +25,18 @@ impl Interval {
 pub trait Written: Copy + Default + Send + Sync {
     /// The one that all means within these bounds have, if they do have one.
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self>;
+    /// The same of means side by side, each channel with the lower bounds and the upper ones, and whether they
+    /// do.
+    #[inline(always)]
+    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
+        let mut are_known = [false; LANES];
+        for lane in 0..LANES {
+            let interval = |[low, high]: &[Row; 2]| Interval { low: low[lane], high: high[lane] };
+            let known = Self::of_bounds(&bounds.each_ref().map(interval));
+            (out[lane], are_known[lane]) = (known.unwrap_or_default(), known.is_some());
+        }
+        are_known
+    }
     /// That of an exact mean, searched from its bounds.
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self;
     /// That of a mean in a kernel's numbers.
@@ -51,6 +67,20 @@ impl Written for [u8; 3] {
         codes(Edges::srgb8(), bounds).map(|codes| codes.map(|code| code as u8))
     }
 
+    #[inline(always)]
+    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
+        let mut are_known = [true; LANES];
+        for channel in 0..3 {
+            let [low, high] = &bounds[channel];
+            let (bytes, are_same) = Edges::bytes(low, high);
+            for lane in 0..LANES {
+                out[lane][channel] = bytes[lane];
+                are_known[lane] &= are_same[lane];
+            }
+        }
+        are_known
+    }
+
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
         exact_codes(mean, Edges::srgb8(), 255, bounds).map(|code| code as u8)
     }
@@ -64,6 +94,21 @@ impl Written for [u16; 3] {
     #[inline(always)]
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
         codes(Edges::srgb16(), bounds)
+    }
+
+    #[inline(always)]
+    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
+        let edges = Edges::srgb16();
+        let mut are_known = [true; LANES];
+        for channel in 0..3 {
+            let [low, high] = &bounds[channel];
+            let (numbers, are_same) = edges.numbers(low, high);
+            for lane in 0..LANES {
+                out[lane][channel] = numbers[lane];
+                are_known[lane] &= are_same[lane];
+            }
+        }
+        are_known
     }
 
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
