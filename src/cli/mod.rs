@@ -34,6 +34,7 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, value_parser};
 use kugelblitz::control::Control;
+use kugelblitz::device::DeviceChoice;
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
@@ -41,8 +42,8 @@ use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
-    DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, language_parser, parse_crop,
-    parse_epsilon, parse_pixel, parse_ray, parse_size,
+    DEFAULT_KERNEL, distribution_parser, kernel_parser, language_parser, parse_crop, parse_epsilon,
+    parse_pixel, parse_ray, parse_size,
 };
 
 const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;

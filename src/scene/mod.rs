@@ -7,6 +7,7 @@ mod light;
 mod open;
 mod places;
 mod read;
+mod save;
 mod spheres;
 mod table;
 mod write;

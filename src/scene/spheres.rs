@@ -118,6 +118,16 @@ impl Spheres {
         self.names.get(&u32::try_from(index).ok()?).map(|name| &**name)
     }
 
+    /// True where a sphere has a name.
+    pub fn has_names(&self) -> bool {
+        !self.names.is_empty()
+    }
+
+    /// The index of the last sphere with a name.
+    pub(super) fn last_name(&self) -> Option<u32> {
+        self.names.last_key_value().map(|(&index, _)| index)
+    }
+
     /// Names the sphere with this index.
     pub fn set_name(&mut self, index: u32, name: impl Into<Box<str>>) {
         self.names.insert(index, name.into());

@@ -1,0 +1,109 @@
+//! Long work: without the interpreter's lock, stopped by Ctrl-C, with progress, in a pool of threads of this
+//! process.
+
+use std::process;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use kugelblitz::control::Control;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::error::exception;
+
+/// How often signals and progress are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The pool, and the process that its threads run in: a fork leaves them behind.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// The threads of this process. The interpreter's lock must be held, so that no fork comes while the pool is
+/// locked.
+pub fn pool(_: Python<'_>) -> PyResult<Arc<ThreadPool>> {
+    let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*pool {
+        Some((process, pool)) if *process == process::id() => return Ok(Arc::clone(pool)),
+        // Its threads are not in this process, so that dropping it would wait for nobody.
+        Some(_) => std::mem::forget(pool.take()),
+        None => {}
+    }
+    let made = ThreadPoolBuilder::new()
+        .thread_name(|n| format!("kugelblitz {n}"))
+        .build()
+        .map_err(|error| PyRuntimeError::new_err(format!("no threads: {error}")))?;
+    let made = Arc::new(made);
+    *pool = Some((process::id(), Arc::clone(&made)));
+    Ok(made)
+}
+
+/// Does `work` in the pool, with what the user gave to see the progress of so many steps, see `_progress.py`.
+///
+/// # Errors
+/// Those of [`run`], and `TypeError` for something else.
+pub fn run_with_progress<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    n_steps: u64,
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
+    let helper = py.import("kugelblitz._progress")?;
+    let steps = helper.call_method1("steps", (progress, "step"))?;
+    let on_progress = steps.call_method0("__enter__")?;
+    let result = run(py, Some(&on_progress).filter(|it| !it.is_none()), n_steps, work);
+    let none = py.None();
+    steps.call_method1("__exit__", (&none, &none, &none))?;
+    result
+}
+
+/// Does `work` in the pool. `progress` is called with the steps done and `n_steps`, now and then and in the
+/// end.
+///
+/// # Errors
+/// Those of `work` as exceptions, and what a signal's handler or `progress` raises; the work is then stopped.
+pub fn run<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    n_steps: u64,
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
+    let pool = pool(py)?;
+    let progress = progress.map(|progress| progress.clone().unbind());
+    let control = Control::default();
+    let report = |py: Python<'_>, done: u64| match &progress {
+        Some(progress) => progress.call1(py, (done.min(n_steps), n_steps)).map(drop),
+        None => Ok(()),
+    };
+    let look =
+        || Python::attach(|py| py.check_signals().and_then(|()| report(py, control.rays_done())));
+    let (outcome, raised) = py.detach(|| {
+        thread::scope(|scope| {
+            let (done, is_done) = channel::<()>();
+            let worker = scope.spawn(|| {
+                let _done = done;
+                pool.install(|| work(&control))
+            });
+            let mut raised = None;
+            while is_done.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                if raised.is_none()
+                    && let Err(error) = look()
+                {
+                    control.cancel();
+                    raised = Some(error);
+                }
+            }
+            (worker.join(), raised)
+        })
+    });
+    if let Some(raised) = raised {
+        return Err(raised);
+    }
+    let result = match outcome {
+        Ok(result) => result.map_err(|error| exception(error, ""))?,
+        Err(panic) => std::panic::resume_unwind(panic),
+    };
+    report(py, n_steps)?;
+    Ok(result)
+}
