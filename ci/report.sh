@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Measures speed against error on this machine and puts the result into docs/report/ and README.md.
+# Measures speed against error on this machine and puts the result into docs/report/, which the guide shows.
 #
-#   ci/report.sh              docs/report/lavapipe.{html,md,svg}, and the README's tables from it;
-#                             docs/report/peers.md, where other renderers are installed
+#   ci/report.sh              docs/report/lavapipe.{html,md,svg}; docs/report/peers.md, where other
+#                             renderers are installed
 #   ci/report.sh NAME [ARG…]  docs/report/NAME.{html,md,svg}; ARG go to `kugelblitz report`
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -17,24 +17,6 @@ mkdir -p docs/report
 report=docs/report/$name
 target/release/kugelblitz report "$@" -o "$report.html" -o "$report.md" -o "$report.svg"
 [ "$name" = lavapipe ] || exit 0
-
-# The README shows the three tables of lavapipe, each between its two marks.
-between() {
-    local what=$1 table=$2 readme
-    readme=$(mktemp)
-    awk -v what="$what" -v table="$table" '
-        $0 == "<!-- end of " what " -->" { inside = 0 }
-        !inside
-        $0 == "<!-- begin of " what ", made by ci/report.sh -->" {
-            inside = 1
-            print "\n" table "\n"
-        }' README.md >"$readme"
-    cat "$readme" >README.md
-    rm "$readme"
-}
-between "the report" "$(sed '/^| lit scene /,$d' "$report.md")"
-between "light" "$(sed -n '/^| lit scene /,/^| spheres /{/^| spheres /!p}' "$report.md")"
-between "many spheres" "$(sed -n '/^| spheres /,$p' "$report.md")"
 
 peers=$(mktemp)
 trap 'rm -f "$peers"' EXIT

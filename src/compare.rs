@@ -1,4 +1,12 @@
-//! Comparing two [`Hits`] of the same rays.
+//! Comparing two [`Hits`] of the same rays, and two pictures.
+
+mod pictures;
+mod share;
+
+pub use pictures::{
+    ChannelDifference, PictureDifference, Tolerance, compare_pictures, difference_picture,
+};
+pub use share::Share;
 
 use crate::trace::Hits;
 

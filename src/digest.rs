@@ -13,12 +13,29 @@
 //!    the normal (three `f32`, zeros on the background, and 0 for −0), and red, green and blue (`u8`, sRGB).
 //!
 //! It is written as `kb1:` and 64 hexadecimal digits.
+//!
+//! # A scene's hash
+//! [`scene_hash`] is of what a scene holds, whatever its file is called and however it is written. With the
+//! camera, the size and the samples it defines every byte of a picture. Version 1 is SHA-256 of these
+//! bytes, each number little-endian:
+//! 1. the text `kugelblitz scene 1` and a line feed;
+//! 2. the numbers of spheres and planes, lights and suns of the sky (four `u64`);
+//! 3. the background (three `f64`, as all colours: linear), the ambient light (the same, 0 without), the sky's
+//!    intensity (`f64`, 0 without);
+//! 4. of each light: `0` (a point), `1` (a sun) or `2` (the eye) and whether there are shadows (two `u8`), its
+//!    point or direction (three `f64`, 0 for the eye), colour and intensity (four `f64`);
+//! 5. of each 65536 spheres a SHA-256 of them: centre and radius (four `f64`) of each, then the colour of each;
+//! 6. of each plane point, normal and colour (nine `f64`).
+//!
+//! It is written as `kbs1:` and 64 hexadecimal digits.
 
 use std::fmt::Write;
 
+use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
 use crate::rays::Pixels;
+use crate::scene::{Color, Light, Scene, Source};
 use crate::trace::Hits;
 
 /// The text before the digits: it tells the version.
@@ -59,13 +76,66 @@ impl Digest {
 
     /// The digest in words.
     pub fn finish(self) -> String {
-        let mut text = PREFIX.to_string();
-        for byte in self.0.finalize() {
-            // A String takes all that is written to it.
-            let _ = write!(text, "{byte:02x}");
-        }
-        text
+        in_words(PREFIX, self.0)
     }
+}
+
+fn in_words(prefix: &str, hash: Sha256) -> String {
+    let mut text = prefix.to_string();
+    for byte in hash.finalize() {
+        // A String takes all that is written to it.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
+
+/// The text before the digits of a scene's hash.
+pub const SCENE_PREFIX: &str = "kbs1:";
+
+const SCENE_HEAD: &[u8] = b"kugelblitz scene 1\n";
+
+/// Spheres that are hashed together.
+const SPHERES_AT_ONCE: usize = 1 << 16;
+
+/// The hash of what a scene holds, but for its camera, its size and samples, and names.
+pub fn scene_hash(scene: &Scene) -> String {
+    fn add(hash: &mut Sha256, numbers: impl IntoIterator<Item = f64>) {
+        // At once: many small ones are several times slower.
+        let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
+        hash.update(bytes);
+    }
+    let mut hash = Sha256::new_with_prefix(SCENE_HEAD);
+    let n_suns = scene.sky.map_or(0, |sky| sky.directions as usize);
+    for n in [scene.spheres.len(), scene.planes.len(), scene.lights.len(), n_suns] {
+        hash.update((n as u64).to_le_bytes());
+    }
+    add(&mut hash, scene.background.0);
+    add(&mut hash, scene.ambient.map_or([0.0; 3], |Color(color)| color));
+    add(&mut hash, [scene.sky.map_or(0.0, |sky| sky.intensity)]);
+    for Light { source, color, intensity, shadows } in &scene.lights {
+        let (kind, place) = match source {
+            Source::Point(point) => (0, point.to_array()),
+            Source::Sun(direction) => (1, direction.to_array()),
+            Source::Eye => (2, [0.0; 3]),
+        };
+        hash.update([kind, u8::from(*shadows)]);
+        add(&mut hash, place.into_iter().chain(color.0).chain([*intensity]));
+    }
+    let rows = scene.spheres.rows().par_chunks(SPHERES_AT_ONCE).enumerate();
+    let parts = rows.map(|(part, rows)| {
+        let mut hash = Sha256::new();
+        add(&mut hash, rows.as_flattened().iter().copied());
+        let first = part * SPHERES_AT_ONCE;
+        let colors = (first..first + rows.len()).filter_map(|index| scene.spheres.color(index));
+        add(&mut hash, colors.flat_map(|Color(color)| color));
+        hash.finalize()
+    });
+    parts.collect::<Vec<_>>().iter().for_each(|part| hash.update(part));
+    for plane in &scene.planes {
+        let numbers = [plane.point.to_array(), plane.normal.to_array(), plane.color.0];
+        add(&mut hash, numbers.into_iter().flatten());
+    }
+    in_words(SCENE_PREFIX, hash)
 }
 
 #[cfg(test)]
@@ -108,6 +178,34 @@ mod tests {
         let expected: String =
             Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(digest(&pixels(), 1, &hits(), &COLORS), format!("kb1:{expected}"));
+    }
+
+    #[test]
+    fn a_scene_has_another_hash_when_anything_of_it_differs() {
+        let text = include_str!("../scenes/lit/figure1.toml");
+        let of = |text: &str| {
+            scene_hash(&crate::scene::parse_scene(text, "figure1.toml".as_ref()).unwrap())
+        };
+        let honest = of(text);
+        assert_eq!(honest.len(), SCENE_PREFIX.len() + 64);
+        // What is written otherwise, or is said elsewhere.
+        let same = format!("# another file\n{}", text.replace("fov      = 42.0", "fov = 41"));
+        assert!(same.contains("fov = 41"));
+        assert_eq!(of(&same), honest);
+        let mut differing = 0;
+        for line in text.lines().skip_while(|line| !line.starts_with("[[")) {
+            let Some(at) = line.rfind(|c: char| ('1'..='8').contains(&c)) else { continue };
+            if line.starts_with('#') || line.starts_with("name") || line.starts_with("shadows") {
+                continue;
+            }
+            let mut spoiled = line.to_owned();
+            let next = char::from(line.as_bytes()[at] + 1);
+            spoiled.replace_range(at..=at, &next.to_string());
+            let spoiled = text.replacen(line, &spoiled, 1);
+            assert_ne!(of(&spoiled), honest, "{line}");
+            differing += 1;
+        }
+        assert!(differing > 5, "{differing}");
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// No adapter fits the request.
+    /// No adapter fits the request, or there is no display for a window.
     #[error("{0}")]
     NoAdapter(String),
     /// The device was lost, failed, or did not finish in time.
@@ -51,7 +51,7 @@ pub enum Error {
     #[error("{0}")]
     Host(String),
     /// The user interrupted the work.
-    #[error("interrupted; no output file was changed")]
+    #[error("interrupted")]
     Interrupted,
 }
 
@@ -96,6 +96,17 @@ pub struct SceneError {
     pub message: String,
     /// What was expected, the nearest known key, or the next step.
     pub help: String,
+    /// What alone is missing, where that is what is wrong.
+    pub lacks: Option<Lack>,
+}
+
+/// What a cloud has neither in its file nor in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// A radius.
+    Radius,
+    /// A colour.
+    Color,
 }
 
 impl fmt::Display for SceneError {

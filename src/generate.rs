@@ -5,7 +5,7 @@
 //! functions of [`libm`], which are built from such operations.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ use crate::npy::write_float_header;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
 use crate::scene::{
-    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, cloud_scene_text,
+    Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, cloud_scene_text, seen_from,
 };
 
 /// How the spheres lie in space. Colours follow the place, so that pictures can be read.
@@ -134,18 +134,6 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     );
     let text = cloud_scene_text(&about, name, &recipe.camera());
     file.write_all(text.as_bytes()).map_err(Error::io(path))
-}
-
-/// `cloud` as a scene file at `scene` names it: alone where they share a folder.
-fn seen_from(scene: &Path, cloud: &Path) -> Result<PathBuf> {
-    let folder = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        folder.canonicalize().map_err(Error::io(folder))
-    };
-    let name = cloud.file_name().map(PathBuf::from).unwrap_or_default();
-    let folder_of_cloud = folder(cloud)?;
-    Ok(if folder(scene)? == folder_of_cloud { name } else { folder_of_cloud.join(name) })
 }
 
 impl Recipe {

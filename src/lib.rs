@@ -87,23 +87,27 @@
 //! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`render`] | pictures band by band, in bounded memory |
+//! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
-//! | [`picture`] | PNG, EXR, PPM and NPY |
+//! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself |
+//! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
-//! | [`compare`] | two results of the same rays |
+//! | [`compare`] | two results of the same rays, and two pictures |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
+//! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
 //! # The way of a pixel, from `cli/render.rs` to the file
-//! 1. `scene::read` reads the [`scene::Scene`]; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
+//! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
 //!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
@@ -145,11 +149,15 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
+#[cfg(feature = "cli")]
+pub mod figure;
+pub mod frames;
 pub mod generate;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod guard;
 pub mod host;
+pub mod judge;
 pub mod kernel;
 pub mod memory;
 mod npy;
@@ -166,6 +174,7 @@ pub mod scene;
 mod session;
 pub mod shade;
 pub mod shape;
+pub mod show;
 mod system;
 pub mod trace;
 pub mod tracer;
@@ -181,3 +190,8 @@ pub use glam;
 
 pub use error::{Error, Result};
 pub use session::{Making, Picture, Session};
+
+/// The examples of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide/src/library.md")]
+struct Guide;

@@ -14,6 +14,7 @@ use kugelblitz::control::Control;
 use kugelblitz::output;
 
 use cli::complain::{complain, complain_about_usage};
+use cli::head::failed_in_json;
 use cli::output::talk;
 use cli::process::{exit_at_once, fail_writes_beyond_the_file_size_limit};
 use cli::{Cli, Command, Run, quiet, threads};
@@ -25,12 +26,16 @@ fn main() -> ExitCode {
         Err(error) => return ExitCode::from(complain_about_usage(&error)),
     };
     fail_writes_beyond_the_file_size_limit();
-    stop_on_interrupt(Arc::clone(&run.control));
+    let writes = cli.command.writes_files();
+    stop_on_interrupt(Arc::clone(&run.control), writes);
     let result = threads::start().and_then(|()| dispatch(cli.command, &run));
     // What was cancelled is not done, even where nothing noticed.
     ExitCode::from(match run.control.check().and(result) {
         Ok(()) => end(0, || {}),
-        Err(error) => end(error.exit_code(), || complain(&error)),
+        Err(error) => end(error.exit_code(), || {
+            complain(&error, writes);
+            failed_in_json(&error);
+        }),
     })
 }
 
@@ -41,15 +46,19 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         Command::Check(args) => cli::check::run(&args, run),
         Command::Trace(args) => cli::trace::run(&args, run),
         Command::Explain(args) => cli::explain::run(&args, run),
+        Command::Judge(args) => cli::judge::run(&args, run),
+        Command::Compare(args) => cli::compare::run(&args, run),
+        Command::Info(args) => cli::info::run(&args),
         Command::Report(args) => cli::report::run(&args, run),
         Command::Export(args) => cli::export::run(&args, run),
+        Command::Figure(args) => cli::figure::run(&args, run),
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args, run),
         Command::Generate(args) => cli::generate::run(&args, run),
         Command::Digest(args) => cli::digest::run(&args, run),
         Command::Probe(args) => cli::probe::run(&args),
         Command::Completions(args) => cli::completions::run(&args),
-        Command::Man(args) => cli::man::run(&args),
+        Command::Man(args) => cli::man::run(&args, run),
     }
 }
 
@@ -70,8 +79,9 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Ctrl-C and SIGTERM let the work end by itself, and end it where that takes too long: drivers that
 /// compile, pipes that nobody opens and other people's code know nothing of a [`Control`]. Nothing
 /// half done stays behind, as cancelled work changes no output file. Once the outputs are being put in
-/// their places it is too late; only a second one, if that should hang, is then heard.
-fn stop_on_interrupt(control: Arc<Control>) {
+/// their places it is too late; only a second one, if that should hang, is then heard. `writes` says
+/// whether the command has output files.
+fn stop_on_interrupt(control: Arc<Control>, writes: bool) {
     let mut was_late = false;
     let stop = move || {
         if control.cancel() {
@@ -79,7 +89,7 @@ fn stop_on_interrupt(control: Arc<Control>) {
         } else if !std::mem::replace(&mut was_late, true) {
             return;
         }
-        stop_now(&control);
+        stop_now(&control, writes);
     };
     if let Err(error) = ctrlc::set_handler(stop) {
         // The program does its work without it too; Ctrl-C then kills it.
@@ -87,13 +97,14 @@ fn stop_on_interrupt(control: Arc<Control>) {
     }
 }
 
-fn stop_now(control: &Control) -> ! {
+/// Says nothing on standard output, where the work may be in the midst of a word.
+fn stop_now(control: &Control, writes: bool) -> ! {
     let interrupted = kugelblitz::Error::Interrupted;
     exit_at_once(end(interrupted.exit_code(), || {
         output::remove_unfinished();
         quiet::break_off();
         match control.is_cancelled() {
-            true => complain(&interrupted),
+            true => complain(&interrupted, writes),
             false => talk("error: interrupted while output files were put in their places"),
         }
     }))

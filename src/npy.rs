@@ -1,12 +1,13 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
 use std::io::{self, BufReader, Read};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
+use exr::prelude::f16;
 use npyz::{
-    AutoSerialize, DType, Deserialize, Field, NpyFile, NpyHeader, Order, WriteOptions,
-    WriterBuilder,
+    AutoSerialize, DType, Deserialize, Endianness, Field, NpyFile, NpyHeader, Order, TypeChar,
+    WriteOptions, WriterBuilder,
 };
 
 use crate::error::{Error, Result};
@@ -92,6 +93,15 @@ impl Record {
     }
 }
 
+/// An array in a file whose header is read.
+pub(crate) struct Array<R: Read> {
+    header: NpyHeader,
+    n_header_bytes: u64,
+    n_file_bytes: Option<u64>,
+    path: PathBuf,
+    reader: BufReader<R>,
+}
+
 /// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
 pub(crate) struct FloatTable<R: Read> {
     /// Rows.
@@ -100,6 +110,34 @@ pub(crate) struct FloatTable<R: Read> {
     pub n_columns: usize,
     path: PathBuf,
     file: NpyFile<BufReader<R>>,
+}
+
+/// A one-dimensional structured array in a file.
+pub(crate) struct Records<R: Read> {
+    /// Records.
+    pub n_rows: usize,
+    /// The numbers of a record, in their order.
+    pub cells: Vec<Cell>,
+    record_bytes: usize,
+    path: PathBuf,
+    reader: BufReader<R>,
+}
+
+/// One number of a record.
+pub(crate) struct Cell {
+    /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
+    pub field: String,
+    /// Its place in a field of several numbers.
+    pub element: Option<usize>,
+    /// The type as NumPy writes it.
+    pub type_name: String,
+    /// What kind of number; `None` for what is none.
+    pub kind: Option<TypeChar>,
+    /// Its bytes.
+    pub n_bytes: usize,
+    /// Bytes before it in the record.
+    offset: usize,
+    is_big_endian: bool,
 }
 
 /// Appends the header of a table of little-endian f64 to `out`.
@@ -116,9 +154,9 @@ fn write_header(dtype: DType, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 18;
 
-impl<R: Read> FloatTable<R> {
+impl<R: Read> Array<R> {
     /// Reads the header. `n_file_bytes` is the length of the whole file, where it is known; `path`
-    /// is for messages; `columns` are the allowed numbers of columns.
+    /// and `expected` are for messages.
     ///
     /// # Errors
     /// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is something else.
@@ -126,64 +164,243 @@ impl<R: Read> FloatTable<R> {
         reader: R,
         n_file_bytes: Option<u64>,
         path: &Path,
-        columns: &[u64],
-    ) -> Result<FloatTable<R>> {
+        expected: &str,
+    ) -> Result<Array<R>> {
         let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
-        let wrong = |message: String| Error::Input { path: path.to_owned(), message };
-        let expected = || {
-            let columns: Vec<String> = columns.iter().map(|n| format!("(N, {n})")).collect();
-            format!(
-                "expected a NumPy array of float64 or float32 with shape {}",
-                columns.join(" or ")
-            )
-        };
-
         let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
-                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
-                    wrong(format!("not a readable .npy file ({error}); {}", expected()))
-                }
+                io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Error::Input {
+                    path: path.to_owned(),
+                    message: format!("not a readable .npy file ({error}); expected {expected}"),
+                },
                 _ => Error::io(path)(error),
             }
         })?;
+        Ok(Array { header, n_header_bytes, n_file_bytes, path: path.to_owned(), reader })
+    }
 
-        let dtype = header.dtype();
-        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
-            return Err(wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
-        }
-        let &[n_rows, n_columns] = header.shape() else {
-            let n_axes = header.shape().len();
-            return Err(wrong(format!("it has {n_axes} dimensions; {}", expected())));
-        };
-        if !columns.contains(&n_columns) {
-            return Err(wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
-        }
-        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
-        let n_data_bytes = u128::from(n_rows) * u128::from(n_columns) * value_bytes;
-        if let Some(n_file_bytes) = n_file_bytes {
-            let n_found = u128::from(n_file_bytes.saturating_sub(n_header_bytes));
+    /// True for an array of records with fields.
+    pub fn is_structured(&self) -> bool {
+        matches!(self.header.dtype(), DType::Record(_))
+    }
+
+    fn wrong(&self, message: String) -> Error {
+        Error::Input { path: self.path.clone(), message }
+    }
+
+    /// Fails where the file has more or fewer bytes than `n_rows` rows of `row_bytes`.
+    fn check_length(&self, n_rows: u64, row_bytes: u128) -> Result<usize> {
+        let n_data_bytes = u128::from(n_rows).saturating_mul(row_bytes);
+        if let Some(n_file_bytes) = self.n_file_bytes {
+            let n_found = u128::from(n_file_bytes.saturating_sub(self.n_header_bytes));
             if n_found != n_data_bytes {
-                return Err(wrong(format!(
+                return Err(self.wrong(format!(
                     "its header tells of {n_rows} rows, which are {n_data_bytes} bytes, but \
                      {n_found} bytes follow; is the file cut off?"
                 )));
             }
         }
-        let too_large = |_| {
+        usize::try_from(n_rows).map_err(|_| {
             Error::TooLarge(format!(
                 "{}: {n_rows} rows don't fit this machine's memory; give them in parts",
-                path.display()
+                self.path.display()
             ))
-        };
-        Ok(FloatTable {
-            n_rows: usize::try_from(n_rows).map_err(too_large)?,
-            n_columns: usize::try_from(n_columns).map_err(too_large)?,
-            path: path.to_owned(),
-            file: NpyFile::with_header(header, reader),
         })
     }
 
+    /// A table of floats with an allowed number of columns.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for any other array.
+    pub fn floats(self, columns: &[RangeInclusive<u64>]) -> Result<FloatTable<R>> {
+        let expected = || {
+            let columns: Vec<String> = columns
+                .iter()
+                .map(|n| match n.start() == n.end() {
+                    true => format!("(N, {})", n.start()),
+                    false => format!("(N, {}) or more columns", n.start()),
+                })
+                .collect();
+            format!(
+                "expected a NumPy array of float64 or float32 with shape {}",
+                columns.join(" or ")
+            )
+        };
+        let dtype = self.header.dtype();
+        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
+            return Err(self.wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
+        }
+        let &[n_rows, n_columns] = self.header.shape() else {
+            let n_axes = self.header.shape().len();
+            return Err(self.wrong(format!("it has {n_axes} dimensions; {}", expected())));
+        };
+        if !columns.iter().any(|allowed| allowed.contains(&n_columns)) {
+            return Err(self.wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
+        }
+        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
+        let n_rows = self.check_length(n_rows, u128::from(n_columns) * value_bytes)?;
+        let Array { header, path, reader, .. } = self;
+        let file = NpyFile::with_header(header, reader);
+        // No more than were allowed.
+        Ok(FloatTable { n_rows, n_columns: n_columns as usize, path, file })
+    }
+
+    /// A structured array.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
+    pub fn records(self) -> Result<Records<R>> {
+        let dtype = self.header.dtype();
+        let &[n_rows] = self.header.shape() else {
+            let n_axes = self.header.shape().len();
+            let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
+            return Err(self.wrong(message));
+        };
+        let Some((cells, record_bytes)) = cells_of(&dtype) else {
+            let message = "its records have no fixed length, or a large one".to_owned();
+            return Err(self.wrong(message));
+        };
+        let n_rows = self.check_length(n_rows, record_bytes as u128)?;
+        let Array { path, reader, .. } = self;
+        Ok(Records { n_rows, cells, record_bytes, path, reader })
+    }
+}
+
+/// Most bytes of a record.
+const MAX_RECORD_BYTES: usize = 1 << 16;
+
+/// The numbers of a record of this type, and its bytes; `None` where it has no fixed length or a large one.
+pub(crate) fn cells_of(dtype: &DType) -> Option<(Vec<Cell>, usize)> {
+    let record_bytes = dtype.num_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n))?;
+    let mut cells = Vec::new();
+    add_cells(&mut cells, "", dtype, &mut 0);
+    Some((cells, record_bytes))
+}
+
+/// Adds the numbers of a field to those of a record; `at` counts the bytes before it.
+fn add_cells(cells: &mut Vec<Cell>, field: &str, dtype: &DType, at: &mut usize) {
+    match dtype {
+        DType::Plain(plain) => {
+            let n_bytes = plain.num_bytes().unwrap_or_default();
+            cells.push(Cell {
+                field: field.to_owned(),
+                element: None,
+                type_name: dtype.descr().replace('\'', ""),
+                kind: Some(plain.type_char()).filter(|&kind| is_number(kind, n_bytes)),
+                n_bytes,
+                offset: *at,
+                is_big_endian: plain.endianness() == Endianness::Big,
+            });
+            *at += n_bytes;
+        }
+        // Of no bytes, there may be any number.
+        DType::Array(_, inner) if inner.num_bytes().is_none_or(|n| n == 0) => {}
+        DType::Array(n, inner) => {
+            // Those of several axes are numbered through.
+            let first = cells.len();
+            (0..*n).for_each(|_| add_cells(cells, field, inner, at));
+            for (i, cell) in cells[first..].iter_mut().enumerate() {
+                (cell.field, cell.element) = (field.to_owned(), Some(i));
+            }
+        }
+        DType::Record(fields) => {
+            for inner in fields {
+                let name = match field {
+                    "" => inner.name.clone(),
+                    outer => format!("{outer}.{}", inner.name),
+                };
+                let first = cells.len();
+                add_cells(cells, &name, &inner.dtype, at);
+                // Padding has no name.
+                if inner.name.is_empty() {
+                    cells.truncate(first);
+                }
+            }
+        }
+    }
+}
+
+fn is_number(kind: TypeChar, n_bytes: usize) -> bool {
+    match kind {
+        TypeChar::Bool => n_bytes == 1,
+        TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&n_bytes),
+        TypeChar::Float => [2, 4, 8].contains(&n_bytes),
+        _ => false,
+    }
+}
+
+impl Cell {
+    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
+    pub fn name(&self) -> String {
+        match self.element {
+            None => self.field.clone(),
+            Some(i) => format!("{}:{i}", self.field),
+        }
+    }
+
+    /// True for unsigned numbers of 8 bits.
+    pub fn is_byte(&self) -> bool {
+        (self.kind, self.n_bytes) == (Some(TypeChar::Uint), 1)
+    }
+
+    /// The bits of the number in a record, the lowest first; those of a signed one go on with its sign.
+    pub fn bits(&self, record: &[u8]) -> u64 {
+        let bytes = &record[self.offset..self.offset + self.n_bytes];
+        let mut low_first = [0; 8];
+        low_first[..self.n_bytes].copy_from_slice(bytes);
+        if self.is_big_endian {
+            low_first[..self.n_bytes].reverse();
+        }
+        let bits = u64::from_le_bytes(low_first);
+        let n_unused = 64 - 8 * self.n_bytes as u32;
+        match self.kind {
+            Some(TypeChar::Int) => ((bits as i64) << n_unused >> n_unused) as u64,
+            _ => bits,
+        }
+    }
+
+    /// The f64 nearest to the number in a record; NaN for what is no number.
+    fn to_f64(&self, record: &[u8]) -> f64 {
+        match (self.kind, self.n_bytes) {
+            (Some(TypeChar::Float), 2) => f16::from_bits(self.bits(record) as u16).to_f64(),
+            (Some(TypeChar::Float), 4) => f32::from_bits(self.bits(record) as u32).into(),
+            (Some(TypeChar::Float), _) => f64::from_bits(self.bits(record)),
+            (Some(TypeChar::Int), _) => self.bits(record) as i64 as f64,
+            (Some(_), _) => self.bits(record) as f64,
+            (None, _) => f64::NAN,
+        }
+    }
+}
+
+impl<R: Read> Records<R> {
+    /// Reads all records and gives `put` each number of the `wanted` cells, with its record and its
+    /// cell.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
+    pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
+        let cells: Vec<_> = wanted.iter().map(|&place| (place, &self.cells[place])).collect();
+        let mut record = vec![0; self.record_bytes];
+        for row in 0..self.n_rows {
+            if let Err(error) = self.reader.read_exact(&mut record) {
+                return Err(match error.kind() {
+                    io::ErrorKind::UnexpectedEof => Error::Input {
+                        path: self.path,
+                        message: format!("the file ends before row {row} is whole"),
+                    },
+                    _ => Error::io(self.path)(error),
+                });
+            }
+            for (place, cell) in &cells {
+                put(row, *place, cell.to_f64(&record));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<R: Read> FloatTable<R> {
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -257,15 +474,18 @@ const MAX_HEADER_BYTES: u64 = 10_000;
 /// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
 const MAX_NESTING: usize = 8;
 
-/// Most decimal digits in the shape and all else: a product of numbers with so many digits
-/// together is below 10¹⁸, so below 2⁶⁴.
+/// Most decimal digits in the shapes of all: a product of numbers with so many digits together is
+/// below 10¹⁸, so below 2⁶⁴.
 const MAX_DIGITS: usize = 18;
+
+/// Most decimal digits that follow each other in a name or a type: a length of less than 10⁹.
+const MAX_DIGITS_OF_TYPE: usize = 9;
 
 /// The header and its length in bytes.
 ///
 /// The parser recurses into nested brackets and multiplies the shape without looking, and so can
 /// overflow the stack or an integer. Only text that can do neither is handed to it.
-fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
+pub(crate) fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
     let invalid = |message| io::Error::new(io::ErrorKind::InvalidData, message);
     let mut bytes = Vec::new();
     reader.take(8).read_to_end(&mut bytes)?;
@@ -284,21 +504,43 @@ fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
     reader.take(n_text_bytes).read_to_end(&mut bytes)?;
 
     let text = &bytes[n_before_text..];
-    let (mut depth, mut n_digits) = (0_usize, 0_usize);
-    for &byte in text {
+    let (mut depth, mut n_digits, mut n_digits_of_type) = (0_usize, 0_usize, 0_usize);
+    let mut quote = None;
+    for (at, &byte) in text.iter().enumerate() {
+        if byte == b'\\' {
+            return Err(invalid("its header has unexpected signs"));
+        }
+        if let Some(open) = quote {
+            n_digits_of_type = if byte.is_ascii_digit() { n_digits_of_type + 1 } else { 0 };
+            if n_digits_of_type > MAX_DIGITS_OF_TYPE {
+                return Err(invalid("its header is not that of a table of numbers"));
+            }
+            quote = Some(open).filter(|open| *open != byte);
+            continue;
+        }
         match byte {
+            b'\'' | b'"' => (quote, n_digits_of_type) = (Some(byte), 0),
             b'(' | b'[' | b'{' => depth += 1,
             b')' | b']' | b'}' => depth = depth.saturating_sub(1),
             b'0'..=b'9' => n_digits += 1,
-            // Escapes and signs have no business in a header of numbers.
-            b'\\' | b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
+            // Signs have no business in a header of numbers.
+            b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
             _ => {}
         }
         if depth > MAX_NESTING {
             return Err(invalid("its header is nested too deeply"));
         }
+        if n_digits > MAX_DIGITS
+            || text[at..].get(..2).is_some_and(|two| two.eq_ignore_ascii_case(b"0x"))
+        {
+            return Err(invalid("its header is not that of a table of numbers"));
+        }
     }
-    if n_digits > MAX_DIGITS || text.windows(2).any(|two| two.eq_ignore_ascii_case(b"0x")) {
+    if quote.is_some() {
+        return Err(invalid("its header is not closed"));
+    }
+    // Three quotes begin a text that may hold single ones.
+    if text.windows(3).any(|three| three == b"\'\'\'" || three == b"\"\"\"") {
         return Err(invalid("its header is not that of a table of numbers"));
     }
     let n_bytes = bytes.len() as u64;

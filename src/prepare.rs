@@ -179,8 +179,8 @@ impl Prepared {
             let is_listed = scene.spheres.len() <= most_listed(rays);
             if in_range && !is_listed {
                 let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
-                let tree = old.and_then(|old| Some(Arc::clone(&old.hierarchy.as_ref()?.tree)));
-                hierarchy = Some(Hierarchy::new(&frame, rays, &scene, tree, control)?);
+                let old = old.and_then(|old| old.hierarchy.as_ref());
+                hierarchy = Some(Hierarchy::new(&frame, rays, &scene, old, control)?);
             }
             Objects::Certified(match &hierarchy {
                 None if is_listed => frame.objects(&scene, scene.spheres.iter()),

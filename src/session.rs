@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use crate::control::Control;
 use crate::device::{Device, Made};
-use crate::digest::Digest;
+use crate::digest::{Digest, scene_hash};
 use crate::error::{Error, Result};
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
-use crate::picture::{Format, PictureOptions, PictureWriter};
+use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
@@ -40,6 +40,8 @@ pub struct Session {
     ready: Option<Ready>,
     /// For the samples of pixels, where there are several.
     of_samples: Option<Ready>,
+    /// The hash of the last scene that was drawn into a file.
+    hashed: Option<(Arc<Scene>, String)>,
 }
 
 /// The tracer, and what it was made for.
@@ -86,6 +88,7 @@ impl Session {
             kernel,
             ready: None,
             of_samples: None,
+            hashed: None,
         }
     }
 
@@ -305,16 +308,36 @@ impl Session {
         control: &Control,
     ) -> Result<(Rendered, OutputFile)> {
         let Plan { format, options, n_band_rows, .. } = *plan;
+        let metadata = self.metadata(pixels, plan);
         let (tracer, mut painter) = self.painter(pixels, plan.style(), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
-        let mut writer = PictureWriter::create(format, options, pixels, file, path)?;
+        let mut writer =
+            PictureWriter::create_with(format, options, pixels, &metadata, file, path)?;
         let begin = start.elapsed();
         let mut rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut writer, control)?;
         let start = Instant::now();
         let file = writer.finish()?;
         rendered.write += begin + start.elapsed();
         Ok((rendered, file))
+    }
+
+    /// What a picture says of how it was made.
+    fn metadata(&mut self, pixels: &Pixels, plan: &Plan) -> Metadata {
+        if !plan.format.has_metadata() {
+            return Metadata::default();
+        }
+        let hashed = self.hashed.take_if(|(scene, _)| Arc::ptr_eq(scene, &self.scene));
+        let new = || (Arc::clone(&self.scene), scene_hash(&self.scene));
+        let (_, scene) = self.hashed.insert(hashed.unwrap_or_else(new));
+        Metadata::new(&Origin {
+            scene,
+            camera: self.camera.as_ref(),
+            pixels,
+            kernel: self.kernel,
+            n_samples: plan.n_samples,
+            epsilon: plan.epsilon,
+        })
     }
 
     /// The [`Digest`] of a picture with `n_samples` × `n_samples` samples a pixel, made band by band. It is the

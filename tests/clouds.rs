@@ -383,7 +383,7 @@ fn cases() -> Vec<Case> {
             &["names the columns"],
         ),
         ("a.csv", text("x,y\n1,2\n"), both(), "file", &["no column `z`", "x, y"], &["commas"]),
-        ("a.csv", text("x;y;z\n1;2;3\n"), both(), "file", &["no column `x`", "x;y;z"], &["commas"]),
+        ("a.csv", text("x|y|z\n1|2|3\n"), both(), "file", &["no column `x`", "x|y|z"], &["commas"]),
         ("a.csv", text("x,y,z,x\n1,2,3,4\n"), both(), "file", &["column `x` twice"], &[]),
         (
             "a.csv",
@@ -457,11 +457,11 @@ fn cases() -> Vec<Case> {
         ),
         (
             "a.csv",
-            text("x,y,z,r,red,green,blue\n1,2,3,4,255,0,0\n"),
+            text("x,y,z,r,red,green,blue\n1,2,3,4,256,0,0\n"),
             none(),
             "file",
-            &["line 2: the colour is (255.0, "],
-            &["linear", "0 to 1"],
+            &["line 2: the colour is (256.0, "],
+            &["linear", "0 to 1", "0 to 255"],
         ),
         // xyz
         (

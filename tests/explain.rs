@@ -1,5 +1,7 @@
 //! `explain`: the numbers of one ray, through the library and through the program.
 
+#[path = "common/calculator.rs"]
+mod calculator;
 mod common;
 #[path = "common/program.rs"]
 mod program;
@@ -12,10 +14,9 @@ use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
-    Approximation, DEFAULT_OBJECTS, Explanation, ObjectExplanation, Quantity, Reason, explain,
-    latex,
+    Approximation, DEFAULT_OBJECTS, Explanation, Lang, LightExplanation, ObjectExplanation,
+    Quantity, Reason, Remark, Shading, Style, Verdict, explain, explain_as, latex,
 };
-use kugelblitz::explain::{LightExplanation, Shading, Verdict};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, read_scene};
 use kugelblitz::trace::{Kernel, Ray, Rays};
@@ -56,26 +57,57 @@ fn assert_written(explanation: &Explanation) {
         assert_eq!(line, line.trim_end(), "blanks at the end");
     }
     assert!(!text.chars().any(|c| c.is_control() && c != '\n'));
-    let latex = latex::latex(explanation);
+    let (n_checked, wrong) = calculator::checked(&text, explanation.digits);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let n_hits =
+        explanation.objects.iter().filter(|object| object.reason == Reason::Visible).count();
+    assert!(n_checked >= 10 * n_hits, "{n_checked} expressions\n{text}");
+    assert_latex(&latex::latex(explanation), explanation);
+}
+
+/// Asserts that LaTeX is whole: balanced, formulas in math mode and aligned, words outside.
+#[track_caller]
+fn assert_latex(latex: &str, explanation: &Explanation) {
+    let unescaped = latex.replace(r"\{", "").replace(r"\}", "");
     let mut depth = 0i32;
-    for c in latex.lines().filter(|line| !line.starts_with('%')).flat_map(str::chars) {
-        assert!(c.is_ascii(), "{c}");
+    for c in unescaped.chars() {
         depth += i32::from(c == '{') - i32::from(c == '}');
         assert!(depth >= 0, "{latex}");
     }
     assert_eq!(depth, 0, "{latex}");
-    let count = |what: &str| latex.matches(what).count();
-    let lit = explanation.shading.as_ref().filter(|shading| shading.point.is_some());
-    let n_lit = lit.map_or(0, |shading| {
-        2 + shading.lights.iter().filter(|light| !light.quantities.is_empty()).count()
-    });
-    assert_eq!(count(r"\begin{align*}"), explanation.objects.len() + 1 + n_lit);
-    assert_eq!(count(r"\begin{align*}"), count(r"\end{align*}"));
-    let math = latex.lines().filter(|line| !line.starts_with('%'));
-    for line in math.filter(|line| !line.is_empty() && !line.ends_with("{align*}")) {
-        assert_eq!(line.matches('&').count(), 1, "{line}");
-        assert!(!line.contains("NaN") && !line.contains("inf"), "{line}");
+    let lights = explanation.shading.iter().flat_map(|shading| &shading.lights);
+    let n_ways = lights.filter(|light| !light.quantities.is_empty()).count();
+    let n_lit = n_ways + usize::from(latex.contains(r"\textstyle\sum"));
+    let n_formulas =
+        explanation.objects.len() + 1 + usize::from(explanation.point.is_some()) + n_lit;
+    assert_eq!(latex.matches(r"\begin{align*}").count(), n_formulas, "{latex}");
+    let mut is_math = false;
+    for line in latex.lines() {
+        match line {
+            r"\begin{align*}" => is_math = true,
+            r"\end{align*}" => is_math = false,
+            _ if is_math => {
+                assert!(line.is_ascii() || line.contains(r"\text{"), "{line}");
+                assert_eq!(line.matches('&').count(), 1, "{line}");
+                assert!(!line.contains("NaN") && !line.contains("inf"), "{line}");
+            }
+            _ => {
+                // Outside of math, formulas stand between dollars, and nothing else is a command.
+                let line = line.replace(r"\$", "");
+                assert_eq!(line.matches('$').count() % 2, 0, "{line}");
+                for word in line.split('$').step_by(2) {
+                    assert!(!word.contains(['·', 'ω', '≤', '−', '^', '~', '<']), "{line}");
+                    let bare = |c: char| word.replace(&format!("\\{c}"), "").contains(c);
+                    assert!(!['_', '&', '#'].into_iter().any(bare), "{line}");
+                }
+            }
+        }
     }
+    assert!(!is_math, "{latex}");
+}
+
+fn words(why: &[Remark]) -> Vec<String> {
+    why.iter().map(Remark::to_string).collect()
 }
 
 fn object(explanation: &Explanation, id: u32) -> &ObjectExplanation {
@@ -93,7 +125,7 @@ fn exact<'a>(object: &'a ObjectExplanation, symbol: &str) -> Option<&'a str> {
 #[track_caller]
 fn assert_why(object: &ObjectExplanation, reason: Reason, why: &[&str]) {
     assert_eq!(object.reason, reason);
-    assert_eq!(object.why, why);
+    assert_eq!(words(&object.why), why);
 }
 
 #[test]
@@ -141,7 +173,9 @@ fn figure_5_has_the_numbers_of_its_table() {
         Reason::Farther { than: 2 },
         &["farther than sphere 2 (touched)"],
     );
-    assert_why(object(&explanation, 1), Reason::Missed, &["D < 0: the line misses the sphere"]);
+    let passes = "the ray passes it at a distance of 3";
+    let why = ["D < 0: the line misses the sphere", passes];
+    assert_why(object(&explanation, 1), Reason::Missed, &why);
 }
 
 #[test]
@@ -152,26 +186,124 @@ sphere 2 (touched)
   → nearest positive t: visible
   → D = 0: the line touches the sphere
   c = (3, 4, -24), r = 5
-  o − c = (-3, -4, 24)
-  a = d·d = 0 + 0 + 1 = 1
-  b = 2·d·(o − c) = 2·(0 + 0 − 24) = -48
-  k = (o − c)·(o − c) − r² = 601 − 25 = 576
-  D = b² − 4·a·k = (-48)² − 4·1·576 = 0
+  o − c = (0, 0, 0) − (3, 4, -24) = (-3, -4, 24)
+  a = d·d = 0² + 0² + (-1)² = 1
+  b = 2·d·(o − c) = 2·(0·(-3) + 0·(-4) + (-1)·24) = 2·(0 + 0 − 24) = -48
+  k = (o − c)·(o − c) − r² = (-3)² + (-4)² + 24² − 5² = 601 − 25 = 576
+  D = b² − 4·a·k = (-48)² − 4·1·576 = 2304 − 2304 = 0
   t = (−b ± √D) / (2·a) = (48 ± √0) / (2·1) = 24
+  In the table, stable has L = c − o and P = L − (d·L/a)·d, the way to the centre from the point
+  of the line that is nearest to it. So r² − P·P = D/(4·a) is positive where the line pierces the
+  sphere; h = √(a·(r² − P·P)) = √D/2; b = −2·d·L, k = L·L − r²; the roots are q/a and k/q with q
+  = d·L ± h.
                f32 lecture       f32 stable                       f64                        exact
   a                      1                1                         1                            1
   b                    -48              -48                       -48                          -48
 ";
     assert!(shown.contains(expected), "{shown}");
+    assert_eq!(shown.matches("In the table, stable has").count(), 1, "at the first sphere alone");
+    let seen = "
+The ray sees sphere 2 (touched): t = 24
+  → its front; n is the unit normal that faces the ray
+  p = o + t·d = (0, 0, 0) + 24·(0, 0, -1) = (0, 0, -24)
+  p − c = (0, 0, -24) − (3, 4, -24) = (-3, -4, 0)
+  f(p) = (p − c)·(p − c) − r² = (-3)² + (-4)² + 0² − 5² = 0
+  n = (p − c) / r = (-3, -4, 0) / 5 = (-0.6, -0.8, 0)
+";
+    assert!(shown.contains(seen), "{shown}");
     let lines = latex::latex(&of_pixel("figure5", 640, 360));
     for line in [
-        r"% sphere 2 (touched): nearest positive t: visible; D = 0: the line touches the sphere",
-        r"b &= 2\,\vec{d} \cdot (\vec{o} - \vec{c}) = 2\,(0 + 0 - 24) = -48 \\",
-        r"D &= b^2 - 4ak = (-48)^2 - 4 \cdot 1 \cdot 576 = 0 \\",
+        r"\noindent\textbf{Pixel $(640, 360)$ of $1281 \times 721$: the ray $\vec{p}(t) = \vec{o} + t \cdot \vec{d}$}",
+        r"\noindent\textbf{sphere 2 (touched)}: nearest positive $t$: visible; $D = 0$: the line touches the sphere",
+        r"a &= \vec{d} \cdot \vec{d} = 0^2 + 0^2 + (-1)^2 = 1 \\",
+        r"D &= b^2 - 4ak = (-48)^2 - 4 \cdot 1 \cdot 576 = 2304 - 2304 = 0 \\",
         r"t &= \frac{-b \pm \sqrt{D}}{2a} = \frac{48 \pm \sqrt{0}}{2 \cdot 1} = 24",
-        r"D &= b^2 - 4ak = (-32)^2 - 4 \cdot 1 \cdot 283 = -108 < 0",
+        r"D &= b^2 - 4ak = (-32)^2 - 4 \cdot 1 \cdot 283 = 1024 - 1132 = -108 < 0",
+        r"\noindent\textbf{The ray sees sphere 2 (touched): $t = 24$}: its front; $\vec{n}$ is the unit normal that faces the ray",
+        r"\vec{p} &= \vec{o} + t\,\vec{d} = (0,\ 0,\ 0) + 24 \cdot (0,\ 0,\ -1) = (0,\ 0,\ -24) \\",
     ] {
         assert!(lines.lines().any(|other| other == line), "{line}\n{lines}");
+    }
+}
+
+/// The calculator of these tests sees a digit that is wrong, and a formula that is.
+#[test]
+fn a_wrong_digit_is_noticed() {
+    let shown = text(&of_pixel("figure2", 700, 300));
+    let (n_checked, wrong) = calculator::checked(&shown, 6);
+    assert!(n_checked > 30 && wrong.is_empty(), "{n_checked}: {wrong:?}");
+    let lines: Vec<&str> = shown.lines().collect();
+    let mut n_spoiled = 0;
+    for (i, line) in lines.iter().enumerate() {
+        let starts = ["  o − c", "  a = d·d", "  b = 2", "  k = ", "  D = ", "  p = ", "  n = "];
+        let next = lines.get(i + 1).map_or("", |next| next.trim_start());
+        let is_broken = next.starts_with(['=', '≈']);
+        if is_broken || !starts.iter().any(|start| line.starts_with(start)) {
+            continue;
+        }
+        // One more in the last digit of the last number, or one digit in a place before.
+        let last = line.rfind(|c: char| c.is_ascii_digit()).unwrap();
+        let digit = line[last..=last].parse::<u8>().unwrap();
+        let other = (digit + if digit == 5 { 4 } else { 5 }) % 10;
+        let spoiled = format!("{}{other}{}", &line[..last], &line[last + 1..]);
+        let mut all = lines.clone();
+        all[i] = &spoiled;
+        let (_, wrong) = calculator::checked(&all.join("\n"), 6);
+        assert!(!wrong.is_empty(), "{line} became {spoiled}");
+        n_spoiled += 1;
+    }
+    assert!(n_spoiled > 10, "{n_spoiled}");
+    for (line, n_wrong) in [
+        ("  D = b² − 4·a·k = (-48)² − 4·1·576 = 2304 − 2304 = 1", 2),
+        ("  t = (−b ± √D) / (2·a) = (80 ± √64) / (2·1), t₁ = 36, t₂ = 45", 1),
+        ("  t = (−b ± √D) / (2·a) ≈ (80 ± √64.0001) / (2·1), t₁ ≈ 36, t₂ ≈ 44", 0),
+        ("  p = o + t·d ≈ (0, 1, 0) + 0.5·(1, -2, 1e-3) ≈ (0.5, 0, 6e-4)", 1),
+        ("  n·ω = n·w / |w| = (1·3 + 0·0 + 0·4) / √(3² + 0² + 4²) = 0.6", 0),
+        ("  n·ω = n·w / |w| = (1·3 + 0·0 + 0·4) / √(3² + 0² + 4²) = 0.8", 1),
+    ] {
+        assert_eq!(calculator::checked(line, 6).1.len(), n_wrong, "{line}");
+    }
+}
+
+/// D is the difference of two numbers that agree in their first 15 digits: it has six digits all the
+/// same, and the numbers on the way to it as many as that takes.
+#[test]
+fn a_discriminant_near_zero_can_be_calculated() {
+    let mut signs = [0; 2];
+    for step in 1..20 {
+        for by in [1e-13, -1e-13] {
+            let x = 3.0 + f64::from(step) * by;
+            let grazing = scene(vec![sphere(DVec3::new(x, 0.0, -10.0), 3.0)], vec![]);
+            let explanation = of_ray(grazing, [0.0; 3], [0.0, 0.0, -1.1]);
+            let d = exact(object(&explanation, 1), "D").unwrap();
+            assert!(d.contains("e-1"), "{d}");
+            signs[usize::from(d.starts_with('-'))] += 1;
+            let shown = text(&explanation);
+            let line = shown.split("  D = ").nth(1).unwrap().split("  t = ").next().unwrap();
+            assert!(line.contains(&format!("≈ {}", &d[..5])), "{line}");
+            let longest = line.split([' ', '(', '·', ')']).map(str::len).max();
+            assert!(longest > Some(15), "{line}");
+        }
+    }
+    assert_eq!(signs, [19, 19]);
+}
+
+#[test]
+fn results_have_the_digits_that_are_asked_for() {
+    let scene = Arc::new(read_scene(file("figure2").as_ref()).unwrap());
+    let rays = ray([0.0; 3], [0.1, 0.03, -1.0]);
+    for digits in [1, 2, 3, 12, 40] {
+        let explanation = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap();
+        assert_written(&explanation);
+        let shown = text(&explanation);
+        let t = shown.split("t₁ ≈ ").nth(1).unwrap().split([',', '\n']).next().unwrap();
+        let n_digits = t.chars().filter(char::is_ascii_digit).count();
+        assert!(n_digits <= digits && n_digits + 2 >= digits, "{t}: {digits}");
+        assert!(shown.contains(&format!("rounded to {digits} digits")), "{shown}");
+    }
+    for digits in [0, 41] {
+        let error = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
     }
 }
 
@@ -181,8 +313,23 @@ fn spheres_behind_around_and_at_the_origin() {
     let down = [0.0, 0.0, -1.0];
 
     let behind = of_ray(at(5.0, 1.0), [0.0; 3], down);
-    assert_why(object(&behind, 1), Reason::Behind, &["behind the camera: both t ≤ 0"]);
+    let nearest = "the point of the ray that is nearest to it is its origin, 4 away";
+    let pierces = "behind the ray's origin: the line pierces the sphere, but both t < 0";
+    assert_why(object(&behind, 1), Reason::Behind, &[pierces, nearest]);
     assert_eq!(object(&behind, 1).gap, Some(4.0));
+    let of_camera = of_pixel("figure2", 640, 360);
+    let why = words(&object(&of_camera, 1).why);
+    assert_eq!(why[0], "behind the camera: the line pierces the sphere, but both t < 0");
+    let beside = scene(vec![sphere(DVec3::new(3.0, 0.0, 4.0), 3.0)], vec![]);
+    let touches = "behind the ray's origin: the line touches the sphere, but at t < 0";
+    let nearest = "the point of the ray that is nearest to it is its origin, 2 away";
+    let touched = of_ray(beside, [0.0; 3], down);
+    assert_why(object(&touched, 1), Reason::Behind, &[touches, nearest]);
+    let missed = scene(vec![sphere(DVec3::new(3.0, 0.0, 4.0), 1.0)], vec![]);
+    let missed = of_ray(missed, [0.0; 3], down);
+    let nearest = "the point of the ray that is nearest to it is its origin, 4 away";
+    let misses = "D < 0: the line misses the sphere";
+    assert_why(object(&missed, 1), Reason::Missed, &[misses, nearest]);
     assert!(behind.winner.is_none());
     assert!(text(&behind).contains("The ray sees the background."));
 
@@ -218,7 +365,7 @@ fn a_ray_without_a_direction_meets_nothing() {
     let around = scene(vec![sphere(DVec3::ZERO, 2.0)], vec![]);
     let nowhere = of_ray(around, [0.0; 3], [0.0; 3]);
     assert_eq!(object(&nowhere, 1).reason, Reason::Degenerate);
-    let why = &object(&nowhere, 1).why[0];
+    let why = object(&nowhere, 1).why[0].to_string();
     assert_eq!(why, "a number here can't be calculated with: no hit");
     assert!(nowhere.winner.is_none());
 }
@@ -239,7 +386,9 @@ fn planes_behind_parallel_and_too_far() {
         }
     }
     let behind = of_ray(at(3.0, DVec3::Y), [0.0; 3], down);
-    assert_why(object(&behind, 1), Reason::Behind, &["behind the camera: t < 0"]);
+    let meets = "behind the ray's origin: the line meets the plane at t < 0";
+    let nearest = "the point of the ray that is nearest to it is its origin, 3 away";
+    assert_why(object(&behind, 1), Reason::Behind, &[meets, nearest]);
     let origin_in_it = of_ray(at(0.0, DVec3::Y), [0.0; 3], down);
     assert_why(
         object(&origin_in_it, 1),
@@ -247,7 +396,8 @@ fn planes_behind_parallel_and_too_far() {
         &["t = 0: the origin lies in the plane, which does not count"],
     );
     let parallel = of_ray(at(3.0, DVec3::X), [1.0, 0.0, 0.0], down);
-    assert_why(object(&parallel, 1), Reason::Parallel, &["parallel: d·n = 0"]);
+    let stays = ["parallel: d·n = 0", "the ray stays 1 away from it"];
+    assert_why(object(&parallel, 1), Reason::Parallel, &stays);
     let in_the_plane = of_ray(at(3.0, DVec3::X), [0.0; 3], down);
     assert_why(
         object(&in_the_plane, 1),
@@ -256,7 +406,8 @@ fn planes_behind_parallel_and_too_far() {
     );
     let too_far = of_ray(at(-1e39, DVec3::Y), [0.0; 3], [0.0, -1.0, 0.0]);
     assert_eq!(object(&too_far, 1).reason, Reason::TooFar);
-    assert_eq!(object(&too_far, 1).why[0], "t is larger than any f32: counts as background");
+    let why = object(&too_far, 1).why[0].to_string();
+    assert_eq!(why, "t is larger than any f32: counts as background");
     assert!(too_far.winner.is_none());
 }
 
@@ -301,7 +452,11 @@ fn errors_are_those_calculated_by_hand() {
     assert_eq!(near.lecture, entry(Some(9.0), None, false));
     assert_eq!((near.stable, near.f64), (none, none));
 
-    let why = ["D < 0: the line misses the sphere", "wrong in f32 lecture, which sees a hit"];
+    let why = [
+        "D < 0: the line misses the sphere",
+        "the ray passes it at a distance of 2",
+        "wrong in f32 lecture, which sees a hit",
+    ];
     assert_why(sphere, Reason::Missed, &why);
     let shown = text(&explanation);
     assert!(shown.contains("sign! 9.4e6 ulp"), "{shown}");
@@ -481,7 +636,7 @@ fn exact_of<'a>(quantities: &'a [Quantity], symbol: &str) -> Option<&'a str> {
 
 #[track_caller]
 fn assert_light(light: &LightExplanation, verdict: Verdict, why: &str, numbers: [Option<&str>; 3]) {
-    assert_eq!((&light.verdict, &light.why[..]), (&verdict, &[why.to_owned()][..]));
+    assert_eq!((&light.verdict, words(&light.why)), (&verdict, vec![why.to_owned()]));
     let found = ["n·ω", "s", "I·n·ω"].map(|symbol| exact_of(&light.quantities, symbol));
     assert_eq!(found, numbers, "{}", light.name);
 }
@@ -490,15 +645,15 @@ fn assert_light(light: &LightExplanation, verdict: Verdict, why: &str, numbers: 
 fn light_has_the_numbers_calculated_by_hand() {
     let explanation = of_ray(six_lights(), [0.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
     let shading = shading(&explanation);
-    let point = &shading.point.as_ref().unwrap().quantities;
+    let point = &explanation.point.as_ref().unwrap().quantities;
     for (symbol, expected) in
         [("p.x", "0"), ("p.y", "0"), ("f(p)", "0"), ("n.x", "0"), ("n.y", "1")]
     {
         assert_eq!(exact_of(point, symbol), Some(expected), "{symbol}");
     }
     let [one, two, three, four, five, six] = &shading.lights[..] else { panic!("six lights") };
-    assert_eq!((one.name.as_str(), one.place.as_str()), ("light 1", "at (3, 4, 0)"));
-    assert_eq!(two.place, "a sun along (0, 1, 0)");
+    assert_eq!((one.name.as_str(), &*one.place.to_string()), ("light 1", "at (3, 4, 0)"));
+    assert_eq!(two.place.to_string(), "a sun along (0, 1, 0)");
     let counts = "nothing is in its way: it counts";
     assert_light(one, Verdict::Counts, counts, [Some("0.8"), None, Some("0.4")]);
     let behind = "behind the surface: n·ω < 0";
@@ -540,23 +695,25 @@ fn light_reads_as_in_a_lecture() {
     let shown = text(&explanation);
     for expected in [
         "
-The point that the ray sees
-  p = o + t·d = (0, 0, 0)
-  f(p) = (p − a)·n = 0
-  n = (0, 1, 0)
+The ray sees plane 2: t = 5
+  → its front; n is the unit normal that faces the ray
+  p = o + t·d = (0, 5, 0) + 5·(0, -1, 0) = (0, 0, 0)
+  p − a = (0, 0, 0) − (0, 0, 0) = (0, 0, 0)
+  f(p) = (p − a)·n = 0·0 + 0·2 + 0·0 = 0
+  n / |n| = (0, 2, 0) / 2 = (0, 1, 0)
 ",
         "
 light 1, at (3, 4, 0)
   → nothing is in its way: it counts
-  w = l − p = (3, 4, 0)
-  n·ω = n·w / |w| = 0.8
+  w = l − p = (3, 4, 0) − (0, 0, 0) = (3, 4, 0)
+  n·ω = n·w / |w| = (0·3 + 1·4 + 0·0) / √(3² + 4² + 0²) = 0.8
   I·n·ω = (0.5, 0.5, 0.5)·0.8 = (0.4, 0.4, 0.4)
 ",
         "
 light 3, at (0, 8, 6)
   → in its way: sphere 1, s = 0.4
-  w = l − p = (0, 8, 6)
-  n·ω = n·w / |w| = 0.8, s = 0.4
+  w = l − p = (0, 8, 6) − (0, 0, 0) = (0, 8, 6)
+  n·ω = n·w / |w| = (0·0 + 1·8 + 0·6) / √(0² + 8² + 6²) = 0.8, s = 0.4
 ",
         "
 light 5, at (0, 1, 0)
@@ -571,10 +728,9 @@ light 6, at the eye
     }
     let lines = latex::latex(&explanation);
     for line in [
-        r"% light 3, at (0, 8, 6): in its way: sphere 1, s = 0.4",
-        r"\vec{n} \cdot \vec{\omega} &= \frac{\vec{n} \cdot \vec{w}}{|\vec{w}|} = 0.8, \quad s = 0.4",
-        r"\vec{w} &= \vec{l} - \vec{p} = (0,\ 8,\ 6) \\",
-        r"% the ray: bytes 167, 101, 192",
+        r"\noindent\textbf{light 3}: at $(0, 8, 6)$; in its way: sphere 1, $s = 0.4$",
+        r"\vec{w} &= \vec{l} - \vec{p} = (0,\ 8,\ 6) - (0,\ 0,\ 0) = (0,\ 8,\ 6) \\",
+        r"\noindent\textbf{The colour of the ray}: bytes 167, 101, 192",
     ] {
         assert!(lines.lines().any(|other| other == line), "{line}\n{lines}");
     }
@@ -606,13 +762,14 @@ fn what_is_in_the_way_has_its_root() {
         lit.lights = vec![light(Source::Point(DVec3::new(0.0, 8.0, 6.0)), 1.0)];
         let explanation = of_ray(lit, [0.0, 0.25, 0.0], [0.0, -1.0, 0.0]);
         let [light] = &shading(&explanation).lights[..] else { panic!("one light") };
-        assert_eq!(light.why[0], format!("in its way: {expected}"), "{what}");
+        assert_eq!(light.why[0].to_string(), format!("in its way: {expected}"), "{what}");
     }
     // From inside, the own wall is in the way of a light outside.
     let mut lit = scene(vec![sphere(DVec3::ZERO, 5.0)], vec![]);
     lit.lights = vec![light(Source::Point(DVec3::Y * 15.0), 1.0)];
     let explanation = of_ray(lit, [0.0; 3], [0.0, -1.0, 0.0]);
-    assert_eq!(shading(&explanation).lights[0].why[0], "in its way: sphere 1, s = 0.5");
+    let why = shading(&explanation).lights[0].why[0].to_string();
+    assert_eq!(why, "in its way: sphere 1, s = 0.5");
 }
 
 /// A sphere on a floor, from inside a room, under a sky: all that a picture shows is explained.
@@ -653,7 +810,7 @@ fn the_byte_explained_is_the_byte_shown() {
             let shown = shading.mean.as_ref().map_or(&shading.color, |mean| &mean.color);
             let bytes = shown.channels.each_ref().map(|channel| channel.byte);
             assert_eq!(bytes, picture.srgb8[index], "({x}, {y})");
-            assert_eq!(shading.point.is_some(), picture.hits.id[index] > 0);
+            assert_eq!(explanation.point.is_some(), picture.hits.id[index] > 0);
             if let Some(sky) = &shading.sky {
                 assert_eq!(sky.counting + sky.behind + sky.hidden, 7);
                 n_hidden[0] += sky.hidden;
@@ -679,7 +836,7 @@ fn without_light_nothing_is_said_of_it() {
     let explanation = explain(&scene, &rays, None).unwrap();
     assert_written(&explanation);
     let shading = shading(&explanation);
-    assert!(shading.point.is_none() && shading.lights.is_empty() && shading.mean.is_some());
+    assert!(shading.lights.is_empty() && shading.sky.is_none() && shading.mean.is_some());
 }
 
 /// What f32 makes of a shadow without an epsilon is told where it is wrong.
@@ -698,10 +855,10 @@ fn a_surface_in_its_own_light_is_told() {
         let is_wrong = light
             .why
             .iter()
-            .any(|why| why == "wrong in f32 lecture, which has sphere 1 in its way");
+            .any(|why| why.to_string() == "wrong in f32 lecture, which has sphere 1 in its way");
         let s = light.quantities.iter().find(|row| row.symbol == "s");
         assert_eq!(is_wrong, s.is_some_and(|s| s.lecture.is_some_and(|s| s.value.is_some())));
-        let shadowed = shading.color.why.iter().any(|why| why.contains("f32 lecture"));
+        let shadowed = words(&shading.color.why).iter().any(|why| why.contains("f32 lecture"));
         assert_eq!(is_wrong, shadowed, "{:?}", shading.color);
         *(if is_wrong { &mut n_wrong } else { &mut n_right }) += 1;
     }
@@ -793,7 +950,8 @@ fn json_has_the_head_of_the_others_and_all_numbers() {
 fn latex_is_all_that_latex_prints() {
     let scene = file("figure1");
     let text = run(&[&scene, "--pixel", "100,600", "--device", "cpu", "--latex"]);
-    assert!(text.starts_with("% pixel (100, 600) of 1280x720\n\\begin{align*}\n"), "{text}");
+    let start = r"\noindent\textbf{Pixel $(100, 600)$ of $1280 \times 720$: the ray ";
+    assert!(text.starts_with(&format!("% \\usepackage{{amsmath}}\n\n{start}")), "{text}");
     assert!(text.ends_with("\\end{align*}\n"), "{text}");
     assert!(text.contains(r"\frac{-2.2}{-0.375868} \approx 5.85312"), "{text}");
     assert_written(&of_pixel("figure1", 100, 600));
@@ -813,7 +971,7 @@ fn size_and_crop_mean_what_they_mean_elsewhere() {
 #[test]
 fn wrong_usage_exits_2_and_says_what_is_allowed() {
     let scene = file("figure5");
-    let cases: [(&[&str], &str); 14] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--pixel", "1281,0"], "X goes from 0 to 1280, Y from 0 to 720"),
         (&["--pixel", "0,721"], "X goes from 0 to 1280, Y from 0 to 720"),
         (&["--pixel", "-1,0"], "X goes from 0 to 1280"),
@@ -827,7 +985,11 @@ fn wrong_usage_exits_2_and_says_what_is_allowed() {
         (&["--ray", "0,0,0,0,1"], "six numbers"),
         (&["--ray", "0,0,0,0,0,1", "--pixel", "1,1"], "cannot be used with"),
         (&["--ray", "0,0,0,0,0,1", "--size", "3x3"], "cannot be used with"),
-        (&[], "--pixel"),
+        (&[], "<--pixel <X,Y>|--ray <OX,OY,OZ,DX,DY,DZ>>"),
+        (&["--size", "3x3"], "--ray"),
+        (&["--pixel", "1,1", "--digits", "0"], "1..=40"),
+        (&["--pixel", "1,1", "--digits", "41"], "1..=40"),
+        (&["--pixel", "1,1", "--lang", "fr"], "possible values: en, de"),
     ];
     for (args, says) in cases {
         let args = [&["explain", scene.as_str(), "--device", "cpu"], args].concat();
@@ -835,4 +997,96 @@ fn wrong_usage_exits_2_and_says_what_is_allowed() {
         assert!(ran.stderr.contains(says), "{args:?}\n{}", ran.stderr);
         assert_eq!(ran.stdout, b"", "{args:?}");
     }
+}
+
+#[test]
+fn german_is_german_throughout() {
+    let mut lit = lit_picture(2);
+    lit.spheres.set_name(0, "50 % of_a {ball} & #1 \\~^");
+    lit.planes.push(plane(DVec3::Z * 9.0, DVec3::Z));
+    lit.planes.push(plane(DVec3::Y * -3.0, DVec3::Y));
+    lit.lights.push(light(Source::Sun(DVec3::Y), 1.0));
+    lit.lights.push(light(Source::Eye, 0.5));
+    lit.lights.push(light(Source::Point(DVec3::new(0.0, -5.0, 0.0)), 0.0));
+    let scene = Arc::new(lit);
+    let whole = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 40, 30);
+    let of = |x, y, lang| {
+        let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
+        let style = Style { lang, ..Style::default() };
+        explain_as(&scene, &rays, &style).unwrap()
+    };
+    let mut all = String::new();
+    for (x, y) in [(20, 15), (20, 28), (3, 20), (24, 13), (5, 1)] {
+        let german = of(x, y, Lang::German);
+        assert_written(&german);
+        let (english, german) = (of(x, y, Lang::English), text(&german) + &latex::latex(&german));
+        assert_written(&english);
+        let english = text(&english) + &latex::latex(&english);
+        // The same numbers, and nothing left of the places for them.
+        let numbers = |text: &str| -> Vec<String> {
+            let is_number = |word: &&str| word.parse::<f64>().is_ok();
+            let words = text.split(|c: char| c.is_whitespace() || "(),;:".contains(c));
+            words.filter(is_number).map(str::to_owned).collect()
+        };
+        let of_formulas = |text: &str| numbers(text.split("\nFormel").next().unwrap());
+        let of_formulas_too = |text: &str| numbers(text.split("\nFormulas").next().unwrap());
+        assert_eq!(of_formulas(&german), of_formulas_too(&english));
+        let named = "50 % of_a {ball} & #1";
+        let without = german.replace(named, "").replace(r"\#1", "");
+        assert!(!without.contains('#'), "{without}");
+        assert!(!text_part(&german).contains('$'), "{german}");
+        all += &without;
+    }
+    for word in [
+        " the ", "sphere", "plane", "light", "ray", "sees", "visible", "camera", "nothing", "way",
+        "wrong", "colour", "color", "ambient", "and", "is its", "origin", "root", "none", "digits",
+    ] {
+        let found =
+            all.lines().find(|line| line.split_whitespace().any(|other| other == word.trim()));
+        assert!(found.is_none(), "{word}: {found:?}");
+    }
+    for phrase in [
+        "Kugel 1",
+        "Ebene",
+        "hinter der Kamera",
+        "kleinstes positives t: sichtbar",
+        "weiter weg als",
+        "Der Strahl sieht",
+        "die Vorderseite",
+        "Licht 1, bei (4, 6, 3)",
+        "es zählt",
+        "Himmel,",
+        "Die Farbe des Pixels: das Mittel von 2×2",
+        "grün ist Byte",
+        "exakt",
+        "auf 6 Stellen",
+        "hinter der Fläche: n·ω < 0",
+        "es gibt kein Licht",
+        "In der Tabelle hat stable",
+        r"hinter der Fläche: $\vec{n} \cdot \vec{\omega} < 0$",
+        r"\text{grün}",
+        r"50 \% of\_a \{ball\} \& ",
+    ] {
+        assert!(all.contains(phrase), "{phrase}\n{all}");
+    }
+}
+
+/// The text, without the LaTeX that follows it.
+fn text_part(both: &str) -> &str {
+    both.split("% \\usepackage").next().unwrap()
+}
+
+#[test]
+fn the_program_speaks_german() {
+    let scene = file("figure5");
+    let start = [scene.as_str(), "--device", "cpu", "--pixel", "640,360", "--lang", "de"];
+    let shown = run(&start);
+    assert!(shown.contains("Der Strahl sieht Kugel 2 (touched): t = 24\n"), "{shown}");
+    assert!(shown.contains("Keine GPU war dabei"), "{shown}");
+    assert!(shown.lines().all(|line| line.chars().count() <= WIDTH), "{shown}");
+    let latex = run(&[&start[..], &["--latex"]].concat());
+    assert!(latex.contains(r"die Gerade berührt die Kugel"), "{latex}");
+    let json: Value = serde_json::from_str(&run(&[&start[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["explanation"]["objects"][0]["label"], "Kugel 2 (touched)");
+    assert_eq!(json["explanation"]["winner"]["side"], "front", "what is no word stays");
 }

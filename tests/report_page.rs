@@ -5,9 +5,10 @@
 mod made_report;
 
 use base64::Engine;
+use kugelblitz::report::plot::Width;
 use kugelblitz::report::{
-    Class, CloudResult, Distribution, ErrorPicture, Errors, Fault, LightFault, LightPicture,
-    LightResult, Missing, Report, Spread, page, plot, text,
+    Baseline, Class, CloudResult, Distribution, Earlier, ErrorPicture, Errors, Fault, LightFault,
+    LightPicture, LightResult, Missing, Noise, Report, Spread, Verdict, page, plot, text,
 };
 use made_report::{DEVICES, KERNELS, classes, report};
 use roxmltree::{Document, Node};
@@ -330,7 +331,7 @@ fn strip(svg: &str) -> Option<(f64, f64)> {
 #[test]
 fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     let right = small(&[("certified", 0, 20.0)]);
-    let svg = plot::plane(&right);
+    let svg = plot::plane(&right, Width::Wide);
     let (top, bottom) = strip(&svg).expect("a strip");
     let (title, _, y) = &markers(&svg)[0];
     assert!(title.contains("0 of 100\u{202f}000") && (top..bottom).contains(y), "{title}");
@@ -342,7 +343,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     assert!(page::html(&right).contains("0 of 100\u{202f}000"));
 
     let wrong = small(&[("certified", 1, 20.0)]);
-    let svg = plot::plane(&wrong);
+    let svg = plot::plane(&wrong, Width::Wide);
     assert!(strip(&svg).is_none(), "{svg}");
     assert!(markers(&svg)[0].0.contains("1.0e-3 %") || markers(&svg)[0].0.contains("0.0010 %"));
     let sentence = "certified was wrong for 0.0010 % of the rays of figure1";
@@ -352,7 +353,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     assert!(!text::terminal(&wrong).contains("Without a wrong object"));
 
     // Beside another that was never wrong, it is above the strip.
-    let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]));
+    let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]), Width::Wide);
     let (top, bottom) = strip(&svg).expect("a strip");
     let places: Vec<f64> = markers(&svg).into_iter().map(|(_, _, y)| y).collect();
     assert!(places[0] < top && (top..bottom).contains(&places[1]), "{places:?}");
@@ -361,7 +362,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
 #[test]
 fn the_plane_is_logarithmic_both_ways() {
     let report = small(&[("lecture", 10_000, 5.0), ("stable", 1000, 50.0), ("double", 100, 500.0)]);
-    let places = markers(&plot::plane(&report));
+    let places = markers(&plot::plane(&report, Width::Wide));
     let step = |i: usize| (places[i + 1].1 - places[i].1, places[i + 1].2 - places[i].2);
     assert!(step(0).0 > 50.0 && (step(0).0 - step(1).0).abs() < 0.3, "{places:?}");
     assert!(step(0).1 > 50.0 && (step(0).1 - step(1).1).abs() < 0.3, "{places:?}");
@@ -369,7 +370,7 @@ fn the_plane_is_logarithmic_both_ways() {
 
 /// Corners of the Pareto front.
 fn front(report: &Report) -> usize {
-    let svg = plot::plane(report);
+    let svg = plot::plane(report, Width::Wide);
     let svg = Document::parse(&svg).expect("XML");
     let lines = svg.descendants().filter(|node| node.has_tag_name("polyline"));
     lines.map(|line| line.attribute("points").unwrap().split(' ').count()).sum()
@@ -388,8 +389,11 @@ fn the_front_has_what_nothing_beats() {
 
 /// All that is drawn of a report.
 fn drawn(report: &Report) -> Vec<String> {
-    let sweeps = report.sweeps.iter().map(|sweep| plot::sweep(report, sweep));
-    std::iter::once(plot::plane(report)).chain(sweeps).collect()
+    let of_width = |width| {
+        let sweeps = report.sweeps.iter().map(move |sweep| plot::sweep(report, sweep, width));
+        std::iter::once(plot::plane(report, width)).chain(sweeps)
+    };
+    [Width::Wide, Width::Narrow].into_iter().flat_map(of_width).collect()
 }
 
 /// Panics where a picture is no XML, or has a number that is none or lies outside.
@@ -576,20 +580,21 @@ fn whatever_the_report_holds_can_be_shown() {
 #[test]
 fn errors_without_bound_stand_above_the_axis() {
     let mut report = report();
-    let sweep = plot::sweep(&report, &report.sweeps[0]);
+    let sweep = plot::sweep(&report, &report.sweeps[0], Width::Wide);
     assert!(!sweep.contains('∞'), "{sweep}");
     let points = &mut report.sweeps[0].series[0].points;
     let errors = points[8].errors.as_mut().expect("errors");
     errors.t_ulp = errors.t_ulp.map(|t| Distribution { p999: f64::INFINITY, ..t });
-    assert!(plot::sweep(&report, &report.sweeps[0]).contains('∞'));
+    assert!(plot::sweep(&report, &report.sweeps[0], Width::Wide).contains('∞'));
     assert!(text::terminal(&report).contains('∞') && page::html(&report).contains('∞'));
 }
 
 #[test]
 fn a_line_has_a_gap_where_nothing_was_measured() {
     let mut report = report();
-    let curves =
-        |report: &Report| plot::sweep(report, &report.sweeps[0]).matches("<polyline").count();
+    let curves = |report: &Report| {
+        plot::sweep(report, &report.sweeps[0], Width::Wide).matches("<polyline").count()
+    };
     let whole = curves(&report);
     for series in report.sweeps[0].series.iter_mut().step_by(KERNELS.len()) {
         series.points[4].errors.as_mut().expect("errors").t_ulp = None;
@@ -601,7 +606,7 @@ fn a_line_has_a_gap_where_nothing_was_measured() {
 fn devices_share_a_line_where_they_are_alike_to_the_last_bit() {
     let mut report = report();
     let lines = |report: &Report| {
-        let svg = plot::sweep(report, &report.sweeps[0]);
+        let svg = plot::sweep(report, &report.sweeps[0], Width::Wide);
         let document = Document::parse(&svg).expect("XML");
         let curves = document.descendants().filter(|node| node.has_tag_name("polyline")).count();
         // Two panels.
@@ -802,4 +807,164 @@ fn acne_and_leaks_are_shown_pixel_by_pixel() {
     assert!(page.contains("3 wrong shadows (38 %)"), "{page}");
     assert!(page.contains("4 other wrong pixels (50 %)"), "{page}");
     assert!(page.contains("kernel stable, ε = 10⁻³: its errors"), "{page}");
+}
+
+#[test]
+fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
+    let mut report = report();
+    let height = |report: &Report| {
+        let svg = plot::sweep(report, &report.sweeps[0], Width::Wide);
+        let document = Document::parse(&svg).expect("XML");
+        document.root_element().attribute("height").unwrap().parse::<f64>().unwrap()
+    };
+    let whole = height(&report);
+    each_error(&mut report, |errors| {
+        let none = Distribution { median: 0.0, p999: 0.0, max: 0.0, n: 9 };
+        *errors = Errors { rays: 9, t_ulp: Some(none), ..Errors::default() };
+    });
+    // Both panels are strips of zeros.
+    assert!(height(&report) < whole - 300.0, "{whole} {}", height(&report));
+    let svg = plot::sweep(&report, &report.sweeps[0], Width::Wide);
+    assert!(svg.contains("class=\"band\"") && !svg.contains("10⁻"), "{svg}");
+    each_error(&mut report, |errors| *errors = Errors::default());
+    let page = page::html(&report);
+    assert!(!page.contains("Sweep: distance") && page.contains("Sweep: objects"));
+
+    let lit_alone = {
+        let mut report = made_report::report();
+        report.scenes.clear();
+        report.classes.clear();
+        report.sweeps.clear();
+        page::html(&report)
+    };
+    for title in ["Time and error of each kernel", "Classes of scenes", "Sweep:", "<h2>Scenes</h2>"]
+    {
+        assert!(!lit_alone.contains(title), "{title}");
+    }
+    assert!(lit_alone.contains("<h2>Light</h2>") && !lit_alone.contains("<svg"));
+}
+
+#[test]
+fn a_narrow_plot_shows_the_same_and_fits() {
+    let report = report();
+    let titles = |width| {
+        let of = |svg: &str| {
+            let document = Document::parse(svg).expect("XML");
+            let titles = document.descendants().filter(|node| node.has_tag_name("title"));
+            titles.map(shown_text).collect::<Vec<_>>()
+        };
+        let sweeps = report.sweeps.iter().map(|sweep| of(&plot::sweep(&report, sweep, width)));
+        std::iter::once(of(&plot::plane(&report, width))).chain(sweeps).collect::<Vec<_>>()
+    };
+    assert_eq!(titles(Width::Wide), titles(Width::Narrow));
+    let svg = plot::plane(&report, Width::Narrow);
+    let document = Document::parse(&svg).expect("XML");
+    let width = document.root_element().attribute("width").unwrap().parse::<f64>().unwrap();
+    // 400 px less the page's margins.
+    assert!(width <= 368.0, "{width}");
+    let names = text_boxes(&svg);
+    for device in DEVICES {
+        for kernel in KERNELS {
+            let name = format!("{kernel}, {}", short(device));
+            assert!(names.iter().any(|(words, _)| *words == name), "{name}: {names:?}");
+        }
+    }
+}
+
+#[test]
+fn a_noisy_machine_is_told_of() {
+    let mut report = report();
+    let shown = |report: &Report| {
+        [text::terminal(report).replace('\n', " "), text::markdown(report), page::html(report)]
+    };
+    assert!(shown(&report).iter().all(|text| !text.contains("The machine was noisy")));
+    report.noise = Noise { times: 160, wide: 90, typical_range: 0.41 };
+    for text in shown(&report) {
+        assert!(text.contains("The machine was noisy"), "{text}");
+        assert!(text.contains("typically 41 % of their median") && text.contains("90 of 160"));
+    }
+    // As it is measured: a range of a fifth of each median, then of a half in most of them.
+    let times = |report: &mut Report, n_wide: usize| {
+        let rows = report.scenes.iter_mut().flat_map(|scene| &mut scene.rows);
+        for (i, row) in rows.enumerate() {
+            let max = if i < n_wide { 15.0 } else { 12.0 };
+            row.cost.trace_ns_per_ray = Spread { median: 10.0, min: 10.0, max, n: 9 };
+        }
+        Noise::of(&report.scenes)
+    };
+    let noise = times(&mut report, 10);
+    assert_eq!(noise, Noise { times: 160, wide: 10, typical_range: 0.2 });
+    assert!(noise.warning().is_none() && times(&mut report, 90).warning().is_some());
+}
+
+/// The report, and one before it in which the first kernel was three times slower in the first scene, the
+/// second three times faster, and the third wrong five times more.
+fn since_before(change: fn(&mut serde_json::Value)) -> Report {
+    let mut report = report();
+    let mut earlier = serde_json::to_value(&report).unwrap();
+    earlier["command"] = "report".into();
+    let rows = &mut earlier["scenes"][0]["rows"];
+    for (i, factor) in [(0, 3.0), (1, 1.0 / 3.0)] {
+        let time = &mut rows[i]["cost"]["trace_ns_per_ray"];
+        for part in ["median", "min", "max"] {
+            time[part] = (factor * time[part].as_f64().unwrap()).into();
+        }
+    }
+    let wrong = &mut rows[2]["errors"]["wrong_object"];
+    *wrong = (wrong.as_u64().unwrap() + 5).into();
+    change(&mut earlier);
+    let earlier = Earlier::parse(&earlier.to_string()).unwrap();
+    earlier.check(&report.effort).unwrap();
+    report.baseline = Some(Baseline::new("before.json".into(), &earlier, &report));
+    report
+}
+
+#[test]
+fn what_changed_since_a_baseline_is_marked() {
+    let report = since_before(|_| {});
+    let baseline = report.baseline.as_ref().unwrap();
+    // Ids and surfaces of 20 scenes, 8 contestants, and the clouds.
+    assert_eq!(baseline.times.len(), 20 * 8 * 2 + 6);
+    assert_eq!((baseline.count(Verdict::Faster), baseline.count(Verdict::Slower)), (1, 1));
+    assert_eq!(baseline.count(Verdict::TooFewRuns), 0);
+    assert!(baseline.different.is_empty(), "{:?}", baseline.different);
+    let wrong = &baseline.wrong_ids[..];
+    assert!(wrong.len() == 1 && wrong[0].before == wrong[0].now + 5, "{wrong:?}");
+    let terminal = text::terminal(&report);
+    let row =
+        |mark: &str| terminal.lines().find(|line| line.contains(mark)).expect(mark).to_string();
+    assert!(row("▼ faster").starts_with("figure1  lecture") && row("▼ faster").contains("× 0.33"));
+    assert!(row("▲ slower").starts_with("figure1  stable") && row("▲ slower").contains("× 3.0"));
+    for shown in [terminal.replace('\n', " "), text::markdown(&report), page::html(&report)] {
+        assert!(shown.contains("1 got faster and 1 slower by more than noise"), "{shown}");
+        assert!(shown.contains("▲ slower") && shown.contains("wrong before"), "{shown}");
+        assert!(shown.contains("Against before.json"), "{shown}");
+    }
+    assert!(!text::terminal(&made_report::report()).contains("Against"));
+
+    // Of one run each nobody can tell.
+    let few = since_before(|earlier| {
+        earlier["scenes"][0]["rows"][0]["cost"]["trace_ns_per_ray"]["n"] = 1.into();
+    });
+    let count = |verdict| few.baseline.as_ref().unwrap().count(verdict);
+    assert_eq!((count(Verdict::Faster), count(Verdict::TooFewRuns)), (0, 1));
+    assert!(text::markdown(&few).contains("give more --rounds"));
+    // Another machine, other pixels, another scene.
+    let other = since_before(|earlier| {
+        earlier["evidence"]["n_cores"] = 64.into();
+        earlier["evidence"]["adapters"][0]["driver"] = "another".into();
+        earlier["effort"]["seed"] = 2.into();
+        earlier["scenes"][1]["name"] = "renamed".into();
+    });
+    let baseline = other.baseline.as_ref().unwrap();
+    assert_eq!((baseline.times.len(), baseline.wrong_ids.len()), (19 * 8 * 2 + 6, 0));
+    assert_eq!(baseline.different.len(), 2, "{:?}", baseline.different);
+    assert!(page::html(&other).contains("Times tell of more than the program"));
+    let earlier = serde_json::to_value(made_report::report()).unwrap().to_string();
+    let earlier = earlier.replacen('{', "{\"command\":\"report\",", 1);
+    let why = Earlier::parse(&earlier).unwrap().check(&Default::default());
+    assert!(why.is_ok(), "the same size");
+    let effort = kugelblitz::report::Effort { size: [320, 180], ..Default::default() };
+    let why = Earlier::parse(&earlier).unwrap().check(&effort).unwrap_err();
+    assert!(why.contains("give --size 1280x720"), "{why}");
 }

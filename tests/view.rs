@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use desk::{Desk, Image, Seen, camera_of, log_gpu, program, render, scene};
+use desk::{Desk, Image, STATE, Seen, camera_of, log_gpu, program, render, render_show, scene};
 use glam::DVec3;
 use kugelblitz::gpu::list_adapters;
 
@@ -390,6 +390,7 @@ fn a_pixel_tells_why() {
     let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
     log_gpu("a_pixel_tells_why", &seen);
     let [x, y] = [100, 200];
+    let camera = seen.camera();
     let place = seen.at(x, y);
     seen.point(place);
     seen.hovers(&format!("pixel {x}, {y} · "));
@@ -397,8 +398,16 @@ fn a_pixel_tells_why() {
     let explained = seen.wait(|event| event.name() == "explained");
     let text = explained.text();
     assert_eq!(text, explained_outside(&path, x, y));
+    // The pixel is marked with a ring and not covered.
+    let flat = render(&path, &camera, [480, 300], "certified");
+    seen.wait_for("the mark", |image| {
+        let is_bright = |x: u32, y: u32| image.at(x, y).iter().all(|&channel| channel > 150);
+        let is_white = |x: u32| (y - 1..=y + 1).any(|y| is_bright(x, y));
+        image.at(x, y) == flat.at(x, y) && is_white(x + 12) && is_white(x - 12)
+    });
     seen.key("ctrl+c");
-    assert_eq!(seen.clipboard(), text);
+    // P has copied the camera before.
+    seen.wait_until("the copy", |seen| seen.clipboard() == text);
     seen.key("Escape");
     seen.point(seen.at(20, 20));
     assert_as_rendered(&mut seen, &path, "certified");
@@ -620,6 +629,116 @@ fn the_picture_is_saved_at_full_resolution() {
 }
 
 #[test]
+fn what_is_shown_is_saved_in_every_mode() {
+    let desk = Desk::new();
+    let path = scene("hard/far_1e8");
+    let (size, columns) = ([160, 90], 80);
+    let mut seen = Seen::open(&desk, &path, &["--size", "160x90"]);
+    let camera = seen.camera();
+    let save = |seen: &mut Seen| {
+        seen.key("ctrl+s");
+        let path = seen.wait(|event| event.name() == "saved").path().to_owned();
+        (Image::open(&seen.folder().join(&path)), path)
+    };
+    let shows = ["depth", "normal", "id", "side", "discriminant", "error", "stage"];
+    for (i, show) in shows.into_iter().enumerate() {
+        seen.key(&format!("F{}", i + 2));
+        seen.wait(|event| event.show() == show && event.is_settled());
+        let (saved, name) = save(&mut seen);
+        assert!(name.ends_with(&format!("far_1e8-{show}-1.png")), "{name}");
+        assert!(saved == render_show(&path, &camera, size, "certified", show), "{show}");
+    }
+    // Two kernels: each half is its own picture's.
+    seen.key("c");
+    for (key, show) in [("F1", "colour"), ("F7", "error")] {
+        seen.key(key);
+        seen.wait(|event| event.show() == show && event.is_settled() && event.kernels().len() == 2);
+        let (saved, name) = save(&mut seen);
+        assert!(name.contains("lecture-certified"), "{name}");
+        let kernels = ["lecture", "certified"];
+        let halves = kernels.map(|kernel| render_show(&path, &camera, size, kernel, show));
+        assert!(halves[0] != halves[1], "{show} tells them apart");
+        for (x, y) in (0..90).flat_map(|y| (0..160).map(move |x| (x, y))) {
+            let half = &halves[usize::from(x >= columns)];
+            assert_eq!(saved.at(x, y), half.at(x, y), "{show} {x} {y}");
+        }
+    }
+    seen.quit();
+}
+
+#[test]
+fn the_camera_is_copied_and_its_steps_are_undone() {
+    let desk = Desk::new();
+    let path = scene("figure1");
+    let mut seen = Seen::open(&desk, &path, &["--size", SIZE]);
+    let home = seen.camera();
+    assert_eq!(seen.clipboard(), home);
+    seen.drag(seen.at(240, 150), seen.at(300, 170), 1, None);
+    let dragged = seen.camera();
+    seen.moves(|seen| seen.key("3"));
+    let along = seen.camera();
+    for (key, camera) in [
+        ("ctrl+z", &dragged),
+        ("ctrl+z", &home),
+        ("ctrl+shift+z", &dragged),
+        ("ctrl+y", &along),
+        ("ctrl+z", &dragged),
+    ] {
+        seen.moves(|seen| seen.key(key));
+        assert_eq!(seen.camera(), *camera, "{key}");
+    }
+    assert_as_rendered(&mut seen, &path, "certified");
+    seen.quit();
+}
+
+#[test]
+fn another_scene_is_opened_and_kept_in_mind() {
+    let desk = Desk::new();
+    let folder = tempfile::tempdir().unwrap();
+    let [one, two] = ["one", "two"].map(|name| folder.path().join(format!("{name}.toml")));
+    fs::copy(scene("figure1"), &one).unwrap();
+    fs::copy(scene("figure5"), &two).unwrap();
+    fs::write(folder.path().join("wrong.toml"), "[camera\n").unwrap();
+    let mut seen = Seen::open(&desk, &one, &["--size", SIZE]);
+    log_gpu("another_scene_is_opened_and_kept_in_mind", &seen);
+    let list = seen.folder().join(STATE).join("kugelblitz/recent");
+    assert_eq!(fs::read_to_string(&list).unwrap(), format!("{}\n", one.display()));
+
+    // A wrong one leaves the picture as it was; letters that are typed move nothing.
+    let camera = seen.camera();
+    seen.key("ctrl+o");
+    seen.wait(|event| event.name() == "shown");
+    seen.xdotool(&["type", "wrong.toml"]);
+    seen.key("Return");
+    let wrong = seen.wait(|event| event.name() == "scene_wrong");
+    assert!(wrong.error().contains("wrong.toml"), "{}", wrong.error());
+    seen.key("Escape");
+    assert_eq!(seen.camera(), camera);
+    assert_as_rendered(&mut seen, &one, "certified");
+
+    seen.key("ctrl+o");
+    seen.wait(|event| event.name() == "shown");
+    seen.xdotool(&["type", "tw"]);
+    seen.key("Tab");
+    seen.key("Return");
+    let opened = seen.wait(|event| event.name() == "scene_opened");
+    assert!(opened.path().ends_with("two.toml"), "{}", opened.path());
+    seen.wait(desk::Event::is_settled);
+    assert_as_rendered(&mut seen, &two, "certified");
+    let recent = format!("{}\n{}\n", two.display(), one.display());
+    assert_eq!(fs::read_to_string(&list).unwrap(), recent);
+
+    // The new one is watched, the old one is not.
+    let text = fs::read_to_string(&two).unwrap();
+    fs::write(&one, "[camera\n").unwrap();
+    fs::write(&two, text.replace("radius = 5.0", "radius = 4.0")).unwrap();
+    let next = seen.wait(|event| ["reloaded", "scene_wrong"].contains(&event.name()));
+    assert_eq!(next.name(), "reloaded", "{}", next.error());
+    assert_as_rendered(&mut seen, &two, "certified");
+    seen.quit();
+}
+
+#[test]
 fn two_saves_at_once_take_two_names() {
     let desk = Desk::new();
     let path = scene("figure2");
@@ -688,7 +807,7 @@ fn wrong_scenes_are_refused_before_a_window_opens() {
     let path = folder.path().join("scene.toml");
     for text in [
         "[camera]\nposition = 3\n",
-        "[[sphere]]\ncenter = [0.0, 0.0, 0.0]\nradius = 1.0\ncolor = \"#ffffff\"\n",
+        "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\ncolor = \"#ffffff\"\n",
     ] {
         fs::write(&path, text).unwrap();
         let output =

@@ -210,7 +210,9 @@ pub fn undecided(
         return Ok((0..rays.len() as u32).collect());
     }
     let mut undecided = listed()?;
-    if let Rays::List(rays) = rays {
+    if let Rays::List(rays) = rays
+        && undecided.len() < rays.len()
+    {
         undecided.extend((0..).zip(rays).filter(|(_, ray)| !is_ordinary(ray)).map(|(at, _)| at));
         undecided.sort_unstable();
         undecided.dedup();

@@ -94,15 +94,16 @@ impl Company for Walkers<'_> {
     }
 
     #[inline(always)]
-    fn sphere(&self, index: u32) -> &Sphere {
-        &self.stage.scene.spheres[index as usize]
+    fn sphere(&self, place: usize) -> &Sphere {
+        self.hierarchy.sphere_at(place, &self.stage.scene.spheres)
     }
 
     #[inline(always)]
-    fn visit(&mut self, on_its_way: &mut OnItsWay, index: u32) -> f64 {
+    fn visit(&mut self, on_its_way: &mut OnItsWay, place: usize) -> f64 {
         let OnItsWay { ray, nearest, .. } = on_its_way;
-        let (id, sphere) = (index + 1, self.sphere(index));
+        let sphere = self.sphere(place);
         if !surely_misses(ray, sphere) {
+            let id = self.hierarchy.tree.order[place] + 1;
             let root = self.stage.nearness(ray, id, Object::Sphere(sphere));
             *nearest = nearest.nearer(root, id);
         }

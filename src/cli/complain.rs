@@ -12,12 +12,15 @@ use miette::{
 };
 
 use super::excerpt::Excerpt;
+use super::head::failed_in_json;
 use super::output::{STDOUT, talk, talk_in_colour};
 
-/// Prints what went wrong: a scene error with its place in the file, all else as one line.
-pub fn complain(error: &Error) {
+/// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
+/// says whether the command has output files.
+pub fn complain(error: &Error, writes: bool) {
     match error {
         Error::Scene(error) => complain_about_scene(error),
+        Error::Interrupted if writes => talk("error: interrupted; no output file was changed"),
         // Nobody reads any more (`… | head`), so nobody misses anything.
         Error::Io { path, source }
             if [OutputFile::STDOUT, STDOUT].iter().any(|name| path.as_os_str() == *name)
@@ -40,8 +43,16 @@ pub fn complain_about_usage(error: &clap::Error) -> u8 {
     match printed {
         Err(failure) if !error.use_stderr() => {
             let failure = Error::io(STDOUT)(failure);
-            complain(&failure);
+            complain(&failure, false);
             failure.exit_code()
+        }
+        _ if error.use_stderr() => {
+            let rendered = error.render().to_string();
+            let (message, _) = rendered.split_once("\n\n").unwrap_or((&rendered, ""));
+            let message = message.trim().trim_start_matches("error: ").to_string();
+            let usage = Error::Usage(message);
+            failed_in_json(&usage);
+            usage.exit_code()
         }
         _ => error.exit_code() as u8,
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::device::Device;
-use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, explain, latex, text};
+use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::trace::{Ray, Rays};
@@ -34,8 +34,12 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
             return Err(Error::Usage("give a pixel (--pixel X,Y) or a ray (--ray)".into()));
         }
     };
-    let limit = if args.all { None } else { Some(DEFAULT_OBJECTS) };
-    let mut explanation = explain(&scene, &rays, limit)?;
+    let style = Style {
+        limit: (!args.all).then_some(DEFAULT_OBJECTS),
+        lang: args.lang.lang,
+        digits: args.digits.into(),
+    };
+    let mut explanation = explain_as(&scene, &rays, &style)?;
     run.control.check()?;
     let device = device::open(&args.device.device, None, &args.talk)?;
     let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(
@@ -55,11 +59,7 @@ pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
     if args.latex {
         return print_text(&latex::latex(&explanation));
     }
-    let mut shown = text::text(&explanation);
-    if explanation.objects.len() < explanation.n_objects {
-        shown += "--all shows all objects.\n";
-    }
-    print_text(&shown)
+    print_text(&text::text(&explanation))
 }
 
 /// The pixel alone, as part of its picture.

@@ -1,5 +1,7 @@
 //! `kugelblitz export`
 
+use std::path::PathBuf;
+
 use kugelblitz::export;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::Pixels;
@@ -21,30 +23,37 @@ struct Summary {
 
 /// Writes a scene for another renderer.
 pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
-    let advice = "write the scene to a file with -o";
-    args.talk.refuse_json_beside(&[&args.output], "the scene", advice)?;
-    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let stdout = PathBuf::from(OutputFile::STDOUT);
+    let prints_alone = args.output.is_none() && args.picture.print_scene.is_some();
+    let output = args.output.as_ref().unwrap_or(&stdout);
+    let beside = (!prints_alone).then_some(&**output);
+    args.picture.check_outputs(beside, "the scene for the other renderer", &args.talk)?;
+    let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+    let printed = args.picture.print(&composed, &scene, &args.scene)?;
+    if prints_alone {
+        return output::commit(printed, &run.control);
+    }
     let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
     let palette: Vec<_> = scene.colors().collect();
-    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
-    let mut file = OutputFile::create(&args.output, false)?;
+    scene::refuse_overwriting(&[output], &[&args.scene], &scene)?;
+    let mut file = OutputFile::create(output, false)?;
     let (language, size) = (args.language, [width, height]);
     export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
-        .map_err(Error::io(&args.output))?;
+        .map_err(Error::io(output))?;
     run.control.check()?;
 
-    let command = language.command(&args.output.display().to_string(), size);
+    let command = language.command(&output.display().to_string(), size);
     if args.talk.json {
         let (objects, run) = (Objects::from(&*scene), command.clone());
         let summary = Summary { language: language.name(), size, objects, run };
         print_summary("export", &summary)?;
     }
-    output::commit([file], &run.control)?;
-    let next = match is_stdout(&args.output) {
+    output::commit(printed.into_iter().chain([file]), &run.control)?;
+    let next = match is_stdout(output) {
         true => String::new(),
         false => format!("; render it with: {command}"),
     };
-    let (name, renderer) = (name(&args.output), language.renderer());
+    let (name, renderer) = (name(output), language.renderer());
     args.talk.say(&format!("{name}: {} for {renderer}{next}", objects(&scene)));
     Ok(())
 }

@@ -1,25 +1,29 @@
 //! The JSON summaries: the head of each, and the parts that several have.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use clap::CommandFactory;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::render::Rendered;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::{StageCounts, Timing};
-use kugelblitz::{Making, Result, Session};
+use kugelblitz::{Error, Making, Result, Session};
 use serde::Serialize;
 
-use super::Run;
 use super::output::{building, human, json, ms, objects, print};
+use super::show::JsonEntry;
+use super::{Cli, Run};
 
 /// Every summary: its head, then the fields of the command.
 #[derive(Serialize)]
 struct Summary<'a, Fields> {
     schema: u32,
     version: &'static str,
-    command: &'static str,
+    /// `None` where the command line names none.
+    command: Option<&'a str>,
     #[serde(flatten)]
     fields: &'a Fields,
 }
@@ -29,16 +33,100 @@ struct Summary<'a, Fields> {
 /// # Errors
 /// As [`json`].
 pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
-    json(&Summary { schema: 1, version: env!("CARGO_PKG_VERSION"), command, fields })
+    let version = env!("CARGO_PKG_VERSION");
+    json(&Summary { schema: SCHEMA, version, command: Some(command), fields })
 }
+
+/// True once a summary is on standard output, which has one at most.
+static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 /// Prints the summary of `command`.
 ///
 /// # Errors
 /// As [`print`].
 pub fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
+    IS_PRINTED.store(true, Ordering::Relaxed);
     print(&summary(command, fields)?)
 }
+
+/// Prints the summary of a `command` that did its work and has found a failure, if any.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_verdict(
+    command: &'static str,
+    fields: &impl Serialize,
+    failure: Option<&Error>,
+) -> Result<()> {
+    print_summary(command, &Verdict { fields, failure: failure.map(Failure::from) })
+}
+
+#[derive(Serialize)]
+struct Verdict<'a, Fields> {
+    #[serde(flatten)]
+    fields: &'a Fields,
+    #[serde(flatten)]
+    failure: Option<Failure>,
+}
+
+/// What went wrong.
+#[derive(Serialize)]
+struct Failure {
+    error: String,
+    /// The exit code.
+    code: u8,
+    /// Of a scene error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<Place>,
+}
+
+/// The place of a scene error.
+#[derive(Serialize)]
+struct Place {
+    file: String,
+    /// From 1; 0 where the error is about the file as a whole.
+    line: usize,
+    column: usize,
+    /// The next step.
+    help: String,
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Failure {
+        let place = match error {
+            Error::Scene(error) => Some(Place {
+                file: error.path.display().to_string(),
+                line: error.line,
+                column: error.column,
+                help: error.help.clone(),
+            }),
+            _ => None,
+        };
+        Failure { error: error.to_string(), code: error.exit_code(), place }
+    }
+}
+
+/// Prints a failure as JSON where the command line asks for JSON and standard output has none yet. Where
+/// an output goes there (`-`), it is not said.
+pub fn failed_in_json(error: &Error) {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let has = |word: &str| arguments.iter().any(|argument| argument == word);
+    if !has("--json") || has("-") || IS_PRINTED.load(Ordering::Relaxed) {
+        return;
+    }
+    let first = arguments.first().and_then(|word| word.to_str());
+    let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
+    let failure = Summary {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION"),
+        command,
+        fields: &Failure::from(error),
+    };
+    // Who reads no failure has the exit code.
+    let _ = json(&failure).and_then(|text| print(&text));
+}
+
+const SCHEMA: u32 = 1;
 
 /// The adapter and the kind of device that traced.
 #[derive(Serialize)]
@@ -162,6 +250,12 @@ pub struct Traced {
     /// Its pixels by where their colours are from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorCounts>,
+    /// What the colours show, where they are not the objects' own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub show: Option<&'static str>,
+    /// What the colours mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub legend: Option<Vec<JsonEntry>>,
     bytes_device: u64,
     ms: Ms,
     /// Of --repeat.
@@ -188,6 +282,8 @@ impl Traced {
             samples: None,
             shadow_rays: None,
             colors: None,
+            show: None,
+            legend: None,
             bytes_device: session.bytes_device(),
             ms: Ms {
                 read: ms(read),

@@ -1,22 +1,235 @@
 //! `kugelblitz man`
 
-use clap::CommandFactory;
+use std::iter::once;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Command, CommandFactory};
+use clap_mangen::Man;
+use clap_mangen::roff::{Roff, bold, italic, roman};
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::{Error, Result};
 
+use super::manual::{
+    self, ABOUT_SCENE, ENVIRONMENT, EXAMPLES, EXIT_STATUS, Reader, SCENE, SCENE_EXAMPLE,
+    SCENE_INTRODUCTION, SCENE_NOTES,
+};
 use super::output::{STDOUT, print};
-use super::{Cli, ManArgs};
+use super::{Cli, Run};
 
-/// Prints the manual page of the program or of one command.
-pub fn run(args: &ManArgs) -> Result<()> {
-    let mut program = Cli::command();
+/// Print a manual page (roff), or write all of them
+#[derive(Args)]
+pub struct ManArgs {
+    /// Of one command, or of the scene format: `scene` [default: the program]
+    #[arg(value_name = "COMMAND")]
+    of: Vec<String>,
+    /// Write all pages into this folder, which is made where it is missing
+    #[arg(long, value_name = "DIR", conflicts_with = "of")]
+    dir: Option<PathBuf>,
+}
+
+/// The name of the page about scenes.
+const SCENE_PAGE: &str = "scene";
+
+/// Prints the manual page of the program, of one command or of the scene format, or writes all.
+pub fn run(args: &ManArgs, run: &Run) -> Result<()> {
+    let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
-    let command = match &args.of {
-        None => program,
-        Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
-            Error::Usage(format!("there is no command `{name}`; see kugelblitz --help"))
-        })?,
-    };
+    if let Some(dir) = &args.dir {
+        return write_all(&program, dir, run);
+    }
+    match &args.of[..] {
+        [only] if only == SCENE_PAGE => print(&scene_page()?),
+        names => print(&page(find(&program, names)?)?),
+    }
+}
+
+fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
+    names.iter().try_fold(program, |command, name| {
+        command.find_subcommand(name).ok_or_else(|| {
+            let known = || command.get_subcommands().map(Command::get_name).chain([SCENE_PAGE]);
+            let slips = known().map(|known| (strsim::osa_distance(name, known), known));
+            let nearest = slips.filter(|(slips, known)| *slips <= known.len() / 2).min();
+            let hint = match nearest {
+                Some((_, nearest)) => format!("did you mean `{nearest}`? "),
+                None => String::new(),
+            };
+            Error::Usage(format!("there is no page `{name}`; {hint}see kugelblitz --help"))
+        })
+    })
+}
+
+fn write_all(program: &Command, dir: &Path, run: &Run) -> Result<()> {
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    let mut pages = vec![("kugelblitz-scene.5".to_string(), scene_page()?)];
+    for command in with_subcommands(program) {
+        pages.push((format!("{}.1", title(command)), page(command)?));
+    }
+    let mut files = Vec::new();
+    for (name, text) in pages {
+        let path = dir.join(name);
+        let mut file = OutputFile::create(&path, false)?;
+        std::io::Write::write_all(&mut file, &text).map_err(Error::io(&path))?;
+        files.push(file);
+    }
+    output::commit(files, &run.control)
+}
+
+/// A command and all below it.
+fn with_subcommands(command: &Command) -> Vec<&Command> {
+    once(command).chain(command.get_subcommands().flat_map(with_subcommands)).collect()
+}
+
+/// `kugelblitz-render`
+fn title(command: &Command) -> &str {
+    command.get_display_name().unwrap_or_else(|| command.get_name())
+}
+
+fn page(command: &Command) -> Result<Vec<u8>> {
+    let man = Man::new(command.clone())
+        .source(concat!("kugelblitz ", env!("CARGO_PKG_VERSION")))
+        .manual("Kugelblitz");
     let mut page = Vec::new();
-    clap_mangen::Man::new(command).render(&mut page).map_err(Error::io(STDOUT))?;
-    print(&page)
+    let mut render = || {
+        man.render_title(&mut page)?;
+        man.render_name_section(&mut page)?;
+        man.render_synopsis_section(&mut page)?;
+        man.render_description_section(&mut page)?;
+        man.render_options_section(&mut page)?;
+        if command.has_subcommands() {
+            man.render_subcommands_section(&mut page)?;
+        }
+        more_sections(command).to_writer(&mut page)
+    };
+    render().map_err(Error::io(STDOUT))?;
+    Ok(page)
+}
+
+/// What clap knows nothing of.
+fn more_sections(command: &Command) -> Roff {
+    let has = |id: &str| command.get_arguments().any(|argument| argument.get_id() == id);
+    let is_program = command.get_name() == "kugelblitz";
+    let mut roff = Roff::new();
+
+    if is_program || has("scene") || has("scenes") {
+        roff.control("SH", ["SCENE FORMAT"]);
+        paragraph(&mut roff, ABOUT_SCENE);
+    }
+    let files = manual::files(is_program, &has);
+    if !files.is_empty() {
+        roff.control("SH", ["FILES"]);
+        files.into_iter().for_each(|(name, meaning)| entry(&mut roff, name, meaning));
+    }
+    roff.control("SH", ["ENVIRONMENT"]);
+    for (name, reader, meaning) in ENVIRONMENT {
+        let is_read = match reader {
+            Reader::All => true,
+            Reader::Device => is_program || has("device") || command.get_name() == "probe",
+            Reader::Window => is_program || command.get_name() == "view",
+        };
+        if is_read {
+            entry(&mut roff, name, meaning);
+        }
+    }
+    roff.control("SH", ["EXIT STATUS"]);
+    for (code, meaning) in EXIT_STATUS {
+        entry(&mut roff, &code.to_string(), meaning);
+    }
+    let mut own = EXAMPLES.iter().filter(|(page, ..)| *page == title(command)).peekable();
+    if own.peek().is_some() {
+        roff.control("SH", ["EXAMPLES"]);
+        own.for_each(|(_, line, meaning)| example(&mut roff, line, meaning));
+    }
+    roff.control("SH", ["SEE ALSO"]);
+    let mut others = vec![bold("kugelblitz-scene"), roman("(5)")];
+    if !is_program {
+        others.extend([roman(", "), bold("kugelblitz"), roman("(1)")]);
+    }
+    roff.text(others);
+    roff
+}
+
+fn paragraph(roff: &mut Roff, text: &str) {
+    roff.control("PP", []);
+    roff.text([roman(text)]);
+}
+
+/// A term and its meaning.
+fn entry(roff: &mut Roff, term: &str, meaning: &str) {
+    roff.control("TP", []);
+    roff.text([bold(term)]);
+    roff.text([roman(meaning)]);
+}
+
+/// A line to be typed below what it does.
+fn example(roff: &mut Roff, line: &str, meaning: &str) {
+    paragraph(roff, meaning);
+    verbatim(roff, line);
+}
+
+fn verbatim(roff: &mut Roff, lines: &str) {
+    roff.control("PP", []);
+    roff.control("RS", ["4"]);
+    roff.control("nf", []);
+    for line in lines.lines() {
+        roff.text([roman(if line.is_empty() { " " } else { line })]);
+    }
+    roff.control("fi", []);
+    roff.control("RE", []);
+}
+
+/// The page about scenes.
+fn scene_page() -> Result<Vec<u8>> {
+    let mut roff = Roff::new();
+    let source = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));
+    roff.control("TH", ["kugelblitz-scene", "5", "", source, "Kugelblitz"]);
+    roff.control("SH", ["NAME"]);
+    roff.text([roman("kugelblitz-scene - the scenes that Kugelblitz reads")]);
+    roff.control("SH", ["DESCRIPTION"]);
+    SCENE_INTRODUCTION.iter().for_each(|text| paragraph(&mut roff, text));
+    for (header, about, keys) in SCENE {
+        roff.control("SH", [*header]);
+        paragraph(&mut roff, about);
+        for (key, value, meaning) in *keys {
+            roff.control("TP", []);
+            roff.text([bold(*key), roman(" = "), italic(*value)]);
+            roff.text([roman(*meaning)]);
+        }
+    }
+    roff.control("SH", ["NOTES"]);
+    SCENE_NOTES.iter().for_each(|text| paragraph(&mut roff, text));
+    roff.control("SH", ["EXAMPLES"]);
+    verbatim(&mut roff, SCENE_EXAMPLE);
+    roff.control("SH", ["SEE ALSO"]);
+    roff.text([bold("kugelblitz"), roman("(1), "), bold("kugelblitz-render"), roman("(1)")]);
+    let mut page = Vec::new();
+    roff.to_writer(&mut page).map_err(Error::io(STDOUT))?;
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_an_example_that_is_its_own() {
+        let mut program = Cli::command().disable_help_subcommand(true);
+        program.build();
+        let titles: Vec<&str> = with_subcommands(&program).into_iter().map(title).collect();
+        // What only leads to others has theirs.
+        for title in titles.iter().filter(|title| **title != "kugelblitz-generate") {
+            assert!(EXAMPLES.iter().any(|(page, ..)| page == title), "{title} has no example");
+        }
+        for (page, line, _) in EXAMPLES {
+            assert!(titles.contains(page), "there is no command for the examples of {page}");
+            let words = page.replace('-', " ");
+            assert!(line.contains(&words), "`{line}` on the page {page}");
+        }
+    }
+
+    #[test]
+    fn exit_codes_are_those_of_the_help() {
+        for (code, meaning) in EXIT_STATUS {
+            assert!(super::super::EXIT_CODES.contains(&format!("{code:>3}  {meaning}")), "{code}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The command line's arguments.
 
 pub mod check;
+pub mod compare;
 pub mod complain;
 pub mod completions;
 pub mod device;
@@ -8,11 +9,17 @@ pub mod digest;
 pub mod excerpt;
 pub mod explain;
 pub mod export;
+pub mod figure;
+pub mod film;
 pub mod generate;
 pub mod head;
+pub mod info;
+pub mod judge;
 pub mod man;
+pub mod manual;
 pub mod options;
 pub mod output;
+pub mod picture;
 pub mod probe;
 #[cfg_attr(windows, path = "process_windows.rs")]
 pub mod process;
@@ -21,9 +28,11 @@ pub mod quiet;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod show;
 pub mod threads;
 pub mod trace;
 pub mod verify;
+pub mod version;
 #[cfg(feature = "view")]
 pub mod view;
 
@@ -32,19 +41,22 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand, value_parser};
+use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::control::Control;
 use kugelblitz::device::DeviceChoice;
+use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
 use kugelblitz::scene::Scene;
+use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
-    DEFAULT_KERNEL, distribution_parser, kernel_parser, language_parser, parse_crop, parse_epsilon,
-    parse_pixel, parse_ray, parse_size,
+    DEFAULT_KERNEL, distribution_parser, kernel_parser, lang_parser, language_parser, parse_crop,
+    parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
+use show::show_parser;
 
 const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
 
@@ -54,11 +66,17 @@ Exit codes:
   1  failed otherwise          6  a comparison failed
   2  wrong usage               7  does not fit the device's limits or memory
   3  the scene is wrong      130  interrupted
-  4  no suitable adapter";
+  4  no suitable adapter, or no display for the window";
 
 /// A ray tracer for spheres and planes, on Vulkan and on the CPU.
 #[derive(Parser)]
-#[command(name = "kugelblitz", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(
+    name = "kugelblitz",
+    version,
+    long_version = version::long(),
+    max_term_width = 100,
+    after_help = EXIT_CODES
+)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -71,15 +89,37 @@ pub enum Command {
     Check(CheckArgs),
     Trace(TraceArgs),
     Explain(ExplainArgs),
+    Judge(judge::JudgeArgs),
+    Compare(compare::CompareArgs),
+    Info(info::InfoArgs),
     Report(ReportArgs),
     Export(ExportArgs),
+    Figure(figure::FigureArgs),
     #[cfg(feature = "view")]
     View(ViewArgs),
     Generate(GenerateArgs),
     Digest(DigestArgs),
     Probe(ProbeArgs),
     Completions(CompletionsArgs),
-    Man(ManArgs),
+    Man(man::ManArgs),
+}
+
+impl Command {
+    /// True for a command whose output files all appear in the end.
+    pub fn writes_files(&self) -> bool {
+        match self {
+            // Its frames appear one after the other, and it says how many are whole.
+            Command::Render(args) => !args.film.is_film(),
+            Command::Verify(_)
+            | Command::Check(_)
+            | Command::Explain(_)
+            | Command::Info(_)
+            | Command::Digest(_)
+            | Command::Probe(_)
+            | Command::Completions(_) => false,
+            _ => true,
+        }
+    }
 }
 
 /// The options of every command.
@@ -124,6 +164,15 @@ pub struct WholeArgs {
     pub size: Option<[u32; 2]>,
 }
 
+/// The language of what is written.
+#[derive(Args)]
+pub struct LangArgs {
+    /// Language of all words: en or de
+    #[arg(long, default_value = Lang::English.name(), value_parser = lang_parser(),
+        hide_possible_values = true)]
+    pub lang: Lang,
+}
+
 /// Which pixels are traced.
 #[derive(Args)]
 pub struct SizeArgs {
@@ -134,14 +183,20 @@ pub struct SizeArgs {
     pub crop: Option<[u32; 4]>,
 }
 
-/// Render one picture
+/// Render a picture, or a film of several, of a scene or straight from data
+///
+/// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
+/// by a sky.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene")]
+    pub output: Option<PathBuf>,
+    /// Also write the bar of colours of each cloud that is coloured by a column, with its numbers
+    #[arg(long, value_name = "LEGEND.svg", requires = "output")]
+    pub legend: Option<PathBuf>,
     /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
     #[arg(long)]
     pub format: Option<Format>,
@@ -154,14 +209,15 @@ pub struct RenderArgs {
     /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
     #[arg(long)]
     pub transparent: bool,
-    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
-    pub samples: Option<u32>,
     /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
     pub epsilon: Option<f64>,
+    /// What the picture shows of each pixel: numbers as colours, with a legend on standard error, or in
+    /// --json under `legend` (PNG and PPM)
+    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = show_parser())]
+    pub show: Show,
     /// Trace N times more and add their times to --json as `ms_runs`
-    #[arg(long, value_name = "N", requires = "json")]
+    #[arg(long, value_name = "N", requires = "json", conflicts_with = "film")]
     pub repeat: Option<u32>,
     #[command(flatten)]
     pub kernel: KernelArgs,
@@ -171,6 +227,10 @@ pub struct RenderArgs {
     pub size: SizeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+    #[command(flatten)]
+    pub film: film::FilmArgs,
 }
 
 /// Compare GPU, CPU and exact arithmetic, pixel by pixel
@@ -245,6 +305,7 @@ pub struct TraceArgs {
 /// seen or not; and what every kernel shows, on the GPU too. With light in the scene also the point
 /// that is seen, each light's way to it, n·ω and what is in its way, and the sum with its bytes.
 #[derive(Args)]
+#[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
 pub struct ExplainArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
@@ -253,9 +314,7 @@ pub struct ExplainArgs {
         long,
         value_name = "X,Y",
         value_parser = parse_pixel,
-        allow_hyphen_values = true,
-        required_unless_present = "ray",
-        conflicts_with = "ray"
+        allow_hyphen_values = true
     )]
     pub pixel: Option<[i64; 2]>,
     /// A ray in place of a pixel: its origin and its direction, of any length
@@ -270,9 +329,15 @@ pub struct ExplainArgs {
     /// Explain all objects [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
-    /// Print the formulas as LaTeX (amsmath)
+    /// Print the formulas and verdicts as LaTeX (amsmath)
     #[arg(long, conflicts_with = "json")]
     pub latex: bool,
+    /// Digits of each result in a formula; numbers on the way to it have as many as a calculator needs
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_DIGITS as u8,
+        value_parser = value_parser!(u8).range(1..=MAX_DIGITS as i64))]
+    pub digits: u8,
+    #[command(flatten)]
+    pub lang: LangArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]
@@ -295,6 +360,9 @@ pub struct ReportArgs {
     /// can be given several times
     #[arg(short, long, value_name = "OUT")]
     pub output: Vec<PathBuf>,
+    /// An earlier report's .json to compare with: times that changed beyond noise are marked
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
     /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
     #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
     pub device: Option<DeviceChoice>,
@@ -325,15 +393,17 @@ pub struct ExportArgs {
     /// The other renderer's language
     #[arg(value_parser = language_parser())]
     pub language: Language,
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
-    /// File for the other renderer. `-` is standard output
-    #[arg(short, long, value_name = "OUT", default_value = "-")]
-    pub output: PathBuf,
+    /// File for the other renderer. `-` is standard output [default: -]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
     #[command(flatten)]
     pub size: WholeArgs,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Look at a scene in a window and move through it
@@ -343,7 +413,7 @@ pub struct ExportArgs {
 #[cfg(feature = "view")]
 #[derive(Args)]
 pub struct ViewArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
     pub scene: PathBuf,
     #[command(flatten)]
     pub kernel: KernelArgs,
@@ -359,6 +429,8 @@ pub struct ViewArgs {
     pub lose_device_after: Option<u64>,
     #[command(flatten)]
     pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
 }
 
 /// Make up spheres to trace
@@ -437,14 +509,6 @@ pub struct ProbeArgs {
 pub struct CompletionsArgs {
     /// The shell
     pub shell: clap_complete::Shell,
-}
-
-/// Print the manual page (roff)
-#[derive(Args)]
-pub struct ManArgs {
-    /// Of one command
-    #[arg(value_name = "COMMAND")]
-    pub of: Option<String>,
 }
 
 /// One run of the program, from its start.

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
+use kugelblitz::explain::Lang;
 use kugelblitz::export::Language;
 use kugelblitz::generate::Distribution;
 use kugelblitz::rays::{Pixels, View};
@@ -30,13 +31,18 @@ pub fn language_parser() -> impl TypedValueParser<Value = Language> {
     parser_of(Language::ALL, Language::name)
 }
 
+/// Takes the names of [`Lang::ALL`].
+pub fn lang_parser() -> impl TypedValueParser<Value = Lang> {
+    parser_of(Lang::ALL, Lang::name)
+}
+
 /// Takes the names of [`Distribution::ALL`].
 pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
     parser_of(Distribution::ALL, Distribution::name)
 }
 
 /// Takes the names of `all`.
-fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
+pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name_of: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
@@ -85,7 +91,7 @@ pub fn parse_ray(text: &str) -> Result<Ray, String> {
 }
 
 /// Numbers between commas.
-fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+pub fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let numbers: Option<Vec<T>> =
         text.split(',').map(|number| number.trim().parse().ok()).collect();
     numbers?.try_into().ok()

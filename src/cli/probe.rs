@@ -7,7 +7,7 @@ use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use super::ProbeArgs;
-use super::head::print_summary;
+use super::head::print_verdict;
 use super::output::{bytes, print_text};
 use super::quiet::{self, quietly};
 
@@ -112,21 +112,20 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
     if args.talk.verbose || adapters.is_empty() {
         quiet::show(&noise, args.talk.verbose);
     }
-    let is_empty = adapters.is_empty();
+    let failure = adapters.is_empty().then(|| {
+        Error::NoAdapter(
+            "no Vulkan device found: install a Vulkan driver (Debian: `apt install \
+             mesa-vulkan-drivers` brings a software one); `--device cpu` works without"
+                .into(),
+        )
+    });
     if args.talk.json {
-        print_summary("probe", &Summary { adapters })?;
+        print_verdict("probe", &Summary { adapters }, failure.as_ref())?;
     } else {
         let text: Vec<String> = adapters.iter().map(describe).collect();
         print_text(&text.join("\n"))?;
     }
-    if is_empty {
-        return Err(Error::NoAdapter(
-            "no Vulkan device found: install a Vulkan driver (Debian: `apt install \
-             mesa-vulkan-drivers` brings a software one); `--device cpu` works without"
-                .into(),
-        ));
-    }
-    Ok(())
+    failure.map_or(Ok(()), Err)
 }
 
 fn describe(probed: &Probed) -> String {

@@ -29,6 +29,25 @@ impl Progress {
         })
     }
 
+    /// Follows the frames of a film, of so many rays each.
+    pub fn of_frames(
+        talk: &TalkArgs,
+        control: &Arc<Control>,
+        n_rays_each: u64,
+        n_frames: u64,
+    ) -> Progress {
+        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {msg}, {eta} left");
+        let (control, n_rays) = (Arc::clone(control), n_rays_each.saturating_mul(n_frames));
+        Progress::show(talk, style, move |bar| {
+            let n_done = control.rays_done().min(n_rays);
+            let frame = (n_done / n_rays_each.max(1) + 1).min(n_frames);
+            bar.set_length(n_rays);
+            bar.set_position(n_done);
+            bar.set_message(format!("frame {frame} of {n_frames}"));
+            n_rays > 0
+        })
+    }
+
     /// Follows the bytes that `control` expects.
     pub fn of_bytes(talk: &TalkArgs, control: &Arc<Control>) -> Progress {
         Progress::follow(talk, control, "{bytes} of {total_bytes}", Control::bytes)

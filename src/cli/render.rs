@@ -1,7 +1,9 @@
 //! `kugelblitz render`
 
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
@@ -9,6 +11,8 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
+use kugelblitz::scene::{Scene, legend_svg};
+use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
 
@@ -16,45 +20,49 @@ use super::device;
 use super::head::{MsStages, Traced, print_summary, traced_in_words};
 use super::output::{built, human, name};
 use super::progress::Progress;
-use super::{RenderArgs, Run, scene};
+use super::show::{check, json_legend, legend_in_words};
+use super::{RenderArgs, Run, film, scene};
 
-/// Renders one picture.
+/// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
-    let (format, options) = what_to_write(args)?;
-    let epsilon = epsilon(args)?;
-
-    let start = Instant::now();
-    let scene = scene::read(&args.scene, &args.talk, run)?;
-    let pixels = args.size.pixels(&scene, &args.scene)?;
-    let read = start.elapsed();
-    if args.epsilon.is_some() && !scene.is_lit() {
-        args.talk.warn("--epsilon changes nothing: the scene has no light");
+    let Some(output) = &args.output else { return print_scene(args, run) };
+    let mut begun = Begun::new(args, output, run)?;
+    if args.film.is_film() {
+        return film::run(args, output, begun, run);
     }
-    let n_samples = args.samples.or(scene.samples).unwrap_or(1);
-    let plan = || {
-        let (n_objects, available) = (scene.n_objects(), Available::now());
-        let plan = render::plan(format, options, n_samples, &pixels, n_objects, available)?;
-        Ok::<_, Error>(Plan { epsilon, ..plan })
-    };
-    let wants = plan()?.wants();
-    scene::refuse_overwriting(&[&args.output], &[&args.scene], &scene)?;
+    let pixels = begun.pixels;
+    begun.refuse_overwriting(&[output])?;
     // Early, so that a folder that isn't there is told before the work and not after it.
-    let file = OutputFile::create(&args.output, format.needs_seek())?;
+    let file = OutputFile::create(output, begun.format.needs_seek())?;
 
-    let kernel = args.kernel.kernel;
-    let (choice, n_rays) = (&args.device.device, pixels.len());
-    let device = device::open_for(choice, kernel, &scene, n_rays, &args.talk)?;
-    let mut session = Session::new(Arc::clone(&scene), device, kernel);
-    let progress = scene::preparing(&scene, kernel, &args.talk);
+    let mut session = begun.session(args)?;
+    let wants = match args.show {
+        Show::Color => begun.plan()?.wants(),
+        show => show.wants(),
+    };
+    let progress = scene::preparing(&begun.scene, session.kernel(), &args.talk);
     let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
     drop(progress);
     if session.prepared().is_some_and(Prepared::starts_in_f64) {
         args.talk.note("f32 would leave most of these rays open: all begin in f64");
     }
     // Again: the scene's numbers have their memory by now.
-    let plan = plan()?;
-    let progress = Progress::start(&args.talk, &run.control, plan.n_steps(&pixels, scene.is_lit()));
-    let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+    let plan = begun.plan()?;
+    let n_steps = match args.show {
+        Show::Color => plan.n_steps(&pixels, begun.scene.is_lit()),
+        show => show::n_steps(show, &pixels),
+    };
+    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let (rendered, shown, file) = match args.show {
+        Show::Color => {
+            let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+            (rendered, None, file)
+        }
+        show => {
+            let (shown, file) = show::draw(&mut session, show, &pixels, &plan, file, &run.control)?;
+            (shown.rendered, Some(shown), file)
+        }
+    };
     drop(progress);
 
     let again =
@@ -64,22 +72,27 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
         .transpose()?;
 
+    let read = begun.read;
     if args.talk.json {
         let mut summary = Traced::new(&session, read, making, &rendered, run);
         summary.size = Some([pixels.width, pixels.height]);
-        summary.samples = (n_samples > 1).then_some(n_samples);
-        summary.shadow_rays = scene.is_lit().then(|| rendered.shadow_rays.into());
-        summary.colors = scene.is_lit().then_some(rendered.colors);
+        summary.samples = (begun.n_samples > 1).then_some(begun.n_samples);
+        let is_lit = begun.scene.is_lit() && shown.is_none();
+        summary.shadow_rays = is_lit.then(|| rendered.shadow_rays.into());
+        summary.colors = is_lit.then_some(rendered.colors);
+        summary.show = shown.as_ref().map(|_| args.show.name());
+        summary.legend = shown.as_ref().map(json_legend);
         summary.ms_runs = ms_runs;
         print_summary("render", &summary)?;
     }
-    output::commit([file], &run.control)?;
+    output::commit(begun.beside.drain(..).chain([file]), &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {}",
-        name(&args.output),
+        name(output),
         size(&pixels),
         traced_in_words(&session, making, rendered.timing)
     ));
+    shown.iter().flat_map(legend_in_words).for_each(|line| args.talk.say(&line));
     args.talk.note(&format!(
         "read {}, prepared {}, {}compiled {}, wrote {}, all in {}",
         human(read),
@@ -90,6 +103,118 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         human(run.start.elapsed())
     ));
     Ok(())
+}
+
+/// Prints the scene alone, without a picture.
+fn print_scene(args: &RenderArgs, run: &Run) -> Result<()> {
+    let (picture, talk) = (&args.picture, &args.talk);
+    picture.check_outputs(None, "the picture", talk)?;
+    let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+    let (scene, composed) = picture.read(&args.scene, size, n_turns, talk, run)?;
+    output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control)
+}
+
+/// A picture, or the first of several, that is known but not begun.
+pub struct Begun {
+    pub scene: Arc<Scene>,
+    /// Time that reading took.
+    pub read: Duration,
+    pub pixels: Pixels,
+    pub n_samples: u32,
+    pub format: Format,
+    /// The files of --print-scene and --legend.
+    pub beside: Vec<OutputFile>,
+    options: PictureOptions,
+    epsilon: f64,
+    inputs: Vec<PathBuf>,
+}
+
+impl Begun {
+    /// Reads the scene and checks all that is asked for.
+    fn new(args: &RenderArgs, output: &Path, run: &Run) -> Result<Begun> {
+        let (format, options) = what_to_write(args, output)?;
+        let epsilon = epsilon(args)?;
+        let start = Instant::now();
+        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+        let (scene, composed) = args.picture.read(&args.scene, size, n_turns, &args.talk, run)?;
+        let pixels = args.size.pixels(&scene, &args.scene)?;
+        let read = start.elapsed();
+        if args.epsilon.is_some() && !scene.is_lit() {
+            args.talk.warn("--epsilon changes nothing: the scene has no light");
+        }
+        let n_samples = match args.show {
+            Show::Color => scene.samples.unwrap_or(1),
+            _ => 1,
+        };
+        let inputs = [&args.scene].into_iter().chain(&args.film.camera_path).cloned().collect();
+        let mut begun = Begun {
+            scene,
+            read,
+            pixels,
+            n_samples,
+            format,
+            beside: Vec::new(),
+            options,
+            epsilon,
+            inputs,
+        };
+        begun.plan()?;
+        begun.beside.extend(args.picture.print(&composed, &begun.scene, &args.scene)?);
+        if let Some(path) = &args.legend {
+            begun.beside.push(write_legend(path, args, &begun.scene)?);
+        }
+        Ok(begun)
+    }
+
+    /// Refuses outputs that would replace what they are made from, or each other.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]
+    pub fn refuse_overwriting(&self, outputs: &[&Path]) -> Result<()> {
+        let inputs: Vec<&Path> = self.inputs.iter().map(PathBuf::as_path).collect();
+        let beside = self.beside.iter().map(OutputFile::path);
+        let outputs: Vec<&Path> = outputs.iter().copied().chain(beside).collect();
+        scene::refuse_overwriting(&outputs, &inputs, &self.scene)
+    }
+
+    /// The bands that fit the memory as it is.
+    ///
+    /// # Errors
+    /// Those of [`render::plan`].
+    pub fn plan(&self) -> Result<Plan> {
+        let (n_objects, available) = (self.scene.n_objects(), Available::now());
+        let Begun { format, options, n_samples, ref pixels, .. } = *self;
+        let plan = render::plan(format, options, n_samples, pixels, n_objects, available)?;
+        Ok(Plan { epsilon: self.epsilon, ..plan })
+    }
+
+    /// Opens the device.
+    ///
+    /// # Errors
+    /// Those of [`device::open_for`].
+    pub fn session(&self, args: &RenderArgs) -> Result<Session> {
+        let (kernel, choice) = (args.kernel.kernel, &args.device.device);
+        let device = device::open_for(choice, kernel, &self.scene, self.pixels.len(), &args.talk)?;
+        Ok(Session::new(Arc::clone(&self.scene), device, kernel))
+    }
+}
+
+/// The legend, whole but not yet in its place.
+fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        let message = format!("{}: a legend is a picture of lines, .svg", path.display());
+        return Err(Error::Usage(message));
+    }
+    let svg = legend_svg(&scene.clouds).ok_or_else(|| {
+        Error::Usage(format!(
+            "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
+             in its [[spheres]]",
+            args.scene.display()
+        ))
+    })?;
+    let mut file = OutputFile::create(path, false)?;
+    file.write_all(svg.as_bytes()).map_err(Error::io(path))?;
+    Ok(file)
 }
 
 /// How far from a surface shadow rays start.
@@ -105,8 +230,7 @@ fn epsilon(args: &RenderArgs) -> Result<f64> {
 }
 
 /// The format and its options, checked against each other.
-fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
-    let output = &args.output;
+fn what_to_write(args: &RenderArgs, output: &Path) -> Result<(Format, PictureOptions)> {
     let by_ending = Format::from_path(output);
     let format = match (args.format, by_ending) {
         (None, by_ending) => by_ending?,
@@ -119,8 +243,7 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
         }
         (Some(format), _) => format,
     };
-    let advice = "write the picture to a file";
-    args.talk.refuse_json_beside(&[output], "the picture", advice)?;
+    args.picture.check_outputs(Some(output), "the picture", &args.talk)?;
     let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
     if args.certificates && holds_colours_only {
         return Err(Error::Usage(format!(
@@ -139,6 +262,7 @@ fn what_to_write(args: &RenderArgs) -> Result<(Format, PictureOptions)> {
     let (certificates, transparent) = (args.certificates, args.transparent);
     let options = PictureOptions { bits, certificates, transparent };
     options.check(format)?;
+    check(args, format, options)?;
     Ok((format, options))
 }
 

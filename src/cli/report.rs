@@ -9,28 +9,26 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::report::{
-    AdapterEvidence, Case, Class, Effort, Evidence, Missing, Report, Subject, default_cases, page,
-    plot, text,
+    AdapterEvidence, Baseline, Case, Class, Earlier, Effort, Evidence, Missing, Report, Subject,
+    default_cases, page, plot, text,
 };
 use kugelblitz::scene::read_scene_text;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result, memory};
 
-use super::head::summary;
-use super::output::{print, print_text};
+use super::head::{print_summary, summary};
+use super::output::print_text;
 use super::progress::Progress;
 use super::quiet::{self, quietly};
-use super::{ReportArgs, Run, device};
-
-/// The commit, where the build is told of it: `KUGELBLITZ_COMMIT=$(git rev-parse HEAD)`.
-const COMMIT: Option<&str> = option_env!("KUGELBLITZ_COMMIT");
+use super::{ReportArgs, Run, device, version};
 
 /// Measures and shows.
 pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     let cases = cases(args, run)?;
     refuse_overwriting(args, &cases)?;
-    let mut outputs = outputs(&args.output)?;
     let effort = effort(args);
+    let earlier = earlier(args, &effort)?;
+    let mut outputs = outputs(&args.output)?;
     let mut missing = Vec::new();
     let devices = devices(args, &mut missing)?;
     let adapters = devices.iter().filter_map(|device| match device {
@@ -38,7 +36,7 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
         Device::Cpu => None,
     });
     let adapters = adapters.collect::<Result<Vec<_>>>()?;
-    let evidence = Evidence::collect(command_line(), COMMIT, adapters);
+    let evidence = Evidence::collect(command_line(), version::COMMIT, adapters);
     let subjects = subjects(&devices, kernels(args), &mut missing)?;
 
     let n_rays = Report::n_rays(&cases, &subjects, &effort);
@@ -46,14 +44,19 @@ pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
     let mut report = Report::measure(evidence, &cases, &subjects, effort, &run.control)?;
     drop(progress);
     report.missing.extend(missing);
+    report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
 
     for (file, form) in &mut outputs {
         let path = file.path().to_path_buf();
         file.write_all(&form.of(&report)?).map_err(Error::io(path))?;
     }
-    match args.talk.json {
-        true => print(&Form::Json.of(&report)?)?,
-        false => print_text(&text::terminal(&report))?,
+    if args.talk.json {
+        if let Some(warning) = report.noise.warning() {
+            args.talk.warn(&warning);
+        }
+        print_summary("report", &report)?;
+    } else {
+        print_text(&text::terminal(&report))?;
     }
     output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
 }
@@ -87,7 +90,7 @@ impl Form {
             Form::Page => page::html(report).into_bytes(),
             Form::Json => summary("report", report)?,
             Form::Markdown => text::markdown(report).into_bytes(),
-            Form::Plot => plot::plane(report).into_bytes(),
+            Form::Plot => plot::plane(report, plot::Width::Wide).into_bytes(),
         })
     }
 }
@@ -100,9 +103,19 @@ fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
 
 fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
     let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
-    let scenes = args.scenes.iter().map(PathBuf::as_path);
+    let scenes = args.scenes.iter().chain(&args.baseline).map(PathBuf::as_path);
     let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &*cloud.path);
     output::refuse_overwriting(&outputs, &scenes.chain(clouds).collect::<Vec<_>>())
+}
+
+/// The report of --baseline, with its name.
+fn earlier(args: &ReportArgs, effort: &Effort) -> Result<Option<(String, Earlier)>> {
+    let Some(path) = &args.baseline else { return Ok(None) };
+    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+    let wrong = |message| Error::Input { path: path.clone(), message };
+    let earlier = Earlier::parse(&text).map_err(wrong)?;
+    earlier.check(effort).map_err(wrong)?;
+    Ok(Some((path.display().to_string(), earlier)))
 }
 
 fn kernels(args: &ReportArgs) -> &[Kernel] {

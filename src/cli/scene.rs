@@ -12,13 +12,21 @@ use super::output::count;
 use super::progress::Progress;
 use super::{Run, TalkArgs};
 
-/// Reads a scene and shows how far it is.
+/// Reads a scene, shows how far it is, and says what its reader noted.
 ///
 /// # Errors
 /// Those of [`read_scene_with`].
 pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
-    let _progress = Progress::of_bytes(talk, &run.control);
-    read_scene_with(path, &run.control).map(Arc::new)
+    let progress = Progress::of_bytes(talk, &run.control);
+    let scene = read_scene_with(path, &run.control)?;
+    drop(progress);
+    say_notes(&scene, talk);
+    Ok(Arc::new(scene))
+}
+
+/// Says what the reader of a scene noted.
+pub fn say_notes(scene: &Scene, talk: &TalkArgs) {
+    scene.notes.iter().for_each(|note| talk.say(note));
 }
 
 /// Shows, while it lives, that preparing a scene takes a while.

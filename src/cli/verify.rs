@@ -24,7 +24,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::device;
-use super::head::{Objects, On, print_summary};
+use super::head::{Objects, On, print_verdict};
 use super::output::{objects, print_text};
 use super::progress::Progress;
 use super::render::size;
@@ -152,6 +152,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
     drop(progress);
 
     let broken: Vec<String> = results.iter().flat_map(|result| result.broken.clone()).collect();
+    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
     if args.talk.json {
         let summary = Summary {
             on: On::from(&device),
@@ -162,7 +163,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
             seed: args.seed,
             kernels: results,
         };
-        print_summary("verify", &summary)?;
+        print_verdict("verify", &summary, failure.as_ref())?;
     } else {
         let share = match n_samples == pixels.len() {
             true => "all pixels".to_string(),
@@ -177,10 +178,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
         );
         print_text(&(head + &table(&results)))?;
     }
-    match broken.is_empty() {
-        true => Ok(()),
-        false => Err(Error::Comparison(broken.join("; "))),
-    }
+    failure.map_or(Ok(()), Err)
 }
 
 /// The truth about each band's part of the samples.

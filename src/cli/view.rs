@@ -1,9 +1,12 @@
 //! `kugelblitz view`
 
+use std::env;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use kugelblitz::Result;
-use kugelblitz::scene::read_scene;
+use kugelblitz::output;
+use kugelblitz::scene::recompose_scene;
 use kugelblitz::view::{self, Notice, Options};
 
 use super::device;
@@ -14,14 +17,25 @@ use super::{Run, ViewArgs};
 
 /// Opens the window.
 pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
-    let scene = Arc::new(read_scene(&args.scene)?);
+    let picture = &args.picture;
+    if picture.print_scene.is_some() {
+        picture.check_outputs(None, "the window", &args.talk)?;
+        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+        return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
+    }
+    let wishes = picture.wishes(args.size.size, 0)?;
+    let (scene, _) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
     let size = args.size.size.map(check_size).transpose()?;
     let options = Options {
         path: args.scene.clone(),
+        reread: Arc::new(move |path, control| {
+            recompose_scene(path, &wishes, control).map(|composed| composed.scene)
+        }),
         device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
         scene,
         kernel: args.kernel.kernel,
         size,
+        recent: recent_list(),
         control: Arc::clone(&run.control),
         on_display_lost,
         lose_device_after: args.lose_device_after,
@@ -49,6 +63,18 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
     failed.map_or(Ok(()), Err)
 }
 
+/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
+/// data.
+fn recent_list() -> Option<PathBuf> {
+    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let state = match cfg!(windows) {
+        true => folder("LOCALAPPDATA"),
+        false => folder("XDG_STATE_HOME")
+            .or_else(|| folder("HOME").map(|home| home.join(".local/state"))),
+    };
+    state.map(|state| state.join("kugelblitz").join("recent"))
+}
+
 /// Xlib ends the process after this.
 fn on_display_lost() {
     talk("error: the display: the connection was lost");
@@ -72,6 +98,7 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
         | Notice::Shown { .. }
         | Notice::Hover { .. }
         | Notice::Explained { .. }
+        | Notice::SceneOpened { .. }
         | Notice::Reloaded => {}
     }
     Ok(())

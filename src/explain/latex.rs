@@ -1,66 +1,112 @@
-//! An [`Explanation`] as LaTeX: the lecture's formulas with the ray's numbers put in.
+//! An [`Explanation`] as LaTeX: the lecture's formulas with the ray's numbers put in, and what comes of
+//! them in words.
 //!
-//! One `align*` an object (package amsmath), without words, so that it fits a script in any
-//! language. The subject stands in comments.
+//! For the package amsmath: a paragraph and an `align*` an object. Letters that are not ASCII are
+//! written as they are, in UTF-8.
 
 use std::fmt::Write;
 
-use super::formula::{Line, Notation, Term, derivation, of_color, of_light, of_point, written};
-use super::{ColorExplanation, Explanation, Shading, Short};
+use super::formula::{Line, Notation, latex_of, of_ray};
+use super::numbers::Short;
+use super::words::{Remark, Words};
+use super::{ColorExplanation, Explanation, Shading, Winner};
 
 /// The whole explanation.
 pub fn latex(explanation: &Explanation) -> String {
-    let mut text = String::new();
-    if let Some(p) = &explanation.pixel {
-        let _ = writeln!(text, "% pixel ({}, {}) of {}x{}", p.x, p.y, p.width, p.height);
-    }
-    let of = |rows: std::ops::Range<usize>| -> Vec<Short> {
-        let rows = explanation.ray.get(rows).unwrap_or_default();
-        rows.iter().filter_map(|row| Some(row.exact.as_ref()?.short.clone())).collect()
-    };
-    let (o, d) = (of(0..3), of(3..6));
-    let ray = [
-        Line::new("o ~ #", r"\vec{o} &~ #", [Term::Vector(&o)]),
-        Line::new("d ~ #", r"\vec{d} &~ #", [Term::Vector(&d)]),
-    ];
-    align(&ray, &mut text);
+    let words = explanation.lang.words();
+    let mut text = String::from("% \\usepackage{amsmath}\n");
+    paragraph(&explanation.subject(), &[], &mut text);
+    align(&of_ray(explanation.ray_numbers()), &mut text);
     for object in &explanation.objects {
-        let _ = writeln!(text, "\n% {}: {}", object.label, object.why.join("; "));
-        align(&derivation(object), &mut text);
+        paragraph(&named(&object.label), &object.why, &mut text);
+        align(&object.lines, &mut text);
+    }
+    match &explanation.winner {
+        None => paragraph(&Remark::plain(words.sees_background), &[], &mut text),
+        Some(winner) => {
+            let side = Remark::plain(side(words, winner));
+            let t = winner.root.to_decimal(explanation.digits);
+            let sees = Remark::new(words.sees, [winner.label.clone(), t]);
+            paragraph(&sees, &[side], &mut text);
+        }
+    }
+    if let Some(point) = &explanation.point {
+        align(&point.lines, &mut text);
     }
     if let Some(shading) = &explanation.shading {
-        of_shading(shading, &mut text);
+        of_shading(shading, words, &mut text);
     }
     text
 }
 
-fn of_shading(shading: &Shading, text: &mut String) {
-    if let Some(point) = &shading.point {
-        text.push_str("\n% the point that the ray sees\n");
-        align(&of_point(point), text);
-    }
-    for light in &shading.lights {
-        let _ = writeln!(text, "\n% {}, {}: {}", light.name, light.place, light.why.join("; "));
-        align(&of_light(light), text);
-    }
-    if let Some(sky) = &shading.sky {
-        let _ = writeln!(text, "\n% sky, {} of {} directions", sky.counting, sky.directions);
-    }
-    bytes("the ray", &shading.color, text);
-    align(&of_color(&shading.color), text);
-    if let Some(mean) = &shading.mean {
-        bytes(&format!("the mean of {0}x{0} samples", mean.samples), &mean.color, text);
+/// The side of the surface that is seen.
+pub(super) fn side(words: &Words, winner: &Winner) -> &'static str {
+    match winner.side {
+        "back" => words.back,
+        _ => words.front,
     }
 }
 
-fn bytes(of: &str, color: &ColorExplanation, text: &mut String) {
+fn named(label: &str) -> Remark {
+    Remark::new("#", [label])
+}
+
+fn of_shading(shading: &Shading, words: &'static Words, text: &mut String) {
+    for light in &shading.lights {
+        let why: Vec<Remark> = [&light.place].into_iter().chain(&light.why).cloned().collect();
+        paragraph(&named(&light.name), &why, text);
+        align(&light.lines, text);
+    }
+    if let Some(sky) = &shading.sky {
+        paragraph(&sky.subject(words), &[sky.counts(words)], text);
+    }
+    of_color(Remark::plain(words.color_of_ray), &shading.color, words, text);
+    if let Some(mean) = &shading.mean {
+        of_color(mean.subject(words), &mean.color, words, text);
+    }
+}
+
+fn of_color(subject: Remark, color: &ColorExplanation, words: &'static Words, text: &mut String) {
     let bytes = color.channels.each_ref().map(|channel| channel.byte.to_string());
-    let _ = writeln!(text, "\n% {of}: bytes {}", bytes.join(", "));
+    let mut why = vec![Remark::new(words.bytes, bytes)];
+    why.extend_from_slice(&color.why);
+    paragraph(&subject, &why, text);
+    align(&color.lines, text);
+}
+
+/// A subject in bold letters, and what is said of it.
+fn paragraph(subject: &Remark, why: &[Remark], text: &mut String) {
+    let why: Vec<String> = why.iter().map(|why| why.written(Notation::Latex)).collect();
+    let subject = subject.written(Notation::Latex);
+    let said = if why.is_empty() { String::new() } else { format!(": {}", why.join("; ")) };
+    let _ = writeln!(text, "\n\\noindent\\textbf{{{subject}}}{said}");
 }
 
 fn align(lines: &[Line], text: &mut String) {
     if !lines.is_empty() {
-        let lines = written(lines, Notation::Latex).join(" \\\\\n");
-        let _ = writeln!(text, "\\begin{{align*}}\n{lines}\n\\end{{align*}}");
+        let rows = latex_of(lines).join(" \\\\\n");
+        let _ = writeln!(text, "\\begin{{align*}}\n{rows}\n\\end{{align*}}");
+    }
+}
+
+impl Explanation {
+    /// What is explained.
+    pub(super) fn subject(&self) -> Remark {
+        let words = self.lang.words();
+        match &self.pixel {
+            Some(p) => {
+                Remark::new(words.pixel, [p.x, p.y, p.width, p.height].map(|n| n.to_string()))
+            }
+            None => Remark::plain(words.ray),
+        }
+    }
+
+    /// `o` and `d`.
+    pub(super) fn ray_numbers(&self) -> [[Short; 3]; 2] {
+        let number = |i: usize| {
+            let exact = self.ray.get(i).and_then(|row| row.exact.as_ref());
+            exact.map_or_else(|| Short::given(0.0), |exact| Short::new(&exact.root, self.digits))
+        };
+        [0, 3].map(|first| std::array::from_fn(|axis| number(first + axis)))
     }
 }

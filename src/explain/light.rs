@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::numbers::{Exact, Quantity, Short};
+use super::formula::Line;
+use super::numbers::{Exact, Quantity};
+use super::words::Remark;
 
 /// How the point that a ray sees is lit, and the colour that comes of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Shading {
-    /// The point where the ray meets its object; `None` where no light falls on what it sees.
-    pub point: Option<PointExplanation>,
     /// The lights, in the order of the scene file; none for the background.
     pub lights: Vec<LightExplanation>,
     /// The sky.
@@ -27,13 +27,7 @@ pub struct PointExplanation {
     /// `double`, here and for all that follows.
     pub quantities: Vec<Quantity>,
     #[serde(skip)]
-    pub(super) at: [Short; 3],
-    #[serde(skip)]
-    pub(super) normal: [Short; 3],
-    #[serde(skip)]
-    pub(super) residual: Short,
-    #[serde(skip)]
-    pub(super) is_on_sphere: bool,
+    pub(super) lines: Vec<Line>,
 }
 
 /// A light as it falls on the point.
@@ -42,27 +36,15 @@ pub struct LightExplanation {
     /// `light 1`, counted in the order of the scene file.
     pub name: String,
     /// `at (4, 6, 3)`
-    pub place: String,
+    pub place: Remark,
     /// Whether it counts, exactly.
     pub verdict: Verdict,
     /// The same in words, and what else is worth a remark.
-    pub why: Vec<String>,
+    pub why: Vec<Remark>,
     /// `w`, `n·ω`, `s` of what is in its way, and what it gives.
     pub quantities: Vec<Quantity>,
     #[serde(skip)]
-    pub(super) terms: Option<WayTerms>,
-}
-
-/// The numbers of the way to a light, for the formulas.
-#[derive(Clone, Debug)]
-pub(super) struct WayTerms {
-    pub way: [Short; 3],
-    /// The formula of `way`, in text and in LaTeX.
-    pub form: [&'static str; 2],
-    pub cosine: Short,
-    pub root: Option<Short>,
-    /// `I`, and what the light gives, where it counts.
-    pub gives: Option<[[Short; 3]; 2]>,
+    pub(super) lines: Vec<Line>,
 }
 
 /// Whether a light counts.
@@ -107,10 +89,10 @@ pub struct ColorExplanation {
     /// The channels in each arithmetic.
     pub quantities: Vec<Quantity>,
     /// What is worth a remark.
-    pub why: Vec<String>,
-    /// Colour of the object, ambient light, the sum of all other, and the channel itself.
+    pub why: Vec<Remark>,
+    /// How the channels come about, where light falls on what is seen.
     #[serde(skip)]
-    pub(super) terms: Option<[[Short; 4]; 3]>,
+    pub(super) lines: Vec<Line>,
 }
 
 /// A channel and its byte.

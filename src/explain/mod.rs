@@ -4,6 +4,7 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
+mod decimal;
 mod formula;
 pub mod latex;
 mod light;
@@ -12,6 +13,7 @@ mod ray;
 mod reason;
 mod shading;
 pub mod text;
+mod words;
 
 use std::sync::Arc;
 
@@ -24,21 +26,47 @@ pub use light::{
     SkyExplanation, Verdict,
 };
 pub use numbers::{Approximation, Exact, Quantity, Short};
+pub use words::{Lang, Remark};
 
 use crate::control::Control;
 use crate::cpu::CpuTracer;
-use crate::error::Result;
-use crate::exact::{ExactHit, ExactRay, Root, Shape, Side, nearest, visible_root};
+use crate::error::{Error, Result};
+use crate::exact::{ExactHit, Root, Shape, Side, nearest, visible_root};
 use crate::memory;
 use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Wants};
 use crate::tracer::Tracer;
+use formula::Line;
 use ray::RayNumbers;
+use words::Words;
 
 /// How many objects are explained where nobody asks for all.
 pub const DEFAULT_OBJECTS: usize = 20;
+
+/// Digits of a number in a formula where nobody asks for more.
+pub const DEFAULT_DIGITS: usize = 6;
+
+/// Most digits that results in formulas can have; on the way to them there may be more.
+pub const MAX_DIGITS: usize = 40;
+
+/// How a ray is explained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// The objects that are explained at most; `None` for all.
+    pub limit: Option<usize>,
+    /// The language of all words.
+    pub lang: Lang,
+    /// Digits of the results in formulas, from 1 to [`MAX_DIGITS`].
+    pub digits: usize,
+}
+
+impl Default for Style {
+    fn default() -> Style {
+        Style { limit: Some(DEFAULT_OBJECTS), lang: Lang::English, digits: DEFAULT_DIGITS }
+    }
+}
 
 /// Longest name of an object that is told whole.
 const NAME_CHARS: usize = 30;
@@ -46,6 +74,12 @@ const NAME_CHARS: usize = 30;
 /// One ray and what it meets.
 #[derive(Clone, Debug, Serialize)]
 pub struct Explanation {
+    /// The language of all words.
+    #[serde(skip)]
+    pub lang: Lang,
+    /// Digits of the results in formulas.
+    #[serde(skip)]
+    pub digits: usize,
     /// The pixel, where the ray belongs to one.
     pub pixel: Option<PixelOf>,
     /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
@@ -58,6 +92,8 @@ pub struct Explanation {
     pub n_objects: usize,
     /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
+    /// The point where the ray meets it; `None` for the background.
+    pub point: Option<PointExplanation>,
     /// The light on what the ray sees, and its colour; `None` for a scene without light and pixels of
     /// one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,9 +131,11 @@ pub struct ObjectExplanation {
     /// Why the object won or lost, exactly.
     pub reason: Reason,
     /// The same in words, and what else is worth a remark.
-    pub why: Vec<String>,
+    pub why: Vec<Remark>,
     /// How far from the object the ray passes, world units, where it misses.
     pub gap: Option<f64>,
+    #[serde(skip)]
+    lines: Vec<Line>,
 }
 
 /// The numbers that the lecture's formulas take, rounded to a few digits.
@@ -180,6 +218,8 @@ pub struct Winner {
     pub normal: [String; 3],
     /// `front` or `back`.
     pub side: &'static str,
+    #[serde(skip)]
+    root: Root,
 }
 
 /// The result of a kernel on one device.
@@ -203,16 +243,29 @@ pub struct Seen {
     pub t_error_ulp: Option<f64>,
 }
 
-/// Bytes of an object's explanation and of its text. Measured: 3.3 KiB.
-const SHOWN_BYTES: u64 = 8 << 10;
+/// Bytes of an object's explanation and of its text. Measured: 14 KiB.
+const SHOWN_BYTES: u64 = 24 << 10;
 
-/// Explains one ray; the first `limit` objects of those that matter, or all.
+/// Explains one ray in English; the first `limit` objects of those that matter, or all.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] where `rays` is not one ray; [`crate::Error::TooLarge`] where there is not
-/// the memory to explain so many objects.
+/// Those of [`explain_as`].
 pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<Explanation> {
-    let numbers = RayNumbers::new(scene, rays)?;
+    explain_as(scene, rays, &Style { limit, ..Style::default() })
+}
+
+/// Explains one ray in a style.
+///
+/// # Errors
+/// [`crate::Error::Usage`] where `rays` is not one ray, or for digits that can't be;
+/// [`crate::Error::TooLarge`] where there is not the memory to explain so many objects.
+pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Explanation> {
+    let &Style { limit, lang, digits } = style;
+    if !(1..=MAX_DIGITS).contains(&digits) {
+        let message = format!("{digits} digits: a result has from 1 to {MAX_DIGITS}");
+        return Err(Error::Usage(message));
+    }
+    let numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
     let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
     // The ranks are put together from parts, and sorting takes half of them once more.
@@ -225,7 +278,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
     let hit = nearest(&numbers.exact, scene.objects());
     let ranked = ranked(scene, &numbers, limit);
     let objects: Vec<ObjectExplanation> =
-        ranked.iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
+        ranked.par_iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
 
     let pixel = match rays {
         Rays::Pixels(p) => {
@@ -233,13 +286,16 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
         }
         Rays::List(_) => None,
     };
-    let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers.exact, hit));
+    let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers, hit));
     let mut explanation = Explanation {
+        lang,
+        digits,
         pixel,
         ray: numbers.ray(),
         objects,
         n_objects: scene.n_objects(),
         winner,
+        point: None,
         shading: None,
         level: "f32",
         seen: Vec::new(),
@@ -255,9 +311,7 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
     };
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-        if let Some(lighting) = &lighting {
-            seen.add(kernel, &prepared, lighting);
-        }
+        seen.add(kernel, &prepared, lighting.as_ref());
         let wants = Wants { surface: true, level: true };
         let mut tracer = CpuTracer::new(prepared, wants);
         let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
@@ -265,7 +319,10 @@ pub fn explain(scene: &Arc<Scene>, rays: &Rays, limit: Option<usize>) -> Result<
             explanation.level = level;
         }
     }
-    explanation.shading = seen.shading(lighting.as_ref());
+    let point = hit.as_ref().zip(seen.lit_point());
+    explanation.point = point.as_ref().and_then(|(hit, point)| seen.point(hit, point));
+    let of_light = point.as_ref().filter(|_| lighting.is_some()).map(|(_, point)| point);
+    explanation.shading = seen.shading(lighting.as_ref(), of_light);
     Ok(explanation)
 }
 
@@ -311,7 +368,7 @@ impl Explanation {
             kernel: kernel.name(),
             device,
             id,
-            label: label(scene, id),
+            label: label_in(self.lang.words(), scene, id),
             t,
             normal,
             right,
@@ -343,11 +400,17 @@ impl ObjectExplanation {
 }
 
 /// `sphere 3 (red giant)`
+#[cfg(feature = "view")]
 pub(crate) fn label(scene: &Scene, id: u32) -> String {
+    label_in(Lang::English.words(), scene, id)
+}
+
+/// `sphere 3 (red giant)`, in the language of the words.
+fn label_in(words: &Words, scene: &Scene, id: u32) -> String {
     let kind = match scene.object(id) {
-        None => return "background".into(),
-        Some(Object::Sphere(_)) => "sphere",
-        Some(Object::Plane(_)) => "plane",
+        None => return words.background.into(),
+        Some(Object::Sphere(_)) => words.sphere,
+        Some(Object::Plane(_)) => words.plane,
     };
     let Some(name) = scene.name(id) else { return format!("{kind} {id}") };
     format!("{kind} {id} ({})", shortened(name, NAME_CHARS))
@@ -364,11 +427,11 @@ fn shortened(text: &str, n_chars: usize) -> String {
     shown
 }
 
-fn winner(scene: &Scene, ray: &ExactRay, hit: &ExactHit) -> Option<Winner> {
-    let shape = Shape::from(scene.object(hit.id)?);
+fn winner(scene: &Scene, numbers: &RayNumbers, hit: &ExactHit) -> Option<Winner> {
+    let (shape, ray) = (Shape::from(scene.object(hit.id)?), &numbers.exact);
     Some(Winner {
         id: hit.id,
-        label: label(scene, hit.id),
+        label: numbers.label(scene, hit.id),
         t: hit.t_decimal(numbers::DIGITS),
         t_f32: hit.t_f32(),
         normal: hit.normal(ray, &shape)?.map(|component| component.to_decimal(numbers::DIGITS)),
@@ -376,6 +439,7 @@ fn winner(scene: &Scene, ray: &ExactRay, hit: &ExactHit) -> Option<Winner> {
             Side::Front => "front",
             Side::Back => "back",
         },
+        root: hit.root.clone(),
     })
 }
 
@@ -394,7 +458,7 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: Option<usize>) -> Vec<Rank
         let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);
         let key = match &root {
             Some(root) => root.to_f64(),
-            None => gap(numbers.origin, numbers.direction, object),
+            None => gap(numbers.origin, numbers.direction, object).0,
         };
         Some(Rank { id, root, key })
     };
@@ -415,18 +479,20 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: Option<usize>) -> Vec<Rank
     ranks
 }
 
-/// How far the half line passes from a surface that it misses; only for order and for the eye.
-fn gap(origin: DVec3, direction: DVec3, object: Object) -> f64 {
-    let gap = match object {
+/// How far the half line passes from a surface that it misses, and whether its origin is as near as any
+/// point of it; only for order and for the eye.
+fn gap(origin: DVec3, direction: DVec3, object: Object) -> (f64, bool) {
+    let (gap, is_at_origin) = match object {
         Object::Sphere(sphere) => {
             let l = sphere.center - origin;
             let s = direction.dot(l) / direction.length_squared();
             let nearest = if s > 0.0 { l - direction * s } else { l };
-            nearest.length() - sphere.radius
+            (nearest.length() - sphere.radius, s <= 0.0)
         }
         Object::Plane(plane) => {
-            ((plane.point - origin).dot(plane.normal) / plane.normal.length()).abs()
+            let distance = (plane.point - origin).dot(plane.normal) / plane.normal.length();
+            (distance.abs(), true)
         }
     };
-    gap.max(0.0)
+    (gap.max(0.0), is_at_origin)
 }

@@ -2,31 +2,38 @@
 
 use serde::Serialize;
 
+use super::decimal::read;
 use crate::compare::Precision;
-use crate::exact::{Enclosure, Real, Root, layout, real};
+use crate::exact::{Enclosure, Real, Root, exact, layout, real};
 
 /// Digits of an exact number.
 pub const DIGITS: usize = 20;
 
-/// Digits of the numbers that are put into a formula.
-const SHORT_DIGITS: usize = 6;
-
-/// Digits that tell a rounded number from one that is written out whole.
-const MANY_DIGITS: usize = 60;
+/// Digits that tell a rounded number from one that is written out whole; none in a formula has more.
+pub const MANY_DIGITS: usize = 60;
 
 /// A number rounded for a formula.
 #[derive(Clone, Debug, Serialize)]
 pub struct Short {
-    /// Six digits at most.
+    /// Six digits at most, or as many as are asked for.
     pub text: String,
     /// True where digits are missing.
     pub rounded: bool,
 }
 
-impl From<&Root> for Short {
-    fn from(root: &Root) -> Short {
-        let text = root.to_decimal(SHORT_DIGITS);
-        Short { rounded: text != root.to_decimal(MANY_DIGITS), text }
+impl Short {
+    /// A number to so many digits.
+    pub(super) fn new(root: &Root, digits: usize) -> Short {
+        Short::of(root, root.to_decimal(digits))
+    }
+
+    /// A number of a scene, as someone has written it.
+    pub(super) fn given(x: f64) -> Short {
+        Short::of(&Root::from(exact(x)), decimal_f64(x))
+    }
+
+    fn of(root: &Root, text: String) -> Short {
+        Short { rounded: read(&text) != read(&root.to_decimal(MANY_DIGITS)), text }
     }
 }
 
@@ -38,19 +45,12 @@ pub struct Exact {
     /// -1, 0 or 1.
     pub signum: i32,
     #[serde(skip)]
-    pub(super) short: Short,
-    #[serde(skip)]
-    root: Root,
+    pub(super) root: Root,
 }
 
 impl From<&Root> for Exact {
     fn from(root: &Root) -> Exact {
-        Exact {
-            decimal: root.to_decimal(DIGITS),
-            signum: root.signum(),
-            short: Short::from(root),
-            root: root.clone(),
-        }
+        Exact { decimal: root.to_decimal(DIGITS), signum: root.signum(), root: root.clone() }
     }
 }
 
@@ -200,6 +200,16 @@ pub fn decimal_f32(x: f64) -> String {
 /// The shortest decimal that gives this f64 back.
 pub fn decimal_f64(x: f64) -> String {
     decimal(&format!("{x:e}"), 17)
+}
+
+/// Six digits, without zeros that say nothing.
+pub fn six_digits(x: f64) -> String {
+    format!("{x:.5e}").parse().map_or_else(|_| String::new(), decimal_f64)
+}
+
+/// Four digits, without zeros that say nothing.
+pub fn four_digits(x: f64) -> String {
+    format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
 }
 
 /// Rust's `d.ddde±n`, written as the exact numbers are.

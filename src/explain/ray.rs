@@ -4,10 +4,15 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::formula::{PlaneSteps, SphereSteps, of_plane, of_sphere};
 use super::numbers::{Columns, Quantity, Short, scaled};
-use super::{ObjectExplanation, Rank, Reason, Terms, label};
+use super::words::Words;
+use super::{ObjectExplanation, Rank, Reason, Style, Terms, gap, label_in};
 use crate::error::{Error, Result};
-use crate::exact::{ExactHit, ExactRay, Real, Root, plane_numbers, real, sphere_numbers};
+use crate::exact::{
+    ExactHit, ExactRay, Real, Root, double, exact, integer, plane_numbers, product3, real, real3,
+    sphere_numbers,
+};
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
 use crate::kernel::stable::{PlaneStable, SphereStable};
@@ -30,12 +35,16 @@ pub struct RayNumbers {
     exponent: i32,
     /// True where `stable` has all rays start at its reference point.
     is_point: bool,
+    /// True for a camera's ray.
+    pub is_pixel: bool,
+    pub words: &'static Words,
+    pub digits: usize,
     lecture_objects: Lists<lecture::SphereLecture, lecture::PlaneLecture>,
     stable_objects: Lists<SphereStable, PlaneStable>,
 }
 
 impl RayNumbers {
-    pub fn new(scene: &Arc<Scene>, rays: &Rays) -> Result<RayNumbers> {
+    pub fn new(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<RayNumbers> {
         let one = || Error::Usage("one ray is explained at a time".into());
         if rays.len() != 1 {
             return Err(one());
@@ -68,23 +77,37 @@ impl RayNumbers {
             stable,
             exponent,
             is_point,
+            is_pixel: matches!(rays, Rays::Pixels(_)),
+            words: style.lang.words(),
+            digits: style.digits,
             lecture_objects,
             stable_objects,
         })
     }
 
-    pub fn ray(&self) -> Vec<Quantity> {
+    /// `sphere 3 (red giant)`
+    pub fn label(&self, scene: &Scene, id: u32) -> String {
+        label_in(self.words, scene, id)
+    }
+
+    /// `o` and `d`, exactly.
+    pub fn origin_and_direction(&self) -> [[Root; 3]; 2] {
         let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
+        let of = |v: &[Real; 3], scale| v.each_ref().map(|x| Root::ratio(x.clone(), scale));
+        [of(self.exact.origin(), s), of(self.exact.direction(), f)]
+    }
+
+    pub fn ray(&self) -> Vec<Quantity> {
+        let [exact_origin, exact_direction] = self.origin_and_direction();
         let origin = |i: usize| {
-            let exact = Root::ratio(self.exact.origin()[i].clone(), s);
             let columns = Columns::all(self.lecture.origin.0[i], 0.0, self.origin[i]);
-            Columns { stable: None, ..columns }.against(["o.x", "o.y", "o.z"][i], Some(&exact))
+            Columns { stable: None, ..columns }
+                .against(["o.x", "o.y", "o.z"][i], Some(&exact_origin[i]))
         };
         let direction = |i: usize| {
-            let exact = Root::ratio(self.exact.direction()[i].clone(), f);
             let stable = scaled(self.stable.direction.0[i], self.exponent);
             Columns::all(self.lecture.direction.0[i], stable, self.direction[i])
-                .against(["d.x", "d.y", "d.z"][i], Some(&exact))
+                .against(["d.x", "d.y", "d.z"][i], Some(&exact_direction[i]))
         };
         (0..3).map(origin).chain((0..3).map(direction)).collect()
     }
@@ -98,24 +121,32 @@ impl RayNumbers {
         let id = rank.id;
         let index = id as usize - 1;
         let object = scene.object(id)?;
-        let (terms, quantities) = match object {
-            Object::Sphere(sphere) => (self.sphere_terms(sphere)?, self.sphere(sphere, index)?),
-            Object::Plane(plane) => (
-                self.plane_terms(plane)?,
-                self.plane(plane, index - self.lecture_objects.spheres.len())?,
-            ),
+        let (terms, lines, quantities) = match object {
+            Object::Sphere(sphere) => {
+                let steps = self.sphere_steps(sphere)?;
+                let terms = self.sphere_terms(&steps);
+                (terms, of_sphere(steps, self.digits), self.sphere(sphere, index)?)
+            }
+            Object::Plane(plane) => {
+                let steps = self.plane_steps(plane)?;
+                let terms = self.plane_terms(&steps);
+                let index = index - self.lecture_objects.spheres.len();
+                (terms, of_plane(steps, self.digits), self.plane(plane, index)?)
+            }
         };
+        let (gap, is_at_origin) = gap(self.origin, self.direction, object);
         let mut explanation = ObjectExplanation {
             id,
-            label: label(scene, id),
+            label: self.label(scene, id),
             terms,
             quantities,
             reason: Reason::Degenerate,
             why: Vec::new(),
-            gap: rank.root.is_none().then_some(rank.key),
+            gap: rank.root.is_none().then_some(gap),
+            lines,
         };
         explanation.reason = explanation.reason(rank.root.as_ref(), hit);
-        explanation.why = explanation.why(scene, rank.root.is_some(), hit, self);
+        explanation.why = explanation.why(scene, rank.root.is_some(), hit, (self, is_at_origin));
         Some(explanation)
     }
 
@@ -265,56 +296,93 @@ impl RayNumbers {
         }
     }
 
-    /// `d·v` component by component, where `v` is `scale` times as large.
-    fn along(&self, v: &[Real; 3], scale: u32) -> [Short; 3] {
-        let scale = self.exact.direction_scale() * scale;
-        std::array::from_fn(|i| ratio(&self.exact.direction()[i] * &v[i], scale))
-    }
-
-    fn sphere_terms(&self, sphere: &Sphere) -> Option<Terms> {
-        let center = real3(sphere.center)?;
-        let radius = real(sphere.radius)?;
+    fn sphere_steps(&self, sphere: &Sphere) -> Option<SphereSteps> {
+        let numbers = sphere_numbers(&self.exact, sphere.center, sphere.radius)?;
+        let [origin, direction] = self.origin_and_direction();
+        let (d, a) = (self.exact.direction(), self.exact.norm_squared());
         let offset = self.exact.to_point(sphere.center)?.map(|x| -x);
-        let squares: [Real; 3] = std::array::from_fn(|i| &offset[i] * &offset[i]);
-        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
-        Some(Terms::Sphere {
-            squares: std::array::from_fn(|i| {
-                let d = &self.exact.direction()[i];
-                ratio(d * d, f * f)
-            }),
-            products: self.along(&offset, s),
-            offset_squared: ratio(&squares[0] + &squares[1] + &squares[2], s * s),
-            radius_squared: short(&radius * &radius),
-            center: center.map(short),
-            radius: short(radius),
-            offset: offset.map(|x| ratio(x, s)),
+        let (s, f) = (self.exact.world_scale().into(), self.exact.direction_scale().into());
+        let (s, f) = (integer(s), integer(f));
+        let of_d = |x: Real| Root::quotient(x, &f * &f * &s * &s, 1);
+        let of_k = |x: Real| Root::quotient(x, &s * &s, 1);
+        let r = self.exact.to_scale(real(sphere.radius)?);
+        let (v_squared, r_squared) = (product3(&offset, &offset), &r * &r);
+        let b = double(&product3(d, &offset));
+        let minus_ak = a * &(&r_squared - &v_squared);
+        Some(SphereSteps {
+            given: (given3(sphere.center), Short::given(sphere.radius)),
+            origin,
+            direction,
+            center: real3(sphere.center)?.map(Root::from),
+            radius: Root::from(exact(sphere.radius)),
+            products: std::array::from_fn(|i| Root::quotient(&d[i] * &offset[i], &f * &s, 1)),
+            offset: offset.map(|x| Root::quotient(x, s.clone(), 1)),
+            parts_of_k: [of_k(v_squared), of_k(-r_squared)],
+            parts_of_d: [of_d(&b * &b), of_d(double(&double(&minus_ak)))],
+            a: numbers.a,
+            b: numbers.b,
+            k: numbers.k,
+            discriminant: numbers.discriminant,
+            roots: numbers.roots,
         })
     }
 
-    fn plane_terms(&self, plane: &Plane) -> Option<Terms> {
+    fn sphere_terms(&self, steps: &SphereSteps) -> Terms {
+        let short = |root: &Root| Short::new(root, self.digits);
+        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
+        let square = |x: &Real, scale: u32| {
+            let scale = integer(scale.into());
+            short(&Root::quotient(x * x, &scale * &scale, 1))
+        };
+        let radius = self.exact.to_scale(exact(steps.radius.to_f64()));
+        Terms::Sphere {
+            center: steps.center.each_ref().map(short),
+            radius: short(&steps.radius),
+            offset: steps.offset.each_ref().map(short),
+            squares: self.exact.direction().each_ref().map(|x| square(x, f)),
+            products: steps.products.each_ref().map(short),
+            offset_squared: short(&steps.parts_of_k[0]),
+            radius_squared: square(&radius, s),
+        }
+    }
+
+    fn plane_steps(&self, plane: &Plane) -> Option<PlaneSteps> {
+        let numbers = plane_numbers(&self.exact, plane.point, plane.normal)?;
+        let [origin, direction] = self.origin_and_direction();
         let (point, normal) = (real3(plane.point)?, real3(plane.normal)?);
         let offset = self.exact.to_point(plane.point)?;
-        let s = self.exact.world_scale();
-        Some(Terms::Plane {
-            numerator: std::array::from_fn(|i| ratio(&offset[i] * &normal[i], s)),
-            denominator: self.along(&normal, 1),
-            point: point.map(short),
-            normal: normal.map(short),
-            offset: offset.map(|x| ratio(x, s)),
+        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
+        let products =
+            |v: &[Real; 3], scale| std::array::from_fn(|i| Root::ratio(&v[i] * &normal[i], scale));
+        Some(PlaneSteps {
+            given: [given3(plane.point), given3(plane.normal)],
+            origin,
+            direction,
+            numerator_products: products(&offset, s),
+            denominator_products: products(self.exact.direction(), f),
+            point: point.map(Root::from),
+            normal: normal.clone().map(Root::from),
+            offset: offset.map(|x| Root::ratio(x, s)),
+            numerator: numbers.numerator,
+            denominator: numbers.denominator,
+            root: numbers.root,
         })
+    }
+
+    fn plane_terms(&self, steps: &PlaneSteps) -> Terms {
+        let short = |root: &Root| Short::new(root, self.digits);
+        Terms::Plane {
+            point: steps.point.each_ref().map(short),
+            normal: steps.normal.each_ref().map(short),
+            offset: steps.offset.each_ref().map(short),
+            numerator: steps.numerator_products.each_ref().map(short),
+            denominator: steps.denominator_products.each_ref().map(short),
+        }
     }
 }
 
-pub fn short(x: Real) -> Short {
-    Short::from(&Root::from(x))
-}
-
-fn ratio(x: Real, scale: u32) -> Short {
-    Short::from(&Root::ratio(x, scale))
-}
-
-fn real3(v: DVec3) -> Option<[Real; 3]> {
-    Some([real(v.x)?, real(v.y)?, real(v.z)?])
+fn given3(v: DVec3) -> [Short; 3] {
+    v.to_array().map(Short::given)
 }
 
 /// The ray as the kernel of `prepared` has it, and the exponent of its scale.

@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::numbers::four_digits;
 use super::ray::RayNumbers;
-use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms, label};
+use super::words::Remark;
+use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms};
 use crate::exact::{ExactHit, Root, Shape, visible_root};
 use crate::scene::Scene;
 
@@ -32,39 +34,47 @@ impl ObjectExplanation {
         }
     }
 
-    /// The reason in words, first, then what else is worth a remark.
+    /// The reason in words, first, then what else is worth a remark; of a ray that misses, whether its
+    /// origin is the point of it that is nearest.
     pub(super) fn why(
         &self,
         scene: &Scene,
         is_hit: bool,
         hit: Option<&ExactHit>,
-        numbers: &RayNumbers,
-    ) -> Vec<String> {
+        (numbers, is_at_origin): (&RayNumbers, bool),
+    ) -> Vec<Remark> {
+        let words = numbers.words;
         let is_sphere = matches!(self.terms, Terms::Sphere { .. });
+        let touches = self.exact("D").is_some_and(|exact| exact.signum == 0);
+        let from = usize::from(!numbers.is_pixel);
         let signs: Vec<i32> =
             self.roots().filter_map(|root| Some(root.exact.as_ref()?.signum)).collect();
+        let of_object = |phrase, id| Remark::new(phrase, [numbers.label(scene, id)]);
         let mut why = vec![match self.reason {
-            Reason::Visible => "nearest positive t: visible".into(),
-            Reason::Farther { than } => format!("farther than {}", label(scene, than)),
-            Reason::TieLost { to } => {
-                format!("tie with {}: the lower id wins", label(scene, to))
-            }
-            Reason::Missed => "D < 0: the line misses the sphere".into(),
-            Reason::Behind if !is_sphere && signs == [0] => {
-                "t = 0: the origin lies in the plane, which does not count".into()
-            }
-            Reason::Behind if !is_sphere => "behind the camera: t < 0".into(),
-            Reason::Behind if signs.contains(&0) => {
-                "the origin lies on the sphere: no t > 0 (t = 0 does not count)".into()
-            }
-            Reason::Behind => "behind the camera: both t ≤ 0".into(),
+            Reason::Visible => Remark::plain(words.visible),
+            Reason::Farther { than } => of_object(words.farther, than),
+            Reason::TieLost { to } => of_object(words.tie, to),
+            Reason::Missed => Remark::plain(words.missed),
+            Reason::Behind if !is_sphere && signs == [0] => Remark::plain(words.in_plane),
+            Reason::Behind if !is_sphere => Remark::plain(words.plane_behind[from]),
+            Reason::Behind if signs.contains(&0) => Remark::plain(words.at_back),
+            Reason::Behind if touches => Remark::plain(words.touched_behind[from]),
+            Reason::Behind => Remark::plain(words.pierced_behind[from]),
             Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
-                Some(0) => "parallel: d·n = 0 (the ray runs in the plane, which is no hit)".into(),
-                _ => "parallel: d·n = 0".into(),
+                Some(0) => Remark::plain(words.parallel_in_plane),
+                _ => Remark::plain(words.parallel),
             },
-            Reason::TooFar => "t is larger than any f32: counts as background".into(),
-            Reason::Degenerate => "a number here can't be calculated with: no hit".into(),
+            Reason::TooFar => Remark::plain(words.too_far),
+            Reason::Degenerate => Remark::plain(words.degenerate),
         }];
+        if let Some(gap) = self.gap.filter(|gap| *gap > 0.0) {
+            let phrase = match self.reason {
+                Reason::Parallel => words.stays_away,
+                _ if is_at_origin => words.passes_at_origin,
+                _ => words.passes,
+            };
+            why.push(Remark::new(phrase, [four_digits(gap)]));
+        }
         if self.reason == Reason::Visible {
             let tied = |&id: &u32| {
                 let root = scene
@@ -74,20 +84,16 @@ impl ObjectExplanation {
             };
             let others = self.id + 1..=scene.n_objects() as u32;
             if let Some(other) = others.into_par_iter().find_first(tied) {
-                why.push(format!("tie with {}: the lower id wins", label(scene, other)));
+                why.push(of_object(words.tie, other));
             }
         }
         match signs.first() {
-            Some(-1) if is_hit && is_sphere => {
-                why.push("inside: near root behind, far root counts".into());
-            }
-            Some(0) if is_hit && is_sphere => {
-                why.push("the origin lies on the sphere: near root 0, far root counts".into());
-            }
+            Some(-1) if is_hit && is_sphere => why.push(Remark::plain(words.inside)),
+            Some(0) if is_hit && is_sphere => why.push(Remark::plain(words.at_front)),
             _ => {}
         }
-        if self.exact("D").is_some_and(|exact| exact.signum == 0) {
-            why.push("D = 0: the line touches the sphere".into());
+        if touches && self.reason != Reason::Behind {
+            why.push(Remark::plain(words.touches));
         }
         let columns: [(&str, Column); 3] = [
             ("f32 lecture", |row| row.lecture),
@@ -98,8 +104,8 @@ impl ObjectExplanation {
             let sees =
                 self.roots().filter_map(column).any(|entry| entry.value.is_some_and(|t| t > 0.0));
             if sees != is_hit {
-                let what = if sees { "a hit" } else { "no hit" };
-                why.push(format!("wrong in {name}, which sees {what}"));
+                let phrase = if sees { words.wrong_hit } else { words.wrong_miss };
+                why.push(Remark::new(phrase, [name]));
             }
         }
         why

@@ -3,15 +3,17 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::label;
+use super::formula::{PointSteps, Surface, WayFrom, WaySteps, of_channel, of_light, of_point};
 use super::light::{
     Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
-    SkyExplanation, Verdict, WayTerms,
+    SkyExplanation, Verdict,
 };
 use super::numbers::{Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
-use super::ray::{RayNumbers, short};
+use super::ray::RayNumbers;
+use super::words::Remark;
 use crate::exact::{
-    ExactBeam, ExactCosine, ExactHit, ExactPixels, Real, Root, Shape, exact, integer, real,
+    ExactBeam, ExactCosine, ExactHit, ExactPixels, Real, Root, Shape, Side, exact, integer,
+    product3, real, real3,
 };
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
@@ -65,7 +67,7 @@ pub(super) struct Seen<'a> {
 
 impl Seen<'_> {
     /// Adds the numbers of a kernel without a proof that sees the right object.
-    pub fn add(&mut self, kernel: Kernel, prepared: &Prepared, lighting: &Lighting) {
+    pub fn add(&mut self, kernel: Kernel, prepared: &Prepared, lighting: Option<&Lighting>) {
         let column = match kernel {
             Kernel::Lecture => 0,
             Kernel::Stable => 1,
@@ -76,12 +78,17 @@ impl Seen<'_> {
             self.reference = prepared.reference;
         }
         let right = self.hit.map(|hit| hit.id);
-        self.plain[column] =
-            plainly(prepared, self.rays, lighting).filter(|plain| Some(plain.id) == right);
+        let none = Lighting { lamps: Vec::new(), ambient: [0.0; 3], n_shares: 1 };
+        let plain = plainly(prepared, self.rays, lighting.unwrap_or(&none));
+        self.plain[column] = plain.filter(|plain| Some(plain.id) == right);
     }
 
-    /// `None` for a scene without light and pixels of one sample.
-    pub fn shading(&self, lighting: Option<&Lighting>) -> Option<Shading> {
+    /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
+    pub fn shading(
+        &self,
+        lighting: Option<&Lighting>,
+        point: Option<&LitPoint>,
+    ) -> Option<Shading> {
         let n_samples = match self.rays {
             Rays::Pixels(_) => self.scene.samples.unwrap_or(1),
             Rays::List(_) => 1,
@@ -96,34 +103,34 @@ impl Seen<'_> {
             }),
             _ => None,
         };
-        let point = lighting.zip(self.hit).and_then(|(_, hit)| self.lit_point(hit));
         let (Some(lighting), Some(hit), Some(point)) = (lighting, self.hit, point) else {
             let id = self.hit.map_or(0, |hit| hit.id);
             let mut exact = ExactMean::new(mean_divisor(lighting, 1));
             add_sample(&mut exact, self.scene, lighting, id, None);
             let mut color = self.color(&exact, |_, _| None);
             if lighting.is_some() {
-                color.why.push("no light falls on the background".into());
+                color.why.push(Remark::plain(self.numbers.words.no_light_on_background));
             }
-            return Some(Shading { point: None, lights: Vec::new(), sky: None, color, mean });
+            return Some(Shading { lights: Vec::new(), sky: None, color, mean });
         };
         let ways: Vec<ExactWay> = lighting
             .lamps
             .par_iter()
-            .map(|lamp| ExactWay::new(self.scene, lamp, &point))
+            .map(|lamp| ExactWay::new(self.scene, lamp, point))
             .collect::<Option<_>>()?;
         let of_sky = lighting.lamps.iter().position(|lamp| lamp.light.is_none());
         let sky = of_sky.and_then(|first| self.sky(&ways[first..], lighting, first));
         Some(Shading {
-            point: Some(self.point(hit, &point)?),
-            lights: self.lights(&ways, lighting)?,
+            lights: self.lights(&ways, lighting, (hit, point))?,
             sky,
             color: self.lit_color(hit.id, &ways, lighting),
             mean,
         })
     }
 
-    fn lit_point(&self, hit: &ExactHit) -> Option<LitPoint> {
+    /// The point that the ray sees, exactly.
+    pub fn lit_point(&self) -> Option<LitPoint> {
+        let hit = self.hit?;
         let (eye, near) = match self.rays {
             Rays::Pixels(pixels) => {
                 let (x, y) = (pixels.x, pixels.y);
@@ -145,7 +152,7 @@ impl Seen<'_> {
         Columns { lecture, stable, double }
     }
 
-    fn point(&self, hit: &ExactHit, point: &LitPoint) -> Option<PointExplanation> {
+    pub fn point(&self, hit: &ExactHit, point: &LitPoint) -> Option<PointExplanation> {
         let (at, normal) =
             (point.exact.coordinates(), hit.normal(&self.numbers.exact, &point.shape)?);
         let mut quantities = Vec::new();
@@ -165,20 +172,43 @@ impl Seen<'_> {
             let columns = self.columns(|_, plain| Some(plain.normal[axis]));
             quantities.push(columns.against(symbol, Some(&normal[axis])));
         }
-        Some(PointExplanation {
-            quantities,
-            at: at.each_ref().map(Short::from),
-            normal: normal.each_ref().map(Short::from),
-            residual: Short::from(&exact),
-            is_on_sphere: hit.id as usize <= self.scene.spheres.len(),
-        })
+        let (base, surface) = match point.shape {
+            Shape::Sphere { center, radius } => {
+                (center, Surface::Sphere(Root::from(real(radius)?)))
+            }
+            Shape::Plane { point, normal } => {
+                let n = real3(normal)?;
+                let length = Root::new(Real::zero(), 1, product3(&n, &n), Real::one(), 1);
+                (point, Surface::Plane(Box::new(n.map(Root::from)), length))
+            }
+        };
+        let base = real3(base)?;
+        let [origin, direction] = self.numbers.origin_and_direction();
+        let steps = PointSteps {
+            origin,
+            direction,
+            t: hit.root.clone(),
+            from_base: std::array::from_fn(|axis| at[axis].minus(&base[axis])),
+            at,
+            base: base.map(Root::from),
+            surface,
+            residual: exact,
+            normal,
+            is_turned: hit.side == Side::Back,
+        };
+        Some(PointExplanation { quantities, lines: of_point(steps, self.numbers.digits) })
     }
 
-    fn lights(&self, ways: &[ExactWay], lighting: &Lighting) -> Option<Vec<LightExplanation>> {
+    fn lights(
+        &self,
+        ways: &[ExactWay],
+        lighting: &Lighting,
+        seen: (&ExactHit, &LitPoint),
+    ) -> Option<Vec<LightExplanation>> {
         let of_lamp = |index| lighting.lamps.iter().position(|lamp| lamp.light == Some(index));
         (0..self.scene.lights.len())
             .map(|index| match of_lamp(index) {
-                Some(at) => self.light(index, at, &ways[at], lighting),
+                Some(at) => self.light((index, at), &ways[at], lighting, seen),
                 None => Some(self.dark(index)),
             })
             .collect()
@@ -186,21 +216,21 @@ impl Seen<'_> {
 
     fn dark(&self, index: usize) -> LightExplanation {
         LightExplanation {
-            name: name_of(index),
-            place: place_of(self.scene.lights[index].source),
+            name: self.name_of(index),
+            place: self.place_of(self.scene.lights[index].source),
             verdict: Verdict::Dark,
-            why: vec!["it gives no light".into()],
+            why: vec![Remark::plain(self.numbers.words.dark)],
             quantities: Vec::new(),
-            terms: None,
+            lines: Vec::new(),
         }
     }
 
     fn light(
         &self,
-        index: usize,
-        at: usize,
+        (index, at): (usize, usize),
         way: &ExactWay,
         lighting: &Lighting,
+        (hit, point): (&ExactHit, &LitPoint),
     ) -> Option<LightExplanation> {
         let lamp = &lighting.lamps[at];
         let (beam, cosine) = (&way.beam, way.cosine());
@@ -236,56 +266,73 @@ impl Seen<'_> {
         let strength: [Root; 3] = std::array::from_fn(|channel| {
             Root::ratio(lamp.exact_weight[channel].clone(), lighting.n_shares)
         });
-        let terms = WayTerms {
-            way: components.each_ref().map(Short::from),
-            form: form_of(self.scene.lights[index].source, lamp.origin),
-            cosine: Short::from(&cosine),
-            root: root.as_ref().map(Short::from),
-            gives: (verdict == Verdict::Counts)
-                .then(|| [strength, gives].map(|roots| roots.each_ref().map(Short::from))),
+        let from = match (self.scene.lights[index].source, lamp.origin) {
+            (Source::Point(position), _) => {
+                WayFrom::Point(real3(position)?.map(Root::from), point.exact.coordinates())
+            }
+            (Source::Sun(_), _) => WayFrom::Sun,
+            (Source::Eye, Origin::Sun(_)) => WayFrom::Axis,
+            (Source::Eye, _) => {
+                let [origin, _] = self.numbers.origin_and_direction();
+                WayFrom::Eye(origin, point.exact.coordinates())
+            }
+        };
+        let why = self.why(&verdict, lamp, at, (&components, root.as_ref()));
+        let steps = WaySteps {
+            normal: hit.normal(&self.numbers.exact, &point.shape)?,
+            way: components,
+            from,
+            cosine,
+            root,
+            gives: (verdict == Verdict::Counts).then_some([strength, gives]),
         };
         Some(LightExplanation {
-            name: name_of(index),
-            place: place_of(self.scene.lights[index].source),
-            why: self.why(&verdict, lamp, at, &terms),
+            name: self.name_of(index),
+            place: self.place_of(self.scene.lights[index].source),
+            why,
             verdict,
             quantities,
-            terms: Some(terms),
+            lines: of_light(steps, self.numbers.digits),
         })
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.
-    fn why(&self, verdict: &Verdict, lamp: &Lamp, at: usize, terms: &WayTerms) -> Vec<String> {
-        let WayTerms { root, way, .. } = terms;
-        let is_at_point = way.iter().all(|component| component.text == "0");
+    fn why(
+        &self,
+        verdict: &Verdict,
+        lamp: &Lamp,
+        at: usize,
+        (way, root): (&[Root; 3], Option<&Root>),
+    ) -> Vec<Remark> {
+        let words = self.numbers.words;
+        let label = |id| self.numbers.label(self.scene, id);
+        let is_at_point = way.iter().all(|component| component.signum() == 0);
         let mut why = vec![match verdict {
-            Verdict::Counts if lamp.origin == Origin::Eye => {
-                "what the eye sees is lit from there: it counts".into()
-            }
-            Verdict::Counts if lamp.shadows => "nothing is in its way: it counts".into(),
-            Verdict::Counts => "nothing casts a shadow in it: it counts".into(),
-            Verdict::Behind => "behind the surface: n·ω < 0".into(),
-            Verdict::Grazing if is_at_point => "it is at the point itself: it gives nothing".into(),
-            Verdict::Grazing => "n·ω = 0: it gives nothing".into(),
+            Verdict::Counts if lamp.origin == Origin::Eye => Remark::plain(words.counts_at_eye),
+            Verdict::Counts if lamp.shadows => Remark::plain(words.counts),
+            Verdict::Counts => Remark::plain(words.counts_without_shadow),
+            Verdict::Behind => Remark::plain(words.behind_surface),
+            Verdict::Grazing if is_at_point => Remark::plain(words.light_at_point),
+            Verdict::Grazing => Remark::plain(words.grazing),
             Verdict::Hidden { by } => {
                 let root =
-                    root.as_ref().map_or(String::new(), |root| format!(", s = {}", root.text));
-                format!("in its way: {}{root}", label(self.scene, *by))
+                    root.map_or(String::new(), |root| Short::new(root, self.numbers.digits).text);
+                Remark::new(words.hidden, [label(*by), root])
             }
-            Verdict::Dark => "it gives no light".into(),
+            Verdict::Dark => Remark::plain(words.dark),
         }];
         for (kernel, column) in COLUMNS.into_iter().enumerate() {
             let Some(plain) = &self.plain[kernel] else { continue };
             let Some(way) = plain.ways.get(at) else { continue };
-            let has = match (way.in_the_way, verdict) {
+            let column = column.to_owned();
+            why.push(match (way.in_the_way, verdict) {
                 (None, Verdict::Counts) if way.cosine > 0.0 => continue,
                 (Some(_), Verdict::Hidden { .. }) => continue,
                 (None, Verdict::Behind | Verdict::Grazing) if way.cosine <= 0.0 => continue,
-                (Some((id, _)), _) => format!("has {} in its way", label(self.scene, id)),
-                (None, _) if way.cosine > 0.0 => "has it count".into(),
-                (None, _) => "has it behind the surface".into(),
-            };
-            why.push(format!("wrong in {column}, which {has}"));
+                (Some((id, _)), _) => Remark::new(words.wrong_in_the_way, [column, label(id)]),
+                (None, _) if way.cosine > 0.0 => Remark::new(words.wrong_counting, [column]),
+                (None, _) => Remark::new(words.wrong_behind, [column]),
+            });
         }
         why
     }
@@ -350,14 +397,34 @@ impl Seen<'_> {
         }
         let mut found =
             self.color(&whole, |channel, plain| Some(color[channel] * plain.light[channel]));
-        found.terms = Some(std::array::from_fn(|channel| {
+        let line = |channel: usize| {
+            let words = self.numbers.words;
             let sum = enclosed(|n_bits| lamps.enclosed(channel, n_bits));
             let value = enclosed(|n_bits| whole.enclosed(channel, n_bits));
             let [color, ambient] =
-                [color, lighting.ambient].map(|numbers| short(exact(numbers[channel])));
-            [color, ambient, Short::from(&sum), Short::from(&value)]
-        }));
+                [color, lighting.ambient].map(|numbers| Root::from(exact(numbers[channel])));
+            let forms = (words.channel_forms[channel], words.channels[channel]);
+            of_channel(forms, [color, ambient, sum, value], self.numbers.digits)
+        };
+        found.lines = (0..3).map(line).collect();
         found
+    }
+
+    /// `light 1`
+    fn name_of(&self, index: usize) -> String {
+        format!("{} {}", self.numbers.words.light, index + 1)
+    }
+
+    /// `at (4, 6, 3)`
+    fn place_of(&self, source: Source) -> Remark {
+        let words = self.numbers.words;
+        match source {
+            Source::Point(position) => {
+                Remark::new(words.at_point, position.to_array().map(decimal_f64))
+            }
+            Source::Sun(direction) => Remark::new(words.sun, direction.to_array().map(decimal_f64)),
+            Source::Eye => Remark::plain(words.at_eye),
+        }
     }
 
     /// A colour, with what the kernels make of it.
@@ -378,8 +445,9 @@ impl Seen<'_> {
                 let Some(Some(value)) = value else { continue };
                 let (byte, right) = (Edges::srgb8().number(value), channels[channel].byte);
                 if byte != u16::from(right) {
-                    let name = CHANNELS[channel];
-                    why.push(format!("wrong in {column}, which shows {name} as byte {byte}"));
+                    let words = self.numbers.words;
+                    let parts = [column, words.channels[channel], &byte.to_string()];
+                    why.push(Remark::new(words.wrong_byte, parts));
                 }
             }
             let is_known = all.into_iter().flatten().any(|value| value.is_some());
@@ -387,7 +455,7 @@ impl Seen<'_> {
             columns.against(CHANNELS[channel], Some(&values[channel]))
         };
         let quantities = (0..3).map(quantity).collect();
-        ColorExplanation { channels, quantities, why, terms: None }
+        ColorExplanation { channels, quantities, why, lines: Vec::new() }
     }
 
     fn mean(
@@ -497,29 +565,5 @@ fn gives_plainly(kernel: usize, way: &PlainWay, weight: f64) -> f64 {
         (false, _) => 0.0,
         (true, 2) => weight * way.cosine,
         (true, _) => f64::from(weight as f32 * way.cosine as f32),
-    }
-}
-
-fn name_of(index: usize) -> String {
-    format!("light {}", index + 1)
-}
-
-/// `at (4, 6, 3)`
-fn place_of(source: Source) -> String {
-    let vector = |v: DVec3| v.to_array().map(decimal_f64).join(", ");
-    match source {
-        Source::Point(position) => format!("at ({})", vector(position)),
-        Source::Sun(direction) => format!("a sun along ({})", vector(direction)),
-        Source::Eye => "at the eye".into(),
-    }
-}
-
-/// How `w` comes about, in text and in LaTeX.
-fn form_of(source: Source, origin: Origin) -> [&'static str; 2] {
-    match (source, origin) {
-        (Source::Point(_), _) => ["w = l − p ~ #", r"\vec{w} &= \vec{l} - \vec{p} ~ #"],
-        (Source::Sun(_), _) => ["w = −l ~ #", r"\vec{w} &= -\vec{l} ~ #"],
-        (Source::Eye, Origin::Sun(_)) => ["w = −d ~ #", r"\vec{w} &= -\vec{d} ~ #"],
-        (Source::Eye, _) => ["w = o − p ~ #", r"\vec{w} &= \vec{o} - \vec{p} ~ #"],
     }
 }

@@ -2,147 +2,121 @@
 
 use std::fmt::Write;
 
-use super::formula::{Line, Notation, derivation, of_color, of_light, of_point, written};
-use super::numbers::{decimal_f32, decimal_f64};
+use super::formula::{Line, of_ray, text_of};
+use super::latex::side;
+use super::numbers::{decimal_f32, decimal_f64, six_digits};
+use super::words::{Remark, Words};
 use super::{
-    Approximation, Channel, ColorExplanation, Explanation, ObjectExplanation, Quantity, Seen,
-    Shading, SkyExplanation, Winner, shortened,
+    Approximation, Channel, ColorExplanation, Explanation, MeanExplanation, ObjectExplanation,
+    Quantity, Seen, Shading, SkyExplanation, Terms, Winner, shortened,
 };
 
 /// Columns that the text takes at most.
 pub const WIDTH: usize = 100;
 
-const NOTES: &str = "\
-Formulas: exact numbers, rounded to 6 digits (≈ where digits are missing). Tables: every f32 is the
-one that the kernel works with. A line of errors follows where a number is not exact: in ulp, the
-distance of neighbouring f32 numbers (f64 column: of f64 numbers) at the exact value.
-stable, with L = c − o: b = −2·d·L, k = L·L − r², P = L − (d·L/a)·d, r² − P·P = D/4a,
-h = √(a·(r² − P·P)) = √D/2; its roots are q/a and k/q with q = d·L ± h.
-";
-
-const LIGHT_NOTES: &str = "\
-Light: w is the way to the light, ω = w/|w|, s the part of it up to what is in the way, I the colour
-times the intensity. stable has its points relative to the camera; f64 is the kernel double; none of
-the three uses an epsilon.
-";
-
 /// The whole explanation.
 pub fn text(explanation: &Explanation) -> String {
-    let mut text = match &explanation.pixel {
-        Some(p) => format!(
-            "Pixel ({}, {}) of {}×{}: the ray p(t) = o + t·d\n",
-            p.x, p.y, p.width, p.height
-        ),
-        None => "The ray p(t) = o + t·d\n".to_owned(),
-    };
-    table(&explanation.ray, &mut text);
-    for object in &explanation.objects {
-        text.push('\n');
-        text.push_str(&of_object(object));
+    let words = explanation.lang.words();
+    let mut text = format!("{}\n", explanation.subject());
+    formulas(&of_ray(explanation.ray_numbers()), &mut text);
+    table(&explanation.ray, words, &mut text);
+    let is_sphere = |object: &ObjectExplanation| matches!(object.terms, Terms::Sphere { .. });
+    let first_sphere = explanation.objects.iter().position(is_sphere);
+    for (i, object) in explanation.objects.iter().enumerate() {
+        let _ = writeln!(text, "\n{}", object.label);
+        remarks(&object.why, &mut text);
+        formulas(&object.lines, &mut text);
+        if first_sphere == Some(i) {
+            text += words.stable_notes;
+        }
+        table(&object.quantities, words, &mut text);
     }
     let left_out = explanation.n_objects - explanation.objects.len().min(explanation.n_objects);
     if left_out > 0 {
-        let _ = writeln!(text, "\nLeft out: {left_out} more of {} objects", explanation.n_objects);
+        let numbers = [left_out, explanation.n_objects].map(|n| n.to_string());
+        let left_out = Remark::new(words.left_out, numbers);
+        let _ = writeln!(text, "\n{left_out}\n{}", words.all_shows);
     }
-    text.push('\n');
-    verdict(explanation, &mut text);
+    verdict(explanation, words, &mut text);
     if let Some(shading) = &explanation.shading {
-        of_shading(shading, &mut text);
-        text.push('\n');
-        text.push_str(NOTES);
-        return text + LIGHT_NOTES;
+        of_shading(shading, words, &mut text);
     }
-    text.push('\n');
-    text + NOTES
+    let _ = write!(text, "\n{}", Remark::new(words.notes, [explanation.digits.to_string()]));
+    if explanation.shading.is_some() {
+        text += words.light_notes;
+    }
+    text
 }
 
 /// What lights the point, and the colour that comes of it.
-fn of_shading(shading: &Shading, text: &mut String) {
-    if let Some(point) = &shading.point {
-        text.push_str("\nThe point that the ray sees\n");
-        formulas(&of_point(point), text);
-        table(&point.quantities, text);
-    }
+fn of_shading(shading: &Shading, words: &'static Words, text: &mut String) {
     for light in &shading.lights {
         let _ = writeln!(text, "\n{}, {}", light.name, light.place);
         remarks(&light.why, text);
-        formulas(&of_light(light), text);
+        formulas(&light.lines, text);
         if !light.quantities.is_empty() {
-            table(&light.quantities, text);
+            table(&light.quantities, words, text);
         }
     }
-    if let Some(SkyExplanation { directions, counting, behind, hidden, quantities }) = &shading.sky
-    {
-        let _ = writeln!(text, "\nsky, {counting} of {directions} directions");
-        let _ = writeln!(
-            text,
-            "  → {counting} count, {behind} are behind the surface, {hidden} have something in \
-             their way"
-        );
-        table(quantities, text);
+    if let Some(sky) = &shading.sky {
+        let _ = writeln!(text, "\n{}", sky.subject(words));
+        remarks(&[sky.counts(words)], text);
+        table(&sky.quantities, words, text);
     }
-    text.push_str("\nThe colour of the ray\n");
-    of_color_and_bytes(&shading.color, text);
+    let _ = writeln!(text, "\n{}", Remark::plain(words.color_of_ray));
+    of_color(&shading.color, words, text);
     if let Some(mean) = &shading.mean {
-        let _ =
-            writeln!(text, "\nThe colour of the pixel: the mean of {0}×{0} samples", mean.samples);
-        of_color_and_bytes(&mean.color, text);
+        let _ = writeln!(text, "\n{}", mean.subject(words));
+        of_color(&mean.color, words, text);
     }
 }
 
-fn of_color_and_bytes(color: &ColorExplanation, text: &mut String) {
-    formulas(&of_color(color), text);
-    table(&color.quantities, text);
-    for Channel { name, byte, range: [low, high], from_edge } in &color.channels {
-        let ends = match (low.is_finite(), high.is_finite()) {
-            (false, _) => format!("below {}", six_digits(*high)),
-            (_, false) => format!("{} and more", six_digits(*low)),
-            _ => format!("{} to {}", six_digits(*low), six_digits(*high)),
+impl SkyExplanation {
+    pub(super) fn subject(&self, words: &Words) -> Remark {
+        Remark::new(words.sky, [self.counting, self.directions].map(|n| n.to_string()))
+    }
+
+    pub(super) fn counts(&self, words: &Words) -> Remark {
+        let counts = [self.counting, self.behind, self.hidden].map(|n| n.to_string());
+        Remark::new(words.sky_counts, counts)
+    }
+}
+
+impl MeanExplanation {
+    pub(super) fn subject(&self, words: &Words) -> Remark {
+        Remark::new(words.color_of_pixel, [self.samples; 2].map(|n| n.to_string()))
+    }
+}
+
+fn of_color(color: &ColorExplanation, words: &'static Words, text: &mut String) {
+    formulas(&color.lines, text);
+    table(&color.quantities, words, text);
+    for (channel, name) in color.channels.iter().zip(words.channels) {
+        let Channel { byte, range: [low, high], from_edge, .. } = channel;
+        let away = from_edge.root.to_decimal(4);
+        let mut parts = vec![name.to_owned(), byte.to_string()];
+        let ends = [low, high].into_iter().filter(|end| end.is_finite());
+        parts.extend(ends.map(|end| six_digits(*end)));
+        parts.push(away);
+        let phrase = match (low.is_finite(), high.is_finite()) {
+            (false, _) => words.byte_below,
+            (_, false) => words.byte_above,
+            _ => words.byte,
         };
-        let away = &from_edge.short.text;
-        let _ = writeln!(
-            text,
-            "  → {name} is byte {byte}, which stands for {ends}: {away} from its edge"
-        );
+        remarks(&[Remark::new(phrase, parts)], text);
     }
     remarks(&color.why, text);
 }
 
-fn remarks(why: &[String], text: &mut String) {
+fn remarks(why: &[Remark], text: &mut String) {
     for why in why {
         let _ = writeln!(text, "  → {why}");
     }
 }
 
 fn formulas(lines: &[Line], text: &mut String) {
-    for line in written(lines, Notation::Text) {
-        broken(&format!("  {line}"), text);
-    }
-}
-
-/// One object: why, formula, numbers.
-pub fn of_object(object: &ObjectExplanation) -> String {
-    let mut text = format!("{}\n", object.label);
-    for (i, why) in object.why.iter().enumerate() {
-        let gap = object.gap.filter(|gap| i == 0 && *gap > 0.0);
-        let gap = gap.map(|gap| format!("; it passes at a distance of {}", four_digits(gap)));
-        let _ = writeln!(text, "  → {why}{}", gap.unwrap_or_default());
-    }
-    formulas(&derivation(object), &mut text);
-    table(&object.quantities, &mut text);
-    text
-}
-
-/// A line of a formula, continued on the next one where it is too wide.
-fn broken(line: &str, text: &mut String) {
-    let relation = [" = ", " ≈ "].into_iter().filter_map(|relation| line.rfind(relation)).max();
-    match relation {
-        Some(at) if line.chars().count() > WIDTH => {
-            let _ = writeln!(text, "{}\n     {}", &line[..at], &line[at..]);
-        }
-        _ => {
-            let _ = writeln!(text, "{line}");
-        }
+    for line in text_of(lines, WIDTH) {
+        let _ = writeln!(text, "{line}");
     }
 }
 
@@ -153,24 +127,25 @@ fn line(symbol: &str, cells: [String; 4], text: &mut String) {
     let _ = writeln!(text, "{}", row.trim_end());
 }
 
-fn table(quantities: &[Quantity], text: &mut String) {
-    line("", ["f32 lecture", "f32 stable", "f64", "exact"].map(str::to_owned), text);
+fn table(quantities: &[Quantity], words: &Words, text: &mut String) {
+    let columns = ["f32 lecture", "f32 stable", "f64", words.exact_column];
+    line("", columns.map(str::to_owned), text);
     for row in quantities {
         let columns = [(row.lecture, false), (row.stable, false), (row.f64, true)];
         let value = |(entry, double): (Option<Approximation>, bool)| match entry {
             None => String::new(),
-            Some(Approximation { value: None, .. }) => "none".into(),
+            Some(Approximation { value: None, .. }) => words.none.into(),
             Some(Approximation { value: Some(x), .. }) if double => decimal_f64(x),
             Some(Approximation { value: Some(x), .. }) => decimal_f32(x),
         };
         let [lecture, stable, double] = columns.map(value);
-        let exact = row.exact.as_ref().map_or("none".into(), |exact| exact.decimal.clone());
-        line(row.symbol, [lecture, stable, double, exact], text);
+        let exact = row.exact.as_ref().map_or(words.none.into(), |exact| exact.decimal.clone());
+        line(words.symbol(row.symbol), [lecture, stable, double, exact], text);
         let errors = columns.map(|(entry, _)| match entry {
-            Some(entry) => error(&entry, row.exact.is_some()),
+            Some(entry) => error(&entry, row.exact.is_some(), words),
             None => String::new(),
         });
-        if errors.iter().any(|error| !error.is_empty() && error != "exact") {
+        if errors.iter().any(|error| !error.is_empty() && error != words.exact) {
             let [lecture, stable, double] = errors;
             line("", [lecture, stable, double, String::new()], text);
         }
@@ -178,19 +153,19 @@ fn table(quantities: &[Quantity], text: &mut String) {
 }
 
 /// `0.31 ulp`, `sign! 3.1e6 ulp` where the sign is wrong.
-fn error(entry: &Approximation, has_exact: bool) -> String {
+fn error(entry: &Approximation, has_exact: bool, words: &Words) -> String {
     match entry.error_ulp {
-        None if entry.value.is_some() => "no root".into(),
-        None if has_exact => "root lost".into(),
+        None if entry.value.is_some() => words.no_root.into(),
+        None if has_exact => words.root_lost.into(),
         None => String::new(),
-        Some(0.0) => "exact".into(),
+        Some(0.0) => words.exact.into(),
         Some(error) if error.is_infinite() && entry.value.is_some_and(f64::is_finite) => {
-            "should be 0".into()
+            words.should_be_0.into()
         }
-        Some(error) if error.is_infinite() => "overflow".into(),
+        Some(error) if error.is_infinite() => words.overflow.into(),
         Some(error) => {
-            let sign = if entry.wrong_sign { "sign! " } else { "" };
-            format!("{sign}{} ulp", rough(error))
+            let ulp = format!("{} ulp", rough(error));
+            if entry.wrong_sign { format!("{} {ulp}", words.sign) } else { ulp }
         }
     }
 }
@@ -206,36 +181,39 @@ fn rough(x: f64) -> String {
     }
 }
 
-fn verdict(explanation: &Explanation, text: &mut String) {
+fn verdict(explanation: &Explanation, words: &'static Words, text: &mut String) {
+    text.push('\n');
     match &explanation.winner {
-        None => text.push_str("The ray sees the background.\n"),
-        Some(Winner { label, t, normal, side, .. }) => {
-            let _ = writeln!(text, "The ray sees {label}: t = {t}");
-            let _ = writeln!(text, "  its {side}; the unit normal that faces the ray:");
-            for (axis, component) in ["n.x", "n.y", "n.z"].into_iter().zip(normal) {
-                let _ = writeln!(text, "  {axis} = {component}");
-            }
+        None => {
+            let _ = writeln!(text, "{}", Remark::plain(words.sees_background));
+        }
+        Some(winner) => {
+            let Winner { label, t, .. } = winner;
+            let _ = writeln!(text, "{}", Remark::new(words.sees, [label, t]));
+            remarks(&[Remark::plain(side(words, winner))], text);
         }
     }
+    if let Some(point) = &explanation.point {
+        formulas(&point.lines, text);
+        table(&point.quantities, words, text);
+    }
     let stage = match explanation.level {
-        "exact" => "exact arithmetic",
+        "exact" => words.exact_arithmetic,
         other => other,
     };
-    let _ = writeln!(text, "The kernel certified decided this ray in {stage}.\n");
-    let _ = writeln!(
-        text,
-        "  {:<9} {:<3} {:<25} {:>15} {:>11}  normal",
-        "kernel", "on", "shows", "t", "error"
-    );
+    let _ = writeln!(text, "\n{}\n", Remark::new(words.decided, [stage]));
+    let [kernel, on, shows, error, normal] = words.shown;
+    let head = format!("  {kernel:<9} {on:<3} {shows:<25} {:>15} {error:>11}  {normal}", "t");
+    let _ = writeln!(text, "{head}");
     for seen in &explanation.seen {
-        of_seen(seen, text);
+        of_seen(seen, words, text);
     }
     if explanation.seen.iter().all(|seen| seen.device != "gpu") {
-        text.push_str("  No GPU took part: these are the CPU's results alone.\n");
+        let _ = writeln!(text, "  {}", words.no_gpu);
     }
 }
 
-fn of_seen(seen: &Seen, text: &mut String) {
+fn of_seen(seen: &Seen, words: &Words, text: &mut String) {
     let label = shortened(&seen.label, 25);
     let (t, normal) = match seen.id {
         0 => (String::new(), String::new()),
@@ -245,7 +223,7 @@ fn of_seen(seen: &Seen, text: &mut String) {
         ),
     };
     let error = match (seen.right, seen.t_error_ulp) {
-        (false, _) => "WRONG".into(),
+        (false, _) => words.wrong.into(),
         (true, Some(error)) if error.is_infinite() => "∞".into(),
         (true, Some(error)) => format!("{} ulp", rough(error)),
         (true, None) => String::new(),
@@ -253,14 +231,4 @@ fn of_seen(seen: &Seen, text: &mut String) {
     let device = seen.device.to_uppercase();
     let row = format!("  {:<9} {device:<3} {label:<25} {t:>15} {error:>11}  {normal}", seen.kernel);
     let _ = writeln!(text, "{}", row.trim_end());
-}
-
-/// Six digits, without zeros that say nothing.
-fn six_digits(x: f64) -> String {
-    format!("{x:.5e}").parse().map_or_else(|_| String::new(), decimal_f64)
-}
-
-/// Four digits, without zeros that say nothing.
-fn four_digits(x: f64) -> String {
-    format!("{x:.3e}").parse().map_or_else(|_| String::new(), decimal_f64)
 }

@@ -127,6 +127,13 @@ pub fn scale_by_power_of_two(v: DVec3, exponent: i32) -> DVec3 {
 pub fn power_of_two(exponent: i32) -> f64 {
     match exponent {
         -1022..=1023 => f64::from_bits(((1023 + exponent) as u64) << 52),
-        _ => 2f64.powi(exponent),
+        _ => power_of_two_far(exponent),
     }
+}
+
+/// The same beyond the normal numbers. It is called: inlined, it would be worked out for every exponent.
+#[cold]
+#[inline(never)]
+fn power_of_two_far(exponent: i32) -> f64 {
+    2f64.powi(exponent)
 }

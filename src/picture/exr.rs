@@ -15,7 +15,7 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleT
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
-use super::{Band, Encoder, SOFTWARE, linear};
+use super::{Band, Encoder, Metadata, SOFTWARE, linear};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 
@@ -113,6 +113,7 @@ struct Exr {
 pub(super) fn begin(
     certificates: bool,
     pixels: &Pixels,
+    metadata: &Metadata,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let channels = channels(certificates);
@@ -149,6 +150,10 @@ pub(super) fn begin(
         Err(error) => return Err(to_io(error)),
     }
     let table_bytes = header.chunk_count * size_of::<u64>();
+    // The crate keeps attributes of one's own in a map without an order, which would make the file another
+    // one in each run. They go before the zero that ends the header, which stands before the table.
+    let end_of_attributes = out.len() - table_bytes - 1;
+    out.splice(end_of_attributes..end_of_attributes, attributes(metadata));
     Ok(Box::new(Exr {
         channels,
         width,
@@ -160,6 +165,18 @@ pub(super) fn begin(
         lines: Vec::new(),
         header,
     }))
+}
+
+/// The metadata as attributes of the type `string`: name and type with a zero behind each, the length,
+/// and the text.
+fn attributes(metadata: &Metadata) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for (name, text) in metadata.texts() {
+        bytes.extend([name.as_bytes(), b"\0string\0"].concat());
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.as_bytes());
+    }
+    bytes
 }
 
 impl Encoder for Exr {

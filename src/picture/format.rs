@@ -84,6 +84,11 @@ impl Format {
         }
     }
 
+    /// True where a file says how it was made.
+    pub fn has_metadata(self) -> bool {
+        matches!(self, Format::Png | Format::Exr)
+    }
+
     /// True where the writer goes back in the file at the end, so that a pipe can't take it
     /// directly; [`OutputFile::create`] wants to know.
     pub fn needs_seek(self) -> bool {

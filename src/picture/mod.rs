@@ -8,9 +8,11 @@
 
 mod exr;
 mod format;
+mod metadata;
 mod npy;
 mod png;
 mod ppm;
+mod read;
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -21,6 +23,9 @@ use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Coverage, Hits, Wants};
 pub use format::{Bits, Format};
+pub use metadata::{Metadata, Origin};
+pub use png::rgb8_file;
+pub use read::{Channel, Image, Samples, read_bytes, read_image};
 
 /// The maker that every file names.
 const SOFTWARE: &str = concat!("kugelblitz ", env!("CARGO_PKG_VERSION"));
@@ -173,11 +178,10 @@ trait Encoder: Send {
 }
 
 impl<W: Write + Seek> PictureWriter<W> {
-    /// Begins a picture: writes its header to `sink`, which stands at the beginning of its file
-    /// and which errors call `path`.
+    /// Begins a picture that says nothing of how it was made; see [`PictureWriter::create_with`].
     ///
     /// # Errors
-    /// Those of [`writer_bytes`], and [`Error::Io`] from the sink.
+    /// As [`PictureWriter::create_with`].
     pub fn create(
         format: Format,
         options: PictureOptions,
@@ -185,14 +189,30 @@ impl<W: Write + Seek> PictureWriter<W> {
         sink: W,
         path: impl Into<PathBuf>,
     ) -> Result<PictureWriter<W>> {
+        PictureWriter::create_with(format, options, pixels, &Metadata::default(), sink, path)
+    }
+
+    /// Begins a picture: writes its header to `sink`, which stands at the beginning of its file
+    /// and which errors call `path`. PNG and OpenEXR have a place for `metadata`.
+    ///
+    /// # Errors
+    /// Those of [`writer_bytes`], and [`Error::Io`] from the sink.
+    pub fn create_with(
+        format: Format,
+        options: PictureOptions,
+        pixels: &Pixels,
+        metadata: &Metadata,
+        sink: W,
+        path: impl Into<PathBuf>,
+    ) -> Result<PictureWriter<W>> {
         writer_bytes(format, options, pixels, 1)?;
         let path = path.into();
         let mut encoded = Vec::new();
         let encoder: io::Result<Box<dyn Encoder>> = match format {
-            Format::Png => png::begin(options, pixels, &mut encoded),
+            Format::Png => png::begin(options, pixels, metadata, &mut encoded),
             Format::Ppm => ppm::begin(options.bits, pixels, &mut encoded),
             Format::Npy => npy::begin(options, pixels, &mut encoded),
-            Format::Exr => exr::begin(options.certificates, pixels, &mut encoded),
+            Format::Exr => exr::begin(options.certificates, pixels, metadata, &mut encoded),
         };
         let encoder = encoder.map_err(Error::io(&path))?;
         let mut writer = PictureWriter {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType, Compression, Filter, SrgbRenderingIntent, StreamWriter};
 
-use super::{Band, Bits, Encoder, PictureOptions, SOFTWARE, be_bytes};
+use super::{Band, Bits, Encoder, Metadata, PictureOptions, SOFTWARE, be_bytes};
 use crate::error::{Error, Result};
 use crate::rays::Pixels;
 use crate::shade::Colors;
@@ -55,6 +55,7 @@ struct Png {
 pub(super) fn begin(
     options: PictureOptions,
     pixels: &Pixels,
+    metadata: &Metadata,
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let tray = Tray::default();
@@ -66,6 +67,9 @@ pub(super) fn begin(
     });
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    for (name, text) in metadata.texts() {
+        encoder.add_text_chunk(name.clone(), text.clone())?;
+    }
     // Flat surfaces make rows that equal the row above nearly everywhere. The filter “up”
     // turns those into zeros, and the fast codec is made for runs of zeros.
     encoder.set_compression(Compression::Fast);
@@ -90,6 +94,24 @@ impl Encoder for Png {
         self.tray.empty_into(out);
         Ok(None)
     }
+}
+
+/// A whole PNG file of an sRGB picture, for pictures that no camera took.
+///
+/// # Errors
+/// That of the codec, for another number of pixels than the size has.
+pub fn rgb8_file([width, height]: [u32; 2], srgb8: &[[u8; 3]]) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    encoder.set_compression(Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(srgb8.as_flattened())?;
+    writer.finish()?;
+    Ok(file)
 }
 
 /// Colours of whole numbers and their alpha as bytes of a file; empty for linear ones.

@@ -2,24 +2,27 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use bytemuck::zeroed_vec;
+use bytemuck::{Zeroable, zeroed_vec};
+use glam::DVec3;
 use pulp::Simd;
+use rayon::prelude::*;
 
 use super::Frame;
 use crate::control::Control;
 use crate::error::Result;
 use crate::guard;
 use crate::kernel::certified::{LISTED_SPHERES, Leaf, SphereFar};
-use crate::memory;
+use crate::memory::{self, Available};
 use crate::rays::Pixels;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 use crate::tree::Tree;
 use crate::tree::footprint::{Footprint, Outline, Projection};
-use crate::tree::footprints::{Footprints, Parts};
+use crate::tree::footprints::{Footprints, Given, Parts};
 use crate::vec3::Vec3;
 use crate::wide::{SideBySide, WideF64};
 
@@ -31,6 +34,7 @@ pub struct Hierarchy {
     pub tree: Arc<Tree>,
     /// The tree as a picture sees it.
     pub seen: Option<Seen>,
+    kept: Arc<Kept>,
     /// Ids of the spheres that each ray looks at: out of range, or for a picture too close to the eye.
     /// In a very wide view, above some 160 degrees, all are too close; of an orthographic camera, those
     /// whose surface comes close to its position.
@@ -41,7 +45,7 @@ pub struct Hierarchy {
 
 /// The tree as a picture sees it. A walk shows only spheres that a pixel may see, all of them far from a
 /// perspective camera's eye.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Seen {
     /// Bounds on the screen.
     pub footprints: Footprints,
@@ -49,12 +53,60 @@ pub struct Seen {
     pub far: Vec<SphereFar>,
 }
 
-/// Bytes a sphere to see a tree from a picture: its numbers, and two nodes in two orders. What a part is
-/// fitted in is little.
-const SEEN_BYTES: u64 = 32 + 2 * 2 * 16;
+/// Bytes a sphere to see a tree from a picture: its numbers, two nodes, and what is kept of a joint of the
+/// tree. What a part is fitted in is little.
+const SEEN_BYTES: u64 = 32 + 2 * 16 + 8;
+
+/// What all views of a tree share.
+#[derive(Debug, Default)]
+struct Kept {
+    parts: OnceLock<Parts>,
+    /// The spheres at the places of the tree, for lists of rays and for second and further views: in the scene
+    /// they lie anywhere, which costs a view as much as all else.
+    spheres: OnceLock<Vec<Sphere>>,
+    /// What an earlier view saw, to be written over: new memory costs as much as what is written to it.
+    spare: Mutex<Option<Seen>>,
+}
+
+impl Kept {
+    fn spare(&self) -> MutexGuard<'_, Option<Seen>> {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts the spheres in order, where there is room for them.
+    fn keep_spheres(&self, tree: &Tree, spheres: &[Sphere]) {
+        let bytes = size_of::<Sphere>() as u64 * tree.order.len() as u64;
+        if self.spheres.get().is_none() && Available::now().bytes >= bytes {
+            let sphere = |&index: &u32| spheres[index as usize];
+            let in_order = tree.order.par_iter().map(sphere).collect();
+            self.spheres.get_or_init(|| in_order);
+        }
+    }
+
+    /// The parts of the tree. They are made before anybody waits for them: a thread of the pool that makes
+    /// them may come to another view meanwhile.
+    fn parts(&self, tree: &Tree) -> &Parts {
+        if let Some(parts) = self.parts.get() {
+            return parts;
+        }
+        let parts = Parts::new(tree);
+        self.parts.get_or_init(|| parts)
+    }
+}
+
+impl Drop for Hierarchy {
+    /// Leaves what it saw to another view, if there may be one.
+    fn drop(&mut self) {
+        if Arc::strong_count(&self.kept) > 1 {
+            let seen = self.seen.take();
+            let mut spare = self.kept.spare();
+            *spare = seen.or_else(|| spare.take());
+        }
+    }
+}
 
 impl Hierarchy {
-    /// Fits the tree of a scene, if there is one already, to rays.
+    /// Fits the tree of a scene to rays: that of an `old` hierarchy over the same spheres, if there is one.
     ///
     /// # Errors
     /// Those of [`Tree::new`].
@@ -62,21 +114,25 @@ impl Hierarchy {
         frame: &Frame,
         rays: &Rays,
         scene: &Scene,
-        tree: Option<Arc<Tree>>,
+        old: Option<&Hierarchy>,
         control: &Control,
     ) -> Result<Hierarchy> {
         let start = Instant::now();
-        let tree = match tree {
-            Some(tree) => tree,
-            None => Arc::new(Tree::new(&scene.spheres, control)?),
+        let (tree, kept) = match old {
+            Some(old) => (Arc::clone(&old.tree), Arc::clone(&old.kept)),
+            None => (Arc::new(Tree::new(&scene.spheres, control)?), Arc::default()),
         };
         let (seen, mut rest) = match rays {
             Rays::Pixels(pixels) => {
-                let (seen, close) = see(frame, pixels, &tree, &scene.spheres, control)?;
+                if old.is_some_and(|old| old.seen.is_some()) {
+                    kept.keep_spheres(&tree, &scene.spheres);
+                }
+                let (seen, close) = see(frame, pixels, &tree, &kept, &scene.spheres, control)?;
                 (Some(seen), close)
             }
             Rays::List(_) => {
                 tree.prepare_visits(control)?;
+                kept.keep_spheres(&tree, &scene.spheres);
                 (None, Vec::new())
             }
         };
@@ -85,7 +141,16 @@ impl Hierarchy {
         for index in &mut rest {
             *index += 1;
         }
-        Ok(Hierarchy { tree, seen, rest, build_time: start.elapsed() })
+        Ok(Hierarchy { tree, seen, kept, rest, build_time: start.elapsed() })
+    }
+
+    /// The sphere at a place of the tree, of the `spheres` that it was made over.
+    #[inline(always)]
+    pub(crate) fn sphere_at<'a>(&'a self, place: usize, spheres: &'a [Sphere]) -> &'a Sphere {
+        match self.kept.spheres.get() {
+            Some(in_order) => &in_order[place],
+            None => &spheres[self.tree.order[place] as usize],
+        }
     }
 
     /// Places of a device for the rest: few different numbers while they are few. So a moved camera,
@@ -111,31 +176,46 @@ fn see(
     frame: &Frame,
     pixels: &Pixels,
     tree: &Tree,
+    kept: &Kept,
     spheres: &[Sphere],
     control: &Control,
 ) -> Result<(Seen, Vec<u32>)> {
     let n_spheres = tree.order.len();
-    memory::require(
-        format!("seeing the hierarchy over {n_spheres} spheres from a camera"),
-        n_spheres as u64 * SEEN_BYTES,
-        "free some, or split the scene",
-    )?;
+    let spare = kept.spare().take();
+    if spare.is_none() {
+        memory::require(
+            format!("seeing the hierarchy over {n_spheres} spheres from a camera"),
+            n_spheres as u64 * SEEN_BYTES,
+            "free some, or split the scene",
+        )?;
+    }
+    let Seen { footprints: Footprints { nodes, .. }, mut far } = spare.unwrap_or_default();
+    if far.len() != n_spheres {
+        far = zeroed_vec(n_spheres);
+    }
     let (longest, projection) = (pixels.longest_direction(), Projection::new(pixels));
-    let mut far: Vec<SphereFar> = zeroed_vec(n_spheres);
-    let parts = Parts::new(tree);
-    let (mut given, mut left) = (Vec::new(), &mut far[..]);
+    let parts = kept.parts(tree);
+    let (mut of_parts, mut left) = (Vec::new(), &mut far[..]);
     for places in parts.places() {
         let (far, others) = left.split_at_mut(places.len());
-        given.push((&tree.order[places], far));
+        let in_order = kept.spheres.get().map(|spheres| &spheres[places.clone()]);
+        of_parts.push((&tree.order[places], in_order, far));
         left = others;
     }
-    let look = |(order, far): (&[u32], &mut [SphereFar]), seen_as: &mut [Footprint]| {
+    let look = |given: (&[u32], Option<&[Sphere]>, &mut [SphereFar]), seen_as: &mut [Footprint]| {
         control.check()?;
-        let look = Look { frame, projection: &projection, longest, spheres, order, far, seen_as };
+        let (order, in_order, far) = given;
+        // They lie anywhere.
+        let gather = || order.iter().map(|&index| spheres[index as usize]).collect();
+        let spheres = in_order.map_or_else(|| Cow::Owned(gather()), Cow::Borrowed);
+        let (projection, spheres) = (&projection, &*spheres);
+        let look = Look { frame, projection, longest, spheres, order, far, seen_as };
         Ok(pulp::Arch::new().dispatch(look))
     };
-    let shift = projection.cell_shift();
-    let (footprints, close) = Footprints::of_parts(&parts, shift, given, look);
+    let (shift, nearest) =
+        (projection.cell_shift(), parts.nearest(tree, frame.reference, projection.depth()));
+    let given = Given { of_parts, nearest, nodes };
+    let (footprints, close) = Footprints::of_parts(tree, parts, shift, given, look);
     let close: Vec<Vec<u32>> = close.into_iter().collect::<Result<_>>()?;
     control.check()?;
     Ok((Seen { footprints, far }, close.concat()))
@@ -147,12 +227,14 @@ const BLOCK: usize = 16;
 /// Numbers of spheres side by side.
 type Column = [f64; BLOCK];
 
-/// Some places of the tree, compiled for each instruction set that the processor may have.
+/// The spheres of some places of the tree, compiled for each instruction set that the processor may have.
 struct Look<'a> {
     frame: &'a Frame,
     projection: &'a Projection,
     longest: f64,
+    /// Those at these places.
     spheres: &'a [Sphere],
+    /// Their indices.
     order: &'a [u32],
     far: &'a mut [SphereFar],
     seen_as: &'a mut [Footprint],
@@ -180,6 +262,17 @@ struct Rounded {
 }
 
 impl Columns {
+    #[inline(always)]
+    fn put(&mut self, spheres: &[Sphere; BLOCK], reference: DVec3) {
+        let [x, y, z] = &mut self.center;
+        for (lane, sphere) in spheres.iter().enumerate() {
+            x[lane] = sphere.center.x - reference.x;
+            y[lane] = sphere.center.y - reference.y;
+            z[lane] = sphere.center.z - reference.z;
+            self.radius[lane] = sphere.radius.abs();
+        }
+    }
+
     #[inline(always)]
     fn look<S: Simd>(&mut self, simd: S, frame: &Frame, projection: &Projection, longest: f64) {
         for first in (0..BLOCK).step_by(WideF64::<S>::LANES) {
@@ -272,30 +365,35 @@ impl pulp::WithSimd for Look<'_> {
         let Look { frame, projection, longest, spheres, order, far, seen_as } = self;
         let mut close = Vec::new();
         let (mut columns, mut rounded) = (Columns::default(), Rounded::default());
-        // They lie anywhere.
-        let spheres: Vec<Sphere> = order.iter().map(|&index| spheres[index as usize]).collect();
         let blocks = order.chunks(BLOCK).zip(far.chunks_mut(BLOCK)).zip(seen_as.chunks_mut(BLOCK));
         for (((order, far), seen_as), spheres) in blocks.zip(spheres.chunks(BLOCK)) {
-            for (lane, sphere) in spheres.iter().enumerate() {
-                let l = sphere.center - frame.reference;
-                columns.center[0][lane] = l.x;
-                columns.center[1][lane] = l.y;
-                columns.center[2][lane] = l.z;
-                columns.radius[lane] = sphere.radius.abs();
+            match <&[Sphere; BLOCK]>::try_from(spheres) {
+                Ok(spheres) => columns.put(spheres, frame.reference),
+                Err(_) => {
+                    let mut padded = [Sphere::default(); BLOCK];
+                    padded[..spheres.len()].copy_from_slice(spheres);
+                    columns.put(&padded, frame.reference);
+                }
             }
             columns.look(simd, frame, projection, longest);
             columns.round(projection, &mut rounded);
             for (lane, &index) in order.iter().enumerate() {
-                let leaf = match columns.is_known[lane] {
-                    1.0 => Some(rounded.leaf(lane, index + 1)),
-                    _ => frame.leaf(&spheres[lane], index + 1, longest),
-                };
-                if leaf.is_none() {
-                    close.push(index);
+                // Put together in its place: from elsewhere, its copy would wait for its parts.
+                if columns.is_known[lane] == 1.0 && rounded.is_seen[lane] {
+                    far[lane] = rounded.leaf(lane, index + 1);
+                    seen_as[lane] = rounded.footprint(lane);
+                    continue;
                 }
-                seen_as[lane] = Footprint::NONE;
-                if let Some(leaf) = leaf.filter(|_| rounded.is_seen[lane]) {
-                    (far[lane], seen_as[lane]) = (leaf, rounded.footprint(lane));
+                (far[lane], seen_as[lane]) = (SphereFar::zeroed(), Footprint::NONE);
+                if columns.is_known[lane] == 1.0 {
+                    continue;
+                }
+                match frame.leaf(&spheres[lane], index + 1, longest) {
+                    Some(leaf) if rounded.is_seen[lane] => {
+                        (far[lane], seen_as[lane]) = (leaf, rounded.footprint(lane));
+                    }
+                    Some(_) => {}
+                    None => close.push(index),
                 }
             }
         }
@@ -346,6 +444,41 @@ mod tests {
     fn is_same(a: &Seen, b: &Seen) -> bool {
         let bytes = |seen: &Seen| bytemuck::cast_slice::<SphereFar, u8>(&seen.0).to_vec();
         bytes(a) == bytes(b) && a.1 == b.1 && a.2 == b.2
+    }
+
+    /// A cloud of several parts, seen again with what earlier views have left.
+    #[test]
+    fn views_of_one_tree_are_as_each_alone() {
+        let mut random = SplitMix::new(1312);
+        let mut number = || 2.0 * random.unit() - 1.0;
+        let mut sphere =
+            |_| Sphere { center: DVec3::new(number(), number(), number()), radius: 0.01 };
+        let spheres: Vec<Sphere> = (0..30_000).map(&mut sphere).collect();
+        let scene = Scene { spheres: spheres.into(), ..Scene::default() };
+        let control = Control::default();
+        let seen = |step: u32, old: Option<&Hierarchy>| {
+            let position = DVec3::new(2.0, 0.1, 0.3 * f64::from(step));
+            let view = View::new(&Camera::new(position, DVec3::ZERO));
+            let rays = Rays::Pixels(Pixels::whole(view, 97, 41));
+            let frame = Frame::new(&rays, position, &scene);
+            Hierarchy::new(&frame, &rays, &scene, old, &control).unwrap()
+        };
+        let bytes = |hierarchy: &Hierarchy| {
+            let super::Seen { footprints, far } = hierarchy.seen.as_ref().unwrap();
+            let (nodes, far) = (bytemuck::cast_slice(&footprints.nodes), bytemuck::cast_slice(far));
+            (<[u8]>::to_vec(nodes), <[u8]>::to_vec(far))
+        };
+        let mut last: Option<Hierarchy> = None;
+        for step in 0..5 {
+            let next = seen(step, last.as_ref());
+            assert!(next.kept.parts.get().is_some_and(|parts| parts.places().count() > 1));
+            assert_eq!(next.kept.spheres.get().is_some(), step > 0);
+            let alone = seen(step, None);
+            assert_eq!((bytes(&next), &next.rest), (bytes(&alone), &alone.rest), "{step}");
+            let kept = Arc::clone(&next.kept);
+            last = Some(next);
+            assert_eq!(kept.spare().is_some(), step > 0, "{step}");
+        }
     }
 
     #[test]

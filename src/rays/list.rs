@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Ray;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::npy::{FloatTable, Record};
+use crate::npy::{Array, Record};
 use crate::output::OutputFile;
 use crate::scene::Watched;
 use crate::system;
@@ -18,6 +18,8 @@ use crate::trace::Hits;
 
 /// Columns of a file of rays: origin x, y, z, then direction x, y, z.
 const N_COLUMNS: usize = 6;
+
+const EXPECTED: &str = "a NumPy array of float64 or float32 with shape (N, 6)";
 
 /// The path that means standard input.
 pub const STDIN: &str = "-";
@@ -49,7 +51,8 @@ fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
     let (path, file, n_bytes) = open(path).map_err(Error::io(path))?;
     control.expect_bytes(n_bytes.unwrap_or(0));
     let file = Watched::new(file, control);
-    let table = FloatTable::new(file, n_bytes, &path, &[N_COLUMNS as u64])?;
+    let n_columns = N_COLUMNS as u64;
+    let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(&[n_columns..=n_columns])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
     table.read(|row, column, value| {
         let ray = &mut rays[row];

@@ -1,6 +1,6 @@
 //! A report in two sentences.
 
-use super::figures::{digits, list, percent};
+use super::figures::{digits, digits_borne, list, percent};
 use super::summary::{Cast, classes, time_of};
 use super::{Class, ClassResult, Errors, Report, SceneResult};
 
@@ -55,7 +55,7 @@ pub fn price(report: &Report) -> Option<String> {
         let mut kernels = Vec::new();
         for kernel in &cast.kernels {
             let ratios = classes.iter().map(|class| {
-                let ratio = digits(ratio(report, device, *class, kernel)?, 3);
+                let ratio = ratio(report, device, *class, kernel)?;
                 Some(if classes.len() > 1 { format!("{ratio} ({})", class.name()) } else { ratio })
             });
             let ratios: Option<Vec<String>> = ratios.collect();
@@ -72,14 +72,17 @@ pub fn price(report: &Report) -> Option<String> {
     (!parts.is_empty()).then(|| format!("Without a wrong object: {}.", parts.join("; ")))
 }
 
-/// The time of a kernel that was never wrong in a class, against that of the fastest.
-fn ratio(report: &Report, device: &str, class: Class, kernel: &str) -> Option<f64> {
+/// The time of a kernel that was never wrong in a class, against that of the fastest, in the digits that
+/// both bear.
+fn ratio(report: &Report, device: &str, class: Class, kernel: &str) -> Option<String> {
     let rows = || {
         let on_device = |row: &&ClassResult| row.class == class && row.contestant.device == device;
         report.classes.iter().filter(on_device).filter(|row| row.errors.rays > 0)
     };
     let own = rows().find(|row| row.contestant.kernel == kernel)?;
-    let fastest = rows().filter_map(|row| time_of(&row.trace_ns_per_ray)).reduce(f64::min)?;
+    let times = rows().map(|row| &row.trace_ns_per_ray).filter(|time| time_of(time).is_some());
+    let fastest = times.min_by(|a, b| a.median.total_cmp(&b.median))?;
     let time = time_of(&own.trace_ns_per_ray).filter(|_| own.errors.wrong_ids() == 0)?;
-    Some(time / fastest)
+    let n_digits = digits_borne(&own.trace_ns_per_ray).min(digits_borne(fastest));
+    Some(digits(time / fastest.median, n_digits))
 }

@@ -3,15 +3,17 @@
 //! [`Report::measure`] makes one; [`text`], [`page`] and [`plot`] show it. All errors are against
 //! exact arithmetic; all times are of the run that made the report.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 mod answer;
+mod baseline;
 mod clouds;
 mod errors;
 mod evidence;
 mod figures;
 mod light;
 mod measure;
+mod noise;
 pub mod page;
 mod pictures;
 pub mod plot;
@@ -22,10 +24,12 @@ mod sweep;
 mod tables;
 pub mod text;
 
+pub use baseline::{Baseline, Change, Earlier, Verdict, WrongIds};
 pub use clouds::CLOUD_SIZE;
 pub use errors::{Distribution, Errors};
 pub use light::{LIGHT_SIZE, LightErrors, LightFault, LightPicture, LightResult, LightRow};
 pub use measure::{Make, Subject};
+pub use noise::Noise;
 pub use scenes::{Case, default_cases};
 
 use crate::control::Control;
@@ -50,6 +54,10 @@ pub struct Report {
     pub light: Vec<LightResult>,
     /// All that could not be measured, and why.
     pub missing: Vec<Missing>,
+    /// How much the times spread.
+    pub noise: Noise,
+    /// What changed since an earlier report, where one is given.
+    pub baseline: Option<Baseline>,
     /// Pictures of chosen scenes with their errors.
     #[serde(skip)]
     pub pictures: Vec<ErrorPicture>,
@@ -80,6 +88,7 @@ impl Report {
         let (clouds, missing) = clouds::measure_clouds(subjects, &effort, control)?;
         let light = light::measure_light(cases, subjects, &effort, control)?;
         let light_pictures = light::take_light_pictures(cases, &light, subjects, &effort, control)?;
+        let noise = Noise::of(&scenes);
         Ok(Report {
             evidence,
             effort,
@@ -89,6 +98,8 @@ impl Report {
             clouds,
             light,
             missing,
+            noise,
+            baseline: None,
             pictures,
             light_pictures,
         })
@@ -104,7 +115,7 @@ impl Report {
 }
 
 /// A kernel on a device.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Contestant {
     /// The kernel's name.
     pub kernel: String,
@@ -257,7 +268,7 @@ pub struct ClassResult {
 }
 
 /// Median and range of repeated measurements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Middle value.
     pub median: f64,
@@ -277,6 +288,12 @@ impl Spread {
         let upper = values.len() / 2;
         let lower = (values.len() - 1) / 2;
         Some(Spread { median: (values[lower] + values[upper]) / 2.0, min, max, n: values.len() })
+    }
+
+    /// The range as a share of the median; `None` of less than two values.
+    pub fn relative_range(&self) -> Option<f64> {
+        let share = (self.max - self.min) / self.median;
+        (self.n > 1).then_some(if self.max > self.min { share } else { 0.0 })
     }
 }
 

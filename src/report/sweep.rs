@@ -8,11 +8,11 @@ use super::errors::Collector;
 use super::measure::{IDS, SURFACE, Subject, run, spread};
 use super::{Effort, Series, Sweep, SweepPoint};
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::random::SplitMix;
 use crate::rays::{Pixels, View};
 use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use crate::trace::{Hits, Ray, Rays, Timing};
+use crate::trace::{Hits, Kernel, Ray, Rays, Timing};
 use crate::verify::Truth;
 
 /// Rays of each point of the sweep over distance.
@@ -24,15 +24,24 @@ const OFFSET_SIZE: [u32; 2] = [240, 135];
 /// Pictures of the sweep over the number of objects, px.
 const OBJECTS_SIZE: [u32; 2] = [480, 270];
 
-/// Numbers of spheres that are timed.
+/// Numbers of spheres that are timed with every kernel. [`Effort::clouds`] are timed with `certified`
+/// alone: the others test every ray against each sphere.
 const OBJECTS: [usize; 5] = [1, 4, 16, 64, 256];
+
+/// Numbers of spheres that are timed with a kernel.
+fn numbers_of_spheres(kernel: Kernel, effort: &Effort) -> Vec<usize> {
+    let clouds = effort.clouds.iter().map(|count| *count as usize);
+    let clouds = clouds.filter(|_| kernel == Kernel::Certified);
+    OBJECTS.into_iter().chain(clouds).collect()
+}
 
 /// Rays that [`measure_sweeps`] traces or compares.
 pub(super) fn n_rays(subjects: &[Subject], effort: &Effort) -> u64 {
     let n_pixels = |[width, height]: [u32; 2]| (width * height) as usize;
     let errors = distances().len() * DISTANCE_RAYS + offsets().len() * n_pixels(OFFSET_SIZE);
-    let times = OBJECTS.len() * n_pixels(OBJECTS_SIZE) * (1 + n_runs(effort));
-    (errors + subjects.len() * (errors + times)) as u64
+    let n_points = subjects.iter().map(|subject| numbers_of_spheres(subject.kernel, effort).len());
+    let times = n_points.sum::<usize>() * n_pixels(OBJECTS_SIZE) * (1 + n_runs(effort));
+    (errors + subjects.len() * errors + times) as u64
 }
 
 fn n_runs(effort: &Effort) -> usize {
@@ -67,7 +76,8 @@ pub(super) fn measure_sweeps(
         },
         Sweep {
             name: "objects",
-            title: "Time against the number of spheres: spread evenly in a cube, all in view",
+            title: "Time against the number of spheres: spread evenly in a cube, all in view; clouds with \
+                    certified alone, which finds the spheres of a pixel in a hierarchy",
             x_label: "spheres",
             series: times_along(subjects, effort, control)?,
         },
@@ -186,10 +196,18 @@ fn many_spheres(n: usize, seed: u64) -> (Arc<Scene>, Rays) {
 fn times_along(subjects: &[Subject], effort: &Effort, control: &Control) -> Result<Vec<Series>> {
     let mut all = series(subjects);
     let mut hits = Hits::default();
-    for n in OBJECTS {
+    for n in numbers_of_spheres(Kernel::Certified, effort) {
         let (scene, rays) = many_spheres(n, effort.seed);
         for (subject, series) in subjects.iter().zip(&mut all) {
-            let made = subject.tracer(&scene, &rays, IDS)?;
+            if !numbers_of_spheres(subject.kernel, effort).contains(&n) {
+                continue;
+            }
+            let made = match subject.tracer(&scene, &rays, IDS) {
+                Ok(made) => made,
+                // Clouds in pictures tell why.
+                Err(Error::TooLarge(_)) => continue,
+                Err(error) => return Err(error),
+            };
             let runs = run(made, &rays, n_runs(effort), control, &mut hits)?;
             let times = runs.timed.iter().map(Timing::deciding);
             let trace_ns_per_ray = spread(times, 1e9 / rays.len() as f64);

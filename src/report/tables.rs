@@ -1,10 +1,12 @@
 //! The report's tables, made once for all printers; [`super::print`] has these.
 
-use super::figures::{NONE, count, figure, percent, quantity, typeset, wrong};
+use super::figures::{
+    NONE, count, digits, digits_borne, figure, median, percent, quantity, range, typeset, wrong,
+};
 use super::summary::{Cast, classes, shared_series, xs};
 use super::{
-    Class, ClassResult, Contestant, Distribution, Errors, LightErrors, LightResult, LightRow,
-    Report, Row, SceneResult, Spread, Sweep,
+    Baseline, Change, Class, ClassResult, Contestant, Distribution, Errors, LightErrors,
+    LightResult, LightRow, Report, Row, SceneResult, Spread, Sweep, Verdict, WrongIds,
 };
 
 /// Rows of cells under a head.
@@ -67,6 +69,10 @@ impl Table {
             part
         };
         Table { parts: [("", names)].iter().chain(parts).map(part).collect(), groups }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.groups.iter().all(|group| group.rows.is_empty())
     }
 }
 
@@ -131,6 +137,37 @@ pub fn clouds(report: &Report, cast: &Cast) -> Table {
     let figures =
         ["ms a picture (least–most)", "building, ms", "decided in f64", "exactly", "wrong ids"];
     Table::new(&["spheres", "device"], &[("", &figures)], one_group(rows.collect()))
+}
+
+/// Times that changed by more than noise since an earlier report.
+pub fn changes(baseline: &Baseline, cast: &Cast) -> Table {
+    let row = |change: &Change| {
+        let (mark, emphasis) = match change.verdict {
+            Verdict::Slower => ("▲ slower", Emphasis::Wrong),
+            _ => ("▼ faster", Emphasis::Plain),
+        };
+        let [kernel, device] = names(&change.contestant, cast);
+        let n_digits = digits_borne(&change.before).min(digits_borne(&change.now));
+        let ratio = format!("× {}", digits(change.ratio, n_digits));
+        let figures = [time(&change.before), time(&change.now), cell(ratio)];
+        let mark = Cell { emphasis, ..cell(mark) };
+        [&[cell(&change.of), kernel, device, cell(change.what)], &figures[..], &[mark]].concat()
+    };
+    let columns = ["before", "now", "change", ""];
+    let rows = baseline.beyond_noise().map(row).collect();
+    Table::new(&["of", "kernel", "device", "time"], &[("", &columns)], one_group(rows))
+}
+
+/// Numbers of wrong ids that changed since an earlier report.
+pub fn changed_ids(baseline: &Baseline, cast: &Cast) -> Table {
+    let row = |wrong: &WrongIds| {
+        let [kernel, device] = names(&wrong.contestant, cast);
+        let n = [wrong.rays, wrong.before, wrong.now].map(|n| cell(n.to_string()));
+        [&[cell(&wrong.of), kernel, device][..], &n].concat()
+    };
+    let columns = ["rays compared", "wrong before", "wrong now"];
+    let rows = baseline.wrong_ids.iter().map(row).collect();
+    Table::new(&["scene", "kernel", "device"], &[("", &columns)], one_group(rows))
 }
 
 /// Lit scenes: wrong shadows and bytes of each kernel with each epsilon.
@@ -222,7 +259,7 @@ pub fn overview(report: &Report, cast: &Cast) -> Table {
 
 fn overview_cells(row: Option<&Row>) -> [Cell; 2] {
     let Some(Row { errors, cost, .. }) = row else { return [cell(NONE), cell(NONE)] };
-    [share_of((errors.wrong_ids(), errors.rays)), cell(figure(cost.trace_ns_per_ray.median))]
+    [share_of((errors.wrong_ids(), errors.rays)), time_alone(&cost.trace_ns_per_ray)]
 }
 
 /// All figures of one scene: errors, more errors, costs.
@@ -351,14 +388,16 @@ fn decided(errors: &Errors) -> [Cell; 3] {
     })
 }
 
+/// Median alone.
+fn time_alone(spread: &Spread) -> Cell {
+    Cell { range: None, ..time(spread) }
+}
+
 /// Median with its range.
 fn time(spread: &Spread) -> Cell {
     match spread.n {
         0 => cell(NONE),
-        1 => cell(figure(spread.median)),
-        _ => {
-            let range = Some([spread.min, spread.max].map(figure));
-            Cell { range, ..cell(figure(spread.median)) }
-        }
+        1 => cell(median(spread)),
+        _ => Cell { range: Some(range(spread)), ..cell(median(spread)) },
     }
 }

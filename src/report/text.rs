@@ -7,18 +7,25 @@ use super::figures::{count, list, plain, plain_document};
 use super::print::{self, WIDTH, markdown_text};
 use super::summary::Cast;
 use super::tables::{self, Table};
-use super::{AdapterEvidence, Report};
+use super::{AdapterEvidence, Baseline, Report};
 
 /// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
 pub fn terminal(report: &Report) -> String {
     let cast = Cast::of(report);
     let mut parts = vec![evidence(report), wrapped(&answer(report), "")];
     parts.extend(price(report).map(|price| wrapped(&price, "")));
+    parts.extend(report.noise.warning().map(|warning| wrapped(&warning, "")));
+    let words = report.baseline.iter().flat_map(Baseline::in_words);
+    parts.extend(words.map(|words| wrapped(&plain(&words), "")));
     let mut add = |title: &str, table: Table| {
-        if table.groups.iter().any(|group| !group.rows.is_empty()) {
+        if !table.is_empty() {
             parts.push(wrapped(title, "  ") + &print::terminal(&table));
         }
     };
+    if let Some(baseline) = &report.baseline {
+        add("Changes beyond noise", tables::changes(baseline, &cast));
+        add("Wrong ids that changed", tables::changed_ids(baseline, &cast));
+    }
     add("How wrong", tables::class_errors(report, &cast));
     add("How fast", tables::class_costs(report, &cast));
     add("Many spheres", tables::clouds(report, &cast));
@@ -39,13 +46,16 @@ pub fn terminal(report: &Report) -> String {
 }
 
 /// The classes in a short table, light in another, many spheres in a third, each with what it was measured
-/// on.
+/// on; then what changed since an earlier report.
 pub fn markdown(report: &Report) -> String {
     let cast = Cast::of(report);
     let measured = measured_on(report);
     let [width, height] = report.effort.size;
     let classes = print::markdown(&tables::summary(report, &cast));
     let mut text = format!("{classes}\nMeasured at {width} × {height} {measured}\n");
+    if let Some(warning) = report.noise.warning() {
+        let _ = write!(text, "\n{warning}\n");
+    }
     if !report.light.is_empty() {
         let [width, height] = super::LIGHT_SIZE;
         let light = print::markdown(&tables::light(report, &cast));
@@ -55,6 +65,14 @@ pub fn markdown(report: &Report) -> String {
         let [width, height] = super::CLOUD_SIZE;
         let clouds = print::markdown(&tables::clouds(report, &cast));
         let _ = write!(text, "\n{clouds}\nMeasured at {width} × {height} {measured}\n");
+    }
+    if let Some(baseline) = &report.baseline {
+        let _ = write!(text, "\n{}\n", markdown_text(&baseline.in_words().join(" ")));
+        for table in [tables::changes(baseline, &cast), tables::changed_ids(baseline, &cast)] {
+            if !table.is_empty() {
+                let _ = write!(text, "\n{}", print::markdown(&table));
+            }
+        }
     }
     plain_document(&text)
 }

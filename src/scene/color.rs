@@ -18,6 +18,9 @@ impl From<[f32; 3]> for Color {
     }
 }
 
+/// Bytes of CSS's longest name, `lightgoldenrodyellow`.
+const LONGEST_NAME: usize = 20;
+
 impl Color {
     /// Black: the default background.
     pub const BLACK: Color = Color([0.0; 3]);
@@ -35,6 +38,47 @@ impl Color {
         }
         let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
         Some(Color::from_srgb8([red, green, blue]))
+    }
+
+    /// Reads a colour as scene files and the command line name it: `#rrggbb`, its short form `#rgb`, in
+    /// which each digit stands for two, or a name of CSS in either case; `None` for any other text.
+    ///
+    /// ```
+    /// use kugelblitz::scene::Color;
+    ///
+    /// assert_eq!(Color::parse("#f80"), Color::parse("#ff8800"));
+    /// assert_eq!(Color::parse("SteelBlue"), Some(Color::from_srgb8([70, 130, 180])));
+    /// assert_eq!(Color::parse("stelblue"), None);
+    /// ```
+    pub fn parse(text: &str) -> Option<Color> {
+        match text.strip_prefix('#') {
+            Some(digits) if digits.chars().count() == 3 => {
+                let twice: String = digits.chars().flat_map(|digit| [digit, digit]).collect();
+                Color::from_hex(&format!("#{twice}"))
+            }
+            Some(_) => Color::from_hex(text),
+            None => Color::from_name(text),
+        }
+    }
+
+    /// Named by CSS; `transparent` is no colour.
+    fn from_name(text: &str) -> Option<Color> {
+        let is_word = text.len() <= LONGEST_NAME && text.bytes().all(|b| b.is_ascii_alphabetic());
+        let [red, green, blue, alpha] =
+            is_word.then(|| csscolorparser::parse(text).ok())??.to_rgba8();
+        (alpha == 255).then(|| Color::from_srgb8([red, green, blue]))
+    }
+
+    /// The name of CSS that `text` is a misspelling of, with at most one slip in three letters.
+    pub fn nearest_name(text: &str) -> Option<&'static str> {
+        if text.len() > 2 * LONGEST_NAME {
+            return None;
+        }
+        let text = text.to_lowercase();
+        let names = csscolorparser::NAMED_COLORS.keys().map(|name| name.as_str());
+        let slips = names.map(|name| (strsim::osa_distance(&text, name), name));
+        let near = slips.filter(|(slips, name)| *slips <= name.len() / 3);
+        near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
     }
 
     /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`Edges`].
@@ -108,6 +152,52 @@ mod tests {
             ["", "#", "d62728", "#d6272", "#d627288", "#g62728", "#+62728", "#é2728", "red"]
         {
             assert_eq!(Color::from_hex(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn names_and_short_forms() {
+        let of = |bytes| Some(Color::from_srgb8(bytes));
+        for (text, bytes) in [
+            ("red", [255, 0, 0]),
+            ("RebeccaPurple", [102, 51, 153]),
+            ("grey", [128, 128, 128]),
+            ("lightgoldenrodyellow", [250, 250, 210]),
+            ("#fa0", [255, 170, 0]),
+            ("#FA0", [255, 170, 0]),
+            ("#d62728", [0xd6, 0x27, 0x28]),
+        ] {
+            assert_eq!(Color::parse(text), of(bytes), "{text}");
+        }
+        for wrong in [
+            "",
+            "#",
+            "#ff",
+            "#ffff",
+            "#é1",
+            "#é12",
+            "#+12",
+            "transparent",
+            "rgb(1,2,3)",
+            "ff0000",
+            "rad",
+        ] {
+            assert_eq!(Color::parse(wrong), None, "{wrong}");
+        }
+        assert_eq!(csscolorparser::NAMED_COLORS.len(), 148);
+        for (name, bytes) in csscolorparser::NAMED_COLORS.entries() {
+            assert!(name.as_str().len() <= LONGEST_NAME, "{name}");
+            assert_eq!(Color::parse(name.as_str()).map(Color::to_srgb8), Some(*bytes), "{name}");
+        }
+    }
+
+    #[test]
+    fn misspelt_names() {
+        assert_eq!(Color::nearest_name("stealblue"), Some("steelblue"));
+        assert_eq!(Color::nearest_name("Gren"), Some("green"));
+        assert_eq!(Color::nearest_name("magneta"), Some("magenta"));
+        for far in ["", "q", "dim", "#ff", &"x".repeat(1000)] {
+            assert_eq!(Color::nearest_name(far), None, "{far}");
         }
     }
 }

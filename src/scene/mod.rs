@@ -2,14 +2,21 @@
 
 mod clouds;
 mod color;
+mod colormap;
+mod draft;
 mod edges;
+mod framing;
+mod legend;
 mod light;
+mod neighbours;
 mod open;
 mod places;
 mod read;
 mod save;
+mod sniff;
 mod spheres;
 mod table;
+mod wishes;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -19,17 +26,25 @@ use glam::DVec3;
 use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
+pub use clouds::is_cloud_file;
 pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use colormap::ColorMap;
+pub(crate) use draft::checked;
+pub use draft::{Composed, compose_scene, recompose_scene};
 pub use edges::Edges;
+pub(crate) use framing::turned;
+pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
+pub use legend::{Coloring, legend_svg};
 pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
     reread_scene,
 };
 pub use spheres::{Sphere, Spheres};
+pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};
 #[cfg(feature = "view")]
 pub(crate) use write::camera_text;
-pub(crate) use write::cloud_scene_text;
+pub(crate) use write::{camera_in_a_line, cloud_scene_text, seen_from};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.
@@ -108,6 +123,8 @@ pub struct Cloud {
     pub n_spheres: usize,
     /// Id of the first sphere; the others follow in the order of the file.
     pub first_id: u32,
+    /// Which column gave the spheres their colours, where one did.
+    pub coloring: Option<Coloring>,
 }
 
 /// A checked scene. Object ids count from 1: single spheres in file order, then cloud spheres, then
@@ -134,6 +151,8 @@ pub struct Scene {
     pub planes: Vec<Plane>,
     /// The files that the clouds came from, in file order.
     pub clouds: Vec<Cloud>,
+    /// What the reader understood and the user may want to know: sentences, each about a file.
+    pub notes: Vec<String>,
 }
 
 impl Scene {
@@ -157,7 +176,8 @@ impl Scene {
             SceneError::whole_file(
                 path,
                 "the scene has no [camera]",
-                "a picture needs one; add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
+                "a picture needs one; `kugelblitz render` places one where there are spheres, and with \
+                 --print-scene writes it down; or add for example\n\n[camera]\nposition = [0.0, 1.0, 6.0]\n\
                  look_at  = [0.0, 0.5, 0.0]\nfov      = 40.0",
             )
             .into()

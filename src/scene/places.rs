@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-use crate::error::{Error, SceneError};
+use crate::error::{Error, Lack, SceneError};
 
 /// An error in a text that is still being read: the span is enough, the place is found later.
 #[derive(Debug)]
@@ -12,11 +12,12 @@ pub(super) struct Fault {
     pub span: Range<usize>,
     pub message: String,
     pub help: String,
+    pub lacks: Option<Lack>,
 }
 
 impl Fault {
     pub fn new(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> Fault {
-        Fault { span, message: message.into(), help: help.into() }
+        Fault { span, message: message.into(), help: help.into(), lacks: None }
     }
 
     /// The error with its place in `text`.
@@ -35,6 +36,7 @@ impl Fault {
             column,
             message: self.message,
             help: self.help,
+            lacks: self.lacks,
         })
     }
 }
@@ -95,6 +97,7 @@ impl SceneError {
             column: 0,
             message: message.into(),
             help: help.into(),
+            lacks: None,
         })
     }
 }

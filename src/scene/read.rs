@@ -5,15 +5,17 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::DeTable;
 
-use super::clouds::{CloudTable, Given, read_clouds};
+use super::clouds::{CloudTable, ColumnNames, Given, Part, is_cloud_file, read_clouds};
 use super::open::Files;
 use super::places::{Fault, Stop};
+use super::sniff::look_of_bytes;
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{
-    Camera, Color, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere, Spheres,
+    Camera, Color, ColorMap, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere,
+    Spheres,
 };
 use crate::control::Control;
-use crate::error::{Result, SceneError};
+use crate::error::{Error, Result, SceneError};
 use crate::memory;
 use crate::rays::View;
 
@@ -64,16 +66,22 @@ pub fn read_scene_text(path: &Path) -> Result<String> {
     text_of(Files::All, path)
 }
 
-fn text_of(files: Files, path: &Path) -> Result<String> {
+pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
     let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
     const CLOUD: &str = "give many spheres as a cloud, in a file of their own: [[spheres]]";
+    if is_cloud_file(path) {
+        return Err(no_scene(path, "data of spheres, by its name"));
+    }
     if bytes.len() as u64 > MAX_SCENE_BYTES {
         let message =
             format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
         return Err(SceneError::whole_file(path, message, CLOUD).into());
+    }
+    if let Some(found) = look_of_bytes(&bytes) {
+        return Err(no_scene(path, found));
     }
     let what = format!("{}: parsing the scene", path.display());
     memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
@@ -88,6 +96,16 @@ fn text_of(files: Files, path: &Path) -> Result<String> {
         let span = start..start + char::REPLACEMENT_CHARACTER.len_utf8();
         Fault::new(span, message, help).in_text(&text, path).into()
     })
+}
+
+/// The error of a file that is something else.
+fn no_scene(path: &Path, found: &str) -> Error {
+    let name = path.display();
+    let help = format!(
+        "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
+         {name} --print-scene=scene.toml`, and `render`, `view` and `export` take them as they are"
+    );
+    SceneError::whole_file(path, format!("this is no scene, but {found}"), help).into()
 }
 
 /// Reads and checks the text of a scene file. `path` is for messages, and the files of clouds are
@@ -107,7 +125,12 @@ pub fn parse_scene_with(text: &str, path: &Path, control: &Control) -> Result<Sc
     parse_scene_from(Files::All, text, path, control)
 }
 
-fn parse_scene_from(files: Files, text: &str, path: &Path, control: &Control) -> Result<Scene> {
+pub(super) fn parse_scene_from(
+    files: Files,
+    text: &str,
+    path: &Path,
+    control: &Control,
+) -> Result<Scene> {
     let read = || -> Result<Scene, Stop> {
         let (mut scene, clouds) = read_document(text)?;
         read_clouds(&clouds, path.parent().unwrap_or(path), files, &mut scene, control)?;
@@ -173,11 +196,35 @@ const PLANE: Kind = Kind {
 };
 const SPHERES: Kind = Kind {
     header: "[[spheres]]",
-    keys: &[("file", "\"cloud.npy\""), ("radius", "0.01"), ("color", "\"#1f77b4\"")],
+    keys: &[
+        ("file", "\"cloud.npy\""),
+        ("radius", "0.01"),
+        ("color", "\"#1f77b4\""),
+        ("columns", ""),
+        ("color_by", "\"speed\""),
+        ("colormap", "\"viridis\""),
+        ("range", "[0.0, 2.5]"),
+        ("missing_color", "\"#ff00ff\""),
+        ("frame", "0"),
+    ],
+};
+const COLUMNS: Kind = Kind {
+    header: "`columns` of [[spheres]]",
+    keys: &[
+        ("x", "\"px\""),
+        ("y", "\"py\""),
+        ("z", "\"pz\""),
+        ("radius", "\"grain_radius\""),
+        ("diameter", "\"grain_size\""),
+        ("red", "\"R\""),
+        ("green", "\"G\""),
+        ("blue", "\"B\""),
+        ("element", "\"atom\""),
+    ],
 };
 /// All kinds, to tell where a key that is known elsewhere belongs.
-pub(super) const KINDS: [&Kind; 8] =
-    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY];
+pub(super) const KINDS: [&Kind; 9] =
+    [&TOP, &CAMERA, &IMAGE, &SPHERE, &PLANE, &SPHERES, &LIGHT, &SKY, &COLUMNS];
 /// Those of objects.
 pub(super) const OBJECTS: [&Kind; 3] = [&SPHERE, &PLANE, &SPHERES];
 
@@ -220,6 +267,7 @@ fn read_document(text: &str) -> Checked<(Scene, Vec<CloudTable>)> {
         spheres,
         planes,
         clouds: Vec::new(),
+        notes: Vec::new(),
     };
     Ok((scene, clouds))
 }
@@ -379,12 +427,55 @@ fn read_cloud_table(table: &Table) -> Checked<CloudTable> {
     let file = table.require("file")?;
     let radius = table.get("radius").map(|field| Given::new(field.span(), read_radius(&field)));
     let color = table.get("color").map(|field| Given::new(field.span(), field.color()));
+    let mut columns = ColumnNames::default();
+    if let Some(field) = table.get("columns") {
+        let names = field.table(&COLUMNS)?;
+        for part in Part::ALL {
+            let name = names.get(part.key());
+            let name = name.map(|field| Given::new(field.span(), field.column())).transpose()?;
+            columns.set(part, name);
+        }
+    }
+    let color_by = table.get("color_by").map(|field| {
+        let name = field.column().and_then(|name| name.map_or_else(|| field.text(), Ok));
+        Given::new(field.span(), name)
+    });
+    let of_color_by = ["colormap", "range", "missing_color"];
+    let alone = of_color_by.into_iter().filter(|_| color_by.is_none());
+    if let Some(field) = alone.filter_map(|key| table.get(key)).next() {
+        return Err(Fault::new(
+            field.span(),
+            format!("`{}` is given without `color_by`", field.key),
+            "it says how a column is coloured: name the column, e.g. `color_by = \"speed\"`",
+        ));
+    }
+    if let (Some(field), Some(_)) = (table.get("color"), &color_by) {
+        return Err(Fault::new(
+            field.span(),
+            "both `color` and `color_by` are given",
+            "`color` is one colour for all spheres, `color_by` the column that gives each its own; \
+             remove one of them",
+        ));
+    }
+    let whole = "a whole number: 0 is the first frame";
+    let frame = table.get("frame").map(|field| Given::new(field.span(), field.index(whole)));
     Ok(CloudTable {
         file: Given::new(file.span(), file.text())?,
         radius: radius.transpose()?,
         color: color.transpose()?,
+        columns,
+        color_by: color_by.transpose()?,
+        colormap: table
+            .get("colormap")
+            .map_or(Ok(ColorMap::default()), |field| field.colormap())?,
+        range: table.get("range").map(|field| field.range()).transpose()?,
+        missing_color: table.get("missing_color").map_or(Ok(MISSING), |field| field.color())?,
+        frame: frame.transpose()?,
     })
 }
+
+/// The colour of spheres whose column has no number for them: magenta, which no map has.
+const MISSING: Color = Color([1.0, 0.0, 1.0]);
 
 fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
     let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);

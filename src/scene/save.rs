@@ -221,6 +221,7 @@ mod tests {
             spheres,
             planes: vec![plane.clone(), Plane { name: None, ..plane }],
             clouds: Vec::new(),
+            notes: Vec::new(),
         }
     }
 

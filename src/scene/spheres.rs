@@ -186,6 +186,11 @@ impl Spheres {
         (&mut spheres[first..], &mut colors[first_color..])
     }
 
+    /// The colours from the sphere with the index `first` on, to be changed.
+    pub(super) fn colors_mut(&mut self, first: usize) -> &mut [Color] {
+        &mut self.list_colors()[first..]
+    }
+
     /// True where more spheres, of one colour or of any, need a list of colours.
     fn needs_colors(&self, color: Option<Color>) -> bool {
         let is_same = color.is_some_and(|color| self.is_empty() || color == self.color);

@@ -6,9 +6,10 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::Color;
 use super::places::{Fault, char_start, quoted};
 use super::read::{KINDS, OBJECTS};
+use super::sniff::look_of_text;
+use super::{Color, ColorMap};
 
 pub(super) type Checked<T> = std::result::Result<T, Fault>;
 
@@ -213,15 +214,15 @@ impl<'t> Field<'t> {
         }
     }
 
-    fn three_numbers(&self, expected: &str) -> Checked<[f64; 3]> {
+    fn numbers<const N: usize>(&self, expected: &str) -> Checked<[f64; N]> {
         let DeValue::Array(values) = self.value.get_ref() else {
             return Err(self.wrong_type(expected));
         };
-        if values.len() != 3 {
+        if values.len() != N {
             let found = format!("found {} values in `{}`", values.len(), self.key);
             return Err(self.wrong(found, expected));
         }
-        let mut numbers = [0.0; 3];
+        let mut numbers = [0.0; N];
         for (number, value) in numbers.iter_mut().zip(values.iter()) {
             *number = Field { value, ..*self }.number()?;
         }
@@ -229,7 +230,7 @@ impl<'t> Field<'t> {
     }
 
     pub fn vector(&self) -> Checked<DVec3> {
-        self.three_numbers("three numbers").map(DVec3::from_array)
+        self.numbers("three numbers").map(DVec3::from_array)
     }
 
     pub fn nonzero_vector(&self) -> Checked<DVec3> {
@@ -243,17 +244,69 @@ impl<'t> Field<'t> {
     }
 
     pub fn color(&self) -> Checked<Color> {
-        let expected = "\"#rrggbb\" (sRGB) or [r, g, b] (linear, each from 0 to 1)";
+        let expected =
+            "\"#rrggbb\" or a name of CSS (sRGB), or [r, g, b] (linear, each from 0 to 1)";
         if let DeValue::String(text) = self.value.get_ref() {
-            return Color::from_hex(text).ok_or_else(|| {
-                self.wrong(format!("{:?} is not a colour", quoted(text)), expected)
+            return Color::parse(text).ok_or_else(|| {
+                let mut fault = self.wrong(format!("{:?} is not a colour", quoted(text)), expected);
+                if let Some(name) = Color::nearest_name(text) {
+                    fault.help = format!("did you mean {name:?}? {}", fault.help);
+                }
+                fault
             });
         }
-        let linear = self.three_numbers(expected)?;
+        let linear = self.numbers(expected)?;
         match linear.iter().find(|part| !(0.0..=1.0).contains(*part)) {
             Some(part) => Err(self.wrong(format!("{part:?} in a linear colour"), expected)),
             None => Ok(Color(linear)),
         }
+    }
+
+    /// Two numbers, of which the first is the lesser one.
+    pub fn range(&self) -> Checked<[f64; 2]> {
+        let [low, high] = self.numbers("two numbers, the least and the largest")?;
+        if low < high {
+            return Ok([low, high]);
+        }
+        Err(Fault::new(
+            self.span(),
+            format!("`{}` is [{low:?}, {high:?}]", self.key),
+            "the first number is less than the second; a colour map is turned around by `_r` at its \
+             name: `colormap = \"viridis_r\"`",
+        ))
+    }
+
+    pub fn colormap(&self) -> Checked<ColorMap> {
+        let name = self.text()?;
+        ColorMap::from_name(&name).ok_or_else(|| {
+            let hint = match nearest(ColorMap::names(), &name) {
+                Some(near) => format!("did you mean \"{near}\"? "),
+                None => String::new(),
+            };
+            let names: Vec<_> = ColorMap::names().collect();
+            let names = names.join(", ");
+            Fault::new(
+                self.span(),
+                format!("{:?} is not a colour map", quoted(&name)),
+                format!("{hint}known are {names}, and each with `_r` behind it, turned around"),
+            )
+        })
+    }
+
+    /// The name of a column, for which a number may stand; `None` for `false`.
+    pub fn column(&self) -> Checked<Option<String>> {
+        match self.value.get_ref() {
+            DeValue::Boolean(false) => Ok(None),
+            DeValue::Integer(_) => self.integer("a column").map(|number| Some(number.to_string())),
+            DeValue::String(text) => Ok(Some(text.to_string())),
+            _ => Err(self.wrong_type("the name of a column, or false for none")),
+        }
+    }
+
+    /// A whole number that is not negative.
+    pub fn index(&self, expected: &str) -> Checked<u32> {
+        let found = self.integer(expected)?;
+        u32::try_from(found).map_err(|_| self.wrong(format!("`{}` is {found}", self.key), expected))
     }
 
     /// A number of `things`, from 1 to `most`.
@@ -267,9 +320,9 @@ impl<'t> Field<'t> {
     }
 }
 
-/// The known key that `key` is a misspelling of: its beginning, or at most one slip (a letter that is
+/// The known name that `key` is a misspelling of: its beginning, or at most one slip (a letter that is
 /// wrong, missing or too many, or two that are swapped) in three letters.
-fn nearest(kind: &Kind, key: &str) -> Option<&'static str> {
+pub(super) fn nearest<'n>(known: impl Iterator<Item = &'n str>, key: &str) -> Option<&'n str> {
     if key.len() > MOST_COMPARED {
         return None;
     }
@@ -279,12 +332,13 @@ fn nearest(kind: &Kind, key: &str) -> Option<&'static str> {
         true => 1,
         false => strsim::osa_distance(&key, name),
     };
-    let near = kind.keys.iter().map(|(name, _)| (slips(name), *name));
+    let known = known.filter(|name| name.len() <= MOST_COMPARED);
+    let near = known.map(|name| (slips(name), name));
     let near = near.filter(|(slips, name)| *slips <= n_chars.max(name.len()) / 3);
     near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
 }
 
-/// Bytes of the longest key that may be a misspelling.
+/// Bytes of the longest name that may be a misspelling.
 const MOST_COMPARED: usize = 40;
 
 /// `is_table` says whether a table or several stand under it.
@@ -292,7 +346,7 @@ fn unknown_key(kind: &Kind, key: &str, is_table: bool, span: Range<usize>) -> Fa
     let known: Vec<_> = kind.keys.iter().map(|(name, _)| *name).collect();
     let home = KINDS.iter().find(|other| other.keys.iter().any(|(name, _)| *name == key));
     let key_shown = quoted(key);
-    let hint = match (home, nearest(kind, key)) {
+    let hint = match (home, nearest(known.iter().copied(), key)) {
         (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
         (None, Some(name)) => format!("did you mean `{name}`? "),
         (None, None) if is_table => shapes(kind),
@@ -319,6 +373,11 @@ fn shapes(kind: &Kind) -> String {
 
 pub(super) fn syntax_fault(text: &str, error: &toml::de::Error) -> Fault {
     let span = error.span().unwrap_or(text.len()..text.len());
+    if let Some(found) = look_of_text(text) {
+        let help = "a scene is a text in TOML; data have a name that ends in .npy, .csv or .xyz, and then \
+                    `kugelblitz render` takes them as they are";
+        return Fault::new(span, format!("this is no scene: it looks like {found}"), help);
+    }
     let (found, expected) = match error.message().split_once(", expected ") {
         Some((found, expected)) => (found, format!("expected {expected}")),
         None => (error.message(), String::new()),

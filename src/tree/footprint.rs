@@ -136,6 +136,11 @@ impl Projection {
         }
     }
 
+    /// `g_f`: the vector whose product with an offset from the eye is its `t`.
+    pub(crate) fn depth(&self) -> DVec3 {
+        self.depth
+    }
+
     /// A cell has `2^cell_shift` columns and rows of pixels: one but for huge pictures.
     pub fn cell_shift(&self) -> u32 {
         self.cell_shift
@@ -207,11 +212,19 @@ impl Projection {
     #[inline(always)]
     fn cells(&self, first: f64, last: f64, n: u32) -> ([u16; 2], bool) {
         // A bound that is NaN is none.
+        let last_pixel = f64::from(n) - 1.0;
         let first = (first - EDGE).ceil().max(0.0);
-        let last = (last + EDGE).floor().min(f64::from(n) - 1.0);
-        let cell = |pixel: f64| (pixel as u32 >> self.cell_shift) as u16;
+        let last = (last + EDGE).floor().min(last_pixel);
+        let cell = |pixel: f64| (whole(pixel.max(0.0).min(last_pixel)) >> self.cell_shift) as u16;
         ([cell(first), cell(last)], first <= last)
     }
+}
+
+/// A whole number below 2³² as such. Unlike `as`, it is done for several side by side on every processor.
+#[inline(always)]
+fn whole(number: f64) -> u32 {
+    const ONES: f64 = (1u64 << 52) as f64;
+    (number + ONES).to_bits() as u32
 }
 
 /// What a sphere covers of the picture's plane, px, and between which `t` it lies.

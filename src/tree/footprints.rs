@@ -4,10 +4,10 @@
 //! them: the nodes stand in one order, near ones first, each with a link to what follows its subtree
 //! (Smits, "Efficiency issues for ray tracing", JGT 1998). A walk needs no stack and keeps one number.
 
-use std::borrow::Borrow;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable, zeroed_vec};
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub use super::IS_LEAF;
@@ -97,32 +97,180 @@ pub struct Footprints {
     pub cell_shift: u32,
 }
 
-/// Most nodes of a subtree that one thread fits at a time: they stay in its caches.
+/// Most nodes of a subtree that one thread fits at a time: they stay in its caches, and 16 bits count them.
 const PART: usize = 1 << 14;
 
-/// Subtrees that are fitted side by side.
-pub struct Parts<'a> {
-    tree: &'a Tree,
-    nodes: Vec<Range<usize>>,
+/// Subtrees that are fitted side by side, which have all leaves. They are the same for each picture.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    parts: Vec<Part>,
     /// The nodes above them, ascending.
     above: Vec<usize>,
 }
 
-impl<'a> Parts<'a> {
+/// A subtree. Its nodes have numbers here: first the leaves, in the order of their places, then the inner
+/// nodes, depth-first.
+#[derive(Clone, Debug)]
+struct Part {
+    nodes: Range<usize>,
+    places: Range<usize>,
+    /// What is below each inner node.
+    joints: Vec<Joint>,
+}
+
+/// The children of an inner node.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    children: [u16; 2],
+    /// How many nodes each child's subtree has.
+    n_nodes: [u16; 2],
+}
+
+impl Part {
+    fn new(tree: &Tree, nodes: Range<usize>, first_place: usize) -> Part {
+        let n_leaves = nodes.len().div_ceil(2);
+        let (mut numbers, mut n_before) = (Vec::with_capacity(nodes.len()), [0, n_leaves as u16]);
+        for at in nodes.clone() {
+            let next = &mut n_before[usize::from(tree.place(at).is_none())];
+            numbers.push(*next);
+            *next += 1;
+        }
+        let joint = |at: usize| {
+            let [first, second] = tree.children(at);
+            Joint {
+                children: [first, second].map(|child| numbers[child - nodes.start]),
+                n_nodes: [(second - first) as u16, (tree.after(second) - second) as u16],
+            }
+        };
+        let joints = nodes.clone().filter(|&at| tree.place(at).is_none()).map(joint).collect();
+        Part { places: first_place..first_place + n_leaves, joints, nodes }
+    }
+
+    /// The root's number.
+    fn root(&self) -> usize {
+        if self.joints.is_empty() { 0 } else { self.places.len() }
+    }
+
+    /// The hulls of all that is below each inner node; those of the leaves are there.
+    fn fit(&self, hulls: &mut [Footprint]) {
+        for (number, joint) in (self.places.len()..hulls.len()).zip(&self.joints).rev() {
+            let [a, b] = joint.children.map(|child| &hulls[usize::from(child)]);
+            hulls[number] = a.union(b);
+        }
+    }
+
+    /// The nodes in the order of the walk, of which the root is number `start`. `order` is of as many
+    /// numbers, to be written over.
+    fn put(&self, start: usize, hulls: &[Footprint], order: &mut [u16], nodes: &mut [Node]) {
+        order[self.root()] = 0;
+        for (number, joint) in (self.places.len()..).zip(&self.joints) {
+            let [a, b] = joint.children.map(usize::from);
+            let is_second = usize::from(hulls[b].t < hulls[a].t);
+            let here = order[number];
+            let [near, far] = if is_second == 1 { [b, a] } else { [a, b] };
+            order[near] = here + 1;
+            order[far] = here + 1 + joint.n_nodes[is_second];
+            let after = start + usize::from(here + 1 + joint.n_nodes[0] + joint.n_nodes[1]);
+            nodes[usize::from(here)] = Node::new(&hulls[number], after as u32);
+        }
+        for ((place, hull), &here) in self.places.clone().zip(hulls).zip(&*order) {
+            nodes[usize::from(here)] = Node::new(hull, place as u32 | IS_LEAF);
+        }
+    }
+}
+
+impl Parts {
     /// Those of a tree.
-    pub fn new(tree: &'a Tree) -> Parts<'a> {
+    pub fn new(tree: &Tree) -> Parts {
         let (nodes, above) = tree.cut(PART);
-        Parts { tree, nodes, above }
+        let first_place = |first: &mut usize, nodes: Range<usize>| {
+            let place = *first;
+            *first += nodes.len().div_ceil(2);
+            Some((nodes, place))
+        };
+        let with_places: Vec<_> = nodes.into_iter().scan(0, first_place).collect();
+        let part = |(nodes, place)| Part::new(tree, nodes, place);
+        Parts { parts: with_places.into_par_iter().map(part).collect(), above }
     }
 
     /// The places of their spheres, which ascend and are all places.
     pub fn places(&self) -> impl Iterator<Item = Range<usize>> {
-        self.nodes.iter().scan(0, |first, nodes| {
-            let places = *first..*first + nodes.len().div_ceil(2);
-            *first = places.end;
-            Some(places)
-        })
+        self.parts.iter().map(|part| part.places.clone())
     }
+
+    /// The least `along·(p − from)` of the points `p` in the box of each, roughly.
+    pub fn nearest(&self, tree: &Tree, from: DVec3, along: DVec3) -> Vec<f32> {
+        let nearest = |part: &Part| tree.nearest(part.nodes.start, from, along) as f32;
+        self.parts.iter().map(nearest).collect()
+    }
+
+    /// A number for each node above the parts, from those of the parts and what two of them make.
+    fn fold<T: Copy>(&self, tree: &Tree, parts: &[T], join: impl Fn(T, T) -> T) -> Vec<T> {
+        // What is below stands behind.
+        let mut above: Vec<T> = Vec::with_capacity(self.above.len());
+        for &at in self.above.iter().rev() {
+            let [a, b] = tree.children(at).map(|child| match self.find(child) {
+                Found::Part(part) => parts[part],
+                Found::Above(number) => above[self.above.len() - 1 - number],
+            });
+            above.push(join(a, b));
+        }
+        above.reverse();
+        above
+    }
+
+    /// A node that is the root of a part, or above the parts.
+    fn find(&self, at: usize) -> Found {
+        match self.parts.binary_search_by_key(&at, |part| part.nodes.start) {
+            Ok(part) => Found::Part(part),
+            Err(_) => Found::Above(self.above.partition_point(|&above| above < at)),
+        }
+    }
+
+    /// The numbers in the walk of the nodes above the parts, and of the roots of the parts with their
+    /// indices, ascending: of two children the one with the lesser `t` first.
+    fn arrange(&self, tree: &Tree, nearest: &[f32]) -> (Vec<usize>, Vec<(usize, usize)>) {
+        let nearest_above = self.fold(tree, nearest, f32::min);
+        let (mut starts_above, mut starts) = (vec![0; self.above.len()], Vec::new());
+        let mut open = if self.parts.is_empty() { Vec::new() } else { vec![0] };
+        let mut next = 0;
+        while let Some(at) = open.pop() {
+            match self.find(at) {
+                Found::Part(part) => {
+                    starts.push((next, part));
+                    next += self.parts[part].nodes.len();
+                }
+                Found::Above(number) => {
+                    starts_above[number] = next;
+                    next += 1;
+                    let children = tree.children(at);
+                    let [a, b] = children.map(|child| match self.find(child) {
+                        Found::Part(part) => nearest[part],
+                        Found::Above(number) => nearest_above[number],
+                    });
+                    let [first, second] = children;
+                    open.extend(if b < a { [first, second] } else { [second, first] });
+                }
+            }
+        }
+        (starts_above, starts)
+    }
+}
+
+/// What a picture gives for the parts of a tree.
+pub struct Given<D> {
+    /// For each part.
+    pub of_parts: Vec<D>,
+    /// A number for each part, of which those with less are looked at first: about the least `t`.
+    pub nearest: Vec<f32>,
+    /// Nodes to be written over, in place of new ones where they are as many.
+    pub nodes: Vec<Node>,
+}
+
+/// A node of the tree.
+enum Found {
+    Part(usize),
+    Above(usize),
 }
 
 impl Footprints {
@@ -130,36 +278,52 @@ impl Footprints {
     /// [`Footprint::NONE`] where no pixel sees it.
     pub fn new(tree: &Tree, footprints: &[Footprint], cell_shift: u32) -> Footprints {
         let parts = Parts::new(tree);
-        let given = parts.places().map(|places| &footprints[places]).collect();
+        let given: Vec<_> = parts.places().map(|places| &footprints[places]).collect();
+        let least = |given: &&[Footprint]| given.iter().fold(f32::MAX, |t, one| t.min(one.t));
+        let nearest: Vec<f32> = given.iter().map(least).collect();
         let copy = |given: &[Footprint], here: &mut [Footprint]| {
             here.copy_from_slice(given);
         };
-        Footprints::of_parts(&parts, cell_shift, given, copy).0
+        let given = Given { of_parts: given, nearest, nodes: Vec::new() };
+        Footprints::of_parts(tree, &parts, cell_shift, given, copy).0
     }
 
     /// Fits bounds on the screen to the parts of a tree. `see` writes the footprints of the spheres at a
-    /// part's places, from what is `given` for it; with what it returns of each part.
+    /// part's places, from what is given for it; with what it returns of each part.
     pub fn of_parts<D: Send, T: Send>(
+        tree: &Tree,
         parts: &Parts,
         cell_shift: u32,
-        given: Vec<D>,
+        given: Given<D>,
         see: impl Fn(D, &mut [Footprint]) -> T + Sync,
     ) -> (Footprints, Vec<T>) {
-        let tree = parts.tree;
-        let mut nodes: Vec<Node> = zeroed_vec(tree.n_nodes());
-        let slices = split(&mut nodes, parts.nodes.iter().cloned());
-        let work = slices.into_par_iter().zip(&parts.nodes).zip(given);
+        let Given { of_parts, nearest, mut nodes } = given;
+        if nodes.len() != tree.n_nodes() {
+            nodes = zeroed_vec(tree.n_nodes());
+        }
+        let (starts_above, starts) = parts.arrange(tree, &nearest);
+        let runs = starts.iter().map(|&(start, part)| start..start + parts.parts[part].nodes.len());
+        let mut runs: Vec<_> = split(&mut nodes, runs).into_iter().zip(starts.iter()).collect();
+        runs.sort_unstable_by_key(|&(_, (_, part))| part);
+        let work = runs.into_par_iter().zip(&parts.parts).zip(of_parts);
         let (hulls, told): (Vec<Footprint>, Vec<T>) = work
-            .map_init(<(Vec<_>, Vec<_>)>::default, |(leaves, hulls), ((nodes, part), given)| {
-                leaves.resize(part.len().div_ceil(2), Footprint::NONE);
-                hulls.resize(part.len(), Footprint::NONE);
-                let told = see(given, leaves);
-                fit(tree, part, leaves, hulls);
-                order(tree, part, hulls, nodes);
-                (hulls[0], told)
-            })
+            .map_init(
+                <(Vec<_>, Vec<_>)>::default,
+                |(hulls, order), (((nodes, at), part), given)| {
+                    hulls.resize(nodes.len(), Footprint::NONE);
+                    order.resize(nodes.len(), 0);
+                    let told = see(given, &mut hulls[..part.places.len()]);
+                    part.fit(hulls);
+                    part.put(at.0, hulls, order, nodes);
+                    (hulls[part.root()], told)
+                },
+            )
             .unzip();
-        (Footprints { nodes: put_together(parts, &hulls, nodes), cell_shift }, told)
+        let hulls_above = parts.fold(tree, &hulls, |a, b| a.union(&b));
+        for ((&at, &start), hull) in parts.above.iter().zip(&starts_above).zip(&hulls_above) {
+            nodes[start] = Node::new(hull, (start + tree.after(at) - at) as u32);
+        }
+        (Footprints { nodes, cell_shift }, told)
     }
 
     /// The cells of the pixels from the `first` to the `last` column and row of the picture.
@@ -197,110 +361,4 @@ fn split<T>(mut all: &mut [T], runs: impl Iterator<Item = Range<usize>>) -> Vec<
         (all, first) = (after, run.end);
     }
     slices
-}
-
-/// The hulls of all that is below each node of a part, from the footprints of its leaves.
-fn fit(tree: &Tree, part: &Range<usize>, leaves: &[Footprint], hulls: &mut [Footprint]) {
-    let mut n_left = leaves.len();
-    for at in part.clone().rev() {
-        hulls[at - part.start] = match tree.place(at) {
-            Some(_) => {
-                n_left -= 1;
-                leaves[n_left]
-            }
-            None => {
-                let [a, b] = tree.children(at).map(|child| &hulls[child - part.start]);
-                a.union(b)
-            }
-        };
-    }
-}
-
-/// The nodes of a part in the order of the walk, as if the part were all.
-fn order(tree: &Tree, part: &Range<usize>, hulls: &[Footprint], nodes: &mut [Node]) {
-    let mut open = vec![part.start];
-    let mut next = 0;
-    while let Some(mut at) = open.pop() {
-        // Down to the nearest leaf.
-        loop {
-            nodes[next] = node(tree, &hulls[at - part.start], at, next);
-            next += 1;
-            if tree.place(at).is_some() {
-                break;
-            }
-            let children = tree.children(at);
-            let [a, b] = children.map(|child| hulls[child - part.start].t);
-            let is_second = usize::from(b < a);
-            open.push(children[1 - is_second]);
-            at = children[is_second];
-        }
-    }
-}
-
-/// All nodes in the order of the walk, from those of the parts, whose roots have these hulls.
-fn put_together(parts: &Parts, hulls: &[Footprint], ordered: Vec<Node>) -> Vec<Node> {
-    let Parts { tree, nodes: parts, above } = parts;
-    if above.is_empty() {
-        return ordered;
-    }
-    let part_at = |at: usize| parts.binary_search_by_key(&at, |part| part.start);
-    let mut hulls_above = vec![Footprint::NONE; above.len()];
-    let hull_in = |hulls_above: &[Footprint], at: usize| match part_at(at) {
-        Ok(part) => hulls[part],
-        Err(_) => above.binary_search(&at).map_or(Footprint::NONE, |above| hulls_above[above]),
-    };
-    for (number, &at) in above.iter().enumerate().rev() {
-        let [a, b] = tree.children(at).map(|child| hull_in(&hulls_above, child));
-        hulls_above[number] = a.union(&b);
-    }
-    let hull = |at: usize| hull_in(&hulls_above, at);
-    let mut nodes: Vec<Node> = zeroed_vec(ordered.len());
-    // Where each part begins in the walk.
-    let (mut starts, mut next) = (Vec::with_capacity(parts.len()), 0);
-    walk(tree, hull, 0, |at| {
-        if let Ok(part) = part_at(at) {
-            starts.push((next, part));
-            next += parts[part].len();
-            return false;
-        }
-        nodes[next] = node(tree, &hull(at), at, next);
-        next += 1;
-        true
-    });
-    let runs = starts.iter().map(|&(next, part)| next..next + parts[part].len());
-    let slices = split(&mut nodes, runs);
-    slices.into_par_iter().zip(&starts).for_each(|(nodes, &(start, part))| {
-        for (to, from) in nodes.iter_mut().zip(&ordered[parts[part].clone()]) {
-            let moved = if from.link & IS_LEAF == 0 { start as u32 } else { 0 };
-            *to = Node { link: from.link + moved, ..*from };
-        }
-    });
-    nodes
-}
-
-/// Shows `visit` the nodes of a subtree, those below the nearer child of a node first; it returns
-/// whether to go on below a node.
-fn walk<H: Borrow<Footprint>>(
-    tree: &Tree,
-    hull: impl Fn(usize) -> H,
-    root: usize,
-    mut visit: impl FnMut(usize) -> bool,
-) {
-    let mut open = vec![root];
-    while let Some(at) = open.pop() {
-        if visit(at) && tree.place(at).is_none() {
-            let [a, b] = tree.children(at);
-            let is_nearer = hull(a).borrow().t <= hull(b).borrow().t;
-            open.extend(if is_nearer { [b, a] } else { [a, b] });
-        }
-    }
-}
-
-/// The node of the tree that is number `next` of the walk.
-fn node(tree: &Tree, hull: &Footprint, at: usize, next: usize) -> Node {
-    let link = match tree.place(at) {
-        Some(place) => place as u32 | IS_LEAF,
-        None => (next + tree.after(at) - at) as u32,
-    };
-    Node::new(hull, link)
 }

@@ -136,6 +136,13 @@ impl Tree {
         [at + 1, self.after(at + 1)]
     }
 
+    /// The least `along·(p − from)` of the points `p` in a node's box, roughly.
+    fn nearest(&self, at: usize, from: DVec3, along: DVec3) -> f64 {
+        let (Node { low, high, .. }, shift) = (&self.nodes[at], self.reference - from);
+        let corner = |k: usize| if along[k] < 0.0 { high[k] } else { low[k] };
+        (0..3).map(|k| along[k] * (f64::from(corner(k)) + shift[k])).sum()
+    }
+
     /// Subtrees of at most `most` nodes that have all leaves, and the nodes above them; both ascending.
     pub fn cut(&self, most: usize) -> (Vec<Range<usize>>, Vec<usize>) {
         let (mut parts, mut above) = (Vec::new(), Vec::new());

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use pulp::Simd;
 
-use super::wide::{Slab, Wide, enter};
+use super::wide::{Slab, WIDTH, Wide, enter};
 use super::{IS_LEAF, Tree};
 use crate::guard::round_up;
 
@@ -43,21 +43,20 @@ impl Tree {
         while n_walking > 0 {
             for slot in &mut walkers {
                 let Some((ray, walker)) = slot else { continue };
-                if let Some(index) = walker.awaited.take() {
-                    walker.t_max = round_up(company.visit(ray, index));
+                if let Some(place) = walker.awaited.take() {
+                    walker.t_max = round_up(company.visit(ray, place));
                 }
                 match walker.step(simd, wide) {
-                    Step::Node => match walker.open.last() {
-                        Some(&(_, link)) if link & IS_LEAF != 0 => {
-                            prefetch(&self.order[(link & !IS_LEAF) as usize]);
+                    Step::Node => match walker.open.last().map(Open::link) {
+                        Some(link) if link & IS_LEAF != 0 => {
+                            prefetch(company.sphere((link & !IS_LEAF) as usize));
                         }
-                        Some(&(_, link)) => prefetch(&wide.nodes[link as usize]),
+                        Some(link) => prefetch(&wide.nodes[link as usize]),
                         None => {}
                     },
                     Step::Sphere(place) => {
-                        let index = self.order[place];
-                        prefetch(company.sphere(index));
-                        walker.awaited = Some(index);
+                        prefetch(company.sphere(place));
+                        walker.awaited = Some(place);
                     }
                     Step::End => {
                         company.finish(ray);
@@ -95,10 +94,10 @@ pub(crate) trait Company {
 
     /// The next ray that sets out.
     fn next(&mut self) -> Option<(Self::Ray, TreeRay)>;
-    /// The sphere with an index, which will be visited soon.
-    fn sphere(&self, index: u32) -> &Self::Sphere;
-    /// Shows a ray the sphere with an index; returns its `t_max` from then on.
-    fn visit(&mut self, ray: &mut Self::Ray, index: u32) -> f64;
+    /// The sphere at a place, which will be visited soon.
+    fn sphere(&self, place: usize) -> &Self::Sphere;
+    /// Shows a ray the sphere at a place; returns its `t_max` from then on.
+    fn visit(&mut self, ray: &mut Self::Ray, place: usize) -> f64;
     /// A ray that has seen all that it may hit.
     fn finish(&mut self, ray: &mut Self::Ray);
 }
@@ -129,9 +128,31 @@ const CACHE_LINE: usize = 64;
 struct Walker {
     slabs: [Slab; 3],
     t_max: f32,
-    open: Vec<(f32, u32)>,
-    /// The index of a sphere that the memory was asked for.
-    awaited: Option<u32>,
+    open: Vec<Open>,
+    /// The place of a sphere that the memory was asked for.
+    awaited: Option<usize>,
+}
+
+/// A node or a leaf, and a lower bound of the `t ≥ 0` at which a ray enters it: as one number, which is
+/// larger where that is later.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Open(u64);
+
+impl Open {
+    #[inline(always)]
+    fn new(t: f32, link: u32) -> Open {
+        Open(u64::from(t.to_bits()) << 32 | u64::from(link))
+    }
+
+    #[inline(always)]
+    fn t(&self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn link(&self) -> u32 {
+        self.0 as u32
+    }
 }
 
 /// What a walker has come to.
@@ -159,7 +180,7 @@ impl Walker {
         self.t_max = f32::INFINITY;
         self.open.clear();
         if !wide.nodes.is_empty() {
-            self.open.push((0.0, wide.root as u32));
+            self.open.push(Open::new(0.0, wide.root as u32));
         }
     }
 
@@ -168,8 +189,8 @@ impl Walker {
         let link = loop {
             match self.open.pop() {
                 None => return Step::End,
-                Some((t, _)) if t > self.t_max => {}
-                Some((_, link)) => break link,
+                Some(open) if open.t() > self.t_max => {}
+                Some(open) => break open.link(),
             }
         };
         if link & IS_LEAF != 0 {
@@ -177,19 +198,19 @@ impl Walker {
         }
         let node = &wide.nodes[link as usize];
         let (enter, mut hit) = enter(simd, node, &self.slabs, self.t_max);
-        let open = &mut self.open;
-        let base = open.len();
+        // The nearest one last, without a branch for what lies how.
+        let (mut sorted, mut n_hit) = ([Open::default(); WIDTH], 0);
         while hit != 0 {
             let lane = hit.trailing_zeros() as usize;
             hit &= hit - 1;
-            // The nearest one last.
-            let mut at = open.len();
-            open.push((enter[lane], node.links[lane]));
-            while at > base && open[at - 1].0 < open[at].0 {
-                open.swap(at - 1, at);
-                at -= 1;
+            let mut nearer = Open::new(enter[lane], node.links[lane]);
+            for other in &mut sorted[..n_hit] {
+                (*other, nearer) = ((*other).max(nearer), (*other).min(nearer));
             }
+            sorted[n_hit] = nearer;
+            n_hit += 1;
         }
+        self.open.extend_from_slice(&sorted[..n_hit]);
         Step::Node
     }
 }

@@ -8,7 +8,7 @@ use super::{IS_LEAF, Tree};
 use crate::wide::{Holds, SideBySide, WideF32};
 
 /// Most boxes of a node.
-const WIDTH: usize = 16;
+pub(super) const WIDTH: usize = 16;
 
 /// As many numbers side by side.
 type Lanes<T> = [T; WIDTH];

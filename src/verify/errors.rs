@@ -78,14 +78,20 @@ pub struct TError {
 
 impl TError {
     pub(crate) fn new(t: f32, exact: f64) -> TError {
-        if f64::from(t) == exact {
+        TError::of(f64::from(t), exact)
+    }
+
+    /// Of a number that may have more digits than an f32.
+    pub(crate) fn of(t: f64, exact: f64) -> TError {
+        if t == exact {
             return TError { ulp: 0.0, relative: 0.0 };
         }
-        let error = (f64::from(t) - exact).abs();
+        let error = (t - exact).abs();
         if error.is_nan() {
             return TError { ulp: f64::INFINITY, relative: f64::INFINITY };
         }
-        let most = match t == f32::from_bits(1) && exact > 0.0 && exact < f64::from(t) {
+        let least = f64::from(f32::from_bits(1));
+        let most = match t == least && exact > 0.0 && exact < t {
             true => 0.5,
             false => f64::INFINITY,
         };
@@ -105,7 +111,10 @@ pub struct NormalError {
 
 impl NormalError {
     fn new(normal: [f32; 3], exact: [f64; 3]) -> NormalError {
-        let (normal, exact) = (DVec3::from(normal.map(f64::from)), DVec3::from(exact));
+        NormalError::of(DVec3::from(normal.map(f64::from)), DVec3::from(exact))
+    }
+
+    pub(crate) fn of(normal: DVec3, exact: DVec3) -> NormalError {
         let distance = (normal - exact).length();
         if !distance.is_finite() {
             return NormalError { distance: f64::INFINITY, degrees: 180.0 };

@@ -4,11 +4,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::error::Result;
-use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape};
+use crate::error::{Error, Result};
+use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape, Side};
 use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
 use crate::random::SplitMix;
-use crate::rays::Pixels;
+use crate::rays::{Pixels, Rays};
 use crate::scene::{Object, Scene};
 use crate::trace::Ray;
 
@@ -27,6 +27,8 @@ pub struct Truth {
     pub t: Vec<f64>,
     /// The exact unit normals, each component rounded to f64; zero on the background.
     pub normal: Vec<[f64; 3]>,
+    /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
+    pub is_back: Vec<bool>,
 }
 
 impl Truth {
@@ -64,6 +66,60 @@ impl Truth {
         Truth::of_rays(scene, all, ray, control)
     }
 
+    /// The truth about all of these rays, of which the visible objects are known: `ids` are those of
+    /// [`Kernel::Certified`](crate::trace::Kernel::Certified). Exact arithmetic on these objects alone finds
+    /// the rest, so that it takes no longer with many of them; `control` counts each ray.
+    ///
+    /// # Errors
+    /// [`Error::Usage`](crate::Error::Usage) for another number of ids than rays;
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` was cancelled.
+    pub fn of_known(scene: &Scene, rays: &Rays, ids: &[u32], control: &Control) -> Result<Truth> {
+        if ids.len() != rays.len() {
+            let message = format!("{} ids were given for {} rays", ids.len(), rays.len());
+            return Err(Error::Usage(message));
+        }
+        match rays {
+            Rays::Pixels(pixels) => {
+                let exact = ExactPixels::new(pixels);
+                let ray = |i| {
+                    let (x, y) = pixels.xy(i);
+                    exact.ray(x, y)
+                };
+                Truth::of_known_rays(scene, ids, ray, control)
+            }
+            Rays::List(rays) => {
+                Truth::of_known_rays(scene, ids, |i| ExactRay::new(&rays[i]), control)
+            }
+        }
+    }
+
+    fn of_known_rays(
+        scene: &Scene,
+        ids: &[u32],
+        ray: impl Fn(usize) -> ExactRay + Sync,
+        control: &Control,
+    ) -> Result<Truth> {
+        let all = ids.par_iter().enumerate().map(|(i, &id)| {
+            control.check()?;
+            control.advance(1);
+            let Some(object) = scene.object(id) else { return Ok(NOTHING) };
+            let ray = ray(i);
+            let hit = exact::nearest(&ray, [(id, Shape::from(object))]);
+            Ok(seen(scene, &ray, hit))
+        });
+        Ok(Truth::new((0..ids.len()).collect(), all.collect::<Result<_>>()?))
+    }
+
+    fn new(index: Vec<usize>, seen: Vec<Seen>) -> Truth {
+        Truth {
+            index,
+            id: seen.iter().map(|seen| seen.id).collect(),
+            t: seen.iter().map(|seen| seen.t).collect(),
+            normal: seen.iter().map(|seen| seen.normal).collect(),
+            is_back: seen.iter().map(|seen| seen.is_back).collect(),
+        }
+    }
+
     fn of_rays(
         scene: &Scene,
         index: Vec<usize>,
@@ -76,13 +132,8 @@ impl Truth {
             let (exact, near) = ray(i);
             Ok(see(scene, &exact, &near))
         });
-        let seen: Vec<(u32, f64, [f64; 3])> = seen.collect::<Result<_>>()?;
-        Ok(Truth {
-            index,
-            id: seen.iter().map(|seen| seen.0).collect(),
-            t: seen.iter().map(|seen| seen.1).collect(),
-            normal: seen.iter().map(|seen| seen.2).collect(),
-        })
+        let seen = seen.collect::<Result<_>>()?;
+        Ok(Truth::new(index, seen))
     }
 }
 
@@ -92,14 +143,27 @@ pub(super) struct Near {
     pub ray: Ray,
 }
 
-/// Id, `t` and normal of the object that a ray sees.
-fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> (u32, f64, [f64; 3]) {
-    let Some(hit) = hit_of(scene, ray, near) else {
-        return (0, f64::INFINITY, [0.0; 3]);
-    };
+/// What a ray sees.
+#[derive(Clone, Copy)]
+struct Seen {
+    id: u32,
+    t: f64,
+    normal: [f64; 3],
+    is_back: bool,
+}
+
+/// The background.
+const NOTHING: Seen = Seen { id: 0, t: f64::INFINITY, normal: [0.0; 3], is_back: false };
+
+fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> Seen {
+    seen(scene, ray, hit_of(scene, ray, near))
+}
+
+fn seen(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> Seen {
+    let Some(hit) = hit else { return NOTHING };
     let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
     let normal = normal.map_or([0.0; 3], |normal| normal.map(|component| component.to_f64()));
-    (hit.id, hit.t_f64(), normal)
+    Seen { id: hit.id, t: hit.t_f64(), normal, is_back: hit.side == Side::Back }
 }
 
 /// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
@@ -161,6 +225,25 @@ pub fn sample(total: usize, n: usize, seed: u64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_known_of_the_ids_saves_work_alone() {
+        let text = include_str!("../../scenes/inside.toml");
+        let scene = crate::scene::parse_scene(text, "inside.toml".as_ref()).unwrap();
+        let view = crate::rays::View::new(scene.camera.as_ref().unwrap());
+        let (pixels, control) = (Pixels::whole(view, 32, 18), Control::default());
+        let all = (0..pixels.len()).collect();
+        let truth = Truth::of_pixels(&scene, &pixels, all, &control).unwrap();
+        let rays = Rays::Pixels(pixels);
+        let known = Truth::of_known(&scene, &rays, &truth.id, &control).unwrap();
+        assert!(truth.is_back.contains(&true) && truth.id.iter().any(|&id| id > 1));
+        let of = |truth: &Truth| {
+            let Truth { index, id, t, normal, is_back } = truth.clone();
+            (index, id, t, normal, is_back)
+        };
+        assert_eq!(of(&known), of(&truth));
+        assert!(Truth::of_known(&scene, &rays, &truth.id[1..], &control).is_err());
+    }
 
     #[test]
     fn samples_are_different_ascending_and_repeatable() {

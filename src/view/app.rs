@@ -15,14 +15,16 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Window, WindowId};
 
 use super::ask::{self, Answer, Question};
+use super::bar::Widths;
 use super::display::{display_lost, no_display};
+use super::look::Look;
 use super::notice::Notice;
 use super::painter::{self, Painted, Painting};
-use super::panels::{self, BAR, LINES};
+use super::panels::{self, LINES};
+use super::recent::{add_recent, recent};
 use super::reload::watch;
-use super::save::{Save, free_name};
+use super::save::{Halves, Save, Saving, free_name};
 use super::screen::{Panels, Screen};
-use super::show::{Look, Show};
 use super::state::{Command, Explained, State};
 use super::tracing::{self, Backend, Order, Traced};
 use super::worker::Worker;
@@ -31,14 +33,20 @@ use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Pick, Pool, Words};
-use crate::scene::{Camera, ImageSize, Scene, camera_text, reread_scene};
+use crate::scene::{Camera, ImageSize, Scene, camera_text};
 use crate::session::Session;
+use crate::show::Show;
 use crate::trace::Kernel;
+
+/// Reads a scene file, or another that makes a scene with a camera.
+pub type Reread = Arc<dyn Fn(&Path, &Control) -> Result<Scene> + Send + Sync>;
 
 /// The window's beginning.
 pub struct Options {
     /// The scene file, which is watched.
     pub path: PathBuf,
+    /// How it is read again when it has changed.
+    pub reread: Reread,
     /// The scene in it; with a camera.
     pub scene: Arc<Scene>,
     /// The device that traces and shows the picture. Where it is `None`, the CPU traces, and the
@@ -48,6 +56,8 @@ pub struct Options {
     pub kernel: Kernel,
     /// Size of the picture, px; that of the scene file where it is `None`.
     pub size: Option<[u32; 2]>,
+    /// The file that keeps which scenes were opened last; none are kept where it is `None`.
+    pub recent: Option<PathBuf>,
     /// Cancelling it closes the window.
     pub control: Arc<Control>,
     /// Called when the X server is gone, right before its library ends the process with exit code
@@ -75,10 +85,23 @@ enum Event {
     Said(u64, Result<Said>),
     /// The picture in this file is saved, or can't be.
     Saved(PathBuf),
-    Scene(Result<(Arc<Scene>, Camera)>),
+    /// The scene file was read again.
+    Scene(PathBuf, Read),
+    /// Another scene file was read.
+    Opened(PathBuf, Read),
     Interrupted,
     /// It is time to open a device in place of the one that was lost.
     Reopen,
+}
+
+/// A scene with its camera.
+type Read = Result<(Arc<Scene>, Camera)>;
+
+/// Reads a scene for a window, which waits for no writer.
+fn read(reread: &Reread, path: &Path, control: &Control) -> Read {
+    let scene = reread(path, control)?;
+    let camera = scene.require_camera(path)?.clone();
+    Ok((Arc::new(scene), camera))
 }
 
 /// A message of a thread that works with a device.
@@ -102,11 +125,15 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let no_display = |error: EventLoopError| no_display(&error, &path);
     let events = EventLoop::<Event>::with_user_event().build().map_err(no_display)?;
     let proxy = events.create_proxy();
-    let watch = watch_scene(&options, proxy.clone())?;
-    let state =
+    let watch = watch_scene(&options.path, &options, &proxy)?;
+    let reader = start_reader(&options, &proxy)?;
+    let mut state =
         State::new(options.path.clone(), Arc::clone(&options.scene), camera, options.kernel);
+    state.recent = options.recent.as_deref().map(recent).unwrap_or_default();
     let mut app = App {
         closing: Arc::default(),
+        watch,
+        reader,
         options,
         proxy,
         notify,
@@ -115,18 +142,19 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         lost: None,
         start: Instant::now(),
         epoch: 0,
+        asked: 0,
         losses: Vec::new(),
         saves: Vec::new(),
         failure: None,
         context: egui::Context::default(),
         frame: 0,
-        last_text: String::new(),
         wake: None,
     };
     style(&app.context);
     x11::on_loss(app.options.on_display_lost);
     let ran = events.run_app(&mut app).map_err(display_lost);
-    drop(watch);
+    app.watch.stop();
+    app.reader.stop();
     app.closing.cancel();
     app.open = None;
     for save in std::mem::take(&mut app.saves) {
@@ -140,27 +168,57 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
 }
 
 /// Watches the scene file, and the control.
-fn watch_scene(options: &Options, proxy: EventLoopProxy<Event>) -> Result<Worker<()>> {
-    let (path, control) = (options.path.clone(), Arc::clone(&options.control));
-    let to_window = proxy.clone();
+fn watch_scene(
+    path: &Path,
+    options: &Options,
+    proxy: &EventLoopProxy<Event>,
+) -> Result<Worker<()>> {
+    let (file, to_window) = (path.to_owned(), proxy.clone());
+    let (control, reread) = (Arc::clone(&options.control), Arc::clone(&options.reread));
     // The event loop is gone only when nobody is interested any more.
-    let say = move |read| drop(to_window.send_event(Event::Scene(read)));
+    let say = {
+        let (file, to_window) = (file.clone(), proxy.clone());
+        move |read| drop(to_window.send_event(Event::Scene(file.clone(), read)))
+    };
     // On a thread of its own: a newer file, and the end, need not wait for an older one.
-    let read = Worker::start("reading", say, move |(), turn, say| {
-        let scene = reread_scene(&path, &turn.control)?;
-        let camera = scene.require_camera(&path)?.clone();
-        say((Arc::new(scene), camera));
+    let reader = Worker::start("reading", say, move |(), turn, say| {
+        say(read(&reread, &file, &turn.control)?);
         Ok(())
     })?;
     let look = move |changed| {
         if changed {
-            read.ask(());
+            reader.ask(());
         }
         if control.check().is_err() {
-            let _ = proxy.send_event(Event::Interrupted);
+            let _ = to_window.send_event(Event::Interrupted);
         }
     };
-    watch(options.path.clone(), look)
+    watch(path.to_owned(), look)
+}
+
+/// Starts the thread that reads other scenes.
+fn start_reader(options: &Options, proxy: &EventLoopProxy<Event>) -> Result<Worker<PathBuf>> {
+    let (to_window, reread) = (proxy.clone(), Arc::clone(&options.reread));
+    let say = move |opened: Result<(PathBuf, Read)>| {
+        if let Ok((path, read)) = opened {
+            let _ = to_window.send_event(Event::Opened(path, read));
+        }
+    };
+    Worker::start("opening", say, move |path: PathBuf, turn, say| {
+        let read = read(&reread, &path, &turn.control);
+        if !turn.is_over() {
+            say((path, read));
+        }
+        Ok(())
+    })
+}
+
+/// An error in as many lines as it takes.
+fn in_words(error: Error) -> String {
+    match error {
+        Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
+        other => other.to_string(),
+    }
 }
 
 fn style(context: &egui::Context) {
@@ -169,6 +227,8 @@ fn style(context: &egui::Context) {
     context.all_styles_mut(|style| {
         style.interaction.selectable_labels = false;
         style.animation_time = 0.0;
+        let edge = style.visuals.widgets.noninteractive.fg_stroke.color.gamma_multiply(0.45);
+        style.visuals.widgets.inactive.bg_stroke = egui::Stroke::new(1.0, edge);
         style.visuals.window_shadow = egui::Shadow::NONE;
         style.visuals.popup_shadow = egui::Shadow::NONE;
     });
@@ -207,13 +267,17 @@ struct App<N> {
     start: Instant,
     /// Counts devices.
     epoch: u64,
+    /// Counts questions about pixels.
+    asked: u64,
     losses: Vec<Instant>,
     saves: Vec<Save>,
     failure: Option<Error>,
     closing: Arc<Control>,
+    watch: Worker<()>,
+    /// Reads other scenes.
+    reader: Worker<PathBuf>,
     context: egui::Context,
     frame: u64,
-    last_text: String,
     wake: Option<Instant>,
 }
 
@@ -223,8 +287,9 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
             return;
         }
         let opened = self.window(event_loop).and_then(|window| self.open(window));
-        if let Err(error) = opened {
-            self.fail(event_loop, error);
+        match opened {
+            Ok(()) => self.remember(),
+            Err(error) => self.fail(event_loop, error),
         }
     }
 
@@ -293,6 +358,11 @@ impl<N: FnMut(&Notice)> App<N> {
         self.options.size.or(self.state.scene.image.map(of_scene))
     }
 
+    fn title(&self) -> String {
+        let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
+        format!("{} · Kugelblitz", name.display())
+    }
+
     fn window(&self, event_loop: &ActiveEventLoop) -> Result<Arc<Window>> {
         let [width, height] = self.full_size().unwrap_or(DEFAULT_SIZE);
         let monitor = event_loop
@@ -300,7 +370,8 @@ impl<N: FnMut(&Notice)> App<N> {
             .or_else(|| event_loop.available_monitors().next())
             .filter(|monitor| monitor.size().width > 0);
         let scale = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
-        let bars = (f64::from(BAR + LINES) * scale).round() as u32;
+        let bar = Widths::default().height(false, width as f32 / scale as f32);
+        let bars = (f64::from(bar + LINES) * scale).round() as u32;
         let fits = |wanted: u32, there: u32| wanted.min((f64::from(there) * SCREEN_PART) as u32);
         let size = match monitor.map(|monitor| monitor.size()) {
             Some(there) => {
@@ -308,10 +379,8 @@ impl<N: FnMut(&Notice)> App<N> {
             }
             None => PhysicalSize::new(width, height + bars),
         };
-        let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
-        let attributes = Window::default_attributes()
-            .with_title(format!("{} · Kugelblitz", name.display()))
-            .with_inner_size(size);
+        let attributes =
+            Window::default_attributes().with_title(self.title()).with_inner_size(size);
         event_loop.create_window(attributes).map(Arc::new).map_err(|error| {
             Error::NoAdapter(format!(
                 "the window can't be opened: {error}; use `kugelblitz render`"
@@ -436,17 +505,34 @@ impl<N: FnMut(&Notice)> App<N> {
                     return self.saved(save);
                 }
             }
-            Event::Scene(Ok((scene, camera))) => {
+            // Of the scene before this one.
+            Event::Scene(path, _) if path != self.state.path => {}
+            Event::Scene(_, Ok((scene, camera))) => {
                 self.state.reload(scene, camera);
                 (self.notify)(&Notice::Reloaded);
             }
-            Event::Scene(Err(error)) => {
-                let error = match error {
-                    Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
-                    other => other.to_string(),
-                };
+            Event::Scene(_, Err(error)) => {
+                let error = in_words(error);
                 (self.notify)(&Notice::SceneWrong { error: &error });
                 self.state.scene_error = Some(error);
+            }
+            Event::Opened(path, Ok((scene, camera))) => {
+                self.watch = watch_scene(&path, &self.options, &self.proxy)?;
+                self.state.open(path, scene, camera);
+                if let Some(open) = &self.open {
+                    open.window.set_title(&self.title());
+                }
+                let path = self.state.path.clone();
+                (self.notify)(&Notice::SceneOpened { path: &path });
+                self.remember();
+            }
+            Event::Opened(path, Err(error)) => {
+                let error = in_words(error);
+                (self.notify)(&Notice::SceneWrong { error: &error });
+                match &mut self.state.opening {
+                    Some(dialog) => dialog.answer = Some(Err(error)),
+                    None => self.state.tell(format!("{} can't be opened: {error}", path.display())),
+                }
             }
             Event::Reopen => self.reopen(event_loop),
             Event::Interrupted => self.fail(event_loop, Error::Interrupted),
@@ -469,7 +555,7 @@ impl<N: FnMut(&Notice)> App<N> {
             }
             Said::Explained((pixel, text)) => {
                 if let Some(shown) = &mut self.state.explained
-                    && shown.pixel == pixel
+                    && [shown.question.x, shown.question.y] == pixel
                 {
                     (self.notify)(&Notice::Explained { pixel, text: &text });
                     shown.text = Some(text);
@@ -482,16 +568,16 @@ impl<N: FnMut(&Notice)> App<N> {
         match command {
             Command::PrintCamera => {
                 let toml = camera_text(&self.state.rig.camera);
-                if toml != self.last_text {
-                    self.state.tell("The camera is on standard output");
-                    self.last_text.clone_from(&toml);
-                }
+                self.state.tell("The camera is copied as TOML, and printed on standard output");
                 (self.notify)(&Notice::Camera { toml: &toml });
             }
             Command::Save => self.save(),
+            Command::Open(path) => self.reader.ask(path),
             Command::Explain(question) => {
-                let pixel = [question.x, question.y];
-                self.state.explained = Some(Explained { pixel, text: None });
+                self.asked += 1;
+                let serial = self.asked;
+                let asked = question.clone();
+                self.state.explained = Some(Explained { question: asked, text: None, serial });
                 if let Some(open) = &self.open {
                     open.explain.ask(question);
                 }
@@ -521,12 +607,28 @@ impl<N: FnMut(&Notice)> App<N> {
         let (scene, device) = (state.saved_scene(), open.backend.device.clone());
         let mut session = Session::new(scene, device, state.kernels[1]);
         session.set_camera(state.rig.camera.clone());
-        let path = free_name(Path::new("."), &state.path, &self.saves);
+        let halves =
+            state.compares.then_some(Halves { kernels: state.kernels, divider: state.divider });
+        let path = free_name(Path::new("."), &state.path, state.show, halves, &self.saves);
+        let control = Arc::clone(&self.options.control);
+        let saving = Saving { session, size, show: state.show, halves, control };
         let proxy = self.proxy.clone();
         let done = move |path| drop(proxy.send_event(Event::Saved(path)));
-        match Save::start(session, path, size, done) {
+        match Save::start(saving, path, done) {
             Ok(save) => self.saves.push(save),
             Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
+        }
+    }
+
+    /// Keeps that the scene was opened.
+    fn remember(&mut self) {
+        let Some(list) = &self.options.recent else { return };
+        match add_recent(list, &self.state.path) {
+            Ok(recent) => self.state.recent = recent,
+            Err(error) => {
+                let message = format!("Recent files can't be kept: {error}");
+                (self.notify)(&Notice::Trouble { message: &message });
+            }
         }
     }
 

@@ -10,8 +10,8 @@ use glam::{DVec2, DVec3};
 
 use super::ask::Question;
 use super::rig::Axis;
-use super::show::Show;
 use super::state::{Command, State};
+use crate::show::Show;
 
 /// Orbiting by a drag over the whole height of the picture, radians.
 const ORBIT_OF_HEIGHT: f64 = std::f64::consts::PI;
@@ -41,8 +41,20 @@ const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::
 const SHOW_KEYS: [Key; 8] =
     [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
 
-/// All keys. A key counts with what was held when it was pressed: it may be free again by now.
+/// All keys. A key counts with what was held when it was pressed: it may be free again by now. While a path
+/// is typed, letters are letters.
 pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
+    state.is_moving = false;
+    if state.opening.is_some() {
+        let pressed = |modifiers, key| ui.input_mut(|input| input.consume_key(modifiers, key));
+        if pressed(Modifiers::NONE, Key::Escape) {
+            state.opening = None;
+        }
+        if pressed(Modifiers::COMMAND, Key::Q) {
+            commands.push(Command::Quit);
+        }
+        return;
+    }
     let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
         let keys = input.events.iter().filter_map(|event| match event {
             Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
@@ -58,11 +70,18 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
                 state.with_command.push(key);
                 match key {
                     Key::S => commands.push(Command::Save),
+                    Key::O => state.begin_to_open(),
+                    Key::Z if modifiers.shift => state.redo(),
+                    Key::Y => state.redo(),
+                    Key::Z => state.undo(),
                     Key::Q => commands.push(Command::Quit),
                     _ => {}
                 }
             }
             _ => press(ui, key, modifiers.shift, state, commands),
+        }
+        if state.opening.is_some() {
+            return;
         }
     }
     let copies = ui.input(|input| input.events.contains(&Event::Copy));
@@ -78,13 +97,13 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
 
 fn press(ui: &Ui, key: Key, shift: bool, state: &mut State, commands: &mut Vec<Command>) {
     if let Some(i) = NUMBER_KEYS.iter().position(|&number| number == key) {
-        state.rig.look_along(Axis::ALL[i], state.extent, state.aspect());
+        state.look_along(Axis::ALL[i]);
     }
     if let Some(i) = SHOW_KEYS.iter().position(|&function| function == key) {
         state.show = Show::ALL[i];
     }
     match key {
-        Key::F => state.rig.frame(state.extent, state.aspect()),
+        Key::F => state.frame_everything(),
         Key::R => state.go_home(),
         Key::P => commands.push(Command::PrintCamera),
         Key::K => {
@@ -129,6 +148,7 @@ fn fly(ui: &Ui, pressed: &[Key], state: &mut State) {
         false => f64::from(ui.input(|input| input.unstable_dt)).min(longest),
     };
     let faster = if ui.input(|input| input.modifiers.shift) { FAST } else { 1.0 };
+    state.is_moving = true;
     state.rig.fly(direction * (FLY_SPEED * faster * seconds * state.extent.radius));
     ui.ctx().request_repaint();
 }
@@ -146,6 +166,8 @@ pub fn next_theme(ui: &Ui) {
 /// Follows the mouse over the picture: drags, clicks, the wheel, and what is under the pointer.
 pub fn picture(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>) {
     mouse(ui, rect, state, commands);
+    let is_held = ui.input(|input| input.pointer.any_down() || !input.keys_down.is_empty());
+    state.history.follow(&state.rig, Instant::now(), is_held);
     let is_over = |(_, since): &mut (Question, Instant)| since.elapsed() >= DOUBLE_CLICK;
     if let Some((question, _)) = state.click.take_if(is_over) {
         commands.push(Command::Explain(question));
@@ -161,6 +183,10 @@ fn mouse(ui: &mut Ui, rect: Rect, state: &mut State, commands: &mut Vec<Command>
         return;
     }
     let scale = f64::from(ui.pixels_per_point());
+    if response.drag_started() {
+        state.history.settle(&state.rig);
+    }
+    state.is_moving |= response.dragged();
     drag(ui, &response, scale, state);
     let Some(at) = response.hover_pos() else {
         state.hover = None;

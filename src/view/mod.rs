@@ -6,12 +6,14 @@
 //! | `state` | what is wanted, what is there, what the user is told |
 //! | `controls` | mouse and keys → camera and state |
 //! | `rig` | the camera under the hand: pure arithmetic |
-//! | `panels` | bar, lines, legend, help, explanation |
+//! | `history` | where the camera was |
+//! | `panels` | lines, legend, help; `bar`, `explanation` and `open` (a dialog) beside them |
+//! | `overlay`, `guides` | marks of pixels; pivot, axes and horizon while the camera moves |
 //! | `screen` | surface and drawing |
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
-//! | `paint`, `show` | numbers as colours, and which numbers |
-//! | `reload` | watching the scene file |
+//! | `look` | how a picture is looked at; the colours are those of [`crate::show`] |
+//! | `reload`, `recent` | watching the scene file, and the files of before |
 //! | `display` | the display that isn't there |
 //! | `x11`, `no_x11` | what only X11 needs, and its absence elsewhere |
 //! | `notice` | what the program is told |
@@ -23,22 +25,28 @@
 
 mod app;
 mod ask;
+mod bar;
 mod controls;
 mod display;
+mod explanation;
+mod guides;
+mod history;
+mod look;
 mod notice;
-mod paint;
+mod open;
+mod overlay;
 mod painter;
 mod panels;
+mod recent;
 mod reload;
 mod rig;
 mod save;
 mod screen;
-mod show;
 mod state;
 mod tracing;
 mod worker;
 #[cfg_attr(not(all(unix, not(target_vendor = "apple"))), path = "no_x11.rs")]
 mod x11;
 
-pub use app::{Options, run};
+pub use app::{Options, Reread, run};
 pub use notice::Notice;

@@ -64,9 +64,14 @@ pub enum Notice<'a> {
         /// Columns and rows.
         size: [u32; 2],
     },
+    /// Another scene was opened.
+    SceneOpened {
+        /// Its file.
+        path: &'a Path,
+    },
     /// The scene file changed and is good.
     Reloaded,
-    /// The scene file changed and is wrong.
+    /// The scene file changed and is wrong, or another one that was to be opened.
     SceneWrong {
         /// The error with file, line and column.
         error: &'a str,

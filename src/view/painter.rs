@@ -3,10 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
-
-use super::paint;
-use super::show::{Look, Show};
+use super::look::{Look, word};
 use super::tracing::{Backend, DevicePicture, hits_of};
 use super::worker::{Turn, Worker};
 use crate::control::Control;
@@ -19,6 +16,7 @@ use crate::rays::Pixels;
 use crate::render::plan;
 use crate::scene::Scene;
 use crate::session::Session;
+use crate::show::{self, Show, Tally, Tint};
 use crate::trace::{Hits, Kernel, Rays};
 use crate::verify::Truth;
 
@@ -39,6 +37,14 @@ const BAND_TIME: Duration = Duration::from_millis(100);
 
 /// Rays that exact arithmetic takes at a time.
 const RAYS_AT_ONCE: usize = 1 << 12;
+
+/// A pixel that is not painted yet.
+const OPEN: Tint = Tint { color: [0; 3], entry: Tint::NO_ENTRY - 1 };
+
+/// The colour of a pixel as a word; transparent where it is open.
+fn shown_word(tint: &Tint) -> u32 {
+    if *tint == OPEN { 0 } else { word(tint.color) }
+}
 
 /// Something to paint.
 pub struct Painting {
@@ -62,6 +68,10 @@ pub struct Painted {
     pub share: f32,
     /// The colours.
     pub words: Arc<Words>,
+    /// The smallest and the largest `t` of all kernels' pictures, for the depth.
+    pub range: Option<[f32; 2]>,
+    /// The pixels of each meaning, once all are painted.
+    pub tally: Tally,
 }
 
 /// Starts the thread.
@@ -106,33 +116,54 @@ impl Painter {
         if !look.is_painted() || !turn.rest(REST) {
             return Ok(());
         }
-        // Gone with the job: its room for results is larger than the picture, and painting is rare.
-        let scene_of_numbers = Arc::clone(&order.scene);
-        let mut session = Session::new(scene_of_numbers, device.clone(), Kernel::Certified);
-        for (place, &kernel) in order.kernels.iter().enumerate() {
-            let mut hits =
-                || hits_of(&mut session, &order.scene, kernel, order.pixels, &turn.control);
-            let words = self.pool.take(&self.backend.screen, order.pixels.len());
-            let show = |colors: &[u32], share| {
-                words.write(0, colors);
-                let (serial, look, words) = (order.serial, *look, Arc::clone(&words));
-                say(Painted { serial, look, place, share, words });
-            };
-            match look.show {
-                Show::Id | Show::Side => {}
-                Show::Color => {
-                    let easel = &mut self.easels[place];
-                    easel.session.set_scene(Arc::clone(scene));
-                    easel.session.set_kernel(kernel);
-                    let of = (order.serial, look.is_lit);
-                    easel.paint(of, &order.pixels, look.n_samples, &turn.control, &show)?;
-                }
-                Show::Depth => show(&paint::depth(&hits()?), 1.0),
-                Show::Normal => show(&paint::normal(&hits()?), 1.0),
-                Show::Stage => show(&paint::stage(&hits()?), 1.0),
-                Show::Discriminant => show(&discriminants(job, kernel, &hits()?)?, 1.0),
-                Show::Error => errors(job, &hits()?, turn, &show)?,
+        let words: Vec<Arc<Words>> = order
+            .kernels
+            .iter()
+            .map(|_| self.pool.take(&self.backend.screen, order.pixels.len()))
+            .collect();
+        let show = |place: usize, colors: &[u32], share, range, tally| {
+            words[place].write(0, colors);
+            let (serial, look, words) = (order.serial, *look, Arc::clone(&words[place]));
+            say(Painted { serial, look, place, share, words, range, tally });
+        };
+        if look.show == Show::Color {
+            for (place, &kernel) in order.kernels.iter().enumerate() {
+                let easel = &mut self.easels[place];
+                easel.session.set_scene(Arc::clone(scene));
+                easel.session.set_kernel(kernel);
+                let show =
+                    |colors: &[u32], share| show(place, colors, share, None, Tally::default());
+                let of = (order.serial, look.is_lit);
+                easel.paint(of, &order.pixels, look.n_samples, &turn.control, &show)?;
             }
+            return Ok(());
+        }
+        // Gone with the job: its room for results is larger than the picture, and painting is rare.
+        let scene = Arc::clone(&order.scene);
+        let mut session = Session::new(scene, device.clone(), Kernel::Certified);
+        let hits = order.kernels.iter().map(|&kernel| {
+            hits_of(&mut session, &order.scene, kernel, order.pixels, &turn.control)
+        });
+        let hits = hits.collect::<Result<Vec<Hits>>>()?;
+        // One scale for all, so that they can be compared.
+        let range = hits.iter().fold(None, show::wider);
+        let show_tints = |place, tints: &[Tint], share: f32| {
+            let mut tally = Tally::default();
+            if share >= 1.0 {
+                tally.add(&order.pixels, tints);
+            }
+            let colors: Vec<u32> = tints.iter().map(shown_word).collect();
+            show(place, &colors, share, range, tally);
+        };
+        if look.show == Show::Error {
+            return errors(job, &hits, &turn.control, &show_tints);
+        }
+        for (place, (hits, &kernel)) in hits.iter().zip(&order.kernels).enumerate() {
+            let rays = Rays::Pixels(order.pixels);
+            let prepared = Prepared::new(Arc::clone(&order.scene), kernel, &rays)?;
+            let control = &turn.control;
+            let tints = show::tints(look.show, &prepared, &order.pixels, hits, range, control)?;
+            show_tints(place, &tints, 1.0);
         }
         Ok(())
     }
@@ -176,8 +207,8 @@ impl Easel {
                 let start = Instant::now();
                 let band = pixels.rows(y, n_rows.min(plan.n_band_rows).min(height - y));
                 let colors = session.colors(&band, n, control)?;
-                for (word, color) in words[y as usize * width..].iter_mut().zip(colors) {
-                    *word = paint::word(color);
+                for (painted, color) in words[y as usize * width..].iter_mut().zip(colors) {
+                    *painted = word(color);
                 }
                 y += band.height;
                 done += work_of(n, band.height);
@@ -197,25 +228,16 @@ impl Easel {
     }
 }
 
-fn discriminants(job: &Painting, kernel: Kernel, hits: &Hits) -> Result<Vec<u32>> {
-    let order = &job.picture.order;
-    let rays = Rays::Pixels(order.pixels);
-    let prepared = Prepared::new(Arc::clone(&order.scene), kernel, &rays)?;
-    let discriminants = paint::Discriminants::new(&prepared, &order.pixels);
-    let color = |(index, &id): (usize, &u32)| discriminants.color(index, id);
-    Ok(hits.id.par_iter().enumerate().map(color).collect())
-}
-
-/// Exact arithmetic takes microseconds a ray and object: first coarse, then fine.
+/// Exact arithmetic takes microseconds a ray and object: first coarse, then fine, and once for all kernels.
 fn errors(
     job: &Painting,
-    hits: &Hits,
-    turn: &Turn<Painting>,
-    show: &impl Fn(&[u32], f32),
+    hits: &[Hits],
+    control: &Control,
+    show: &impl Fn(usize, &[Tint], f32),
 ) -> Result<()> {
     let order = &job.picture.order;
     let (width, height) = (order.pixels.width as usize, order.pixels.height as usize);
-    let mut colors = vec![0; hits.id.len()];
+    let mut tints = vec![vec![OPEN; order.pixels.len()]; hits.len()];
     let (mut n_done, mut last_look) = (0, Instant::now());
     let mut coarser = usize::MAX;
     for block in BLOCKS {
@@ -229,18 +251,24 @@ fn errors(
             .map(|(x, y)| y * width + x)
             .collect();
         for some in places.chunks(RAYS_AT_ONCE) {
-            let truth =
-                Truth::of_pixels(&order.scene, &order.pixels, some.to_vec(), &turn.control)?;
-            for (k, &index) in some.iter().enumerate() {
-                let color = paint::error(hits, &truth, k);
-                let (x, y) = (index % width, index / width);
-                for row in y..(y + block).min(height) {
-                    colors[row * width + x..row * width + (x + block).min(width)].fill(color);
+            let truth = Truth::of_pixels(&order.scene, &order.pixels, some.to_vec(), control)?;
+            for (hits, tints) in hits.iter().zip(&mut tints) {
+                for (k, &index) in some.iter().enumerate() {
+                    let tint = show::error(hits, &truth, k);
+                    let (x, y) = (index % width, index / width);
+                    for row in y..(y + block).min(height) {
+                        tints[row * width + x..row * width + (x + block).min(width)].fill(tint);
+                    }
                 }
             }
             n_done += some.len();
-            if n_done == colors.len() || last_look.elapsed() > BETWEEN_LOOKS {
-                show(&colors, n_done as f32 / colors.len() as f32);
+            let is_done = n_done == order.pixels.len();
+            if is_done || last_look.elapsed() > BETWEEN_LOOKS {
+                let share = n_done as f32 / order.pixels.len() as f32;
+                for (place, tints) in tints.iter().enumerate() {
+                    // f32 may round a share of nearly all up to 1.
+                    show(place, tints, if is_done { 1.0 } else { share.min(0.999) });
+                }
                 last_look = Instant::now();
             }
         }
@@ -279,7 +307,7 @@ mod tests {
     fn rendered(n_samples: u32) -> Vec<u32> {
         let mut session = easel(|scene| scene.samples = Some(n_samples)).session;
         let picture = session.render(SIZE[0], SIZE[1]).unwrap();
-        picture.srgb8.into_iter().map(paint::word).collect()
+        picture.srgb8.into_iter().map(word).collect()
     }
 
     #[test]

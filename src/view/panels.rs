@@ -1,27 +1,33 @@
 //! The panels around and over the picture.
 
 use egui::{
-    Align, Align2, Color32, ComboBox, CornerRadius, Frame, Layout, Margin, Panel, RichText,
-    ScrollArea, Ui, vec2,
+    Align2, Color32, CornerRadius, Frame, Margin, Panel, RichText, ScrollArea, Stroke, StrokeKind,
+    Ui, vec2,
 };
 
-use super::controls::{self, next_theme};
-use super::paint;
-use super::rig::Axis;
-use super::show::Show;
-use super::state::{Area, Command, Explained, SAMPLES, State, point, six_digits};
-use crate::trace::Kernel;
+use super::bar::{self, bar};
+use super::controls;
+use super::explanation::explanation;
+use super::open::opening;
+use super::overlay;
+use super::state::{Area, Command, State, point, six_digits};
+use crate::scene::camera_text;
+use crate::show::Show;
 
-/// Heights of the bar above and of the lines below the picture, points.
-pub const BAR: f32 = 36.0;
-/// The same.
+/// Height of the lines below the picture, points.
 pub const LINES: f32 = 46.0;
 
 /// Distance of what lies over the picture from its edges, points.
-const INSET: f32 = 12.0;
+pub const INSET: f32 = 12.0;
+
+/// Side of a colour in the legend, points.
+const SWATCH: f32 = 13.0;
+
+/// In a picture that is narrower, the legend is short and gives way to explanations, points.
+const NARROW: f32 = 600.0;
 
 /// All controls, as the help lists them.
-const HELP: [(&str, &str); 24] = [
+const HELP: [(&str, &str); 27] = [
     ("left drag", "orbit around the pivot"),
     ("middle or shift + left drag", "pan"),
     ("wheel", "zoom toward the pointer"),
@@ -32,8 +38,10 @@ const HELP: [(&str, &str); 24] = [
     ("F", "frame everything"),
     ("1 2 3, 4 5 6", "look from +x +y +z, from −x −y −z"),
     ("R", "back to the file's camera"),
-    ("P", "print the camera as TOML"),
-    ("Ctrl + S", "save the picture at full resolution, with this light and samples"),
+    ("Ctrl + Z, Ctrl + Shift + Z", "undo and redo the camera's steps"),
+    ("P", "copy the camera as TOML, and print it"),
+    ("Ctrl + O", "open another scene; or drop its file on the window"),
+    ("Ctrl + S", "save what is shown, at full resolution"),
     ("K, shift + K", "next kernel, on the right and on the left"),
     ("C", "two kernels side by side"),
     ("drag the divider", "more of one, less of the other"),
@@ -46,6 +54,7 @@ const HELP: [(&str, &str); 24] = [
     ("H or ?", "this help"),
     ("Esc", "close what is open"),
     ("Ctrl + Q", "quit"),
+    ("rings", "pixels of a meaning that has few"),
 ];
 
 /// Lays out the whole window; gives what else is to be done.
@@ -53,24 +62,42 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     let mut commands = Vec::new();
     controls::keys(ui, state, &mut commands);
     if state.has_panels {
+        let height = state.bar_widths.height(state.compares, ui.available_width());
         Panel::top("bar")
-            .exact_size(BAR)
-            .frame(bar_frame(ui))
+            .exact_size(height)
+            .frame(bar_frame(ui, [bar::SIDE, 0.0]))
             .show(ui, |ui| bar(ui, state, &mut commands));
-        Panel::bottom("lines").exact_size(LINES).frame(bar_frame(ui)).show(ui, |ui| {
-            lines(ui, state);
-        });
+        Panel::bottom("lines").exact_size(LINES).frame(bar_frame(ui, [bar::SIDE, 4.0])).show(
+            ui,
+            |ui| {
+                lines(ui, state);
+            },
+        );
     }
     let rect = ui.available_rect_before_wrap();
     state.area = to_pixels(rect, ui.pixels_per_point());
     controls::picture(ui, rect, state, &mut commands);
+    overlay::few(ui, rect, state);
+    if state.is_moving {
+        overlay::guides(ui, rect, state);
+    }
     if state.has_panels {
         legend(ui, rect, state);
-        notices(ui, rect, state);
     }
+    notices(ui, rect, state);
     explanation(ui, rect, state);
     help(ui, rect, state);
+    opening(ui, rect, state, &mut commands);
+    commands.extend(dropped(ui).map(Command::Open));
+    if commands.iter().any(|command| matches!(command, Command::PrintCamera)) {
+        ui.ctx().copy_text(camera_text(&state.rig.camera));
+    }
     commands
+}
+
+/// A file that was dropped on the window.
+fn dropped(ui: &Ui) -> Option<std::path::PathBuf> {
+    ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()))
 }
 
 /// The pixels whose edges are next to the rectangle's.
@@ -81,8 +108,8 @@ fn to_pixels(rect: egui::Rect, pixels_per_point: f32) -> Area {
     Area { left, top, width, height }
 }
 
-fn bar_frame(ui: &Ui) -> Frame {
-    Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 4))
+fn bar_frame(ui: &Ui, [x, y]: [f32; 2]) -> Frame {
+    Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(x as i8, y as i8))
 }
 
 fn over_picture(ui: &Ui) -> Frame {
@@ -93,117 +120,29 @@ fn over_picture(ui: &Ui) -> Frame {
         .inner_margin(Margin::symmetric(12, 8))
 }
 
-fn bar(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
-    ui.horizontal_centered(|ui| {
-        ui.spacing_mut().item_spacing.x = 8.0;
-        if state.compares {
-            kernel_box(ui, "left kernel", &mut state.kernels[0], &state.offered);
-            ui.weak("against");
-        }
-        kernel_box(ui, "kernel", &mut state.kernels[1], &state.offered);
-        let tip = "Two kernels side by side (C)";
-        if ui.selectable_label(state.compares, "compare").on_hover_text(tip).clicked() {
-            state.toggle_compare();
-        }
-        ui.separator();
-        ComboBox::from_id_salt("show").width(116.0).selected_text(state.show.name()).show_ui(
-            ui,
-            |ui| {
-                for (i, show) in Show::ALL.into_iter().enumerate() {
-                    let name = format!("{}   F{}", show.name(), i + 1);
-                    ui.selectable_value(&mut state.show, show, name)
-                        .on_hover_text(show.explanation());
-                }
-            },
-        );
-        light(ui, state);
-        ui.separator();
-        ui.menu_button("camera", |ui| camera_menu(ui, state, commands));
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.selectable_label(state.has_help, "help").on_hover_text("H").clicked() {
-                state.has_help = !state.has_help;
-            }
-            if ui.button(theme_name(ui)).on_hover_text("Light or dark (T)").clicked() {
-                next_theme(ui);
-            }
-        });
-    });
-}
-
-fn light(ui: &mut Ui, state: &mut State) {
-    let (is_lit, is_on) = (state.scene.is_lit(), state.has_light && state.scene.is_lit());
-    let label = egui::Button::selectable(is_on, "light");
-    let tip = "The scene's light on or off (L)";
-    let response = ui.add_enabled(is_lit, label).on_hover_text(tip);
-    if response.on_disabled_hover_text("The scene has no light").clicked() {
-        state.has_light = !state.has_light;
-    }
-    ComboBox::from_id_salt("samples")
-        .width(58.0)
-        .selected_text(samples_text(state.n_samples))
-        .show_ui(ui, |ui| {
-            for n in SAMPLES {
-                ui.selectable_value(&mut state.n_samples, n, samples_text(n));
-            }
-        })
-        .response
-        .on_hover_text("Samples a pixel (N, shift + N)");
-}
-
-fn samples_text(n: u32) -> String {
-    format!("{n} × {n}")
-}
-
-fn kernel_box(ui: &mut Ui, id: &str, kernel: &mut Kernel, offered: &[Kernel]) {
-    ComboBox::from_id_salt(id).width(92.0).selected_text(kernel.name()).show_ui(ui, |ui| {
-        for &known in offered {
-            ui.selectable_value(kernel, known, known.name());
-        }
-    });
-}
-
-fn theme_name(ui: &Ui) -> &'static str {
-    match ui.options(|options| options.theme_preference) {
-        egui::ThemePreference::Dark => "dark",
-        egui::ThemePreference::Light => "light",
-        egui::ThemePreference::System => "system",
-    }
-}
-
-fn camera_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
-    let item = |ui: &mut Ui, name: &str, key: &str| {
-        ui.add(egui::Button::new(name).shortcut_text(key)).clicked()
-    };
-    if item(ui, "frame everything", "F") {
-        state.rig.frame(state.extent, state.aspect());
-    }
-    for (i, axis) in Axis::ALL.into_iter().enumerate() {
-        if item(ui, &format!("from {}", axis.name), &(i + 1).to_string()) {
-            state.rig.look_along(axis, state.extent, state.aspect());
-        }
-    }
-    if item(ui, "the file's camera", "R") {
-        state.go_home();
-    }
-    ui.separator();
-    if item(ui, "print as TOML", "P") {
-        commands.push(Command::PrintCamera);
-    }
-    if item(ui, "save the picture", "Ctrl+S") {
-        commands.push(Command::Save);
-    }
-}
-
 fn lines(ui: &mut Ui, state: &State) {
     ui.spacing_mut().item_spacing.y = 3.0;
-    let above = match &state.hover {
-        Some(_) => hover_text(state),
-        None => "drag to orbit · click a pixel to ask why · H for help".into(),
-    };
-    let color = ui.visuals().text_color().gamma_multiply(0.75);
+    ui.spacing_mut().interact_size.y = 0.0;
     // A line that doesn't fit must not push at the picture.
-    ui.add(egui::Label::new(above).truncate());
-    ui.add(egui::Label::new(RichText::new(status_text(state)).color(color)).truncate());
+    let line = |ui: &mut Ui, text: RichText| ui.add(egui::Label::new(text).truncate());
+    match (state.message(), &state.hover) {
+        (Some((message, left)), _) => {
+            line(ui, RichText::new(message).strong());
+            ui.ctx().request_repaint_after(left);
+        }
+        (None, Some(_)) => drop(line(ui, hover_text(state).into())),
+        (None, None) => {
+            let hint = "drag to orbit · click a pixel to ask why · H for help";
+            line(ui, hint.into());
+        }
+    }
+    let color = ui.visuals().text_color().gamma_multiply(0.75);
+    ui.horizontal(|ui| {
+        if let Some(words) = overlay::passed_text(state, &state.planes_passed()) {
+            ui.colored_label(ui.visuals().warn_fg_color, format!("{words}  ·"));
+        }
+        line(ui, RichText::new(status_text(state)).color(color));
+    });
 }
 
 /// `pixel 640, 360 · sphere 2 (touched) · t = 24 · (0, 0, -24)`
@@ -255,8 +194,10 @@ fn painting_text(state: &State) -> Option<String> {
     })
 }
 
+/// What the colours mean, and how many pixels of each meaning there are, of two kernels the left one's first.
 fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
-    if state.show == Show::Color {
+    let is_narrow = rect.width() < NARROW;
+    if state.show == Show::Color || (is_narrow && state.explained.is_some()) {
         return;
     }
     egui::Area::new(egui::Id::unique("legend"))
@@ -265,16 +206,20 @@ fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
         .interactable(false)
         .show(ui.ctx(), |ui| {
             over_picture(ui).show(ui, |ui| {
+                ui.set_max_width((rect.width() - 4.0 * INSET).clamp(100.0, 440.0));
                 ui.spacing_mut().interact_size.y = 15.0;
                 ui.strong(state.show.name());
-                ui.label(state.show.explanation());
-                for (color, meaning) in paint::legend(state.show) {
+                if !is_narrow {
+                    ui.label(state.show.explanation());
+                }
+                for (i, entry) in state.legend().iter().enumerate() {
                     ui.horizontal(|ui| {
-                        let (square, _) =
-                            ui.allocate_exact_size(vec2(11.0, 11.0), egui::Sense::hover());
-                        let [r, g, b] = color;
-                        ui.painter().rect_filled(square, 2.0, Color32::from_rgb(r, g, b));
-                        ui.label(meaning);
+                        let [r, g, b] = entry.color;
+                        swatch(ui, Color32::from_rgb(r, g, b));
+                        ui.label(&entry.meaning);
+                        if let Some(counts) = counts_text(state, i) {
+                            ui.weak(counts);
+                        }
                     });
                 }
                 if let Some(text) = painting_text(state) {
@@ -284,6 +229,24 @@ fn legend(ui: &Ui, rect: egui::Rect, state: &State) {
         });
 }
 
+/// A colour that is seen on the ground of either theme.
+fn swatch(ui: &mut Ui, color: Color32) {
+    let (square, _) = ui.allocate_exact_size(vec2(SWATCH, SWATCH), egui::Sense::hover());
+    let edge = Stroke::new(1.0, ui.visuals().text_color().gamma_multiply(0.8));
+    ui.painter().rect(square, 2.0, color, edge, StrokeKind::Inside);
+}
+
+/// `2 pixels`, or of two kernels `0 | 2 pixels`; `None` where they aren't counted.
+fn counts_text(state: &State, entry: usize) -> Option<String> {
+    let count = |place| state.paint(place).and_then(|painted| painted.tally.count(entry));
+    let counts: Option<Vec<u64>> = (0..state.shown_kernels().len()).map(count).collect();
+    let counts = counts?;
+    let words: Vec<String> = counts.iter().map(u64::to_string).collect();
+    let pixels = if counts == [1] { "pixel" } else { "pixels" };
+    Some(format!("{} {pixels}", words.join(" | ")))
+}
+
+/// The error of the scene file, and without panels what else there is to tell.
 fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
     let mut corner = rect.left_top() + vec2(INSET, INSET);
     let mut notice = |id: &str, text: RichText| {
@@ -296,43 +259,13 @@ fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
             });
         corner.y = shown.response.rect.bottom() + 6.0;
     };
-    if let Some(error) = &state.scene_error {
+    if let Some(error) = state.scene_error.as_ref().filter(|_| state.has_panels) {
         let color = ui.visuals().error_fg_color;
         notice("scene error", RichText::new(error).monospace().color(color));
     }
-    if let Some((message, left)) = state.message() {
+    if let Some((message, left)) = state.message().filter(|_| !state.has_panels) {
         notice("message", RichText::new(message));
         ui.ctx().request_repaint_after(left);
-    }
-}
-
-fn explanation(ui: &Ui, rect: egui::Rect, state: &mut State) {
-    let Some(Explained { pixel: [x, y], text }) = &state.explained else { return };
-    let mut is_open = true;
-    let size = (rect.size() * vec2(0.56, 0.86)).min(vec2(740.0, 720.0));
-    egui::Window::new(format!("Why pixel {x}, {y}?"))
-        .id(egui::Id::unique("explanation"))
-        .open(&mut is_open)
-        .collapsible(false)
-        .default_size(size)
-        .default_pos(rect.right_top() + vec2(-size.x - 2.0 * INSET, INSET))
-        .constrain_to(rect)
-        .show(ui.ctx(), |ui| {
-            let Some(text) = text else {
-                ui.weak("calculating …");
-                return;
-            };
-            if ui.button("copy").on_hover_text("Ctrl+C").clicked() {
-                ui.ctx().copy_text(text.clone());
-            }
-            ui.separator();
-            ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-                let text = RichText::new(text).monospace().size(11.5);
-                ui.add(egui::Label::new(text).extend());
-            });
-        });
-    if !is_open {
-        state.explained = None;
     }
 }
 
@@ -340,6 +273,7 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
     if !state.has_help {
         return;
     }
+    let wide = rect.width() > 620.0;
     egui::Window::new("Controls")
         .id(egui::Id::unique("help"))
         .open(&mut state.has_help)
@@ -349,25 +283,95 @@ fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
         .default_pos(rect.center())
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
-            egui::Grid::new("controls").num_columns(2).spacing(vec2(24.0, 5.0)).show(ui, |ui| {
-                for (control, what) in HELP {
-                    ui.strong(control);
-                    ui.label(what);
-                    ui.end_row();
+            let height = (rect.height() - 80.0).max(60.0);
+            ScrollArea::vertical().max_height(height).show(ui, |ui| {
+                if !wide {
+                    ui.set_width((rect.width() - 60.0).max(120.0));
+                    for (control, what) in HELP {
+                        ui.strong(control);
+                        ui.label(what);
+                        ui.add_space(4.0);
+                    }
+                    return;
                 }
+                let grid = egui::Grid::new("controls").num_columns(2);
+                grid.spacing(vec2(24.0, 5.0)).show(ui, |ui| {
+                    for (control, what) in HELP {
+                        ui.strong(control);
+                        ui.label(what);
+                        ui.end_row();
+                    }
+                });
             });
         });
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::sync::Arc;
 
-    /// The keys between grave accents in the README's table are in the help.
+    use egui::{Pos2, RawInput, Rect};
+
+    use super::*;
+    use crate::scene::parse_scene;
+    use crate::trace::Kernel;
+
+    fn state() -> State {
+        let text = include_str!("../../scenes/lit/figure1.toml");
+        let scene = Arc::new(parse_scene(text, "figure1.toml".as_ref()).unwrap());
+        let camera = scene.camera.clone().unwrap();
+        State::new("figure1.toml".into(), scene, camera, Kernel::Certified)
+    }
+
+    /// The places of all that can be clicked in the bar of a window of this width.
+    fn clickable(state: &mut State, width: f32) -> Vec<Rect> {
+        let context = egui::Context::default();
+        let whole = Rect::from_min_size(Pos2::ZERO, vec2(width, 600.0));
+        let mut height = 0.0;
+        // The second frame knows how wide the first one's items are.
+        for _ in 0..2 {
+            height = state.bar_widths.height(state.compares, width);
+            let input = RawInput { screen_rect: Some(whole), ..RawInput::default() };
+            let _ = context.run_ui(input, |ui| drop(layout(ui, state)));
+        }
+        context.viewport(|viewport| {
+            let widgets = viewport.prev_pass.widgets.layers().flat_map(|(_, widgets)| widgets);
+            let in_bar = widgets
+                .filter(|widget| widget.sense.senses_click() && widget.rect.bottom() <= height);
+            in_bar.map(|widget| widget.rect).collect()
+        })
+    }
+
     #[test]
-    fn the_help_has_the_keys_of_the_readme() {
-        let readme = include_str!("../../README.md");
-        let table = readme.split_once("| control | does |").expect("the table").1;
+    fn nothing_in_the_bar_overlaps_or_is_cut_off() {
+        for width in [320.0, 360.0, 420.0, 500.0, 600.0, 640.0, 700.0, 900.0, 1280.0, 2560.0] {
+            for compares in [false, true] {
+                let mut state = state();
+                state.compares = compares;
+                let rects = clickable(&mut state, width);
+                let bars = state.bar_widths.height(compares, width) + LINES;
+                assert_eq!(
+                    (state.area.width, state.area.height),
+                    (width as u32, 600 - bars as u32)
+                );
+                assert!(rects.len() >= if compares { 10 } else { 9 }, "{width}: {}", rects.len());
+                for (i, rect) in rects.iter().enumerate() {
+                    assert!(rect.left() >= 0.0 && rect.right() <= width, "{width}: {rect}");
+                    for other in &rects[..i] {
+                        let common = rect.intersect(*other);
+                        let is_apart = common.width() <= 0.0 || common.height() <= 0.0;
+                        assert!(is_apart || rect == other, "{width}: {rect} {other}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// The keys between grave accents in the guide's table are in the help.
+    #[test]
+    fn the_help_has_the_keys_of_the_guide() {
+        let guide = include_str!("../../docs/guide/src/window.md");
+        let table = guide.split_once("| control | does |").expect("the table").1;
         let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
         let marked = rows.flat_map(|row| row.split('`').skip(1).step_by(2));
         // The other marked words are commands.

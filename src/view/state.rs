@@ -4,17 +4,24 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use egui::{Pos2, pos2};
+
 use super::ask::{Answer, Question};
+use super::bar::Widths;
+use super::guides::planes_between;
+use super::history::History;
+use super::look::Look;
+use super::open::Opening;
 use super::painter::Painted;
-use super::rig::{Extent, Rig};
-use super::show::{Look, Show};
+use super::rig::{Axis, Extent, Rig};
 use super::tracing::DevicePicture;
 use crate::rays::Pixels;
 use crate::scene::{Camera, Scene};
+use crate::show::{Entry, Show};
 use crate::trace::Kernel;
 
-/// How long a message is shown.
-const MESSAGE_TIME: Duration = Duration::from_secs(6);
+/// How long a message is shown, and how much longer for each letter.
+const MESSAGE_TIME: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(50)];
 
 /// The samples across and down a pixel that can be chosen.
 pub const SAMPLES: [u32; 5] = [1, 2, 4, 8, 16];
@@ -28,6 +35,28 @@ pub struct Area {
     pub height: u32,
 }
 
+/// Where pixels are in the window, points.
+pub struct Points {
+    area: Area,
+    pixels_per_point: f32,
+}
+
+impl Area {
+    /// For a window with so many pixels a point.
+    pub fn in_points(self, pixels_per_point: f32) -> Points {
+        Points { area: self, pixels_per_point }
+    }
+}
+
+impl Points {
+    /// The middle of a pixel of the picture.
+    pub fn of_pixel(&self, x: u32, y: u32) -> Pos2 {
+        let at = |start: u32, pixel: u32| (start + pixel) as f32 + 0.5;
+        let Area { left, top, .. } = self.area;
+        pos2(at(left, x) / self.pixels_per_point, at(top, y) / self.pixels_per_point)
+    }
+}
+
 /// A wish of the user that is more than a change of [`State`].
 #[derive(Clone)]
 pub enum Command {
@@ -35,6 +64,8 @@ pub enum Command {
     PrintCamera,
     /// Save the picture.
     Save,
+    /// Open another scene.
+    Open(PathBuf),
     /// Explain a pixel.
     Explain(Question),
     /// Look up a pixel.
@@ -45,10 +76,12 @@ pub enum Command {
 
 /// The text of `explain` for a pixel.
 pub struct Explained {
-    /// Column and row.
-    pub pixel: [u32; 2],
+    /// The pixel, with the picture that it is of.
+    pub question: Question,
     /// `None` while it is being computed.
     pub text: Option<String>,
+    /// Its number.
+    pub serial: u64,
 }
 
 /// Everything between the user and the threads.
@@ -61,6 +94,10 @@ pub struct State {
     pub home: Camera,
     pub extent: Extent,
     pub rig: Rig,
+    /// Where it was.
+    pub history: History,
+    /// The hand moves the camera.
+    pub is_moving: bool,
     /// Left and right; the right one is shown where only one is.
     pub kernels: [Kernel; 2],
     /// Those that the device runs.
@@ -77,6 +114,12 @@ pub struct State {
     pub with_command: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
+    /// The dialog for another scene.
+    pub opening: Option<Opening>,
+    /// The files that were opened last.
+    pub recent: Vec<PathBuf>,
+    /// Of the bar's items.
+    pub bar_widths: Widths,
     /// Where the picture is.
     pub area: Area,
     /// `lavapipe (software)`
@@ -106,6 +149,8 @@ impl State {
         State {
             path,
             extent: Extent::new(&scene),
+            history: History::new(&Rig::new(&camera)),
+            is_moving: false,
             rig: Rig::new(&camera),
             home: camera,
             unlit: without_light(&scene),
@@ -120,6 +165,9 @@ impl State {
             with_command: Vec::new(),
             has_panels: true,
             has_help: false,
+            opening: None,
+            recent: Vec::new(),
+            bar_widths: Widths::default(),
             area: Area::default(),
             device: String::new(),
             picture: None,
@@ -150,6 +198,22 @@ impl State {
         self.scene = scene;
         self.scene_error = None;
         self.hover = None;
+    }
+
+    /// Another scene, from another file.
+    pub fn open(&mut self, path: PathBuf, scene: Arc<Scene>, camera: Camera) {
+        self.home = camera;
+        self.n_samples = scene.samples.unwrap_or(1);
+        let home = self.home.clone();
+        self.reload(scene, home);
+        self.rig = Rig::new(&self.home);
+        self.history = History::new(&self.rig);
+        (self.path, self.explained, self.opening, self.click) = (path, None, None, None);
+    }
+
+    /// Begins to choose another scene.
+    pub fn begin_to_open(&mut self) {
+        self.opening = Some(Opening::beside(&self.path));
     }
 
     /// The kernels that are shown, from left to right.
@@ -184,14 +248,59 @@ impl State {
                 show: Show::Color,
                 is_lit: self.colored_scene().is_lit(),
                 n_samples: self.n_samples,
+                lens: self.rig.view().lens,
             },
-            show => Look { show, is_lit: false, n_samples: 1 },
+            show => Look { show, is_lit: false, n_samples: 1, lens: self.rig.view().lens },
         }
+    }
+
+    /// What the colours mean that are shown.
+    pub fn legend(&self) -> Vec<Entry> {
+        Entry::all(self.show, self.paint(0).and_then(|painted| painted.range))
+    }
+
+    /// Begins a step of the camera's history that is not part of the one before.
+    fn step_camera(&mut self) {
+        self.history.settle(&self.rig);
     }
 
     /// Back to the file's camera.
     pub fn go_home(&mut self) {
+        self.step_camera();
         self.rig = Rig::new(&self.home);
+    }
+
+    /// Looks at everything from where it looks now.
+    pub fn frame_everything(&mut self) {
+        self.step_camera();
+        self.rig.frame(self.extent, self.aspect());
+    }
+
+    /// Looks at everything along an axis.
+    pub fn look_along(&mut self, axis: Axis) {
+        self.step_camera();
+        self.rig.look_along(axis, self.extent, self.aspect());
+    }
+
+    /// Takes the camera's last step back.
+    pub fn undo(&mut self) {
+        match self.history.undo(&self.rig) {
+            Some(rig) => self.rig = rig,
+            None => self.tell("The camera has not moved yet"),
+        }
+    }
+
+    /// Takes a step that was undone again.
+    pub fn redo(&mut self) {
+        match self.history.redo(&self.rig) {
+            Some(rig) => self.rig = rig,
+            None => self.tell("No step of the camera was undone"),
+        }
+    }
+
+    /// The planes between the file's camera and the one that is there.
+    pub fn planes_passed(&self) -> Vec<u32> {
+        planes_between(&self.scene, self.home.position, self.rig.camera.position)
     }
 
     /// Shows two kernels, or one again. Two of a kind would show nothing.
@@ -216,6 +325,11 @@ impl State {
     pub fn kernel_at(&self, x: u32) -> Kernel {
         let is_left = self.compares && x < self.divider_px();
         self.kernels[usize::from(!is_left)]
+    }
+
+    /// The place, among the kernels that are shown, of a column of the picture.
+    pub fn place_at(&self, x: u32) -> usize {
+        usize::from(self.compares && x >= self.divider_px())
     }
 
     /// Columns left of the divider.
@@ -276,7 +390,10 @@ impl State {
 
     /// Tells the user something for a while.
     pub fn tell(&mut self, message: impl Into<String>) {
-        self.message = Some((message.into(), Instant::now() + MESSAGE_TIME));
+        let message = message.into();
+        let [least, each] = MESSAGE_TIME;
+        let until = Instant::now() + least + each * message.chars().count() as u32;
+        self.message = Some((message, until));
     }
 
     /// The message for the user now, and how long it stays.
@@ -394,11 +511,12 @@ mod tests {
     #[test]
     fn light_and_samples_are_of_colours_and_are_saved() {
         let mut state = state();
-        let shown = Look { show: Show::Color, is_lit: true, n_samples: 3 };
+        let lens = state.rig.view().lens;
+        let shown = Look { show: Show::Color, is_lit: true, n_samples: 3, lens };
         assert_eq!(state.look(), shown);
         assert_eq!(state.saved_scene(), *state.scene);
         state.show = Show::Id;
-        assert_eq!(state.look(), Look { show: Show::Id, is_lit: false, n_samples: 1 });
+        assert_eq!(state.look(), Look { show: Show::Id, is_lit: false, n_samples: 1, lens });
         assert!(!state.look().is_painted());
         state.show = Show::Color;
         state.has_light = false;
@@ -409,6 +527,49 @@ mod tests {
         let saved = state.saved_scene();
         assert!(!saved.is_lit() && saved.samples == Some(1));
         assert_eq!(saved.spheres, state.scene.spheres);
+    }
+
+    #[test]
+    fn another_scene_begins_with_its_own_camera() {
+        let mut state = state();
+        state.go_home();
+        state.look_along(Axis::ALL[2]);
+        state.begin_to_open();
+        let (scene, camera) = lit(&LIT.replace("samples = 3", "samples = 2"));
+        state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
+        assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), 2));
+        assert!(Arc::ptr_eq(&state.scene, &scene) && state.opening.is_none());
+        assert_eq!(state.history.has(&state.rig), [false; 2]);
+    }
+
+    #[test]
+    fn the_camera_goes_back_step_by_step() {
+        let mut state = state();
+        let home = state.rig.clone();
+        state.look_along(Axis::ALL[0]);
+        let along = state.rig.clone();
+        // It does so already: no step.
+        state.frame_everything();
+        state.go_home();
+        assert!(state.planes_passed().is_empty());
+        state.undo();
+        assert_eq!(state.rig, along);
+        state.undo();
+        assert_eq!(state.rig, home);
+        state.undo();
+        assert!(state.message().unwrap().0.contains("not moved"));
+        state.redo();
+        assert_eq!(state.rig, along);
+        state.look_along(Axis::ALL[4]);
+        let floor = state.scene.spheres.len() as u32 + 1;
+        assert!(state.planes_passed().contains(&floor), "it looks from below");
+    }
+
+    #[test]
+    fn pixels_are_where_the_window_shows_them() {
+        let area = Area { left: 10, top: 36, width: 100, height: 80 };
+        assert_eq!(area.in_points(1.0).of_pixel(0, 0), pos2(10.5, 36.5));
+        assert_eq!(area.in_points(2.0).of_pixel(5, 3), pos2(7.75, 19.75));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use kugelblitz::gpu::{AdapterFacts, Arithmetic};
 use kugelblitz::report::{
     AdapterEvidence, Class, ClassResult, CloudResult, Contestant, Cost, Distribution, Effort,
     ErrorPicture, Errors, Evidence, Fault, LightErrors, LightFault, LightPicture, LightResult,
-    LightRow, Missing, Report, Row, SceneResult, Series, Spread, Sweep, SweepPoint,
+    LightRow, Missing, Noise, Report, Row, SceneResult, Series, Spread, Sweep, SweepPoint,
 };
 use kugelblitz::trace::StageCounts;
 use rand::{RngExt, SeedableRng};
@@ -411,6 +411,8 @@ pub fn report() -> Report {
         clouds,
         light: vec![light("contacts_on_ball", 1), light("shells", 2)],
         missing: vec![Missing { what: "pbrt 4".into(), why: "`pbrt` is not installed".into() }],
+        noise: Noise { times: 160, wide: 12, typical_range: 0.19 },
+        baseline: None,
         pictures,
         light_pictures: vec![
             light_picture("contacts_on_ball", "certified", None),

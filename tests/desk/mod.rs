@@ -28,6 +28,9 @@ const PATIENCE: Duration = Duration::from_secs(90);
 /// Between two looks at the screen.
 const LOOK: Duration = Duration::from_millis(30);
 
+/// The folder for what the program keeps from one window to the next.
+pub const STATE: &str = "state";
+
 /// Where the window's standard error goes.
 const STDERR: &str = "stderr.txt";
 
@@ -42,6 +45,7 @@ pub fn program(display: &str, folder: &Path) -> Command {
     command
         .current_dir(folder)
         .env("DISPLAY", display)
+        .env("XDG_STATE_HOME", folder.join(STATE))
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         // Without it, Mesa has something to say.
@@ -190,7 +194,18 @@ impl Image {
 }
 
 /// The picture that `render` draws of a scene seen by another camera.
-pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &str) -> Image {
+pub fn render(scene: &Path, camera: &str, size: [u32; 2], kernel: &str) -> Image {
+    render_show(scene, camera, size, kernel, "colour")
+}
+
+/// The same of a mode of `--show`.
+pub fn render_show(
+    scene: &Path,
+    camera: &str,
+    [width, height]: [u32; 2],
+    kernel: &str,
+    show: &str,
+) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let text = with_camera(&fs::read_to_string(scene).unwrap(), camera);
     let [path, picture] = ["scene.toml", "picture.png"].map(|name| folder.path().join(name));
@@ -198,6 +213,7 @@ pub fn render(scene: &Path, camera: &str, [width, height]: [u32; 2], kernel: &st
     let size = format!("{width}x{height}");
     let output = program("", folder.path())
         .args(["render", "scene.toml", "-o", "picture.png", "--size", &size, "--kernel", kernel])
+        .args(["--show", show])
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -372,16 +388,24 @@ impl Seen {
     /// The next event that `is_it`; all before it are only logged.
     #[track_caller]
     pub fn wait(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
-        let end = Instant::now() + PATIENCE;
+        self.comes_within(PATIENCE, is_it).unwrap_or_else(|| {
+            let tail = &self.log[self.log.len().saturating_sub(12)..];
+            panic!("it did not come; the last events:\n{tail:#?}");
+        })
+    }
+
+    fn comes_within(
+        &mut self,
+        patience: Duration,
+        is_it: impl Fn(&Event) -> bool,
+    ) -> Option<Event> {
+        let end = Instant::now() + patience;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let Ok(value) = self.events.recv_timeout(left) else {
-                let tail = &self.log[self.log.len().saturating_sub(12)..];
-                panic!("it did not come; the last events:\n{tail:#?}");
-            };
+            let value = self.events.recv_timeout(left).ok()?;
             let event = self.note(value);
             if is_it(&event) {
-                return event;
+                return Some(event);
             }
         }
     }
@@ -499,11 +523,17 @@ impl Seen {
         self.rest();
     }
 
-    /// The camera that P prints.
+    /// The camera that P prints. A compositor that has yet to give the keyboard to a new window drops a
+    /// key, so P is pressed once more where nothing comes.
     #[track_caller]
     pub fn camera(&mut self) -> String {
+        let is_camera = |event: &Event| event.name() == "camera";
         self.key("p");
-        self.wait(|event| event.name() == "camera").field("toml").to_owned()
+        let event = self.comes_within(PATIENCE / 6, is_camera).unwrap_or_else(|| {
+            self.key("p");
+            self.wait(is_camera)
+        });
+        event.field("toml").to_owned()
     }
 
     /// Waits until the status line tells of this.

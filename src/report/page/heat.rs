@@ -9,13 +9,8 @@ use crate::report::{ErrorPicture, Fault, LightFault, LightPicture};
 /// Errors of `t` up to the first are drawn in the first colour, from the second on in the last.
 pub const ULP_RANGE: (f64, f64) = (0.5, 1e6);
 
-/// Colours of the wrong ids: far from each other and from the errors of `t` with each colour
-/// blindness. False hits lie on the page's own colour, so theirs is seen on light and dark.
-pub const FALSE_HIT: [u8; 3] = [0xc2, 0x2b, 0x00];
-/// No object where there is one.
-pub const FALSE_MISS: [u8; 3] = [0xff, 0x93, 0x30];
-/// Another object.
-pub const WRONG_OBJECT: [u8; 3] = [0xff, 0xe0, 0x4a];
+/// Colours of the wrong ids. False hits lie on the page's own colour, and theirs is seen on light and dark.
+pub use crate::judge::{FALSE_HIT, FALSE_MISS, WRONG_OBJECT};
 
 /// A light that is left out: acne.
 pub const FALSE_SHADOW: [u8; 3] = FALSE_HIT;

@@ -8,9 +8,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
 use super::figures::{count, plain_document, typeset};
-use super::plot::{plane, sweep, theme};
+use super::plot::{self, Width, theme};
 use super::summary::Cast;
-use super::{CLOUD_SIZE, Effort, Report, SceneResult, print, tables};
+use super::{Baseline, CLOUD_SIZE, Effort, Report, SceneResult, Sweep, print, tables};
 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
@@ -55,6 +55,7 @@ pub fn html(report: &Report) -> String {
                     h1 { "Speed against error" }
                     p.answer { (answer(report)) }
                     @if let Some(price) = price(report) { p { (price) } }
+                    @if let Some(warning) = report.noise.warning() { p.warning { (warning) } }
                     dl {
                         @for (what, fact) in report.evidence.named_lines() {
                             dt { (what) } dd { (fact) }
@@ -62,21 +63,26 @@ pub fn html(report: &Report) -> String {
                     }
                 }
                 main {
-                    section {
-                        h2 { "Time and error of each kernel" }
-                        figure {
-                            (plot(plane(report)))
-                            figcaption { (PLANE) }
+                    @if let Some(baseline) = &report.baseline { (since(baseline, &cast)) }
+                    @if plot::has_plane(report) {
+                        section {
+                            h2 { "Time and error of each kernel" }
+                            figure {
+                                (both(|width| plot::plane(report, width)))
+                                figcaption { (PLANE) }
+                            }
                         }
                     }
-                    section {
-                        h2 { "Classes of scenes" }
-                        h3 { "How wrong" }
-                        (print::html(&tables::class_errors(report, &cast)))
-                        p.note { (HOW_WRONG) }
-                        h3 { "How fast" }
-                        (print::html(&tables::class_costs(report, &cast)))
-                        p.note { (HOW_FAST) }
+                    @if !report.classes.is_empty() {
+                        section {
+                            h2 { "Classes of scenes" }
+                            h3 { "How wrong" }
+                            (print::html(&tables::class_errors(report, &cast)))
+                            p.note { (HOW_WRONG) }
+                            h3 { "How fast" }
+                            (print::html(&tables::class_costs(report, &cast)))
+                            p.note { (HOW_FAST) }
+                        }
                     }
                     @if !report.clouds.is_empty() {
                         section {
@@ -89,16 +95,8 @@ pub fn html(report: &Report) -> String {
                         }
                     }
                     (light::section(report, &cast))
-                    @for own in report.sweeps.iter().filter(|sweep| !sweep.series.is_empty()) {
-                        section {
-                            h2 { "Sweep: " (own.name) }
-                            p { (own.title) }
-                            figure { (plot(sweep(report, own))) }
-                            details {
-                                summary { "Its numbers" }
-                                (print::html(&tables::sweep(own, &cast)))
-                            }
-                        }
+                    @for sweep in report.sweeps.iter().filter(|sweep| plot::has_sweep(report, sweep)) {
+                        (sweep_section(report, sweep, &cast))
                     }
                     (pictures::section(&report.pictures, &report.scenes))
                     @if !report.scenes.is_empty() {
@@ -130,9 +128,46 @@ pub fn html(report: &Report) -> String {
     plain_document(&page.into_string())
 }
 
-/// A plot that is scrolled where the page is narrower than its letters allow.
-fn plot(svg: String) -> Markup {
-    html! { div.wide { (PreEscaped(svg)) } }
+/// A plot for a wide page and for a narrow one, each shown on its own.
+fn both(plot: impl Fn(Width) -> String) -> Markup {
+    html! {
+        div.on-wide { (PreEscaped(plot(Width::Wide))) }
+        div.on-narrow { (PreEscaped(plot(Width::Narrow))) }
+    }
+}
+
+/// What changed since an earlier report.
+fn since(baseline: &Baseline, cast: &Cast) -> Markup {
+    let tables = [
+        ("Changes beyond noise", tables::changes(baseline, cast)),
+        ("Wrong ids that changed", tables::changed_ids(baseline, cast)),
+    ];
+    html! {
+        section {
+            h2 { "Since the baseline" }
+            @for words in baseline.in_words() { p { (words) } }
+            @for (title, table) in &tables {
+                @if !table.is_empty() {
+                    h3 { (title) }
+                    (print::html(table))
+                }
+            }
+        }
+    }
+}
+
+fn sweep_section(report: &Report, sweep: &Sweep, cast: &Cast) -> Markup {
+    html! {
+        section {
+            h2 { "Sweep: " (sweep.name) }
+            p { (sweep.title) }
+            figure { (both(|width| plot::sweep(report, sweep, width))) }
+            details {
+                summary { "Its numbers" }
+                (print::html(&tables::sweep(sweep, cast)))
+            }
+        }
+    }
 }
 
 fn scene_details(scene: &SceneResult, cast: &Cast) -> Markup {

@@ -1,13 +1,22 @@
 //! Time against error: each kernel on each device as a point, one a class of scenes.
 
-use super::chart::{Chart, Line, Mark, Panel, Point};
+use super::chart::{Chart, Line, Mark, Panel, Point, Width};
 use super::theme::kernel_class;
 use crate::report::figures::{count, typeset, with_range, wrong};
 use crate::report::summary::{Cast, classes, time_of};
 use crate::report::{Class, ClassResult, Report};
 
 /// The plane as an SVG file.
-pub fn plane(report: &Report) -> String {
+pub fn plane(report: &Report, width: Width) -> String {
+    chart(report).svg(width)
+}
+
+/// True where the plane has a point.
+pub fn has_plane(report: &Report) -> bool {
+    !chart(report).is_empty()
+}
+
+fn chart(report: &Report) -> Chart<'static> {
     let cast = Cast::of(report);
     let rows = by_contestant(report);
     let classes = classes(report);
@@ -31,7 +40,6 @@ pub fn plane(report: &Report) -> String {
         panels: vec![panel],
         x_title: "time to trace one ray, ns (bar: least to largest)",
     }
-    .svg()
 }
 
 /// The rows of each kernel and device.

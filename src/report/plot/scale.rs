@@ -31,11 +31,20 @@ impl Scale {
         self.from_px + share * (self.to_px - self.from_px)
     }
 
-    /// The numbers to be written.
-    pub fn ticks(&self) -> Vec<f64> {
-        let decades = self.high - self.low;
-        let factors: &[u32] = if decades <= 2.5 { &[1, 2, 5] } else { &[1] };
-        let every = (decades / 8.0).ceil().max(1.0) as i32;
+    /// The numbers to be written, `most` at most: 1, 2 and 5 of each decade, else every decade, else every
+    /// second one and so on.
+    pub fn ticks(&self, most: usize) -> Vec<f64> {
+        let every_decade = (1..).map(|every| (&[1][..], every));
+        let mut steps = [(&[1, 2, 5][..], 1)].into_iter().chain(every_decade);
+        let all = steps.find_map(|(factors, every)| {
+            let ticks = self.ticks_at(factors, every);
+            (ticks.len() <= most.max(1)).then_some(ticks)
+        });
+        all.unwrap_or_default()
+    }
+
+    /// These factors of every so many decades.
+    fn ticks_at(&self, factors: &[u32], every: i32) -> Vec<f64> {
         let exponents = self.low.floor() as i32..=self.high.ceil() as i32;
         let exponents = exponents.filter(|exponent| exponent.rem_euclid(every) == 0);
         // Parsed, a tick is the nearest number to what is written.
@@ -65,10 +74,13 @@ mod tests {
 
     #[test]
     fn ticks_are_round_numbers() {
-        let ticks = |values: [f64; 2]| Scale::new(values, (0.0, 1.0)).ticks();
+        let ticks = |values: [f64; 2]| Scale::new(values, (0.0, 1.0)).ticks(9);
         assert_eq!(ticks([7.0, 80.0]), [5.0, 10.0, 20.0, 50.0, 100.0]);
         assert_eq!(ticks([2e-5, 0.4]), [1e-5, 1e-4, 1e-3, 1e-2, 1e-1]);
         assert_eq!(ticks([3e-6, 5e-6]), [2e-6, 5e-6, 1e-5]);
+        let few = |most| Scale::new([2e-5, 0.4], (0.0, 1.0)).ticks(most);
+        assert_eq!(few(4), [1e-4, 1e-2]);
+        assert_eq!(few(1).len(), 1);
     }
 
     #[test]
@@ -82,7 +94,7 @@ mod tests {
     fn an_axis_of_one_number_or_none() {
         for values in [&[][..], &[3.0], &[0.0], &[f64::INFINITY, f64::NAN], &[1e300, 1e-300]] {
             let scale = Scale::new(values.iter().copied(), (5.0, 95.0));
-            let ticks: Vec<f64> = scale.ticks().into_iter().map(|tick| scale.px(tick)).collect();
+            let ticks: Vec<f64> = scale.ticks(9).into_iter().map(|tick| scale.px(tick)).collect();
             assert!(!ticks.is_empty() && ticks.len() < 30, "{values:?}");
             assert!(ticks.is_sorted_by(|a, b| a < b), "{values:?}: {ticks:?}");
             for x in values.iter().filter(|x| **x > 0.0 && x.is_finite()) {

@@ -1,6 +1,6 @@
 //! A sweep: error or time against one quantity, one line a kernel and device.
 
-use super::chart::{Chart, Line, Mark, Panel, Point};
+use super::chart::{Chart, Line, Mark, Panel, Point, Width};
 use super::theme::kernel_class;
 use crate::report::figures::{figure, quantity, typeset};
 use crate::report::summary::{Cast, SharedSeries, shared_series, time_of};
@@ -27,7 +27,16 @@ const QUANTITIES: [Quantity; 3] = [
 ];
 
 /// A sweep as an SVG file.
-pub fn sweep(report: &Report, sweep: &Sweep) -> String {
+pub fn sweep(report: &Report, sweep: &Sweep, width: Width) -> String {
+    chart(report, sweep).svg(width)
+}
+
+/// True where the sweep has a point.
+pub fn has_sweep(report: &Report, sweep: &Sweep) -> bool {
+    !chart(report, sweep).is_empty()
+}
+
+fn chart(report: &Report, sweep: &Sweep) -> Chart<'static> {
     let cast = Cast::of(report);
     let lines = shared_series(sweep);
     let points = || sweep.series.iter().flat_map(|series| &series.points);
@@ -49,7 +58,6 @@ pub fn sweep(report: &Report, sweep: &Sweep) -> String {
         panels: quantities.into_iter().map(panel).collect(),
         x_title: sweep.x_label,
     }
-    .svg()
 }
 
 fn line(own: &SharedSeries, cast: &Cast, of: fn(&SweepPoint) -> Option<Measured>) -> Line {

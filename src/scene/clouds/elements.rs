@@ -13,7 +13,8 @@ pub(super) struct Element {
     pub color: Color,
 }
 
-/// All elements with a known radius, by symbol.
+/// All elements with a known radius, by symbol; none by default.
+#[derive(Default)]
 pub(super) struct Elements(HashMap<[u8; 2], Element>);
 
 impl Elements {

@@ -2,16 +2,28 @@
 //!
 //! | ending | a row is | radius and colour |
 //! | --- | --- | --- |
-//! | `.npy` | x, y, z; x, y, z, r; or x, y, z, r, red, green, blue | linear, 0 to 1 |
-//! | `.csv` | what the header says: x, y, z, and optionally r, and red, green, blue | linear, 0 to 1 |
-//! | `.xyz` | element, x, y, z in ångström | by element |
+//! | `.npy` | x, y, z; x, y, z, r; or x, y, z, r, red, green, blue | linear, 0 to 1, or sRGB, 0 to 255 |
+//! | `.npy`, structured | the fields of the array, by name | as above |
+//! | `.csv`, also `.tsv`, `.txt`, `.dat` | what the header says, separated by `,` `;` tabs or spaces | as above |
+//! | `.xyz`, also `.extxyz` | element, x, y, z in ångström, or what `Properties=` says | as above, else by element |
+//! | `.dump`, `.lammpstrj` | what `ITEM: ATOMS` says | as above, else by element |
 //!
-//! `radius` and `color` of the table say for all spheres what the file lacks. Where the file has
-//! it, the key is refused: one of the two would be without effect.
+//! `columns` says which column is what where its name doesn't. `radius` and `color` of the table say for
+//! all spheres what the file lacks; where the file has it, the key is refused: one of the two would
+//! be without effect. `color_by` colours by a column, whatever colours the file has.
+//!
+//! While a file is read, the list of colours holds the numbers of the file as they are, colours of
+//! either scale or what spheres are coloured by. What they mean is known at the end, and then they
+//! become colours in their places.
 
+mod columns;
 mod csv;
 mod elements;
+mod frames;
+mod lammps;
+mod lines;
 mod npy;
+mod text;
 mod watched;
 mod xyz;
 
@@ -27,10 +39,12 @@ use super::open::Files;
 use super::places::{Fault, Stop, cut, quoted};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
-use super::{Cloud, Color, MAX_OBJECTS, Scene, Sphere, Spheres};
+use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres};
 use crate::control::Control;
-use crate::error::Error;
+use crate::error::{Error, Lack};
 use crate::memory::Available;
+use columns::Layout;
+pub(super) use columns::{ColumnNames, Part};
 pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
@@ -52,6 +66,12 @@ pub(super) struct CloudTable {
     pub file: Given<String>,
     pub radius: Option<Given<f64>>,
     pub color: Option<Given<Color>>,
+    pub columns: ColumnNames,
+    pub color_by: Option<Given<String>>,
+    pub colormap: ColorMap,
+    pub range: Option<[f64; 2]>,
+    pub missing_color: Color,
+    pub frame: Option<Given<u32>>,
 }
 
 /// The kind of a file, by its ending.
@@ -60,14 +80,16 @@ enum FileKind {
     Npy,
     Csv,
     Xyz,
+    Lammps,
 }
 
 impl FileKind {
     fn of(path: &Path) -> Option<FileKind> {
         match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
             "npy" => Some(FileKind::Npy),
-            "csv" => Some(FileKind::Csv),
-            "xyz" => Some(FileKind::Xyz),
+            "csv" | "tsv" | "txt" | "dat" => Some(FileKind::Csv),
+            "xyz" | "extxyz" => Some(FileKind::Xyz),
+            "dump" | "lammpstrj" => Some(FileKind::Lammps),
             _ => None,
         }
     }
@@ -77,9 +99,14 @@ impl FileKind {
         match self {
             // First the lines are counted.
             FileKind::Csv => 2,
-            FileKind::Npy | FileKind::Xyz => 1,
+            FileKind::Npy | FileKind::Xyz | FileKind::Lammps => 1,
         }
     }
+}
+
+/// True for a file that a cloud can be read from, by its ending.
+pub fn is_cloud_file(path: &Path) -> bool {
+    FileKind::of(path).is_some()
 }
 
 /// Adds the spheres of all clouds to those that `scene` has, in the order of the file. Paths are
@@ -100,17 +127,21 @@ pub(super) fn read_clouds(
     for source in sources {
         let n_before = scene.spheres.len();
         let n_planes = scene.planes.len();
-        let spheres = &mut scene.spheres;
-        let mut cloud = Reading { source, files, eye, control, n_planes, spheres };
+        let (spheres, notes) = (&mut scene.spheres, &mut scene.notes);
+        let colors = FileColors::default();
+        let mut cloud = Reading { source, files, eye, control, n_planes, spheres, colors, notes };
         match cloud.source.format {
             FileKind::Npy => npy::read(&mut cloud)?,
             FileKind::Csv => csv::read(&mut cloud)?,
             FileKind::Xyz => xyz::read(&mut cloud)?,
+            FileKind::Lammps => lammps::read(&mut cloud)?,
         }
+        let coloring = cloud.finish_colors(n_before)?;
         let path = cloud.source.path;
         let n_spheres = scene.spheres.len() - n_before;
         // No more than `MAX_OBJECTS`, which is less than 2³².
-        scene.clouds.push(Cloud { path, n_spheres, first_id: n_before as u32 + 1 });
+        let first_id = n_before as u32 + 1;
+        scene.clouds.push(Cloud { path, n_spheres, first_id, coloring });
     }
     Ok(())
 }
@@ -130,7 +161,8 @@ impl<'t> Source<'t> {
             None => Err(Fault::new(
                 table.file.span.clone(),
                 format!("the name {:?} does not tell its format", quoted(&table.file.value)),
-                "a cloud is a file that ends in .npy, .csv or .xyz",
+                "a cloud is a file that ends in .npy, .csv or .xyz; .tsv, .txt and .dat are read as \
+                 .csv, .extxyz as .xyz, .dump and .lammpstrj as LAMMPS writes them",
             )),
         }
     }
@@ -160,6 +192,51 @@ struct Reading<'a> {
     control: &'a Control,
     n_planes: usize,
     spheres: &'a mut Spheres,
+    colors: FileColors,
+    notes: &'a mut Vec<String>,
+}
+
+/// What is known of the colours in a file.
+#[derive(Default)]
+struct FileColors {
+    /// True where the list of colours holds numbers of the file.
+    is_from_file: bool,
+    /// The first one with a number above 1, and where it stands.
+    above_one: Option<(String, Color)>,
+    /// True where a number is not a whole one.
+    has_fractions: bool,
+    /// True where their type is that of bytes.
+    are_bytes: bool,
+    /// True where spheres are coloured by the length of a vector.
+    is_vector: bool,
+    /// The name of what they are coloured by.
+    column: String,
+}
+
+impl FileColors {
+    /// Looks at a colour; `place` says where in the file it stands. False for one that is wrong on
+    /// either scale.
+    fn see<P: Display>(&mut self, color: Color, place: impl FnOnce() -> P) -> bool {
+        let mut is_above_one = false;
+        for part in color.0 {
+            if !(0.0..=255.0).contains(&part) {
+                return false;
+            }
+            self.has_fractions |= part.fract() != 0.0;
+            is_above_one |= part > 1.0;
+        }
+        if is_above_one && self.above_one.is_none() {
+            self.above_one = Some((place().to_string(), color));
+        }
+        true
+    }
+}
+
+fn wrong_color(Color([red, green, blue]): Color) -> Problem {
+    (
+        format!("the colour is ({red:?}, {green:?}, {blue:?})"),
+        "red, green and blue are linear, each from 0 to 1; or whole numbers from 0 to 255 in all rows",
+    )
 }
 
 impl<'a> Reading<'a> {
@@ -181,6 +258,14 @@ impl<'a> Reading<'a> {
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
+    /// Nothing is wrong but that something is missing, which the scene file can say.
+    fn lacking(&self, lacks: Lack, found: impl Display, help: impl Into<String>) -> Stop {
+        match self.wrong(found, help) {
+            Stop::Fault(fault) => Fault { lacks: Some(lacks), ..fault }.into(),
+            stop => stop,
+        }
+    }
+
     /// The system can't read the file, or the user interrupted.
     fn failed(&self, error: &io::Error) -> Stop {
         match self.control.check() {
@@ -192,22 +277,35 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// Says something about the file that its reader may want to know.
+    fn note(&mut self, words: impl Display) {
+        self.notes.push(format!("{}: {words}", self.source.path.display()));
+    }
+
     /// The radius (or 0) and the colour that the table says for all, or an error where the table
     /// and the file both say it or neither does.
-    fn template(&self, has_radius: bool, has_color: bool) -> Result<Template, Stop> {
-        let CloudTable { radius, color, .. } = self.source.table;
-        let radius = self.only_once("radius", "0.01", has_radius, radius.as_ref())?;
-        let color = self.only_once("color", "\"#1f77b4\"", has_color, color.as_ref())?;
+    fn template(&mut self, layout: &Layout) -> Result<Template, Stop> {
+        let CloudTable { radius, color, color_by, .. } = self.source.table;
+        let has_color = layout.has_color() || color_by.is_some();
+        let own_color = if layout.color.is_some() { "red" } else { "element" };
+        let radius = radius.as_ref();
+        let radius = self.only_once(("radius", "0.01"), "radius", layout.has_radius(), radius)?;
+        let color = color.as_ref();
+        let color = self.only_once(("color", "\"#1f77b4\""), own_color, has_color, color)?;
+        self.colors.is_from_file = layout.color.is_some();
+        self.colors.is_vector = layout.color_by.len() > 1;
+        self.colors.column.clone_from(&layout.color_by_name);
         Ok(Template {
             sphere: Sphere { center: DVec3::ZERO, radius: radius.unwrap_or_default() },
             color,
         })
     }
 
+    /// What a key says, with its name and an example; `own` is the part of the file that says it too.
     fn only_once<T: Copy>(
         &self,
-        key: &str,
-        example: &str,
+        (key, example): (&str, &str),
+        own: &str,
         in_file: bool,
         given: Option<&Given<T>>,
     ) -> Result<Option<T>, Stop> {
@@ -220,13 +318,23 @@ impl<'a> Reading<'a> {
                     "`{key}` is given, but {} has one for each sphere",
                     self.source.path.display()
                 ),
-                format!("remove `{key}`; it is for files that have none"),
+                format!(
+                    "remove `{key}`; it is for files that have none, or whose own is left out by \
+                     `columns = {{ {own} = false }}`"
+                ),
             )
             .into()),
-            (false, None) => Err(self.wrong(
-                format!("the file has no {key} for its spheres"),
-                format!("add for all of them, e.g. `{key} = {example}`"),
-            )),
+            (false, None) => {
+                let lacks = match key {
+                    "radius" => Lack::Radius,
+                    _ => Lack::Color,
+                };
+                Err(self.lacking(
+                    lacks,
+                    format!("the file has no {key} for its spheres"),
+                    format!("add for all of them, e.g. `{key} = {example}`"),
+                ))
+            }
         }
     }
 
@@ -260,14 +368,17 @@ impl<'a> Reading<'a> {
         Ok(())
     }
 
-    /// Adds a checked sphere; `place` says where in the file it stands.
+    /// Adds a checked sphere, its colour as the file has it; `place` says where in the file it stands.
     fn push<P: Display>(
         &mut self,
         (sphere, color): (Sphere, Color),
-        place: impl FnOnce() -> P,
+        place: impl Fn() -> P,
     ) -> Result<(), Stop> {
-        if let Some(problem) = problem_of(&sphere, color, self.eye) {
+        if let Some(problem) = problem_of(&sphere, Color::BLACK, self.eye) {
             return Err(self.wrong_row(place(), problem));
+        }
+        if self.colors.is_from_file && !self.colors.see(color, &place) {
+            return Err(self.wrong_row(place(), wrong_color(color)));
         }
         if self.spheres.len() == self.spheres.capacity() {
             // Only what could not be counted before: a pipe, or a file without line feeds.
@@ -279,5 +390,76 @@ impl<'a> Reading<'a> {
 
     fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
         self.wrong(format!("{place}: {found}"), help)
+    }
+
+    /// Makes colours of what the file has for them, from the sphere with the index `first` on.
+    fn finish_colors(&mut self, first: usize) -> Result<Option<Coloring>, Stop> {
+        let table = self.source.table;
+        if let Some(name) = &table.color_by {
+            let coloring = self.color_by(name, first)?;
+            let Coloring { column, map, range: [low, high], missing_color, n_missing } = &coloring;
+            let mut words = format!(
+                "coloured by `{}`, {} from {low:?} to {high:?}",
+                quoted(column),
+                map.name()
+            );
+            if *n_missing > 0 {
+                let [red, green, blue] = missing_color.to_srgb8();
+                let spheres =
+                    if *n_missing == 1 { "1 sphere" } else { &format!("{n_missing} spheres") };
+                words +=
+                    &format!("; {spheres} without a number in #{red:02x}{green:02x}{blue:02x}");
+            }
+            self.note(words);
+            return Ok(Some(coloring));
+        }
+        let are_bytes = self.colors.are_bytes || self.colors.above_one.is_some();
+        if !(self.colors.is_from_file && are_bytes) {
+            return Ok(None);
+        }
+        if let Some((place, color)) = self.colors.above_one.take()
+            && self.colors.has_fractions
+        {
+            return Err(self.wrong_row(place, wrong_color(color)));
+        }
+        let grey = |byte: usize| Color::from_srgb8([byte as u8; 3]).0[0];
+        let linear: [f64; 256] = std::array::from_fn(grey);
+        for Color(parts) in self.spheres.colors_mut(first) {
+            *parts = parts.map(|part| linear[usize::from(part as u8)]);
+        }
+        self.note("its colours are whole numbers up to 255, read as sRGB like #rrggbb");
+        Ok(None)
+    }
+
+    fn color_by(&mut self, name: &Given<String>, first: usize) -> Result<Coloring, Stop> {
+        let CloudTable { colormap: map, range, missing_color, .. } = *self.source.table;
+        let FileColors { is_vector, ref column, .. } = self.colors;
+        let column = column.clone();
+        let number = |Color([x, y, z]): Color| match is_vector {
+            true => (x * x + y * y + z * z).sqrt(),
+            false => x,
+        };
+        let colors = self.spheres.colors_mut(first);
+        let range = range.or_else(|| match &*colors {
+            [] => Some([0.0; 2]),
+            colors => Coloring::range_of(colors.iter().map(|color| number(*color))),
+        });
+        let Some(range) = range else {
+            let path = self.source.path.display();
+            let message = format!("{path}: the column {:?} has no number", quoted(&name.value));
+            let help = "colour by another column, or give the `range` that it would have";
+            return Err(Fault::new(name.span.clone(), message, help).into());
+        };
+        let palette = map.colors();
+        let mut n_missing = 0;
+        for color in colors {
+            let number = number(*color);
+            *color = match number.is_nan() {
+                true => missing_color,
+                false => palette[Coloring::place(range, number)],
+            };
+            n_missing += usize::from(number.is_nan());
+        }
+        Ok(Coloring { column, map, range, missing_color, n_missing })
     }
 }

@@ -1,0 +1,585 @@
+//! `kugelblitz judge`
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, ValueEnum};
+use kugelblitz::judge::{
+    self, Allowed, Claims, Conventions, Judgement, NormalSide, NormalSpace, Part, Quantity,
+    RAY_BYTES, Seen, Spread, alike, error_picture, hint, pixels_of, worst,
+};
+use kugelblitz::memory;
+use kugelblitz::picture::{Image, read_image};
+use kugelblitz::rays::{Pixels, read_rays_with};
+use kugelblitz::scene::{Color, Scene};
+use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::verify::{RayError, Truth};
+use kugelblitz::{Error, Result, Session};
+use serde::Serialize;
+
+use super::compare::{begin_picture, percent, write_picture};
+use super::head::{Objects, On, print_verdict};
+use super::output::{count, objects, print_text};
+use super::progress::Progress;
+use super::render::size;
+use super::{DeviceArgs, Run, SizeArgs, TalkArgs, WholeArgs, device, scene};
+
+/// Hold another renderer's picture or hits against exact arithmetic
+///
+/// FILE has ids, depths, normals, or the objects' own colours: an OpenEXR file with the channels id, Z or
+/// N.X…, a structured NumPy array with the fields id, t, normal, a plain NumPy array (say with --as what it
+/// tells), or a PNG of the unlit objects. Its size is the picture's. Each pixel is judged, at a silhouette
+/// or away from it: it is at one where any of its eight neighbours sees another object. Exit code 6 beyond
+/// --allow.
+#[derive(Args)]
+pub struct JudgeArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// The other renderer's picture or hits
+    #[arg(long, value_name = "FILE")]
+    pub against: PathBuf,
+    /// What FILE tells: id, depth (along the view axis), distance (from the eye), zbuffer, normal, color;
+    /// several with commas [default: what its channels' names say]
+    #[arg(long = "as", value_name = "WHAT", value_delimiter = ',')]
+    pub quantities: Vec<Quantity>,
+    /// The channel or field of FILE that tells it, where the name doesn't; of normals what stands before .X
+    #[arg(long, value_name = "NAME", requires = "quantities")]
+    pub channel: Option<String>,
+    /// FILE has hits of these rays: .npy, shape (N, 6), as for `trace`
+    #[arg(long, value_name = "RAYS.npy", conflicts_with_all = ["size", "crop", "output"])]
+    pub rays: Option<PathBuf>,
+    /// Added to FILE's ids to make them count from 1, e.g. 1 for those of Embree
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    pub id_offset: i64,
+    /// The id of the background [default: -1 and 4294967295, and what is 0 with --id-offset]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    pub no_hit: Option<i64>,
+    /// The depth of the background, beside infinity: 0, 1e10, the far plane
+    #[arg(long, value_name = "DEPTH", allow_negative_numbers = true)]
+    pub background: Option<f64>,
+    /// Length of FILE's unit of depth in the scene's: 0.001 for millimetres, -1 for depths below 0
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = scale)]
+    pub scale: f64,
+    /// The near plane of a z-buffer; where it is farther than --far, the buffer is reversed
+    #[arg(long, value_name = "DISTANCE", requires = "far", value_parser = plane)]
+    pub near: Option<f64>,
+    /// The far plane of a z-buffer; may be inf
+    #[arg(long, value_name = "DISTANCE", requires = "near", value_parser = plane)]
+    pub far: Option<f64>,
+    /// Which of their two directions FILE's normals have
+    #[arg(long, value_enum, default_value_t = Normals::Facing)]
+    pub normals: Normals,
+    /// The axes of FILE's normals: the world's, or the camera's right, up and back
+    #[arg(long, value_enum, default_value_t = Space::World)]
+    pub normal_space: Space,
+    /// How far a byte of an object's colour may be off
+    #[arg(long, value_name = "LEVELS", default_value_t = Conventions::COLOR_TOLERANCE)]
+    pub color_tolerance: u8,
+    /// FILE's first row is the lowest
+    #[arg(long)]
+    pub rows_from_below: bool,
+    /// What is still right: shares of wrong ids, the errors of t (ulp or relative) and normals (degrees),
+    /// e.g. ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1; each may be `any` [default: what certified itself
+    /// promises]
+    #[arg(long, value_name = "WHAT")]
+    pub allow: Option<Allowed>,
+    /// Pixels of each kind of error to show, the worst first
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub worst: usize,
+    /// Also write a picture of the errors (.png): false hits red, false misses orange, other objects
+    /// yellow, errors of t and normals blue
+    #[arg(short, long, value_name = "ERROR.png")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// The direction of normals.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Normals {
+    /// Towards the ray.
+    Facing,
+    /// Out of a sphere, and as the scene gives it for a plane.
+    Outward,
+    /// Any of the two.
+    Either,
+}
+
+/// The axes of normals.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Space {
+    /// The world's.
+    World,
+    /// The camera's.
+    Camera,
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(scale) if scale.is_finite() && scale != 0.0 => Ok(scale),
+        _ => Err("give a length other than 0, e.g. 0.001".into()),
+    }
+}
+
+fn plane(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(distance) if distance > 0.0 => Ok(distance),
+        _ => Err("give a distance above 0, e.g. 0.1, or inf".into()),
+    }
+}
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    on: On,
+    against: String,
+    format: &'static str,
+    /// Of a picture.
+    size: Option<[u32; 2]>,
+    /// Left column, top row, width and height of a part.
+    crop: Option<[u32; 4]>,
+    objects: Objects,
+    rays: usize,
+    judged: Vec<&'static str>,
+    allowed: String,
+    away: OfPart,
+    /// Of a picture.
+    silhouettes: Option<OfPart>,
+    worst: Vec<Worst>,
+    hint: Option<String>,
+    broken: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct OfPart {
+    rays: u64,
+    wrong_ids: u64,
+    false_hits: u64,
+    false_misses: u64,
+    wrong_object: u64,
+    t_ulp: Option<OfSpread>,
+    t_relative: Option<OfSpread>,
+    normal_degrees: Option<OfSpread>,
+}
+
+#[derive(Serialize)]
+struct OfSpread {
+    #[serde(flatten)]
+    spread: Spread,
+    worst_pixel: Option<[u32; 2]>,
+}
+
+#[derive(Serialize)]
+struct Worst {
+    kind: &'static str,
+    ray: usize,
+    pixel: Option<[u32; 2]>,
+    says: String,
+    exact: String,
+    explain: String,
+}
+
+/// Judges another renderer's results.
+pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
+    let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let begin = |output: &PathBuf| begin_picture(output, &inputs, &args.talk);
+    let file = args.output.as_ref().map(begin).transpose()?;
+    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let conventions = conventions(args)?;
+    let image = read_image(&args.against)?;
+    let rays = match &args.rays {
+        Some(rays) => Rays::List(read_rays_with(rays, &run.control)?),
+        None => Rays::Pixels(pixels(args, &scene, &image)?),
+    };
+    let n = rays.len();
+    if image.len() != n {
+        return Err(Error::Usage(format!(
+            "{}: {} for {}; give the file that belongs to these rays",
+            args.against.display(),
+            count(image.len(), "result"),
+            count(n, "ray")
+        )));
+    }
+    let advice = "judge a part of the picture with --crop";
+    memory::require(format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES), advice)?;
+    let view = match &rays {
+        Rays::Pixels(pixels) => Some(pixels.view),
+        Rays::List(_) => None,
+    };
+    let claims = Claims::new(image.clone(), &conventions, view.as_ref())?;
+    check_colors(args, &scene, &claims)?;
+
+    let (choice, kernel) = (&args.device.device, Kernel::Certified);
+    let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let progress = Progress::start(&args.talk, &run.control, 2 * n as u64);
+    let truth = judge::truth(&mut session, &rays, &run.control)?;
+    drop(progress);
+    let judgement = judge::judge(&scene, &rays, &truth, &claims)?;
+    let allowed = args.allow.unwrap_or_default();
+    let broken = allowed.broken(&judgement);
+    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
+    let hint = match broken.is_empty() {
+        true => None,
+        false => {
+            let other = (&image, &conventions, view.as_ref());
+            hint(&scene, &rays, &truth, other, (&claims, &judgement))?
+        }
+    };
+    run.control.check()?;
+    if let (Some(file), Rays::Pixels(pixels)) = (file, &rays) {
+        let size = [pixels.width, pixels.height];
+        write_picture(file, size, &error_picture(&judgement), run)?;
+    }
+
+    let case = Case { args, scene: &scene, rays: &rays, truth: &truth, claims: &claims };
+    let worst = case.worst(&judgement, &allowed);
+    let judged: Vec<&str> = claims.quantities.iter().map(|quantity| quantity.name()).collect();
+    if args.talk.json {
+        let (size, crop) = match &rays {
+            Rays::Pixels(p) => {
+                let is_part = (p.width, p.height) != (p.image_width, p.image_height);
+                let crop = is_part.then_some([p.x, p.y, p.width, p.height]);
+                (Some([p.image_width, p.image_height]), crop)
+            }
+            Rays::List(_) => (None, None),
+        };
+        let silhouettes = size.map(|_| case.part(&judgement.silhouettes));
+        let summary = Summary {
+            on: On::from(session.device()),
+            against: args.against.display().to_string(),
+            format: image.format,
+            size,
+            crop,
+            objects: Objects::from(&*scene),
+            rays: n,
+            judged,
+            allowed: allowed.to_string(),
+            away: case.part(&judgement.away),
+            silhouettes,
+            worst,
+            hint,
+            broken: broken.clone(),
+        };
+        print_verdict("judge", &summary, failure.as_ref())?;
+    } else {
+        let what = match &rays {
+            Rays::Pixels(pixels) => size(pixels),
+            Rays::List(_) => count(n, "ray"),
+        };
+        let mut text = format!(
+            "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
+            args.against.display(),
+            judged.join(", "),
+            args.scene.display(),
+            objects(&scene)
+        );
+        text += &case.table(&judgement);
+        text += &in_words(&worst);
+        if let Some(options) = &hint {
+            text += &format!("\nfar more of it would be right with {options}\n");
+        }
+        text += &format!("\nallowed: {allowed}{}\n", if broken.is_empty() { ": kept" } else { "" });
+        print_text(&text)?;
+    }
+    failure.map_or(Ok(()), Err)
+}
+
+fn conventions(args: &JudgeArgs) -> Result<Conventions> {
+    let near_far = args.near.zip(args.far).map(|(near, far)| [near, far]);
+    if let Some([near, far]) = near_far.filter(|[near, far]| near == far) {
+        let message = format!("--near {near} --far {far}: there is nothing between these planes");
+        return Err(Error::Usage(message));
+    }
+    Ok(Conventions {
+        quantities: args.quantities.clone(),
+        channel: args.channel.clone(),
+        id_offset: args.id_offset,
+        no_hit: args.no_hit,
+        background: args.background,
+        scale: args.scale,
+        near_far,
+        normal_side: match args.normals {
+            Normals::Facing => NormalSide::Facing,
+            Normals::Outward => NormalSide::Outward,
+            Normals::Either => NormalSide::Either,
+        },
+        normal_space: match args.normal_space {
+            Space::World => NormalSpace::World,
+            Space::Camera => NormalSpace::Camera,
+        },
+        color_tolerance: args.color_tolerance,
+        rows_from_below: args.rows_from_below,
+    })
+}
+
+/// The pixels that the file shows.
+fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
+    let path = args.against.display();
+    if image.is_list {
+        return Err(Error::Usage(format!(
+            "{path}: a list of {}; give the rays that they are of with --rays",
+            count(image.width, "result")
+        )));
+    }
+    let own = [image.width, image.height];
+    let is_whole = image.whole == own && image.first == [0, 0];
+    let of_file = image.whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    if let Some([_, _, width, height]) = args.size.crop {
+        if [width as usize, height as usize] != own {
+            return Err(Error::Usage(format!(
+                "{path}: {}×{} pixels, but --crop has {width}×{height}",
+                own[0], own[1]
+            )));
+        }
+        let size = args.size.whole.size.or((!is_whole).then_some(of_file));
+        let size = SizeArgs { whole: WholeArgs { size }, crop: args.size.crop };
+        return size.pixels(scene, &args.scene);
+    }
+    let size = args.size.whole.size.unwrap_or(of_file);
+    if size != of_file {
+        return Err(Error::Usage(format!(
+            "{path}: {}×{} pixels, but --size has {}×{}; say with --crop which part of it they are",
+            of_file[0], of_file[1], size[0], size[1]
+        )));
+    }
+    pixels_of(image, WholeArgs { size: Some(size) }.pixels(scene, &args.scene)?)
+}
+
+/// Colours tell objects where nothing lights them, and where they differ.
+fn check_colors(args: &JudgeArgs, scene: &Scene, claims: &Claims) -> Result<()> {
+    let Seen::Colors { tolerance, .. } = claims.seen else { return Ok(()) };
+    if scene.is_lit() {
+        return Err(Error::Usage(format!(
+            "{}: the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
+             compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`",
+            args.scene.display()
+        )));
+    }
+    if let Some((n, [a, b])) = alike(scene, tolerance) {
+        args.talk.warn(&format!(
+            "{n} of the scene's colours are too near to another one, those of {} and {} for one: they are \
+             not told apart",
+            object(scene, a),
+            object(scene, b)
+        ));
+    }
+    Ok(())
+}
+
+/// `object 3 “red giant”`, or `the background`.
+fn object(scene: &Scene, id: u32) -> String {
+    match (id, scene.object(id), scene.name(id)) {
+        (0, ..) => "the background".into(),
+        (_, None, _) => "no object of the scene".into(),
+        (_, _, Some(name)) => format!("object {id} “{name}”"),
+        (..) => format!("object {id}"),
+    }
+}
+
+/// What is judged.
+struct Case<'a> {
+    args: &'a JudgeArgs,
+    scene: &'a Scene,
+    rays: &'a Rays,
+    truth: &'a Truth,
+    claims: &'a Claims,
+}
+
+impl Case<'_> {
+    fn pixel(&self, ray: usize) -> Option<[u32; 2]> {
+        match self.rays {
+            Rays::Pixels(pixels) => Some(pixels.xy(ray).into()),
+            Rays::List(_) => None,
+        }
+    }
+
+    fn part(&self, part: &Part) -> OfPart {
+        let of = |spread: Option<Spread>| {
+            spread.map(|spread| OfSpread { spread, worst_pixel: self.pixel(spread.worst_ray) })
+        };
+        OfPart {
+            rays: part.rays,
+            wrong_ids: part.wrong_ids(),
+            false_hits: part.false_hits,
+            false_misses: part.false_misses,
+            wrong_object: part.wrong_object,
+            t_ulp: of(part.t_ulp),
+            t_relative: of(part.t_relative),
+            normal_degrees: of(part.normal_degrees),
+        }
+    }
+
+    /// The errors away from silhouettes and at them.
+    fn table(&self, judgement: &Judgement) -> String {
+        let is_picture = matches!(self.rays, Rays::Pixels(_));
+        let parts: &[&Part] = match is_picture {
+            true => &[&judgement.away, &judgement.silhouettes],
+            false => &[&judgement.away],
+        };
+        let mut text = String::new();
+        let mut row = |name: &str, cells: Vec<String>| {
+            text += &format!("{name:<24}");
+            cells.iter().for_each(|cell| text += &format!("{cell:>26}"));
+            text += "\n";
+        };
+        let cells = |of: &dyn Fn(&Part) -> String| parts.iter().map(|part| of(part)).collect();
+        match is_picture {
+            true => {
+                row("", vec!["away from silhouettes".into(), "at silhouettes".into()]);
+                row("pixels", cells(&|part| part.rays.to_string()));
+            }
+            false => row("rays", cells(&|part| part.rays.to_string())),
+        }
+        let share = |n: u64, part: &Part| format!("{n} ({} %)", percent(n, part.rays));
+        row("wrong ids", cells(&|part| share(part.wrong_ids(), part)));
+        row("  false hits", cells(&|part| part.false_hits.to_string()));
+        row("  false misses", cells(&|part| part.false_misses.to_string()));
+        row("  another object", cells(&|part| part.wrong_object.to_string()));
+        type Of = fn(&Part) -> Option<Spread>;
+        let spreads: [(&str, Of); 3] = [
+            ("t, ulp", |part| part.t_ulp),
+            ("t, relative", |part| part.t_relative),
+            ("normal, degrees", |part| part.normal_degrees),
+        ];
+        for (name, of) in spreads {
+            if parts.iter().all(|part| of(part).is_none()) {
+                continue;
+            }
+            let number = |part: &Part, number: fn(&Spread) -> f64| {
+                of(part).map_or("–".into(), |spread| figure(number(&spread)))
+            };
+            row(&format!("{name}: median"), cells(&|part| number(part, |spread| spread.median)));
+            row("  99 %", cells(&|part| number(part, |spread| spread.p99)));
+            let worst = |part: &Part| match of(part) {
+                None => "–".into(),
+                Some(spread) => match self.pixel(spread.worst_ray) {
+                    Some([x, y]) => format!("{} at {x},{y}", figure(spread.worst)),
+                    None => format!("{} at ray {}", figure(spread.worst), spread.worst_ray),
+                },
+            };
+            row("  worst", cells(&worst));
+        }
+        text
+    }
+
+    /// The worst rays, without those whose `t` and normal are as they may be.
+    fn worst(&self, judgement: &Judgement, allowed: &Allowed) -> Vec<Worst> {
+        let kinds = ["wrong id", "wrong id at a silhouette", "t", "normal"];
+        let is_allowed = |kind: &str, error: &RayError| match (kind, error) {
+            ("t", RayError::Right { t: Some(t), .. }) => allowed.allows_t(t),
+            ("normal", RayError::Right { normal: Some(n), .. }) => {
+                n.degrees <= allowed.normal_degrees
+            }
+            _ => false,
+        };
+        let all = kinds.into_iter().zip(worst(judgement, self.args.worst));
+        let all = all.flat_map(|(kind, rays)| rays.into_iter().map(move |ray| (kind, ray)));
+        let shown = all.filter(|&(kind, ray)| !is_allowed(kind, &judgement.errors[ray]));
+        shown.map(|(kind, ray)| self.one(kind, ray, &judgement.errors[ray])).collect()
+    }
+
+    fn one(&self, kind: &'static str, ray: usize, error: &RayError) -> Worst {
+        let (says, exact) = match (kind, error) {
+            ("t", RayError::Right { t, .. }) => {
+                let off = t.map_or(f64::NAN, |t| t.ulp);
+                let claimed = self.claims.t.as_ref().map_or(f64::NAN, |t| t[ray]);
+                let what = if self.claims.is_distance { "distance" } else { "t" };
+                let exact = format!("t = {:?}", self.truth.t[ray]);
+                (format!("{what} = {claimed:?} ({} ulp off)", figure(off)), exact)
+            }
+            ("normal", RayError::Right { normal, .. }) => {
+                let off = normal.map_or(f64::NAN, |normal| normal.degrees);
+                let claimed = self.claims.normal.as_ref().map(|normal| normal[ray]);
+                let [x, y, z] = claimed.map_or([f64::NAN; 3], |normal| normal.to_array());
+                let [a, b, c] = self.truth.normal[ray];
+                let says = format!("({x:.6}, {y:.6}, {z:.6}), {}° off", figure(off));
+                (says, format!("({a:.6}, {b:.6}, {c:.6})"))
+            }
+            _ => (self.says(ray), object(self.scene, self.truth.id[ray])),
+        };
+        Worst { kind, ray, pixel: self.pixel(ray), says, exact, explain: self.explain(ray) }
+    }
+
+    fn says(&self, ray: usize) -> String {
+        match &self.claims.seen {
+            Seen::Ids(ids) => object(self.scene, ids[ray]),
+            Seen::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
+            Seen::Colors { srgb8, tolerance } => {
+                let [r, g, b] = srgb8[ray];
+                let is_near = |color: Color| {
+                    let pairs = color.to_srgb8().into_iter().zip(srgb8[ray]);
+                    pairs.into_iter().all(|(a, b)| a.abs_diff(b) <= *tolerance)
+                };
+                let of = (0..).zip(self.scene.colors()).find(|(_, color)| is_near(*color));
+                let whose = of.map_or("of no object".into(), |(id, _)| object(self.scene, id));
+                format!("{whose}, #{r:02x}{g:02x}{b:02x}")
+            }
+        }
+    }
+
+    /// The command that shows why.
+    fn explain(&self, ray: usize) -> String {
+        let scene = quoted(&self.args.scene);
+        match self.rays {
+            Rays::Pixels(pixels) => {
+                let (x, y) = pixels.xy(ray);
+                let (w, h) = (pixels.image_width, pixels.image_height);
+                format!("kugelblitz explain {scene} --pixel {x},{y} --size {w}x{h}")
+            }
+            Rays::List(rays) => {
+                let Ray { origin, direction } = rays[ray];
+                let numbers = [origin.to_array(), direction.to_array()].concat();
+                let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+                format!("kugelblitz explain {scene} --ray={}", numbers.join(","))
+            }
+        }
+    }
+}
+
+fn in_words(worst: &[Worst]) -> String {
+    let mut text = String::new();
+    let mut last = "";
+    for Worst { kind, ray, pixel, says, exact, explain } in worst {
+        if *kind != last {
+            let title = match *kind {
+                "t" => "largest errors of t",
+                "normal" => "largest errors of normals",
+                wrong => wrong,
+            };
+            text += &format!("\n{title}:\n");
+            last = kind;
+        }
+        let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
+        text += &format!("  {at}: says {says}; exact: {exact}\n    {explain}\n");
+    }
+    text
+}
+
+/// Three digits.
+fn figure(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        x if !x.is_finite() => "∞".into(),
+        x if (1e-3..1e6).contains(&x) => {
+            let digits = (2 - x.log10().floor() as i32).max(0) as usize;
+            format!("{x:.digits$}")
+        }
+        x => format!("{x:.2e}"),
+    }
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let path = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    match !path.is_empty() && path.chars().all(is_plain) {
+        true => path,
+        false => format!("'{}'", path.replace('\'', "'\\''")),
+    }
+}

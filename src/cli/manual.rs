@@ -1,0 +1,327 @@
+//! The texts of the manual pages that are not in the command line's own help.
+
+/// Who reads an environment variable.
+pub enum Reader {
+    /// Every command.
+    All,
+    /// Those that can use a Vulkan device.
+    Device,
+    /// The window.
+    Window,
+}
+
+/// Code and meaning, as in the program's help.
+pub const EXIT_STATUS: [(u8, &str); 9] = [
+    (0, "done"),
+    (1, "failed otherwise"),
+    (2, "wrong usage"),
+    (3, "the scene is wrong"),
+    (4, "no suitable adapter"),
+    (5, "the device was lost or timed out"),
+    (6, "a comparison failed"),
+    (7, "does not fit the device's limits or memory"),
+    (130, "interrupted"),
+];
+
+/// Name, readers and meaning.
+pub const ENVIRONMENT: [(&str, Reader, &str); 7] = [
+    (
+        "WGPU_ADAPTER_NAME",
+        Reader::Device,
+        "A part of the name of the adapter that --device auto and --device gpu take; \
+         `kugelblitz probe` lists the names.",
+    ),
+    (
+        "VK_DRIVER_FILES",
+        Reader::Device,
+        "Paths of the descriptions of Vulkan drivers, for the Vulkan loader: only these are seen.",
+    ),
+    (
+        "RAYON_NUM_THREADS",
+        Reader::All,
+        "Threads that share the work on the CPU. Without it there are as many as processors. The \
+         output is the same with any number.",
+    ),
+    ("NO_COLOR", Reader::All, "Where it is set, messages have no colours."),
+    (
+        "TMPDIR",
+        Reader::All,
+        "Where a picture is collected that goes to a pipe in a format that needs to be sought in.",
+    ),
+    ("DISPLAY", Reader::Window, "The X11 display of the window."),
+    ("WAYLAND_DISPLAY", Reader::Window, "The Wayland display of the window; it is tried first."),
+];
+
+/// What a command with a scene says of scenes.
+pub const ABOUT_SCENE: &str = "\
+    A scene is a TOML file: [camera], [[sphere]], [[plane]], and optionally [image], [[light]], [sky], \
+    ambient, background, and [[spheres]] for files with many spheres. kugelblitz-scene(5) has all \
+    keys; a misspelt one is an error that names file, line, column and the nearest known key.";
+
+/// The files of a command that has these arguments.
+pub fn files(is_program: bool, has: &dyn Fn(&str) -> bool) -> Vec<(&'static str, &'static str)> {
+    let mut files = Vec::new();
+    if is_program || has("scene") || has("scenes") {
+        files.push(("*.toml", "A scene, see kugelblitz-scene(5)."));
+        files.push((
+            "*.npy, *.csv, *.xyz",
+            "Many spheres, which a scene names by their path from its own folder.",
+        ));
+    }
+    if is_program || has("output") {
+        files.push((
+            "the output",
+            "It is written beside its place without a name, and named when it is whole: a run that \
+             fails or is interrupted leaves the old file as it was. `-` is standard output.",
+        ));
+    }
+    files
+}
+
+/// A page, a line to be typed, and what it does.
+pub const EXAMPLES: &[(&str, &str, &str)] = &[
+    (
+        "kugelblitz",
+        "kugelblitz render scenes/figure1.toml -o figure1.png",
+        "Draws a picture; each pixel shows the object that exact arithmetic sees.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/figure1.toml -o figure1.png --size 640x360 --samples 3",
+        "A picture with smooth edges.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/figure2.toml -o figure2.exr --certificates",
+        "Colour, depth, ids and normals, and for each pixel the arithmetic that decided it.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/figure2.toml -o - --format ppm > figure2.ppm",
+        "A picture for a pipe.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/clouds/caffeine.xyz -o caffeine.png --size 640x360 --view iso",
+        "A picture straight from data, with a camera that frames all.",
+    ),
+    (
+        "kugelblitz-render",
+        "kugelblitz render scenes/lit/figure2.toml -o film.png --size 320x180 --turntable 4",
+        "film-0001.png and so on: once around the scene.",
+    ),
+    (
+        "kugelblitz-verify",
+        "kugelblitz verify scenes/figure5.toml --size 320x180 --all-kernels",
+        "Holds every pixel of every kernel against exact arithmetic.",
+    ),
+    ("kugelblitz-check", "kugelblitz check scenes/figure1.toml", "What a scene costs."),
+    (
+        "kugelblitz-trace",
+        "kugelblitz trace scenes/figure2.toml --rays rays.npy -o hits.npy",
+        "The hits of any rays: float64 of shape (N, 6) in, a structured array (N,) out.",
+    ),
+    (
+        "kugelblitz-explain",
+        "kugelblitz explain scenes/figure5.toml --pixel 640,360",
+        "Why a pixel shows what it shows.",
+    ),
+    (
+        "kugelblitz-explain",
+        "kugelblitz explain scenes/figure5.toml --ray 0,0,0,0,0,-1 --latex",
+        "The same of any ray, for a script in LaTeX.",
+    ),
+    (
+        "kugelblitz-judge",
+        "kugelblitz judge scenes/figure2.toml --against figure2.exr",
+        "Holds another renderer's ids, depths and normals against exact arithmetic.",
+    ),
+    (
+        "kugelblitz-compare",
+        "kugelblitz compare figure1.png figure1.png",
+        "Whether two pictures are equal, and where not.",
+    ),
+    (
+        "kugelblitz-info",
+        "kugelblitz info figure2.exr",
+        "What a picture says of itself: scene, camera, kernel, proof.",
+    ),
+    (
+        "kugelblitz-figure",
+        "kugelblitz figure 4 -o figure4.svg",
+        "The lecture's figure of a sphere, drawn with axes.",
+    ),
+    (
+        "kugelblitz-export",
+        "kugelblitz export pov scenes/lit/figure2.toml -o figure2.pov",
+        "A scene for POV-Ray, and the command that renders it there.",
+    ),
+    (
+        "kugelblitz-report",
+        "kugelblitz report scenes/figure2.toml --size 160x90 -o before.json -o report.html",
+        "Measures speed against error, as a page and with all figures.",
+    ),
+    (
+        "kugelblitz-report",
+        "kugelblitz report scenes/figure2.toml --size 160x90 --baseline before.json",
+        "Measures again and marks what changed beyond noise.",
+    ),
+    #[cfg(feature = "view")]
+    (
+        "kugelblitz-view",
+        "kugelblitz view scenes/figure1.toml",
+        "Opens a window; H lists its controls.",
+    ),
+    (
+        "kugelblitz-generate-cloud",
+        "kugelblitz generate cloud --count 1000 -o cloud.npy --scene cloud.toml",
+        "A thousand spheres, and a scene that shows them.",
+    ),
+    (
+        "kugelblitz-digest",
+        "kugelblitz digest scenes/lit/figure1.toml --size 320x180",
+        "One line to keep in place of a reference picture.",
+    ),
+    ("kugelblitz-probe", "kugelblitz probe", "The Vulkan adapters and what their arithmetic does."),
+    (
+        "kugelblitz-completions",
+        "kugelblitz completions bash > kugelblitz.bash",
+        "A script that bash completes commands and options by.",
+    ),
+    ("kugelblitz-man", "kugelblitz man render > kugelblitz-render.1", "The page of one command."),
+    ("kugelblitz-man", "kugelblitz man --dir man1", "All pages, for a package."),
+];
+
+/// What stands before all keys.
+pub const SCENE_INTRODUCTION: [&str; 3] = [
+    "A scene is a TOML file in UTF-8. Numbers are read as the nearest f64; from there on, what a scene \
+     means is exact arithmetic on them. The world is right-handed, with any unit of length.",
+    "A colour is \"#rrggbb\" or \"#rgb\" (sRGB, as a picture shows it), a name of CSS such as \
+     \"steelblue\", or [red, green, blue] in linear light, each from 0 to 1.",
+    "An object's id is its place: spheres in the order of the file, then those of [[spheres]], then \
+     planes, from 1; 0 is the background.",
+];
+
+/// A table of keys: header, what it is, and its keys with an example and a meaning.
+pub type Keys = (&'static str, &'static str, &'static [(&'static str, &'static str, &'static str)]);
+
+/// All tables of a scene file.
+pub const SCENE: &[Keys] = &[
+    (
+        "TOP OF THE FILE",
+        "Before the first header.",
+        &[
+            ("background", "\"#20242c\"", "Where no object is seen; black without it."),
+            ("ambient", "0.1", "Light from nowhere, for all objects: a number or a colour."),
+        ],
+    ),
+    (
+        "[camera]",
+        "The eye. Needed for pictures, not for trace.",
+        &[
+            ("position", "[0.0, 1.0, 6.0]", "The eye."),
+            ("look_at", "[0.0, 1.0, 0.0]", "A point in the middle of the picture."),
+            ("up", "[0.0, 1.0, 0.0]", "What is up in the picture; this without it."),
+            ("fov", "40.0", "The vertical field of view, degrees; 45 without it."),
+            ("height", "3.0", "In place of fov: parallel rays, and a picture so many units high."),
+        ],
+    ),
+    (
+        "[image]",
+        "Optional; the command line wins over it.",
+        &[
+            ("width", "1280", "Pixels across."),
+            ("height", "720", "Pixels down."),
+            ("samples", "4", "4 × 4 rays a pixel, at most 16 × 16; 1 without it."),
+        ],
+    ),
+    (
+        "[[sphere]]",
+        "As many as there are spheres.",
+        &[
+            ("name", "\"red giant\"", "Optional."),
+            ("center", "[0.0, 1.0, -4.0]", "The centre."),
+            ("radius", "2.0", "More than 0."),
+            ("color", "\"#d62728\"", "A colour."),
+        ],
+    ),
+    (
+        "[[plane]]",
+        "As many as there are planes.",
+        &[
+            ("name", "\"floor\"", "Optional."),
+            ("point", "[0.0, 0.0, 0.0]", "Any point of the plane."),
+            ("normal", "[0.0, 1.0, 0.0]", "Across the plane, of any length but 0."),
+            ("color", "\"#8c8c8c\"", "A colour."),
+        ],
+    ),
+    (
+        "[[spheres]]",
+        "Many spheres from a file.",
+        &[
+            ("file", "\"cloud.npy\"", "Its path from the folder of the scene: .npy, .csv or .xyz."),
+            ("radius", "0.01", "Of all, where the file has none."),
+            ("color", "\"#1f77b4\"", "Of all, where the file has none."),
+            ("columns", "{ radius = \"R\" }", "The names of columns, where they are others."),
+            ("color_by", "\"speed\"", "A column that gives the colour, by a colour map."),
+            ("colormap", "\"viridis\"", "The colour map; viridis without it."),
+            (
+                "range",
+                "[0.0, 2.5]",
+                "The ends of the colour map; the column's least and largest without it.",
+            ),
+            ("missing_color", "\"#ff00ff\"", "Where the column has no number."),
+            ("frame", "0", "Which frame of a file of several."),
+        ],
+    ),
+    (
+        "[[light]]",
+        "A lamp or a sun. Without any light, sky or ambient, colours are shown as they are.",
+        &[
+            ("position", "[4.0, 6.0, 3.0]", "A lamp there; \"eye\" is one at the camera."),
+            ("direction", "[-1.0, -2.0, -1.0]", "Or a sun: the way that its light travels."),
+            ("color", "\"#fff4e0\"", "White without it."),
+            ("intensity", "0.9", "Not negative; 1 without it. Nothing falls off with distance."),
+            ("shadows", "true", "With false, nothing is in its way."),
+        ],
+    ),
+    (
+        "[sky]",
+        "Soft white light from everywhere.",
+        &[
+            ("intensity", "0.5", "What an open plane gets."),
+            ("directions", "64", "Suns that it is made of; 64 without it, at most 65536."),
+        ],
+    ),
+];
+
+/// What stands behind all keys.
+pub const SCENE_NOTES: [&str; 2] = [
+    "Rows of .npy: float32 or float64, shape (N, 3): x, y, z; (N, 4): with the radius; (N, 7): with the \
+     radius and linear red, green, blue. Columns of .csv: x, y, z, and optionally r, and red, green, \
+     blue. Rows of .xyz: Element x y z, with van der Waals radii and CPK colours.",
+    "A wrong scene is refused with file, line, column and the nearest known key, and exit status 3; no \
+     output file is touched.",
+];
+
+/// A whole scene.
+pub const SCENE_EXAMPLE: &str = r##"background = "#20242c"
+ambient    = 0.1
+
+[camera]
+position = [0.0, 1.0, 6.0]
+look_at  = [0.0, 1.0, 0.0]
+
+[[light]]
+position = [4.0, 6.0, 3.0]
+
+[[sphere]]
+center = [0.0, 1.0, 0.0]
+radius = 1.0
+color  = "tomato"
+
+[[plane]]
+point  = [0.0, 0.0, 0.0]
+normal = [0.0, 1.0, 0.0]
+color  = "#888"
+"##;

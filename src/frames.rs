@@ -1,0 +1,373 @@
+//! The cameras of a film: a turntable, or a path from a file.
+
+use std::path::{Path, PathBuf};
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+use crate::scene::{Camera, Projection, Scene, checked, turned};
+
+/// Most frames of a film: seven digits in their names.
+pub const MAX_FRAMES: u32 = 9_999_999;
+
+/// A camera that goes once around the point it looks at, about `up`, in `n_frames` equal steps. The
+/// first frame is the camera itself, and the one after the last would be again: the film is a loop.
+pub fn turntable(camera: &Camera, n_frames: u32) -> Vec<Camera> {
+    let arm = camera.position - camera.look_at;
+    let of_frame = |frame| {
+        let position = camera.look_at + turned(arm, camera.up, frame, n_frames);
+        Camera { position: if frame == 0 { camera.position } else { position }, ..camera.clone() }
+    };
+    (0..n_frames).map(of_frame).collect()
+}
+
+/// The columns of a path, each with its other name.
+const COLUMNS: [[&str; 2]; 12] = [
+    ["x", "position_x"],
+    ["y", "position_y"],
+    ["z", "position_z"],
+    ["look_at_x", ""],
+    ["look_at_y", ""],
+    ["look_at_z", ""],
+    ["up_x", ""],
+    ["up_y", ""],
+    ["up_z", ""],
+    ["fov", ""],
+    ["height", ""],
+    ["frame", ""],
+];
+
+/// Reads a camera path: a `.csv` file whose header names `x`, `y`, `z` (the camera's position) and any
+/// of `look_at_x`, `look_at_y`, `look_at_z`, `up_x`, `up_y`, `up_z`, and `fov` or `height`. What it does
+/// not name is as in `camera`. Each line is a frame. With a column `frame`, counted from 1 and
+/// rising, each line is a key, and all numbers change evenly between two keys.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] names the line where something is wrong.
+pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
+    let wrong = |message: String| Error::Input { path: path.to_owned(), message };
+    let file = std::fs::File::open(path).map_err(Error::io(path))?;
+    let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(file);
+    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
+    let columns = Columns::find(&header).map_err(wrong)?;
+
+    let mut keys: Vec<(u32, Camera)> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| wrong(in_words(&error)))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let of_line = |message: String| wrong(format!("line {line}: {message}"));
+        let of_error = |error: Error| of_line(error.to_string());
+        let key = checked(columns.camera(&record, camera).map_err(of_line)?).map_err(of_error)?;
+        let last = keys.last().map_or(0, |(frame, _)| *frame);
+        let frame = match columns.frame {
+            Some(column) => whole(&record, column).map_err(of_line)?,
+            None => last.saturating_add(1),
+        };
+        if frame <= last || frame > MAX_FRAMES || (last == 0 && frame != 1) {
+            return Err(of_line(format!(
+                "frame {frame} follows frame {last}; frames are counted from 1 and rise, up to {MAX_FRAMES}"
+            )));
+        }
+        keys.push((frame, key));
+    }
+    if keys.is_empty() {
+        return Err(wrong("there is no line below the header; give one for each frame".into()));
+    }
+    let mut cameras: Vec<Camera> = Vec::new();
+    for two in keys.windows(2) {
+        let ((first, from), (second, to)) = (&two[0], &two[1]);
+        for frame in *first..*second {
+            let part = f64::from(frame - first) / f64::from(second - first);
+            let of_frame = |error| wrong(format!("frame {frame}: {error}"));
+            cameras.push(checked(between(from, to, part)).map_err(of_frame)?);
+        }
+    }
+    cameras.extend(keys.pop().map(|(_, last)| last));
+    Ok(cameras)
+}
+
+/// What is wrong with a line as a whole.
+fn in_words(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line}: {len} values, but the header names {expected_len} columns")
+        }
+        _ => error.to_string(),
+    }
+}
+
+/// Refuses cameras that are so far from a scene's objects that f64 has no number for it.
+///
+/// # Errors
+/// [`Error::Usage`] names the frame.
+pub fn check_reach(cameras: &[Camera], scene: &Scene) -> Result<()> {
+    let largest = |place: DVec3| place.abs().max_element();
+    let of_spheres = scene.spheres.iter().map(|s| largest(s.center) + s.radius).fold(0.0, f64::max);
+    let of_planes = scene.planes.iter().map(|p| largest(p.point)).fold(0.0, f64::max);
+    let reach = of_spheres.max(of_planes);
+    let is_far = |camera: &Camera| !(largest(camera.position) + reach).is_finite();
+    match cameras.iter().position(is_far) {
+        None => Ok(()),
+        Some(frame) => Err(Error::Usage(format!(
+            "frame {}: the camera is too far from the objects: sums of coordinates must stay below \
+             1.8e308",
+            frame + 1
+        ))),
+    }
+}
+
+/// The numbers of two cameras, mixed.
+fn between(from: &Camera, to: &Camera, part: f64) -> Camera {
+    if part == 0.0 {
+        return from.clone();
+    }
+    let mix = |a: f64, b: f64| a + part * (b - a);
+    let mix3 = |a: DVec3, b: DVec3| a + part * (b - a);
+    let projection = match (from.projection, to.projection) {
+        (
+            Projection::Perspective { fov_degrees: a },
+            Projection::Perspective { fov_degrees: b },
+        ) => Projection::Perspective { fov_degrees: mix(a, b) },
+        (Projection::Orthographic { height: a }, Projection::Orthographic { height: b }) => {
+            Projection::Orthographic { height: mix(a, b) }
+        }
+        (first, _) => first,
+    };
+    Camera {
+        position: mix3(from.position, to.position),
+        look_at: mix3(from.look_at, to.look_at),
+        up: mix3(from.up, to.up),
+        projection,
+    }
+}
+
+/// Where the numbers of a path stand.
+struct Columns {
+    position: [usize; 3],
+    look_at: Option<[usize; 3]>,
+    up: Option<[usize; 3]>,
+    fov: Option<usize>,
+    height: Option<usize>,
+    frame: Option<usize>,
+}
+
+impl Columns {
+    fn find(header: &StringRecord) -> Result<Columns, String> {
+        let known = || COLUMNS.map(|[name, _]| name).join(", ");
+        let mut places = [None; COLUMNS.len()];
+        for (place, name) in header.iter().enumerate() {
+            let name = name.to_lowercase();
+            let column =
+                COLUMNS.iter().position(|names| names.contains(&&*name) && !name.is_empty());
+            let Some(column) = column else {
+                let near = COLUMNS.iter().flatten().filter(|known| {
+                    !known.is_empty() && strsim::osa_distance(known, &name) <= known.len() / 3
+                });
+                let hint = near.map(|name| format!("did you mean `{name}`? ")).next();
+                let hint = hint.unwrap_or_default();
+                return Err(format!("unknown column {name:?}; {hint}known columns: {}", known()));
+            };
+            if places[column].replace(place).is_some() {
+                return Err(format!("the column {name:?} is named twice"));
+            }
+        }
+        let three = |first: usize, what: &str| match [0, 1, 2].map(|axis| places[first + axis]) {
+            [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+            [None, None, None] => Ok(None),
+            _ => Err(format!("{what} has three columns: {}", {
+                COLUMNS[first..first + 3]
+                    .iter()
+                    .map(|[name, _]| *name)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            })),
+        };
+        let (fov, height) = (places[9], places[10]);
+        if fov.is_some() && height.is_some() {
+            return Err(
+                "`fov` is for a perspective camera, `height` for an orthographic one; keep one \
+                        of the columns"
+                    .into(),
+            );
+        }
+        let position = three(0, "the camera's position")?.ok_or_else(|| {
+            format!("the header has no columns x, y, z for the camera's position, only {:?}", {
+                header.iter().collect::<Vec<_>>().join(", ")
+            })
+        })?;
+        Ok(Columns {
+            position,
+            look_at: three(3, "the point that is looked at")?,
+            up: three(6, "the direction upward")?,
+            fov,
+            height,
+            frame: places[11],
+        })
+    }
+
+    fn camera(&self, record: &StringRecord, usual: &Camera) -> Result<Camera, String> {
+        let vector = |columns: [usize; 3]| -> Result<DVec3, String> {
+            let [x, y, z] = columns.map(|column| number(record, column));
+            Ok(DVec3::new(x?, y?, z?))
+        };
+        let fov = self.fov.map(|column| number(record, column)).transpose()?;
+        let height = self.height.map(|column| number(record, column)).transpose()?;
+        Ok(Camera {
+            position: vector(self.position)?,
+            look_at: self.look_at.map_or(Ok(usual.look_at), vector)?,
+            up: self.up.map_or(Ok(usual.up), vector)?,
+            projection: match (fov, height) {
+                (Some(fov_degrees), _) => Projection::Perspective { fov_degrees },
+                (None, Some(height)) => Projection::Orthographic { height },
+                (None, None) => usual.projection,
+            },
+        })
+    }
+}
+
+fn number(record: &StringRecord, column: usize) -> Result<f64, String> {
+    let text = record.get(column).unwrap_or_default();
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("{text:?} is not a finite number")),
+    }
+}
+
+fn whole(record: &StringRecord, column: usize) -> Result<u32, String> {
+    let text = record.get(column).unwrap_or_default();
+    text.parse().map_err(|_| format!("{text:?} is not the number of a frame"))
+}
+
+/// The file of a frame: `film/out-0007.png` for `film/out.png`. `n_frames` says how many digits the
+/// numbers have, at least four.
+pub fn file_of_frame(output: &Path, frame: u32, n_frames: u32) -> PathBuf {
+    let digits = n_digits(n_frames);
+    numbered(output, &format!("{frame:0digits$}"))
+}
+
+/// The files of all frames as C's `printf` and ffmpeg name them: `film/out-%04d.png`.
+pub fn pattern_of_files(output: &Path, n_frames: u32) -> PathBuf {
+    let percent = |path: &Path| PathBuf::from(path.to_string_lossy().replace('%', "%%"));
+    numbered(&percent(output), &format!("%0{}d", n_digits(n_frames)))
+}
+
+fn n_digits(n_frames: u32) -> usize {
+    n_frames.to_string().len().max(4)
+}
+
+fn numbered(output: &Path, number: &str) -> PathBuf {
+    let mut name = output.file_stem().unwrap_or_default().to_owned();
+    name.push("-");
+    name.push(number);
+    if let Some(ending) = output.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    output.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera::new(DVec3::new(3.0, 2.0, 1.0), DVec3::new(1.0, 0.0, 1.0))
+    }
+
+    #[test]
+    fn a_turntable_goes_around_once() {
+        for up in [DVec3::Y, DVec3::Z, DVec3::new(0.1, 3.0, 0.2)] {
+            let camera = Camera { up, ..camera() };
+            let cameras = turntable(&camera, 8);
+            assert_eq!((cameras.len(), &cameras[0]), (8, &camera));
+            for (one, next) in cameras.iter().zip(cameras.iter().cycle().skip(1)) {
+                let [a, b] = [one, next].map(|camera| camera.position - camera.look_at);
+                assert!((a.length() - 8f64.sqrt()).abs() < 1e-14, "{a}");
+                // The height above the turntable stays, and each step is an eighth of a turn.
+                let axis = up.normalize();
+                assert!((a.dot(axis) - b.dot(axis)).abs() < 1e-14);
+                let [a, b] = [a, b].map(|v| v - axis * v.dot(axis));
+                assert!(
+                    (a.cross(b).dot(axis) / (a.length() * b.length()) - 0.5f64.sqrt()).abs()
+                        < 1e-14
+                );
+            }
+        }
+    }
+
+    fn read(text: &str) -> Result<Vec<Camera>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("path.csv");
+        std::fs::write(&path, text).unwrap();
+        read_path(&path, &camera())
+    }
+
+    #[test]
+    fn each_line_is_a_frame() {
+        let cameras = read("x,y,z,fov\n1,2,3,40\n# later\n4,5,6,50\n").unwrap();
+        let expected = |position, fov_degrees| Camera {
+            position,
+            projection: Projection::Perspective { fov_degrees },
+            ..camera()
+        };
+        let [one, two] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
+        assert_eq!(cameras, [expected(one, 40.0), expected(two, 50.0)]);
+        let all = "frame, position_x,position_y,position_z,look_at_x,look_at_y,look_at_z,up_x,up_y,up_z,height\n\
+                   1, 0,0,9, 0,0,0, 0,1,0, 2\n5, 8,0,9, 0,4,0, 0,1,0, 4\n";
+        let cameras = read(all).unwrap();
+        assert_eq!(cameras.len(), 5);
+        assert_eq!(cameras[1].position, DVec3::new(2.0, 0.0, 9.0));
+        assert_eq!(cameras[2].look_at, DVec3::new(0.0, 2.0, 0.0));
+        assert_eq!(cameras[4].projection, Projection::Orthographic { height: 4.0 });
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_path_is_named() {
+        for (text, says) in [
+            ("", "x, y, z"),
+            ("x,y\n1,2\n", "three columns"),
+            ("x,y,z,lookat_x\n", "did you mean `look_at_x`?"),
+            ("x,y,z,x\n", "twice"),
+            ("x,y,z,fov,height\n", "keep one"),
+            ("x,y,z\n", "no line below"),
+            ("x,y,z\n1,2\n", "line 2"),
+            ("x,y,z\n1,2,3\n1,2,abc\n", "line 3: \"abc\""),
+            ("x,y,z\n1,2,inf\n", "finite"),
+            ("x,y,z\n1,0,1\n", "line 2: the camera: `look_at` is the same point"),
+            ("x,y,z,fov\n1,2,3,180\n", "line 2: the camera: `fov`"),
+            ("frame,x,y,z\n2,1,2,3\n", "counted from 1"),
+            ("frame,x,y,z\n1,1,2,3\n1,2,2,3\n", "line 3: frame 1 follows frame 1"),
+            ("frame,x,y,z\n1,9,0,1\n3,-7,0,1\n", "frame 2: the camera: `look_at` is the same"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.to_string().contains(says), "{text:?}: {error}");
+            assert_eq!(error.exit_code(), 1);
+        }
+    }
+
+    #[test]
+    fn files_are_numbered() {
+        let at = |path: &str, frame, n| file_of_frame(path.as_ref(), frame, n);
+        assert_eq!(at("a/out.png", 7, 36), Path::new("a/out-0007.png"));
+        assert_eq!(at("out.tar.exr", 12, 12345), Path::new("out.tar-00012.exr"));
+        let pattern = pattern_of_files("50%/out.png".as_ref(), 36);
+        assert_eq!(pattern, Path::new("50%%/out-%04d.png"));
+    }
+
+    #[test]
+    fn a_camera_out_of_reach_is_refused() {
+        let far = Camera { position: DVec3::X * 1.7e308, ..camera() };
+        let plane = crate::scene::Plane {
+            name: None,
+            point: DVec3::X * -1.7e308,
+            normal: DVec3::Y,
+            color: crate::scene::Color::BLACK,
+        };
+        let scene = Scene { planes: vec![plane], ..Scene::default() };
+        assert!(check_reach(&[camera()], &scene).is_ok());
+        let refused = check_reach(&[camera(), far], &scene).unwrap_err();
+        assert!(refused.to_string().starts_with("frame 2"), "{refused}");
+    }
+}

@@ -1,0 +1,252 @@
+//! Pictures that this program or another one wrote, as channels of numbers.
+
+mod exr;
+mod npy;
+mod others;
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::memory;
+
+/// A picture, or a list of results, as it was read from a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// The name of the format.
+    pub format: &'static str,
+    /// Columns; of a list, its length.
+    pub width: usize,
+    /// Rows; of a list, 1.
+    pub height: usize,
+    /// True for an array with one axis: results of rays, not of pixels.
+    pub is_list: bool,
+    /// Columns and rows of the whole picture that this is a part of.
+    pub whole: [usize; 2],
+    /// Column and row of the first pixel in the whole picture.
+    pub first: [i64; 2],
+    /// The channels, in the order of the file. The fields of an array that this program wrote have the
+    /// names of the channels of its OpenEXR files: `Z` for `t`, `N.X` … for `normal`, `R` … for `rgb`.
+    pub channels: Vec<Channel>,
+    /// What the file says of itself, in its own words.
+    pub texts: Vec<(String, String)>,
+}
+
+/// One number of each pixel, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name.
+    pub name: String,
+    /// Its numbers.
+    pub samples: Samples,
+}
+
+/// The numbers of a channel, in the type of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// Whole numbers of 8 bits: of colours, 255 is full.
+    U8(Vec<u8>),
+    /// Whole numbers of 16 bits: of colours, 65535 is full.
+    U16(Vec<u16>),
+    /// Whole numbers of 32 bits.
+    U32(Vec<u32>),
+    /// Signed whole numbers of any length, and unsigned ones of 64 bits, of which those from 2^63 on
+    /// are less than 0.
+    I64(Vec<i64>),
+    /// Floats of 16 bits.
+    F16(Vec<f32>),
+    /// Floats of 32 bits.
+    F32(Vec<f32>),
+    /// Floats of 64 bits.
+    F64(Vec<f64>),
+}
+
+impl Samples {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Samples::U8(all) => all.len(),
+            Samples::U16(all) => all.len(),
+            Samples::U32(all) => all.len(),
+            Samples::I64(all) => all.len(),
+            Samples::F16(all) | Samples::F32(all) => all.len(),
+            Samples::F64(all) => all.len(),
+        }
+    }
+
+    /// True where there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The type's name: `u8`, `f32`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Samples::U8(_) => "u8",
+            Samples::U16(_) => "u16",
+            Samples::U32(_) => "u32",
+            Samples::I64(_) => "i64",
+            Samples::F16(_) => "f16",
+            Samples::F32(_) => "f32",
+            Samples::F64(_) => "f64",
+        }
+    }
+
+    /// The number of the `i`-th pixel; all but those of 64 bits are exact.
+    pub fn number(&self, i: usize) -> f64 {
+        match self {
+            Samples::U8(all) => all[i].into(),
+            Samples::U16(all) => all[i].into(),
+            Samples::U32(all) => all[i].into(),
+            Samples::I64(all) => all[i] as f64,
+            Samples::F16(all) | Samples::F32(all) => all[i].into(),
+            Samples::F64(all) => all[i],
+        }
+    }
+
+    /// The number of the `i`-th pixel where it is a whole one.
+    pub fn whole(&self, i: usize) -> Option<i64> {
+        match self {
+            Samples::U8(all) => Some(all[i].into()),
+            Samples::U16(all) => Some(all[i].into()),
+            Samples::U32(all) => Some(all[i].into()),
+            Samples::I64(all) => Some(all[i]),
+            Samples::F16(_) | Samples::F32(_) | Samples::F64(_) => {
+                let number = self.number(i);
+                (number.fract() == 0.0 && number.abs() < 2f64.powi(62)).then_some(number as i64)
+            }
+        }
+    }
+
+    /// The largest number of a type of whole numbers that colours and depths fill.
+    pub fn full(&self) -> Option<f64> {
+        match self {
+            Samples::U8(_) => Some(u8::MAX.into()),
+            Samples::U16(_) => Some(u16::MAX.into()),
+            Samples::U32(_) => Some(u32::MAX.into()),
+            Samples::I64(_) | Samples::F16(_) | Samples::F32(_) | Samples::F64(_) => None,
+        }
+    }
+
+    fn turn_over<T: Copy>(all: &mut [T], width: usize) {
+        let height = all.len().checked_div(width).unwrap_or(0);
+        let (top, bottom) = all.split_at_mut(height / 2 * width);
+        let rows = top.chunks_exact_mut(width.max(1));
+        let opposite = bottom.rchunks_exact_mut(width.max(1));
+        rows.zip(opposite).for_each(|(a, b)| a.swap_with_slice(b));
+    }
+}
+
+impl Image {
+    /// The channel of this name.
+    pub fn channel(&self, name: &str) -> Option<&Samples> {
+        self.channels.iter().find(|channel| channel.name == name).map(|channel| &channel.samples)
+    }
+
+    /// Pixels, or results of a list.
+    pub fn len(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// True where there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// What the file says of itself under this name.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        self.texts.iter().find(|(of, _)| of == name).map(|(_, text)| text.as_str())
+    }
+
+    /// Puts the last row first: for pictures whose rows come from below.
+    pub fn turn_over(&mut self) {
+        let width = self.width;
+        for channel in &mut self.channels {
+            match &mut channel.samples {
+                Samples::U8(all) => Samples::turn_over(all, width),
+                Samples::U16(all) => Samples::turn_over(all, width),
+                Samples::U32(all) => Samples::turn_over(all, width),
+                Samples::I64(all) => Samples::turn_over(all, width),
+                Samples::F16(all) | Samples::F32(all) => Samples::turn_over(all, width),
+                Samples::F64(all) => Samples::turn_over(all, width),
+            }
+        }
+    }
+}
+
+/// Largest file in which a picture may lie: one that is larger is no picture of this program's sizes.
+const MAX_BYTES: u64 = 64 << 30;
+
+/// Reads a picture: PNG, PPM, OpenEXR and NPY by this program, and what others write in these formats
+/// and in JPEG, TIFF, BMP, TGA and Radiance HDR. The content tells the format, not the name.
+///
+/// # Errors
+/// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is no picture that can be read,
+/// [`Error::TooLarge`] when it does not fit the memory.
+pub fn read_image(path: &Path) -> Result<Image> {
+    let mut file = File::open(path).map_err(Error::io(path))?;
+    let metadata = file.metadata().map_err(Error::io(path))?;
+    if metadata.is_dir() {
+        return Err(Error::io(path)(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let mut bytes = Vec::new();
+    if metadata.is_file() {
+        require(path, metadata.len())?;
+        bytes.reserve_exact(metadata.len() as usize);
+    }
+    file.by_ref().take(MAX_BYTES).read_to_end(&mut bytes).map_err(Error::io(path))?;
+    read_bytes(&bytes, path)
+}
+
+/// Reads a picture from the bytes of its file, which errors call `path`.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Image> {
+    let image = match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr::read(bytes, path),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(BufReader::new(bytes), path),
+        _ => others::read(bytes, path),
+    }?;
+    match image.is_empty() || image.channels.is_empty() {
+        true => Err(wrong(path, "it holds no pixels")),
+        false => Ok(image),
+    }
+}
+
+/// A file that is not what it should be.
+fn wrong(path: &Path, message: impl Into<String>) -> Error {
+    Error::Input { path: path.to_owned(), message: message.into() }
+}
+
+fn require(path: &Path, n_bytes: u64) -> Result<()> {
+    memory::require(format!("{}: reading it", path.display()), n_bytes, "give a smaller part of it")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_turned_over() {
+        for (width, rows, expected) in [
+            (2, vec![1, 2, 3, 4, 5, 6], vec![5, 6, 3, 4, 1, 2]),
+            (3, vec![1, 2, 3, 4, 5, 6], vec![4, 5, 6, 1, 2, 3]),
+            (1, vec![7], vec![7]),
+            (0, vec![], vec![]),
+        ] {
+            let channel = Channel { name: "id".into(), samples: Samples::U32(rows) };
+            let mut image = Image { width, channels: vec![channel], ..Image::default() };
+            image.turn_over();
+            assert_eq!(image.channel("id"), Some(&Samples::U32(expected)));
+        }
+    }
+
+    #[test]
+    fn whole_numbers_are_told_from_others() {
+        let floats = Samples::F32(vec![3.0, 3.5, f32::NAN, f32::INFINITY, -1.0]);
+        let whole: Vec<_> = (0..5).map(|i| floats.whole(i)).collect();
+        assert_eq!(whole, [Some(3), None, None, None, Some(-1)]);
+    }
+}

@@ -1,0 +1,122 @@
+//! NPY: an array of numbers with one to three axes, or a structured one with one or two.
+
+use std::io::{self, BufRead, Read};
+use std::path::Path;
+
+use exr::prelude::f16;
+use npyz::{DType, Order, TypeChar};
+
+use super::{Channel, Image, Samples, require, wrong};
+use crate::error::{Error, Result};
+use crate::npy::{Cell, cells_of, read_header};
+
+/// Most numbers of a pixel.
+const MAX_CHANNELS: usize = 1024;
+
+pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
+    let (header, _) = read_header(&mut reader).map_err(|error| match error.kind() {
+        io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
+            wrong(path, format!("not a readable .npy file ({error})"))
+        }
+        _ => Error::io(path)(error),
+    })?;
+    let dtype = header.dtype();
+    let is_record = matches!(dtype, DType::Record(_));
+    let shape: Vec<usize> = header.shape().iter().map(|&n| n as usize).collect();
+    let expected = "expected an array of shape (H, W), (N,) or (H, W, channels)";
+    let (n_rows, n_columns, n_inner, is_list) = match (&shape[..], is_record) {
+        (&[n], _) => (1, n, 1, true),
+        (&[n_rows, n_columns], _) => (n_rows, n_columns, 1, false),
+        (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
+        _ => return Err(wrong(path, format!("its shape has {} axes; {expected}", shape.len()))),
+    };
+    let not_numbers = || wrong(path, format!("its dtype is {}; expected numbers", dtype.descr()));
+    let (cells, n_record_bytes) = cells_of(&dtype).ok_or_else(not_numbers)?;
+    if cells.iter().any(|cell| cell.kind.is_none()) {
+        return Err(not_numbers());
+    }
+    if n_inner == 0 || n_inner.max(cells.len()) > MAX_CHANNELS || cells.is_empty() {
+        return Err(wrong(path, format!("it has no numbers, or too many of a pixel; {expected}")));
+    }
+
+    // Below 10¹⁸ each, by the header's check.
+    let n_pixels = n_rows as u64 * n_columns as u64;
+    let n_data_bytes = (n_pixels * n_inner as u64).saturating_mul(n_record_bytes as u64);
+    require(path, n_data_bytes.saturating_mul(2))?;
+    let mut data = Vec::new();
+    let read = reader.take(n_data_bytes.saturating_add(1)).read_to_end(&mut data);
+    read.map_err(Error::io(path))?;
+    if data.len() as u64 != n_data_bytes {
+        let (found, more) = match data.len() as u64 > n_data_bytes {
+            true => ("more".to_string(), ""),
+            false => (data.len().to_string(), "; is the file cut off?"),
+        };
+        return Err(wrong(
+            path,
+            format!("its header tells of {n_data_bytes} bytes, but {found} follow{more}"),
+        ));
+    }
+
+    // Records from one to the next along each axis.
+    let strides = match header.order() {
+        Order::C => [n_columns * n_inner, n_inner, 1],
+        Order::Fortran => [1, n_rows, n_rows * n_columns],
+    };
+    let channel = |cell: &Cell, inner: usize, name: String| {
+        let first = inner * strides[2];
+        let places = (0..n_rows)
+            .flat_map(|row| (0..n_columns).map(move |x| row * strides[0] + x * strides[1] + first));
+        let bits = places.map(|place| cell.bits(&data[place * n_record_bytes..]));
+        Some(Channel { name, samples: samples(cell, bits)? })
+    };
+    let channels: Option<Vec<_>> = match is_record {
+        true => cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect(),
+        false => (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect(),
+    };
+    let channels = channels.ok_or_else(not_numbers)?;
+    Ok(Image {
+        format: "NPY",
+        width: n_columns,
+        height: n_rows,
+        is_list,
+        whole: [n_columns, n_rows],
+        channels,
+        ..Image::default()
+    })
+}
+
+/// Channels of an array without fields: of three or four, they may be colours.
+fn plain_name(i: usize, n: usize) -> String {
+    match n {
+        1 => "value".into(),
+        3 | 4 => ["R", "G", "B", "A"][i].into(),
+        _ => format!("value.{i}"),
+    }
+}
+
+/// The names of this program's fields, as its OpenEXR files have them.
+fn field_name(cell: &Cell) -> String {
+    match (cell.field.as_str(), cell.element) {
+        ("t", None) => "Z".into(),
+        ("a", None) => "A".into(),
+        ("normal", Some(i @ 0..3)) => format!("N.{}", ["X", "Y", "Z"][i]),
+        ("rgb", Some(i @ 0..3)) => ["R", "G", "B"][i].into(),
+        (name, None) => name.into(),
+        (name, Some(i)) => format!("{name}.{i}"),
+    }
+}
+
+fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<Samples> {
+    Some(match (cell.kind?, cell.n_bytes) {
+        (TypeChar::Bool | TypeChar::Uint, 1) => Samples::U8(bits.map(|n| n as u8).collect()),
+        (TypeChar::Uint, 2) => Samples::U16(bits.map(|n| n as u16).collect()),
+        (TypeChar::Uint, 4) => Samples::U32(bits.map(|n| n as u32).collect()),
+        (TypeChar::Uint | TypeChar::Int, _) => Samples::I64(bits.map(|n| n as i64).collect()),
+        (TypeChar::Float, 2) => {
+            Samples::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect())
+        }
+        (TypeChar::Float, 4) => Samples::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
+        (TypeChar::Float, _) => Samples::F64(bits.map(f64::from_bits).collect()),
+        _ => return None,
+    })
+}

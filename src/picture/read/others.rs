@@ -1,0 +1,103 @@
+//! What the crate `image` reads: PNG, PNM, JPEG, TIFF, BMP, TGA and Radiance HDR.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+
+use super::super::metadata::window_of;
+use super::{Channel, Image, Samples, require, wrong};
+use crate::error::{Error, Result};
+
+/// What can be read, for messages.
+const READABLE: &str = "PNG, OpenEXR, NPY, PPM, JPEG, TIFF, BMP, TGA and HDR can be read";
+
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let mut reader = reader.map_err(Error::io(path))?;
+    // TGA has no mark at its beginning.
+    let by_name = ImageFormat::from_path(path).ok().filter(|&format| format == ImageFormat::Tga);
+    let Some(format) = reader.format().or(by_name) else {
+        return Err(wrong(path, format!("not a picture of a known format; {READABLE}")));
+    };
+    reader.set_format(format);
+    // The memory is looked at here.
+    reader.limits(Limits::no_limits());
+    let unreadable = |error: ImageError| {
+        let name = name_of(format);
+        wrong(path, format!("not a readable {name} file: {error}; {READABLE}"))
+    };
+    let decoder = reader.into_decoder().map_err(unreadable)?;
+    require(path, decoder.total_bytes().saturating_mul(2))?;
+    let pixels = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
+    let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+    let channels = channels(pixels)
+        .ok_or_else(|| wrong(path, format!("its kind of pixels is not known; {READABLE}")))?;
+    let texts = if format == ImageFormat::Png { texts_of_png(bytes) } else { Vec::new() };
+    let (whole, first) = match window_of(&texts) {
+        Some((whole, [x, y, w, h])) if [w, h] == [width as i64, height as i64] => (whole, [x, y]),
+        _ => ([width, height], [0, 0]),
+    };
+    Ok(Image {
+        format: name_of(format),
+        width,
+        height,
+        whole,
+        first,
+        channels,
+        texts,
+        ..Image::default()
+    })
+}
+
+fn name_of(format: ImageFormat) -> &'static str {
+    match format {
+        ImageFormat::Png => "PNG",
+        ImageFormat::Pnm => "PNM",
+        ImageFormat::Jpeg => "JPEG",
+        ImageFormat::Tiff => "TIFF",
+        ImageFormat::Bmp => "BMP",
+        ImageFormat::Tga => "TGA",
+        ImageFormat::Hdr => "HDR",
+        _ => "picture",
+    }
+}
+
+/// The samples of each channel; grey ones are `Y`.
+fn channels(pixels: DynamicImage) -> Option<Vec<Channel>> {
+    const GREY: [&str; 2] = ["Y", "A"];
+    const COLORS: [&str; 4] = ["R", "G", "B", "A"];
+    Some(match pixels {
+        DynamicImage::ImageLuma8(all) => split(&GREY[..1], &all, Samples::U8),
+        DynamicImage::ImageLumaA8(all) => split(&GREY, &all, Samples::U8),
+        DynamicImage::ImageRgb8(all) => split(&COLORS[..3], &all, Samples::U8),
+        DynamicImage::ImageRgba8(all) => split(&COLORS, &all, Samples::U8),
+        DynamicImage::ImageLuma16(all) => split(&GREY[..1], &all, Samples::U16),
+        DynamicImage::ImageLumaA16(all) => split(&GREY, &all, Samples::U16),
+        DynamicImage::ImageRgb16(all) => split(&COLORS[..3], &all, Samples::U16),
+        DynamicImage::ImageRgba16(all) => split(&COLORS, &all, Samples::U16),
+        DynamicImage::ImageRgb32F(all) => split(&COLORS[..3], &all, Samples::F32),
+        DynamicImage::ImageRgba32F(all) => split(&COLORS, &all, Samples::F32),
+        _ => return None,
+    })
+}
+
+fn split<T: Copy>(names: &[&str], all: &[T], samples: impl Fn(Vec<T>) -> Samples) -> Vec<Channel> {
+    let channel = |(i, name): (usize, &&str)| {
+        let of_channel = all.iter().skip(i).step_by(names.len()).copied().collect();
+        Channel { name: name.to_string(), samples: samples(of_channel) }
+    };
+    names.iter().enumerate().map(channel).collect()
+}
+
+/// The texts of a PNG file; those that can't be read are left out.
+fn texts_of_png(bytes: &[u8]) -> Vec<(String, String)> {
+    let Ok(reader) = png::Decoder::new(Cursor::new(bytes)).read_info() else { return Vec::new() };
+    let info = reader.info();
+    let plain = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
+    let compressed = info.compressed_latin1_text.iter();
+    let compressed = compressed.filter_map(|t| Some((t.keyword.clone(), t.get_text().ok()?)));
+    let utf8 = info.utf8_text.iter();
+    let utf8 = utf8.filter_map(|t| Some((t.keyword.clone(), t.get_text().ok()?)));
+    plain.chain(compressed).chain(utf8).collect()
+}

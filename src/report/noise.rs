@@ -1,0 +1,69 @@
+//! How much the times of a report spread, and a warning where that is too much.
+
+use serde::Serialize;
+
+use super::figures::percent;
+use super::{SceneResult, Spread};
+
+/// A range that is wider than this share of its median is noise: of some nine runs, medians are then off
+/// by 4 % (see [`super::figures`]) and two of them differ by 5 % by chance alone, which is what kernels
+/// differ by.
+const NOISY: f64 = 0.25;
+
+/// The spread of the times of all scenes, kernels and devices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Noise {
+    /// Times that were measured repeatedly.
+    pub times: usize,
+    /// Those whose least and largest values are more than a quarter of the median apart.
+    pub wide: usize,
+    /// How far they are apart in the middle one of all times, as a share of the median.
+    pub typical_range: f64,
+}
+
+impl Noise {
+    /// Of the times of ids in each scene.
+    pub fn of(scenes: &[SceneResult]) -> Noise {
+        let rows = scenes.iter().flat_map(|scene| &scene.rows);
+        let ranges = rows.filter_map(|row| row.cost.trace_ns_per_ray.relative_range());
+        let ranges: Vec<f64> = ranges.filter(|range| range.is_finite()).collect();
+        let wide = ranges.iter().filter(|range| **range > NOISY).count();
+        let typical = Spread::of(ranges.clone()).map_or(0.0, |spread| spread.median);
+        Noise { times: ranges.len(), wide, typical_range: typical }
+    }
+
+    /// True where the middle one of the times spreads by too much.
+    pub fn is_loud(&self) -> bool {
+        self.typical_range > NOISY
+    }
+
+    /// What to make of the times, and what to do, where the machine was noisy.
+    pub fn warning(&self) -> Option<String> {
+        let share = |x: f64| percent((1000.0 * x).round() as u64, 1000);
+        self.is_loud().then(|| {
+            format!(
+                "The machine was noisy: the runs of a kernel in a scene are typically {} of their \
+                 median apart, and more than {} in {} of {} cases. Small differences of times mean \
+                 nothing; measure again with nothing else at work, and with more --rounds.",
+                share(self.typical_range),
+                share(NOISY),
+                self.wide,
+                self.times
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_is_quiet_and_more_is_not() {
+        let of = |typical_range| Noise { times: 9, wide: 3, typical_range }.warning();
+        assert_eq!(of(0.25), None);
+        let warning = of(0.4).expect("a warning");
+        assert!(warning.contains("typically 40 %") && warning.contains("in 3 of 9"), "{warning}");
+        assert_eq!(Noise::default().warning(), None);
+    }
+}

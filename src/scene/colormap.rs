@@ -1,0 +1,209 @@
+//! Colour maps: 256 colours along a range of numbers.
+
+use super::Color;
+
+/// A colour map, forwards or backwards: 256 colours of 8-bit sRGB, the same on every machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ColorMap {
+    name: &'static str,
+    base: Base,
+    is_reversed: bool,
+}
+
+/// Where the colours come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Base {
+    /// Gradients of the crate `colorous`, by their place in [`GRADIENTS`].
+    Gradient(usize),
+    /// Moreland's diverging map, blue to red.
+    CoolWarm,
+    /// Black to white in even steps of sRGB.
+    Grey,
+}
+
+const GRADIENTS: [(&str, colorous::Gradient); 16] = [
+    ("viridis", colorous::VIRIDIS),
+    ("magma", colorous::MAGMA),
+    ("inferno", colorous::INFERNO),
+    ("plasma", colorous::PLASMA),
+    ("cividis", colorous::CIVIDIS),
+    ("turbo", colorous::TURBO),
+    ("blues", colorous::BLUES),
+    ("greens", colorous::GREENS),
+    ("oranges", colorous::ORANGES),
+    ("reds", colorous::REDS),
+    ("ylgnbu", colorous::YELLOW_GREEN_BLUE),
+    ("ylorrd", colorous::YELLOW_ORANGE_RED),
+    ("rdbu", colorous::RED_BLUE),
+    ("rdylbu", colorous::RED_YELLOW_BLUE),
+    ("puor", colorous::PURPLE_ORANGE),
+    ("spectral", colorous::SPECTRAL),
+];
+
+impl ColorMap {
+    /// Number of colours.
+    pub const LEN: usize = 256;
+
+    /// The map of scenes that name none.
+    pub const VIRIDIS: ColorMap =
+        ColorMap { name: "viridis", base: Base::Gradient(0), is_reversed: false };
+
+    /// The names of all maps.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        GRADIENTS.iter().map(|(name, _)| *name).chain(["coolwarm", "grey"])
+    }
+
+    /// The map of a name in either case; `_r` at its end turns the map around.
+    pub fn from_name(name: &str) -> Option<ColorMap> {
+        let name = name.to_ascii_lowercase();
+        let (name, is_reversed) = match name.strip_suffix("_r") {
+            Some(name) => (name, true),
+            None => (name.as_str(), false),
+        };
+        let name = if name == "gray" { "grey" } else { name };
+        let (place, name) = ColorMap::names().enumerate().find(|(_, known)| *known == name)?;
+        let base = match name {
+            "coolwarm" => Base::CoolWarm,
+            "grey" => Base::Grey,
+            _ => Base::Gradient(place),
+        };
+        Some(ColorMap { name, base, is_reversed })
+    }
+
+    /// The name, from which [`ColorMap::from_name`] gives the map again.
+    pub fn name(self) -> String {
+        format!("{}{}", self.name, if self.is_reversed { "_r" } else { "" })
+    }
+
+    /// The colours from the low end to the high one, 8-bit sRGB.
+    pub fn srgb8(self) -> [[u8; 3]; ColorMap::LEN] {
+        let mut colors: [[u8; 3]; ColorMap::LEN] = std::array::from_fn(|i| match self.base {
+            Base::Gradient(place) => GRADIENTS[place].1.eval_rational(i, ColorMap::LEN).as_array(),
+            Base::CoolWarm => cool_warm(i as f64 / (ColorMap::LEN - 1) as f64),
+            Base::Grey => [i as u8; 3],
+        });
+        if self.is_reversed {
+            colors.reverse();
+        }
+        colors
+    }
+
+    /// The colours from the low end to the high one.
+    pub(super) fn colors(self) -> [Color; ColorMap::LEN] {
+        self.srgb8().map(Color::from_srgb8)
+    }
+}
+
+impl Default for ColorMap {
+    fn default() -> ColorMap {
+        ColorMap::VIRIDIS
+    }
+}
+
+/// Moreland's map "smooth cool warm" at `t` from 0 to 1: K. Moreland, "Diverging color maps for
+/// scientific visualization", ISVC 2009. Both ends have one magnitude and saturation in the polar form
+/// Msh of CIE L*a*b*, and meet in a colour without saturation, whose hue is turned so that the way
+/// there is as straight as can be.
+fn cool_warm(t: f64) -> [u8; 3] {
+    /// Magnitude, saturation and hue of the blue and the red end, (59, 76, 192) and (180, 4, 38).
+    const ENDS: [[f64; 3]; 2] = [[80.0, 1.08, -1.1], [80.0, 1.08, 0.5]];
+    /// Magnitude in the middle.
+    const MIDDLE: f64 = 88.0;
+    let [magnitude, saturation, hue] = ENDS[usize::from(t > 0.5)];
+    // From 0 in the middle to 1 at the end.
+    let out = (2.0 * t - 1.0).abs();
+    let spin = {
+        let growth = libm::sqrt(MIDDLE * MIDDLE - magnitude * magnitude);
+        saturation * growth / (magnitude * libm::sin(saturation)) * hue.signum()
+    };
+    let m = MIDDLE + out * (magnitude - MIDDLE);
+    let s = out * saturation;
+    let h = hue + (1.0 - out) * spin;
+    let lab = [m * libm::cos(s), m * libm::sin(s) * libm::cos(h), m * libm::sin(s) * libm::sin(h)];
+    Color(linear_from_lab(lab)).to_srgb8()
+}
+
+/// Linear sRGB of a colour in CIE L*a*b* under the white D65.
+fn linear_from_lab([l, a, b]: [f64; 3]) -> [f64; 3] {
+    const WHITE: [f64; 3] = [0.95047, 1.0, 1.08883];
+    let y = (l + 16.0) / 116.0;
+    let cube = |f: f64| if f > 6.0 / 29.0 { f * f * f } else { (f - 16.0 / 116.0) / 7.787 };
+    let [x, y, z] = [y + a / 500.0, y, y - b / 200.0].map(cube);
+    let [x, y, z] = [x * WHITE[0], y * WHITE[1], z * WHITE[2]];
+    // The matrix of IEC 61966-2-1.
+    [
+        3.2406 * x - 1.5372 * y - 0.4986 * z,
+        -0.9689 * x + 1.8758 * y + 0.0415 * z,
+        0.0557 * x - 0.2040 * y + 1.0570 * z,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use sha2::{Digest, Sha256};
+
+    use super::*;
+
+    fn of(name: &str) -> [[u8; 3]; ColorMap::LEN] {
+        ColorMap::from_name(name).unwrap().srgb8()
+    }
+
+    #[test]
+    fn names_lead_to_maps_and_back() {
+        for name in ColorMap::names() {
+            let map = ColorMap::from_name(name).unwrap();
+            assert_eq!(map.name(), name);
+            let reversed = ColorMap::from_name(&format!("{}_R", name.to_uppercase())).unwrap();
+            assert_eq!(reversed.name(), format!("{name}_r"));
+            let mut colors = reversed.srgb8();
+            colors.reverse();
+            assert_eq!(colors, map.srgb8());
+        }
+        assert_eq!(ColorMap::from_name("gray"), ColorMap::from_name("grey"));
+        assert_eq!(ColorMap::from_name("viridis"), Some(ColorMap::default()));
+        for wrong in ["", "_r", "viridis_r_r", "jet"] {
+            assert_eq!(ColorMap::from_name(wrong), None, "{wrong}");
+        }
+    }
+
+    /// Values that the maps' authors publish: the ends of viridis and magma, all that makes up
+    /// Moreland's map at eighths.
+    #[test]
+    fn maps_are_those_that_are_known_by_their_names() {
+        let near = |found: [u8; 3], known: [u8; 3]| {
+            let fine = found.iter().zip(known).all(|(found, known)| found.abs_diff(known) <= 2);
+            assert!(fine, "{found:?} for {known:?}");
+        };
+        near(of("viridis")[0], [0x44, 0x01, 0x54]);
+        near(of("viridis")[255], [0xfd, 0xe7, 0x25]);
+        near(of("magma")[0], [0x00, 0x00, 0x04]);
+        near(of("magma")[255], [0xfc, 0xfd, 0xbf]);
+        assert_eq!([of("grey")[0], of("grey")[128], of("grey")[255]], [[0; 3], [128; 3], [255; 3]]);
+        let known = [
+            (0, [59, 76, 192]),
+            (32, [98, 130, 234]),
+            (64, [141, 176, 254]),
+            (96, [184, 208, 249]),
+            (128, [221, 221, 221]),
+            (160, [245, 196, 173]),
+            (192, [244, 154, 123]),
+            (224, [222, 96, 77]),
+            (255, [180, 4, 38]),
+        ];
+        for (place, color) in known {
+            near(of("coolwarm")[place], color);
+        }
+    }
+
+    /// Pictures are made of these bytes: a change of one of them changes pictures.
+    #[test]
+    fn maps_keep_their_bytes() {
+        let mut all = Sha256::new();
+        for name in ColorMap::names() {
+            all.update(of(name).as_flattened());
+        }
+        let digest =
+            all.finalize().iter().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}"));
+        assert_eq!(digest, "fd0d206009e17d8e71af5aa78ced7d55d5cddd845c0572a8f0a18cc6d83537ef");
+    }
+}

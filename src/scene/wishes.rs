@@ -1,0 +1,217 @@
+//! What a picture is wanted to show, beside what its scene or its data say.
+
+use glam::DVec3;
+
+use super::{Light, Sky};
+
+/// What options ask for. What is `None` is as the scene says it, or as is usual.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wishes {
+    /// The side that everything is seen from. It asks for a camera that frames everything.
+    pub view: Option<Viewpoint>,
+    /// Part of the picture's shorter side that is free at each edge, up to
+    /// [`super::Framing::MAX_MARGIN`]. It
+    /// asks for such a camera as well.
+    pub margin: Option<f64>,
+    /// The camera's place, world units.
+    pub position: Option<DVec3>,
+    /// The point in the middle of the picture.
+    pub look_at: Option<DVec3>,
+    /// The direction that appears upward.
+    pub up: Option<DVec3>,
+    /// Field of view or height.
+    pub lens: Option<WishedLens>,
+    /// Directions around `up` that the camera is turned to, all of which are to see everything; 0 and 1
+    /// are one picture.
+    pub n_turns: u32,
+    /// Columns and rows.
+    pub size: Option<[u32; 2]>,
+    /// Samples across and down a pixel.
+    pub samples: Option<u32>,
+    /// Colour where no object is.
+    pub background: Option<Paint>,
+    /// All lights.
+    pub lights: Option<Vec<Light>>,
+    /// The sky, or none.
+    pub sky: Option<Option<Sky>>,
+    /// Light from nowhere, or none.
+    pub ambient: Option<Option<Paint>>,
+    /// How the data are read.
+    pub data: DataWishes,
+}
+
+/// The keys of a cloud, `[[spheres]]`, as they are written in a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DataWishes {
+    /// Radius of all spheres.
+    pub radius: Option<f64>,
+    /// Colour of all spheres.
+    pub color: Option<Paint>,
+    /// The column whose numbers become colours.
+    pub color_by: Option<String>,
+    /// The colour map.
+    pub colormap: Option<String>,
+    /// The numbers at both ends of the colour map.
+    pub range: Option<[f64; 2]>,
+    /// Which columns of the file are x, y, z, radius and so on.
+    pub columns: Vec<(String, String)>,
+    /// Which of several frames.
+    pub frame: Option<u32>,
+}
+
+/// A camera's lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WishedLens {
+    /// A perspective camera with this vertical field of view, degrees.
+    Fov(f64),
+    /// An orthographic camera with a picture of this height, world units.
+    Height(f64),
+    /// An orthographic camera whose picture is as high as everything needs.
+    AnyHeight,
+}
+
+/// A colour as scenes write it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Paint {
+    /// In quotes: `#1f77b4`.
+    Text(String),
+    /// Linear red, green and blue.
+    Linear([f64; 3]),
+    /// The same for red, green and blue: ambient light.
+    Grey(f64),
+}
+
+/// A side that everything can be seen from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Viewpoint {
+    /// From the front, a little from the right and from above.
+    #[default]
+    Quarter,
+    /// From the corner between right, above and front: equal angles with all axes.
+    Iso,
+    /// From the end of the x axis.
+    X,
+    /// From the other end.
+    NegX,
+    /// From the end of the y axis.
+    Y,
+    /// From the other end.
+    NegY,
+    /// From the end of the z axis.
+    Z,
+    /// From the other end.
+    NegZ,
+}
+
+impl Viewpoint {
+    /// All of them.
+    pub const ALL: [Viewpoint; 8] = [
+        Viewpoint::Quarter,
+        Viewpoint::Iso,
+        Viewpoint::X,
+        Viewpoint::NegX,
+        Viewpoint::Y,
+        Viewpoint::NegY,
+        Viewpoint::Z,
+        Viewpoint::NegZ,
+    ];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Viewpoint::Quarter => "quarter",
+            Viewpoint::Iso => "iso",
+            Viewpoint::X => "x",
+            Viewpoint::NegX => "-x",
+            Viewpoint::Y => "y",
+            Viewpoint::NegY => "-y",
+            Viewpoint::Z => "z",
+            Viewpoint::NegZ => "-z",
+        }
+    }
+
+    /// The way from what is seen to the camera. `up` says what is above for the two that are a little
+    /// from above; then the axis that it is nearest to counts.
+    pub fn direction(self, up: DVec3) -> DVec3 {
+        match self {
+            Viewpoint::Quarter => with_up(DVec3::new(1.0, 1.0, 2.0), up),
+            Viewpoint::Iso => with_up(DVec3::ONE, up),
+            Viewpoint::X => DVec3::X,
+            Viewpoint::NegX => DVec3::NEG_X,
+            Viewpoint::Y => DVec3::Y,
+            Viewpoint::NegY => DVec3::NEG_Y,
+            Viewpoint::Z => DVec3::Z,
+            Viewpoint::NegZ => DVec3::NEG_Z,
+        }
+    }
+}
+
+/// A direction that is given for y as up, turned to where `up` is. Where z is up, the front is −y, as in
+/// drawings.
+fn with_up(DVec3 { x, y, z }: DVec3, up: DVec3) -> DVec3 {
+    let size = up.abs();
+    let largest = size.max_element();
+    if size.y == largest {
+        DVec3::new(x, y.copysign(up.y), z)
+    } else if size.z == largest {
+        DVec3::new(x, -z, y.copysign(up.z))
+    } else {
+        DVec3::new(y.copysign(up.x), z, x)
+    }
+}
+
+/// The direction that appears upward where nobody says it: `usual`, or across it where the camera looks
+/// along that.
+pub(super) fn usual_up(from: DVec3, usual: DVec3) -> DVec3 {
+    let is_along = |up: DVec3| from.cross(up).length() <= 1e-9 * from.length() * up.length();
+    if !is_along(usual) {
+        return usual;
+    }
+    // Looked at from above, what is in front is below.
+    let front = if usual.y != 0.0 { DVec3::Z } else { DVec3::NEG_Y };
+    let up = if from.dot(usual) > 0.0 { -front } else { front };
+    if is_along(up) { DVec3::X } else { up }
+}
+
+impl Wishes {
+    /// True where the file's own text is what is wanted, but for size and samples.
+    pub(super) fn leave_the_text(&self) -> bool {
+        let Wishes { size, samples, n_turns, .. } = *self;
+        *self == Wishes { size, samples, n_turns, ..Wishes::default() }
+    }
+
+    /// True where the camera's place is chosen so that everything is in the picture.
+    pub(super) fn frame(&self) -> bool {
+        self.view.is_some() || self.margin.is_some() || self.lens == Some(WishedLens::AnyHeight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_above_is_seen_from_above() {
+        for up in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+            for view in [Viewpoint::Quarter, Viewpoint::Iso] {
+                assert_eq!(view.direction(up).dot(up), 1.0, "{up} {view:?}");
+            }
+        }
+        assert_eq!(Viewpoint::Iso.direction(DVec3::Z), DVec3::new(1.0, -1.0, 1.0));
+    }
+
+    #[test]
+    fn up_is_never_along_the_view() {
+        for usual in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 2.0, 3.0)] {
+            for view in Viewpoint::ALL {
+                let from = view.direction(usual);
+                let up = usual_up(from, usual);
+                assert!(from.cross(up).length() > 0.1, "{usual} {view:?} {up}");
+            }
+        }
+        // A plan has its front below, as a map has its south.
+        assert_eq!(usual_up(DVec3::Y, DVec3::Y), DVec3::NEG_Z);
+        assert_eq!(usual_up(DVec3::NEG_Y, DVec3::Y), DVec3::Z);
+        assert_eq!(usual_up(DVec3::Z, DVec3::Z), DVec3::Y);
+    }
+}

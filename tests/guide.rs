@@ -1,0 +1,394 @@
+//! The README and the guide are used: their commands run, their pictures are made again, their links
+//! followed, and the book is built.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::fmt::{Debug, Write};
+use std::fs;
+use std::ops::Range;
+use std::os::unix::fs::symlink;
+use std::path::{Component, Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread;
+
+use mdbook_driver::MDBook;
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
+use tracing::field::{Field, Visit};
+use tracing::{Level, Metadata, Subscriber, span};
+
+const CHAPTERS: &str = "docs/guide/src";
+const PICTURES: &str = "docs/guide/src/images";
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The paths from the root of what a folder holds.
+fn entries(folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(root().join(folder)).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.map(|name| format!("{folder}/{name}")).collect()
+}
+
+/// The chapters, by their paths from the root.
+fn chapters() -> Vec<String> {
+    let mut all = entries(CHAPTERS);
+    all.retain(|path| path.ends_with(".md") && !path.ends_with("/SUMMARY.md"));
+    assert!(all.len() >= 8, "{all:?}");
+    all
+}
+
+/// A text in Markdown.
+struct Page {
+    /// From the root.
+    path: String,
+    text: String,
+}
+
+impl Page {
+    fn read(path: &str) -> Page {
+        let text = fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+        Page { path: path.into(), text }
+    }
+
+    /// What the text consists of, and where.
+    fn events(&self) -> impl Iterator<Item = (Event<'_>, Range<usize>)> {
+        Parser::new_ext(&self.text, Options::ENABLE_TABLES).into_offset_iter()
+    }
+
+    /// The page's commands, each on the line that it has in the page; the other lines are empty.
+    fn script(&self) -> String {
+        let mut lines = vec![String::new(); 1 + self.text.lines().count()];
+        let mut is_shell = false;
+        for (event, range) in self.events() {
+            match event {
+                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
+                    is_shell = &*language == "sh";
+                }
+                Event::End(TagEnd::CodeBlock) => is_shell = false,
+                Event::Text(text) if is_shell => {
+                    let first = self.text[..range.start].matches('\n').count();
+                    for (line, command) in lines[first..].iter_mut().zip(text.lines()) {
+                        *line = as_installed(command);
+                    }
+                }
+                _ => {}
+            }
+        }
+        lines.join("\n")
+    }
+
+    /// Where its links and pictures lead.
+    fn links(&self) -> Vec<String> {
+        let link = |(event, _)| match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                Some(dest_url.into_string())
+            }
+            _ => None,
+        };
+        self.events().filter_map(link).collect()
+    }
+}
+
+/// A line of shell without what builds, which `ci/test.sh` does before it calls this.
+fn as_installed(line: &str) -> String {
+    match line {
+        "ci/test.sh" | "cargo install --path ." => String::new(),
+        _ => line.replace("ci/setup.sh && ", "").replace("cargo run --release -- ", "kugelblitz "),
+    }
+}
+
+/// What became of a page's commands.
+#[derive(Default)]
+struct Outcome {
+    faults: Vec<String>,
+    /// The pictures of the guide that were made again.
+    pictures: BTreeSet<String>,
+}
+
+/// Runs a page's commands in an empty folder that holds a link `scenes`, with the program in the path.
+fn run(page: &Page) -> Outcome {
+    let mut outcome = Outcome::default();
+    let place = tempfile::tempdir().unwrap();
+    let (folder, script) = (place.path().join("work"), place.path().join("page.sh"));
+    fs::create_dir(&folder).unwrap();
+    symlink(root().join("scenes"), folder.join("scenes")).unwrap();
+    // The first line of a page is none of its commands.
+    let line = r#"$LINENO: $(sed -n "${LINENO}p" "$0")"#;
+    let report = format!("trap 'echo \"{}:{line}\" >&2' ERR", page.path);
+    fs::write(&script, report + &page.script()).unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_kugelblitz")).parent().unwrap();
+    let output = Command::new("bash")
+        .args(["-eEu", "-o", "pipefail"])
+        .arg(&script)
+        .current_dir(&folder)
+        .env("PATH", format!("{}:{}", program.display(), env::var("PATH").unwrap()))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    if !output.status.success() {
+        let words = String::from_utf8_lossy(&output.stderr);
+        let words =
+            words.replace(&format!("{}: line ", script.display()), &format!("{}:", page.path));
+        outcome.faults.push(format!("{}: {}\n{words}", page.path, output.status));
+        return outcome;
+    }
+    for entry in fs::read_dir(&folder).unwrap().map(Result::unwrap) {
+        if entry.file_type().unwrap().is_file() {
+            let name = entry.file_name().into_string().unwrap();
+            let shown = root().join(PICTURES).join(&name);
+            if let Err(fault) = check(&entry.path(), &shown) {
+                outcome.faults.push(format!("{}: {name} {fault}", page.path));
+            }
+            if shown.exists() {
+                outcome.pictures.insert(name);
+            }
+        }
+    }
+    outcome
+}
+
+/// A file that a page made isn't empty, a PNG can be opened, and what the guide shows is the same.
+fn check(made: &Path, shown: &Path) -> Result<(), String> {
+    let bytes = fs::read(made).unwrap();
+    if bytes.is_empty() {
+        return Err("is empty".into());
+    }
+    let shown = shown.exists().then(|| fs::read(shown).unwrap());
+    let is_same = match made.extension().is_some_and(|ending| ending == "png") {
+        true => {
+            let open = |bytes: &[u8]| image::load_from_memory(bytes).map_err(|e| e.to_string());
+            let made = open(&bytes)?;
+            shown.is_none_or(|shown| open(&shown).as_ref() == Ok(&made))
+        }
+        false => shown.is_none_or(|shown| shown == bytes),
+    };
+    is_same.then_some(()).ok_or_else(|| format!("is not the one in {PICTURES}"))
+}
+
+#[test]
+fn every_command_works_and_every_picture_is_what_its_command_draws() {
+    let paths = chapters().into_iter().chain(["README.md".into()]);
+    let pages: Vec<Page> = paths.map(|path| Page::read(&path)).collect();
+    let outcomes: Vec<Outcome> = thread::scope(|scope| {
+        let running: Vec<_> = pages.iter().map(|page| scope.spawn(|| run(page))).collect();
+        running.into_iter().map(|page| page.join().unwrap()).collect()
+    });
+    let faults: Vec<_> = outcomes.iter().flat_map(|outcome| &outcome.faults).cloned().collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    let n_commands: usize = pages
+        .iter()
+        .map(|page| page.script().lines().filter(|line| line.starts_with("kugelblitz ")).count())
+        .sum();
+    assert!(n_commands >= 25, "only {n_commands} commands were run");
+
+    let made: BTreeSet<_> = outcomes.into_iter().flat_map(|outcome| outcome.pictures).collect();
+    let shown: BTreeSet<String> = pages
+        .iter()
+        .flat_map(Page::links)
+        .filter_map(|link| Some(link.split_once("images/")?.1.to_string()))
+        .collect();
+    for path in entries(PICTURES) {
+        let name = path.strip_prefix(PICTURES).unwrap().trim_start_matches('/');
+        assert!(shown.contains(name), "no page shows {path}");
+        assert!(made.contains(name) || OTHERS.contains(&name), "no page's commands make {path}");
+    }
+}
+
+/// Pictures that no page's commands make: a drawing, the window, and the figures with German words, which
+/// `tests/figures.rs` draws.
+const OTHERS: [&str; 4] = ["intervals.svg", "window.png", "figure3-de.svg", "figure4-de.svg"];
+
+#[test]
+fn a_command_that_fails_is_found_where_it_stands() {
+    let run_text =
+        |text: &str| run(&Page { path: "made-up.md".into(), text: text.into() }).faults.join("\n");
+    let good = "# A page\n\n```sh\nx=1\nkugelblitz check scenes/figure1.toml\n```\n";
+    assert_eq!(run_text(good), "");
+    // What one block leaves, the next one finds, and a text may follow a command.
+    assert_eq!(
+        run_text(&format!("{good}\n```sh\ntest $x = 1\ncat > y <<'END'\nhi\nEND\n```\n")),
+        ""
+    );
+    // Only `sh` is run.
+    assert_eq!(run_text(&format!("{good}\n```console\n$ false\n```\n\n    false\n")), "");
+
+    for (wrong, place) in [
+        (
+            "kugelblitz check scenes/figure9.toml",
+            "made-up.md:9: kugelblitz check scenes/figure9.toml",
+        ),
+        ("true\nkugelblitz chek", "made-up.md:10: kugelblitz chek"),
+        ("false | true", "made-up.md:9: false | true"),
+        ("cat > x <<'END'\nhi\nEND\n\nfalse", "made-up.md:13: false"),
+        ("echo $missing", "made-up.md:9: missing: unbound variable"),
+        ("echo (", "made-up.md:9: syntax error"),
+        ("> hole.npy", "hole.npy is empty"),
+        ("echo no > no.png", "no.png The image format could not be determined"),
+    ] {
+        let faults = run_text(&format!("{good}\n```sh\n{wrong}\n```\n"));
+        assert!(faults.contains(place), "{wrong}: {faults}");
+    }
+    let other = "kugelblitz render scenes/figure1.toml -o figure1-lit.png --size 96x54";
+    let faults = run_text(&format!("{good}\n```sh\n{other}\n```\n"));
+    assert!(faults.contains("is not the one in"), "{faults}");
+}
+
+/// What mdBook warns of.
+#[derive(Clone, Default)]
+struct Warnings(Arc<Mutex<Vec<String>>>);
+
+impl Subscriber for Warnings {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        *metadata.level() <= Level::WARN
+    }
+
+    fn event(&self, event: &tracing::Event<'_>) {
+        let mut words = Words::default();
+        event.record(&mut words);
+        self.0.lock().unwrap().push(words.0);
+    }
+
+    fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
+        span::Id::from_u64(1)
+    }
+
+    fn record(&self, _: &span::Id, _: &span::Record<'_>) {}
+    fn record_follows_from(&self, _: &span::Id, _: &span::Id) {}
+    fn enter(&self, _: &span::Id) {}
+    fn exit(&self, _: &span::Id) {}
+}
+
+#[derive(Default)]
+struct Words(String);
+
+impl Visit for Words {
+    fn record_debug(&mut self, _: &Field, value: &dyn Debug) {
+        write!(self.0, "{value:?} ").unwrap();
+    }
+}
+
+/// Builds a book and gives what is wrong with it.
+fn build(book: &Path, into: &Path) -> Vec<String> {
+    let warnings = Warnings::default();
+    let result = tracing::subscriber::with_default(warnings.clone(), || {
+        let mut book = MDBook::load(book)?;
+        book.config.build.build_dir = into.into();
+        book.build()
+    });
+    let mut faults = warnings.0.lock().unwrap().clone();
+    faults.extend(result.err().map(|error| format!("{error:#}")));
+    faults
+}
+
+/// The guide, built once for all tests.
+fn guide() -> &'static Path {
+    static GUIDE: OnceLock<PathBuf> = OnceLock::new();
+    GUIDE.get_or_init(|| {
+        let into = Path::new(env!("CARGO_TARGET_TMPDIR")).join("guide");
+        assert_eq!(build(&root().join("docs/guide"), &into), [""; 0]);
+        into
+    })
+}
+
+#[test]
+fn the_book_is_built_without_a_warning_and_has_all_chapters() {
+    for chapter in chapters() {
+        let name = Path::new(&chapter).file_stem().unwrap().to_str().unwrap();
+        assert!(guide().join(name).with_extension("html").is_file(), "SUMMARY.md lacks {chapter}");
+    }
+}
+
+#[test]
+fn a_book_that_is_wrong_is_noticed() {
+    let place = tempfile::tempdir().unwrap();
+    let faults = |summary: &str, chapter: &str| {
+        let source = place.path().join("src");
+        fs::create_dir_all(&source).unwrap();
+        fs::copy(root().join("docs/guide/book.toml"), place.path().join("book.toml")).unwrap();
+        fs::write(source.join("SUMMARY.md"), summary).unwrap();
+        fs::write(source.join("one.md"), chapter).unwrap();
+        build(place.path(), &place.path().join("book"))
+    };
+    assert_eq!(faults("- [One](one.md)\n", "# One\n"), [""; 0]);
+    assert_ne!(faults("- [One](one.md)\n- [Two](two.md)\n", "# One\n"), [""; 0]);
+    assert_ne!(faults("- [One](one.md)\n", "# One\n\n{{#include two.md}}\n"), [""; 0]);
+    assert_ne!(faults("- [One](one.md)\n", "# One\n\n<b>open\n"), [""; 0]);
+}
+
+/// A path without `.` and `..`; what leads out of it stays in front.
+fn plain(path: &Path) -> PathBuf {
+    path.components().fold(PathBuf::new(), |mut plain, part| {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if plain.file_name().is_some() => drop(plain.pop()),
+            part => plain.push(part),
+        }
+        plain
+    })
+}
+
+/// Of the links of an HTML page of the guide, those that lead nowhere. `place` is its path in the book.
+fn dead_links<'a>(html: &'a str, place: &str) -> Vec<&'a str> {
+    let links =
+        ["href=\"", "src=\""].into_iter().flat_map(|attribute| html.split(attribute).skip(1));
+    let links = links.map(|rest| rest.split('"').next().unwrap());
+    links.filter(|link| !leads_somewhere(link, html, Path::new(place))).collect()
+}
+
+fn leads_somewhere(link: &str, html: &str, place: &Path) -> bool {
+    let is_elsewhere = ["https://", "data:"].iter().any(|start| link.starts_with(start));
+    let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+    // Seen from docs/guide/book, where mdBook puts the book.
+    let path = plain(&Path::new("docs/guide/book").join(place).parent().unwrap().join(path));
+    let file = match path.strip_prefix("docs/guide/book") {
+        Ok(inside) => guide().join(inside),
+        Err(_) => root().join(&path),
+    };
+    let has_anchor = |text: &str| anchor.is_empty() || text.contains(&format!("id=\"{anchor}\""));
+    let is_here = match link.starts_with('#') {
+        true => has_anchor(html),
+        false => fs::read_to_string(&file).map_or(file.is_file(), |text| has_anchor(&text)),
+    };
+    is_elsewhere || is_here
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut n_links = 0;
+    for entry in fs::read_dir(guide()).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        // The page for what is missing is seen from anywhere.
+        if name.ends_with(".html") && name != "404.html" {
+            let html = fs::read_to_string(entry.path()).unwrap();
+            assert_eq!(dead_links(&html, &name), [""; 0], "{name}");
+            n_links += html.matches("href=\"").count();
+        }
+    }
+    assert!(n_links > 100, "{n_links}");
+    for path in ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "ci/README.md"] {
+        let folder = root().join(path).parent().unwrap().to_owned();
+        for link in Page::read(path).links() {
+            let file = link.split('#').next().unwrap();
+            assert!(link.starts_with("https://") || folder.join(file).exists(), "{path}: {link}");
+        }
+    }
+}
+
+#[test]
+fn a_dead_link_is_found() {
+    let html = r##"<h1 id="one"></h1> <img src="images/none.png"> <a href="#one"></a> <a href="#two"></a>
+        <a href="index.html"></a> <a href="none.html"></a> <a href="index.html#none"></a>
+        <a href="../../../src/lib.rs"></a> <a href="../../../src/none.rs"></a>
+        <a href="https://example.org"></a> <a href="http://example.org"></a>"##;
+    let dead = [
+        "#two",
+        "none.html",
+        "index.html#none",
+        "../../../src/none.rs",
+        "http://example.org",
+        "images/none.png",
+    ];
+    assert_eq!(dead_links(html, "one.html"), dead);
+}

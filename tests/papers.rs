@@ -1,0 +1,879 @@
+//! What the program says on paper: the JSON that `docs/json.md` describes, failures in it, the manual
+//! pages, and the report's page as a browser shows it.
+
+mod common;
+#[path = "common/made_report.rs"]
+#[allow(dead_code)]
+mod made_report;
+#[path = "common/program.rs"]
+mod program;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use base64::Engine;
+use common::{gpu, npy};
+use kugelblitz::report::{Baseline, Earlier, Noise, Report, page};
+use kugelblitz::scene::parse_scene;
+use program::{Ran, ends, finish, program, run, scene_file};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+// The JSON and its description.
+
+const DESCRIPTION: &str = include_str!("../docs/json.md");
+
+/// The head of every summary.
+const HEAD: &[&str] = &["head"];
+
+/// Commands with --json that print no summary.
+const WITHOUT_SUMMARY: [&str; 1] = ["view"];
+
+/// Fields that need another machine: a device whose arithmetic is not IEEE 754's, one that fails.
+const ELSEWHERE: [(&str, &str); 5] = [
+    ("probe", "adapters[].failure"),
+    ("verify", "kernels[].outside_precision"),
+    ("verify", "kernels[].outside_precision.rays"),
+    ("verify", "kernels[].outside_precision.outside"),
+    ("verify", "kernels[].outside_precision.first"),
+];
+
+struct Field {
+    path: String,
+    kind: String,
+    is_optional: bool,
+}
+
+/// The tables of the description by their headings, and what was found of them and beyond them.
+struct Described {
+    sections: BTreeMap<String, Vec<Field>>,
+    seen: BTreeSet<(String, String)>,
+    wrong: Vec<String>,
+}
+
+/// What holds the path: `a[]` of `a[].b`, nothing of `a`.
+fn parent(path: &str) -> &str {
+    path.rsplit_once('.').map_or("", |(parent, _)| parent)
+}
+
+impl Described {
+    fn new(text: &str) -> Described {
+        let mut sections: BTreeMap<String, Vec<Field>> = BTreeMap::new();
+        let mut section = String::new();
+        for line in text.lines() {
+            if line.starts_with('#') {
+                section = line.trim_start_matches('#').trim().to_string();
+            }
+            let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+            if let [path, kind, stable, meaning] = cells[..]
+                && let Some(path) = path.strip_prefix('`')
+            {
+                assert!(["yes", "no"].contains(&stable) && !meaning.is_empty(), "{line}");
+                let kind = kind.strip_suffix(", optional");
+                let is_optional = kind.is_some();
+                let kind = kind.unwrap_or(cells[1]).to_string();
+                let path = path.trim_end_matches('`').to_string();
+                sections.entry(section.clone()).or_default().push(Field {
+                    path,
+                    kind,
+                    is_optional,
+                });
+            }
+        }
+        Described { sections, seen: BTreeSet::new(), wrong: Vec::new() }
+    }
+
+    fn kind(&self, section: &str, path: &str) -> Option<String> {
+        let field = self.sections.get(section)?.iter().find(|field| field.path == path)?;
+        Some(field.kind.clone())
+    }
+
+    /// Looks at an object that is at `prefix` of a section and has the fields of these shapes too.
+    fn object(&mut self, section: &str, prefix: &str, shapes: &[&str], value: &Value) {
+        let Some(map) = value.as_object() else {
+            return self.wrong.push(format!("{section}: `{prefix}` is no object: {value}"));
+        };
+        for (key, value) in map {
+            let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+            let own = self.kind(section, &path).map(|kind| (section, path.as_str(), kind));
+            let shared = || {
+                shapes.iter().find_map(|shape| Some((*shape, key.as_str(), self.kind(shape, key)?)))
+            };
+            match own.or_else(shared) {
+                Some((section, path, kind)) => {
+                    self.seen.insert((section.to_string(), path.to_string()));
+                    self.value(section, path, &kind, value);
+                }
+                None => self.wrong.push(format!("{section}: `{path}` is not described")),
+            }
+        }
+        let own = [(section, prefix)].into_iter().chain(shapes.iter().map(|shape| (*shape, "")));
+        for (section, prefix) in own {
+            for field in self.sections.get(section).into_iter().flatten() {
+                let key = field.path.rsplit('.').next().unwrap_or_default();
+                let is_here = parent(&field.path) == prefix && !map.contains_key(key);
+                if is_here && !field.is_optional {
+                    self.wrong.push(format!("{section}: `{}` is missing", field.path));
+                }
+            }
+        }
+    }
+
+    fn value(&mut self, section: &str, path: &str, kind: &str, value: &Value) {
+        let (kind, whole_may_be_null) = match kind.strip_suffix(", or null") {
+            Some(kind) => (kind, true),
+            None => (kind, false),
+        };
+        if whole_may_be_null && value.is_null() {
+            return;
+        }
+        let (plain, may_be_null) = match kind.strip_suffix(" or null") {
+            Some(plain) => (plain, true),
+            None => (kind, false),
+        };
+        if let Some(of) = plain.strip_prefix("list of ") {
+            let of = if may_be_null { format!("{of} or null") } else { of.to_string() };
+            match value.as_array() {
+                Some(values) => {
+                    let element = format!("{path}[]");
+                    values.iter().for_each(|value| self.value(section, &element, &of, value));
+                }
+                None => self.wrong.push(format!("{section}: `{path}` is no list: {value}")),
+            }
+            return;
+        }
+        let is_right = match plain {
+            _ if value.is_null() => may_be_null,
+            "text" => value.is_string(),
+            "integer" => value.is_u64() || value.is_i64(),
+            "number" => value.is_number(),
+            "boolean" => value.is_boolean(),
+            "map of text" => {
+                value.as_object().is_some_and(|map| map.values().all(Value::is_string))
+            }
+            "object" => {
+                self.object(section, path, &[], value);
+                true
+            }
+            shape => {
+                let name = shape.trim_start_matches('[').split(']').next().unwrap_or_default();
+                assert!(self.sections.contains_key(name), "{section}: `{path}`: no shape {shape}");
+                self.object(section, path, &[name], value);
+                true
+            }
+        };
+        if !is_right {
+            self.wrong.push(format!("{section}: `{path}` is not {kind}: {value}"));
+        }
+    }
+
+    /// Fields that were in no output.
+    fn unseen(&self) -> Vec<(&str, &str)> {
+        let all = self.sections.iter();
+        let all =
+            all.flat_map(|(name, of)| of.iter().map(move |field| (name.as_str(), &*field.path)));
+        let is_unseen = |(section, path): &(&str, &str)| {
+            !self.seen.contains(&(section.to_string(), path.to_string()))
+                && !ELSEWHERE.contains(&(*section, *path))
+        };
+        all.filter(is_unseen).collect()
+    }
+}
+
+/// The commands and, below `generate`, their commands.
+fn commands() -> Vec<Vec<String>> {
+    let below = |words: &[&str]| -> Vec<String> {
+        let help = run(&[words, &["--help"]].concat(), 0).text().to_string();
+        let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+        // Words that go on in the next line are farther in.
+        let lines = lines.take_while(|line| !line.is_empty());
+        let names = lines.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+        names.filter(|name| !["", "help"].contains(name)).map(str::to_string).collect()
+    };
+    let mut commands = Vec::new();
+    for name in below(&[]) {
+        let deeper = below(&[name.as_str()]);
+        commands.extend(deeper.iter().map(|deeper| vec![name.clone(), deeper.clone()]));
+        if deeper.is_empty() {
+            commands.push(vec![name]);
+        }
+    }
+    commands
+}
+
+/// A scene in which a ray can tie, and one whose light is hidden; and rays.
+fn material(folder: &TempDir) {
+    let tie = r##"
+        [camera]
+        position = [0, 0, 5]
+        look_at = [0, 0, 0]
+        [[sphere]]
+        center = [0, 0, 0]
+        radius = 1
+        color = "red"
+        [[sphere]]
+        center = [0, 0, 0]
+        radius = 1
+        color = "#0f0"
+        [[sphere]]
+        center = [9, 0, 0]
+        radius = 1
+        color = "blue"
+        [[sphere]]
+        center = [0, 0, 3]
+        radius = 0.1
+        color = "white"
+        [[plane]]
+        point = [0, 0, -9]
+        normal = [0, 0, 1]
+        color = "#888888"
+        [[light]]
+        position = [0, 0, -5]
+        [[light]]
+        position = [3, 0.2, 8]
+        [sky]
+        intensity = 0.5
+        directions = 8
+    "##;
+    fs::write(folder.path().join("tie.toml"), tie).unwrap();
+    fs::write(folder.path().join("wrong.toml"), "[camera]\nlookat = [0, 0, 0]\n").unwrap();
+    let rays = [vec![0.0, 0.0, 0.0, 1.6, 0.3, -12.0], vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0]];
+    fs::write(folder.path().join("rays.npy"), npy(&rays, "<f8", false)).unwrap();
+    symlink(format!("{}/scenes", env!("CARGO_MANIFEST_DIR")), folder.path().join("scenes"))
+        .unwrap();
+}
+
+fn in_folder(folder: &TempDir, line: &str) -> Command {
+    let mut command = program(&line.split_whitespace().collect::<Vec<_>>());
+    command.current_dir(folder);
+    command
+}
+
+fn whole_report() -> Report {
+    let mut report = made_report::report();
+    let mut earlier = serde_json::to_value(&report).unwrap();
+    earlier["command"] = "report".into();
+    let errors = &mut earlier["scenes"][0]["rows"][0]["errors"];
+    errors["wrong_object"] = (errors["wrong_object"].as_u64().unwrap() + 5).into();
+    let cost = &mut earlier["scenes"][0]["rows"][0]["cost"]["trace_ns_per_ray"];
+    for part in ["median", "min", "max"] {
+        cost[part] = (3.0 * cost[part].as_f64().unwrap()).into();
+    }
+    earlier["evidence"]["host_cpu"] = "Another CPU".into();
+    let earlier = Earlier::parse(&earlier.to_string()).unwrap();
+    report.baseline = Some(Baseline::new("before.json".into(), &earlier, &report));
+    report.noise = Noise { times: 160, wide: 90, typical_range: 0.41 };
+    report
+}
+
+/// Lines whose summaries have, taken together, all that is described.
+const LINES: [&str; 30] = [
+    "render scenes/lit/figure1.toml -o a.png --size 32x18 --device cpu --repeat 1",
+    "render scenes/figure1.toml -o a.exr --size 32x18 --device gpu --certificates",
+    "verify scenes/lit/figure1.toml --size 16x9 --device gpu --all-kernels",
+    "verify scenes/figure1.toml --size 16x9 --device cpu",
+    "check scenes/lit/figure1.toml",
+    "check cloud.toml",
+    "trace scenes/figure2.toml --rays rays.npy -o hits.npy",
+    "explain tie.toml --pixel 64,36 --size 128x72",
+    "explain tie.toml --pixel 70,40 --size 128x72",
+    "explain tie.toml --pixel 38,37 --size 128x72",
+    "explain tie.toml --ray 0,0,8,0,0,1",
+    "explain tie.toml --ray 0,0.9,5,0,0,-1",
+    "explain scenes/lit/figure1.toml --pixel 30,20 --size 64x36",
+    "explain scenes/figure5.toml --ray 0,0,0,0,0,-1 --device cpu",
+    "export pov scenes/lit/figure1.toml -o a.pov",
+    "generate cloud --count 10 -o b.npy --scene b.toml",
+    "probe --ceilings",
+    "digest scenes/lit/figure1.toml --size 16x9 --device gpu",
+    "render scenes/figure2.toml -o shown.png --size 32x18 --device cpu --show id",
+    "render scenes/figure5.toml -o d.png --size 321x181 --device cpu --show discriminant",
+    "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2",
+    "render scenes/lit/figure1.toml -o film.png --size 16x9 --turntable 2 --resume",
+    "figure 4 -o figure4.svg",
+    "info a.exr",
+    "info hits.npy",
+    "compare a.png a.png",
+    "judge scenes/figure1.toml --against a.exr",
+    "judge scenes/figure2.toml --against hits.npy --rays rays.npy",
+    "report scenes/lit/figure1.toml --size 16x9 --rounds 1 -o before.json",
+    "report scenes/lit/figure1.toml --size 16x9 --rounds 1 --baseline before.json",
+];
+
+#[test]
+fn every_field_of_json_is_described_and_every_described_one_is_there() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    material(&folder);
+    ends(in_folder(&folder, "generate cloud --count 3000 -o cloud.npy --scene cloud.toml"), 0);
+    let mut described = Described::new(DESCRIPTION);
+    let mut commands_seen = BTreeSet::new();
+    for line in LINES {
+        let json = ends(in_folder(&folder, &format!("{line} --json -q")), 0).json();
+        let command = json["command"].as_str().unwrap().to_string();
+        assert!(line.starts_with(&command), "{line}: {command}");
+        let section = if line.contains("--turntable") { "film" } else { &command };
+        described.object(section, "", HEAD, &json);
+        commands_seen.insert(command);
+    }
+    let report = serde_json::to_value(whole_report()).unwrap();
+    described.object("report", "", &[], &report);
+
+    // Failures, alone and beside what the command found.
+    for line in
+        ["compare a.png shown.png --json", "judge scenes/figure2.toml --against a.exr --json"]
+    {
+        let failed = ends(in_folder(&folder, line), 6).json();
+        let command = failed["command"].as_str().unwrap().to_string();
+        described.object(&command, "", &["head", "failure"], &failed);
+    }
+    let failed = ends(in_folder(&folder, "check wrong.toml --json"), 3).json();
+    described.object("failure", "", HEAD, &failed);
+    let mut without_driver = in_folder(&folder, "probe --json");
+    without_driver.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    let found = ends(without_driver, 4).json();
+    described.object("probe", "", &["head", "failure"], &found);
+
+    assert_eq!(described.wrong, [""; 0], "docs/json.md and the program differ");
+    let unseen = described.unseen();
+    assert!(unseen.is_empty(), "described in docs/json.md and in no output: {unseen:#?}");
+    for words in commands() {
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let help = run(&[&words[..], &["--help"]].concat(), 0);
+        let is_exempt = WITHOUT_SUMMARY.contains(&words[0]);
+        if help.text().contains("--json") && !is_exempt {
+            assert!(commands_seen.contains(words[0]), "the JSON of {words:?} is not looked at");
+        }
+    }
+}
+
+/// Spoils a summary.
+type Change = fn(&mut Value);
+
+#[test]
+fn a_field_that_is_not_as_described_is_noticed() {
+    let json = json!({"schema": 1, "version": "0.1.0", "command": "digest", "adapter": null,
+        "device": "cpu", "size": [16, 9], "samples": 1, "objects": {"spheres": 1, "planes": 0},
+        "digest": "kb1:"});
+    let wrong = |change: Change, text: &str| {
+        let (mut described, mut json) = (Described::new(text), json.clone());
+        change(&mut json);
+        described.object("digest", "", HEAD, &json);
+        described.wrong
+    };
+    assert_eq!(wrong(|_| {}, DESCRIPTION), [""; 0]);
+    let changes: [(Change, &str); 7] = [
+        (|json| json["colour"] = 1.into(), "`colour` is not described"),
+        (|json| json["objects"]["cones"] = 1.into(), "`objects.cones` is not described"),
+        (|json| drop(json.as_object_mut().unwrap().remove("size")), "`size` is missing"),
+        (
+            |json| drop(json["objects"].as_object_mut().unwrap().remove("planes")),
+            "`planes` is missing",
+        ),
+        (|json| json["samples"] = "1".into(), "`samples` is not integer"),
+        (|json| json["size"][1] = 9.5.into(), "`size[]` is not integer"),
+        (|json| json["device"] = Value::Null, "`device` is not text"),
+    ];
+    for (change, expected) in changes {
+        let found = wrong(change, DESCRIPTION);
+        assert!(found.len() == 1 && found[0].contains(expected), "{expected}: {found:?}");
+    }
+    let shorter = DESCRIPTION.replace("| `digest` | text |", "| digest | text |");
+    assert!(wrong(|_| {}, &shorter)[0].contains("`digest` is not described"));
+    let longer = Described::new(DESCRIPTION);
+    assert!(longer.unseen().len() > 300, "{}", longer.unseen().len());
+}
+
+// Failures.
+
+/// One JSON object on standard output, with the exit code and the words of standard error.
+#[track_caller]
+fn assert_failure(ran: &Ran, code: i32) {
+    let json = ran.json();
+    assert_eq!((ran.code, &json["code"]), (code, &code.into()), "{json}");
+    let error = json["error"].as_str().unwrap();
+    let first = error.lines().next().unwrap();
+    assert!(!first.is_empty() && ran.stderr.contains(first), "{first:?}\n{}", ran.stderr);
+    assert_eq!(json["schema"], 1);
+}
+
+#[test]
+fn every_failure_is_told_in_json() {
+    let folder = tempfile::tempdir().unwrap();
+    material(&folder);
+    for (line, code) in [
+        ("render scenes/figure1.toml -o no/such/folder.png --device cpu", 1),
+        ("report scenes/figure1.toml --baseline tie.toml --device cpu", 1),
+        ("render scenes/figure1.toml", 2),
+        ("render scenes/figure1.toml -o a.jpg", 2),
+        ("render scenes/figure1.toml -o a.png --kernel magic", 2),
+        ("rendr", 2),
+        ("check missing.toml", 3),
+        ("render wrong.toml -o a.png", 3),
+        ("render scenes/figure1.toml -o a.png --device nothing-like-it", 4),
+        ("render scenes/figure1.toml -o a.png --size 99999x9", 7),
+    ] {
+        let ran = finish(in_folder(&folder, &format!("{line} --json")));
+        assert_failure(&ran, code);
+        let json = ran.json();
+        let command = line.split(' ').next().filter(|word| *word != "rendr");
+        assert_eq!(json["command"].as_str(), command, "{json}");
+        assert_eq!(json["place"].is_object(), code == 3, "{json}");
+        assert_eq!(finish(in_folder(&folder, line)).stdout, b"", "{line}");
+    }
+    let place = ends(in_folder(&folder, "check wrong.toml --json"), 3).json()["place"].clone();
+    assert_eq!((&place["line"], &place["column"]), (&2.into(), &1.into()));
+    assert!(place["help"].as_str().unwrap().contains("did you mean `look_at`?"), "{place}");
+    // Help and version are no failures.
+    assert!(run(&["render", "--json", "--help"], 0).text().contains("Usage"));
+}
+
+/// `verify` has no output file, so none is spoken of.
+#[test]
+fn an_interrupted_verify_does_not_speak_of_output_files() {
+    let scene = scene_file("figure1");
+    let args = ["verify", &scene, "--size", "16000x16000", "--samples", "100000000", "--json"];
+    let child = program(&[&args[..], &["--device", "cpu"]].concat()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    let pid = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), stderr.as_str()), (Some(130), "error: interrupted\n"));
+    // Work that did not end by itself says nothing there.
+    if !output.stdout.is_empty() {
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&json["code"], &json["error"]), (&130.into(), &"interrupted".into()));
+    }
+}
+
+#[test]
+fn the_version_tells_commit_and_features() {
+    let short = run(&["-V"], 0).text().to_string();
+    assert_eq!(short, format!("kugelblitz {}\n", env!("CARGO_PKG_VERSION")));
+    let long = run(&["--version"], 0).text().to_string();
+    let lines: Vec<&str> = long.lines().collect();
+    assert_eq!(lines[0], short.trim());
+    let commit = lines[1].strip_prefix("commit ").expect("a commit");
+    let told = option_env!("KUGELBLITZ_COMMIT").is_some() || commit == "unknown";
+    let is_hash = commit.len() >= 12 && commit.bytes().all(|byte| byte.is_ascii_hexdigit());
+    assert!(told || is_hash, "{long}");
+    let features = lines[2].strip_prefix("features ").expect("features");
+    assert_eq!(features.contains("view"), cfg!(feature = "view"), "{long}");
+    assert!(features.starts_with("cli, gpu"), "{long}");
+}
+
+// Manual pages.
+
+/// Roff as it is read, roughly.
+fn plain_roff(page: &str) -> String {
+    page.replace("\\-", "-").replace("\\fB", "").replace("\\fI", "").replace("\\fR", "")
+}
+
+fn pages(folder: &TempDir) -> BTreeMap<String, String> {
+    ends(in_folder(folder, "man --dir man/pages"), 0);
+    let entries = fs::read_dir(folder.path().join("man/pages")).unwrap();
+    let page = |entry: Result<fs::DirEntry, std::io::Error>| {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        (name, plain_roff(&fs::read_to_string(entry.path()).unwrap()))
+    };
+    entries.map(page).collect()
+}
+
+#[test]
+fn every_command_has_a_manual_page_with_all_sections() {
+    let folder = tempfile::tempdir().unwrap();
+    let pages = pages(&folder);
+    let mut expected: BTreeSet<String> =
+        ["kugelblitz.1", "kugelblitz-scene.5"].map(String::from).into();
+    for words in commands() {
+        for n in 1..=words.len() {
+            expected.insert(format!("kugelblitz-{}.1", words[..n].join("-")));
+        }
+    }
+    assert_eq!(pages.keys().cloned().collect::<BTreeSet<_>>(), expected);
+    for (name, page) in pages.iter().filter(|(name, _)| name.ends_with(".1")) {
+        let mut sections = vec!["NAME", "SYNOPSIS", "ENVIRONMENT", "EXIT STATUS", "SEE ALSO"];
+        if name != "kugelblitz-generate.1" {
+            sections.push("EXAMPLES");
+        }
+        if page.contains("Scene file") {
+            sections.extend(["SCENE FORMAT", "FILES"]);
+        }
+        for section in sections {
+            let head = format!("\n.SH {section}\n");
+            let quoted = format!("\n.SH \"{section}\"\n");
+            assert!(
+                page.contains(&head) || page.contains(&quoted),
+                "{name} lacks {section}: {page}"
+            );
+        }
+        assert!(page.starts_with(".ie") && page.contains(".TH"), "{name}");
+        assert!(page.contains("130") && page.contains("RAYON_NUM_THREADS"), "{name}");
+    }
+    assert!(pages["kugelblitz-render.1"].contains("WGPU_ADAPTER_NAME"));
+    assert!(!pages["kugelblitz-check.1"].contains("WGPU_ADAPTER_NAME"));
+    // One page is the same as among all.
+    let one = plain_roff(run(&["man", "generate", "cloud"], 0).text());
+    assert_eq!(one, pages["kugelblitz-generate-cloud.1"]);
+    assert_eq!(plain_roff(run(&["man", "scene"], 0).text()), pages["kugelblitz-scene.5"]);
+    let ran = run(&["man", "rendr"], 2);
+    assert!(ran.stderr.contains("did you mean `render`?"), "{}", ran.stderr);
+    run(&["man", "render", "--dir", "x"], 2);
+}
+
+#[test]
+fn the_examples_of_the_manual_pages_run() {
+    gpu();
+    let folder = tempfile::tempdir().unwrap();
+    material(&folder);
+    for picture in ["figure1.toml -o figure1.png", "figure2.toml -o figure2.exr"] {
+        ends(in_folder(&folder, &format!("render scenes/{picture} --size 32x18 -q")), 0);
+    }
+    let bin = Path::new(env!("CARGO_BIN_EXE_kugelblitz")).parent().unwrap();
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
+    let mut n_lines = 0;
+    for (name, page) in pages(&folder).iter().filter(|(name, _)| name.ends_with(".1")) {
+        let blocks = page.split("\n.nf\n").skip(1).map(|rest| rest.split("\n.fi").next().unwrap());
+        for line in blocks.flat_map(str::lines).filter(|line| !line.contains("kugelblitz view")) {
+            let mut shell = Command::new("sh");
+            shell.args(["-e", "-c", line]).current_dir(&folder).env("PATH", &path);
+            let output = shell.stdin(Stdio::null()).output().unwrap();
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{name}: {line}\n{stderr}");
+            n_lines += 1;
+        }
+    }
+    assert!(n_lines >= 17, "{n_lines} lines");
+}
+
+/// What the program knows of a table, from its own words upon a key that is none.
+fn known_keys(header: &str) -> Vec<String> {
+    let text = match header {
+        "" => "zzz = 1\n".to_string(),
+        _ => format!("{header}\nzzz = 1\n"),
+    };
+    match parse_scene(&text, "a.toml".as_ref()) {
+        Err(kugelblitz::Error::Scene(error)) => {
+            let keys = error.help.split_once("known keys here: ").map_or("", |(_, keys)| keys);
+            keys.split(", ").filter(|key| !key.is_empty()).map(str::to_string).collect()
+        }
+        other => panic!("{header}: {other:?}"),
+    }
+}
+
+#[test]
+fn the_page_about_scenes_has_every_key() {
+    let page = plain_roff(run(&["man", "scene"], 0).text());
+    let mut headers = vec![String::new()];
+    for key in known_keys("") {
+        let is_table = [format!("[{key}]"), format!("[[{key}]]")];
+        headers.extend(is_table.into_iter().filter(|header| !known_keys(header).is_empty()));
+    }
+    assert!(headers.len() >= 8, "{headers:?}");
+    for header in headers {
+        let title = if header.is_empty() { "TOP OF THE FILE" } else { &header };
+        let titled =
+            page.split("\n.SH ").find(|section| section.trim_matches('"').starts_with(title));
+        let section = titled.unwrap_or_else(|| panic!("no section {title}"));
+        for key in known_keys(&header) {
+            let is_table = header.is_empty() && page.contains(&format!("[{key}]"));
+            let is_there = section.contains(&format!("\n{key} = "));
+            assert!(is_table || is_there, "`{key}` is not in the section {title}: {section}");
+        }
+    }
+    let example = page.split("\n.nf\n").nth(1).unwrap().split("\n.fi").next().unwrap();
+    let scene = parse_scene(example, "example.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((scene.spheres.len(), scene.planes.len(), scene.lights.len()), (1, 1, 1));
+}
+
+// The report's page in a browser.
+
+const INSTALL: &str = "Chromium is missing: apt-get install chromium, or ci/setup.sh --tests";
+
+/// Chromium without a window, which listens to two pipes in the Chrome DevTools Protocol: JSON between
+/// zero bytes.
+struct Browser {
+    child: Arc<Mutex<Child>>,
+    to: File,
+    from: File,
+    unread: Vec<u8>,
+    session: String,
+    n_calls: u64,
+    /// What the page complained about.
+    complaints: Vec<String>,
+    folder: TempDir,
+}
+
+impl Browser {
+    fn start() -> Browser {
+        let folder = tempfile::tempdir().unwrap();
+        for pipe in ["to", "from"] {
+            assert!(
+                Command::new("mkfifo").arg(folder.path().join(pipe)).status().unwrap().success()
+            );
+        }
+        let there = Command::new("chromium").arg("--version").stderr(Stdio::null()).output();
+        assert!(there.is_ok_and(|output| output.status.success()), "{INSTALL}");
+        let child = Command::new("sh")
+            .args(["-c", "exec chromium \"$@\" 3<to 4>from", "sh"])
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic"])
+            .args(["--no-first-run", "--disable-background-networking"])
+            .args(["--disable-component-update", "--disable-sync", "--remote-debugging-pipe"])
+            .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+            .arg("about:blank")
+            .current_dir(&folder)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let child = Arc::new(Mutex::new(child));
+        let watched = Arc::clone(&child);
+        // A browser that hangs would hang the test.
+        std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_secs(120));
+            let _ = watched.lock().unwrap().kill();
+        });
+        let to = File::options().write(true).open(folder.path().join("to")).unwrap();
+        let from = File::open(folder.path().join("from")).unwrap();
+        let mut browser = Browser {
+            child,
+            to,
+            from,
+            unread: Vec::new(),
+            session: String::new(),
+            n_calls: 0,
+            complaints: Vec::new(),
+            folder,
+        };
+        let target = browser.call("Target.createTarget", json!({"url": "about:blank"}));
+        let target = json!({"targetId": target["targetId"], "flatten": true});
+        let session = browser.call("Target.attachToTarget", target);
+        browser.session = session["sessionId"].as_str().unwrap().to_string();
+        for domain in ["Page", "Log", "Runtime"] {
+            browser.call(&format!("{domain}.enable"), json!({}));
+        }
+        browser
+    }
+
+    fn message(&mut self) -> Value {
+        loop {
+            if let Some(end) = self.unread.iter().position(|byte| *byte == 0) {
+                let message: Vec<u8> = self.unread.drain(..=end).collect();
+                return serde_json::from_slice(&message[..end]).unwrap();
+            }
+            let mut bytes = [0; 1 << 16];
+            let n = self.from.read(&mut bytes).unwrap();
+            assert!(n > 0, "the browser ended or took two minutes");
+            self.unread.extend(&bytes[..n]);
+        }
+    }
+
+    fn call(&mut self, method: &str, params: Value) -> Value {
+        self.try_call(method, params).unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    fn try_call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
+        self.n_calls += 1;
+        let mut request = json!({"id": self.n_calls, "method": method, "params": params});
+        if !self.session.is_empty() {
+            request["sessionId"] = self.session.as_str().into();
+        }
+        self.to.write_all(format!("{request}\0").as_bytes()).unwrap();
+        loop {
+            let mut message = self.message();
+            if message["id"] == self.n_calls {
+                return match message["error"].is_null() {
+                    true => Ok(message["result"].take()),
+                    false => Err(message),
+                };
+            }
+            let is_complaint = match message["method"].as_str() {
+                Some("Log.entryAdded") => message["params"]["entry"]["level"] == "error",
+                Some("Runtime.consoleAPICalled") => message["params"]["type"] == "error",
+                Some("Runtime.exceptionThrown") => true,
+                _ => false,
+            };
+            if is_complaint {
+                self.complaints.push(message["params"].to_string());
+            }
+        }
+    }
+
+    /// The value of an expression of JavaScript.
+    fn value(&mut self, expression: &str) -> Value {
+        let params = json!({"expression": expression, "returnByValue": true});
+        let mut result = self.call("Runtime.evaluate", params);
+        assert!(result["exceptionDetails"].is_null(), "{expression}: {result}");
+        result["result"]["value"].take()
+    }
+
+    fn open(&mut self, html: &str, width: u32, theme: &str) {
+        let size = json!({"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": false});
+        self.call("Emulation.setDeviceMetricsOverride", size);
+        self.call(
+            "Emulation.setEmulatedMedia",
+            json!({"features": [
+                {"name": "prefers-color-scheme", "value": theme}
+            ]}),
+        );
+        let name = format!("page{}.html", self.n_calls);
+        let path = self.folder.path().join(&name);
+        fs::write(&path, html).unwrap();
+        self.complaints.clear();
+        self.call("Page.navigate", json!({"url": format!("file://{}", path.display())}));
+        let loaded =
+            format!("document.readyState == 'complete' && location.href.endsWith('{name}')");
+        let start = Instant::now();
+        let params = json!({"expression": loaded, "returnByValue": true});
+        // Amid the change from page to page there is nobody to ask.
+        while !self
+            .try_call("Runtime.evaluate", params.clone())
+            .is_ok_and(|result| result["result"]["value"] == true)
+        {
+            assert!(start.elapsed() < Duration::from_secs(60), "the page never was loaded");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Moves the mouse over the middle of an element, and tells what is below it.
+    fn titled_below_mouse(&mut self, element: &str) -> Value {
+        let at = self.value(&format!(
+            "(() => {{ const e = {element}; e.scrollIntoView({{block: 'center'}}); \
+             const r = e.getBoundingClientRect(); \
+             return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
+        ));
+        let params = json!({"type": "mouseMoved", "x": at[0], "y": at[1]});
+        self.call("Input.dispatchMouseEvent", params);
+        self.value("[...document.querySelectorAll('g:hover > title')].pop()?.textContent ?? ''")
+    }
+
+    /// The page as a picture, where a person wants to look at it.
+    fn shoot(&mut self, width: u32, name: &str) {
+        let Some(folder) = std::env::var_os("KUGELBLITZ_SHOTS") else { return };
+        let height = self.value("document.documentElement.scrollHeight");
+        let clip = json!({"x": 0, "y": 0, "width": width, "height": height, "scale": 1});
+        let params = json!({"captureBeyondViewport": true, "clip": clip});
+        let picture = self.call("Page.captureScreenshot", params);
+        let picture = picture["data"].as_str().unwrap();
+        let bytes = base64::engine::general_purpose::STANDARD.decode(picture).unwrap();
+        fs::write(Path::new(&folder).join(name), bytes).unwrap();
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let mut child = self.child.lock().unwrap();
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}
+
+/// The marks of the plots that are shown.
+const MARKS: &str = "[...document.querySelectorAll('.plot g > title')]\
+    .map(t => t.parentElement).filter(g => g.getClientRects().length)";
+
+/// What is wrong with a page at a width in a theme.
+fn faults(browser: &mut Browser, html: &str, width: u32, theme: &str) -> Vec<String> {
+    browser.open(html, width, theme);
+    let mut faults: Vec<String> =
+        browser.complaints.iter().map(|complaint| format!("console: {complaint}")).collect();
+    let scroll = browser
+        .value("document.documentElement.scrollWidth - document.documentElement.clientWidth");
+    if scroll.as_f64() != Some(0.0) {
+        faults.push(format!("scrolls sideways by {scroll} px"));
+    }
+    // Letters have 13 px in a plot's own measure.
+    let plots = browser.value(
+        "[...document.querySelectorAll('svg.plot')].map(e => [e, e.getBoundingClientRect()])\
+         .filter(([_, r]) => r.width > 0)\
+         .map(([e, r]) => [r.left, r.right, 13 * r.width / e.viewBox.baseVal.width])",
+    );
+    let plots = plots.as_array().unwrap();
+    if plots.is_empty() {
+        faults.push("no plot is shown".into());
+    }
+    for plot in plots {
+        let [left, right, letters] = [0, 1, 2].map(|i| plot[i].as_f64().unwrap());
+        if left < 0.0 || right > f64::from(width) {
+            faults.push(format!("a plot from {left} to {right} px"));
+        }
+        if letters < 11.0 {
+            faults.push(format!("letters of {letters} px in a plot"));
+        }
+    }
+    let n_marks = browser.value(&format!("{MARKS}.length")).as_u64().unwrap();
+    if n_marks < 20 {
+        faults.push(format!("{n_marks} marks with a tooltip"));
+    }
+    // The middle of a mark: of its shape, for its title has no place.
+    let shape = |i: u64| format!("{MARKS}[{i}].querySelector('circle, rect, polygon')");
+    for i in [0, n_marks / 2, n_marks.saturating_sub(1)].into_iter().filter(|i| *i < n_marks) {
+        let title = browser.titled_below_mouse(&shape(i));
+        if !title.as_str().is_some_and(|title| title.contains(", ")) {
+            faults.push(format!("no tooltip over mark {i}: {title}"));
+        }
+    }
+    // Lightness of text and paper, 0 to 1, on the page and in a plot.
+    let colors = browser.value(
+        "(() => { const plot = [...document.querySelectorAll('.plot')]\
+           .find(e => e.getClientRects().length); \
+         const light = c => { const [r, g, b] = c.match(/[0-9.]+/g).map(Number); \
+           return (0.2126 * r + 0.7152 * g + 0.0722 * b) / 255; }; \
+         const of = (e, what) => e ? light(getComputedStyle(e)[what]) : 0.5; \
+         return [of(document.body, 'color'), of(document.body, 'backgroundColor'), \
+           of(plot?.querySelector('text.ink'), 'color'), of(plot?.querySelector('.paper'), 'color')]; })()",
+    );
+    let is_dark = theme == "dark";
+    for (i, what) in
+        ["the page's text", "the page", "a plot's text", "a plot's paper"].iter().enumerate()
+    {
+        let lightness = colors[i].as_f64().unwrap();
+        // Text is the other way round.
+        let is_light = lightness > 0.5;
+        if (is_light == is_dark) == (i % 2 == 1) || (0.2..0.8).contains(&lightness) {
+            faults.push(format!("{theme} theme: {what} has lightness {lightness:.2}"));
+        }
+    }
+    faults
+}
+
+#[test]
+fn a_browser_shows_the_report_on_telephones_and_desktops() {
+    let browser = &mut Browser::start();
+    let whole = page::html(&whole_report());
+    for width in [400, 1280] {
+        for theme in ["light", "dark"] {
+            let found = faults(browser, &whole, width, theme);
+            browser.shoot(width, &format!("report-{width}-{theme}.png"));
+            assert_eq!(found, [""; 0], "{width} px, {theme}");
+        }
+    }
+    assert_eq!(faults(browser, &whole, 360, "light"), [""; 0]);
+
+    // What would spoil it is seen.
+    let spoiled = |browser: &mut Browser, from: &str, to: &str, theme: &str| {
+        assert!(whole.contains(from), "{from}");
+        faults(browser, &whole.replace(from, to), 400, theme).join("\n")
+    };
+    for (from, to, theme, expected) in [
+        ("<main>", "<main><div style=\"width:500px\">wide</div>", "light", "scrolls sideways"),
+        ("<main>", "<main><script>alert(1)</script>", "light", "console: "),
+        ("<title>", "<desc>", "light", "0 marks with a tooltip"),
+        ("<g class=\"paper\"", "<g display=\"none\" class=\"paper\"", "light", "no tooltip"),
+        ("prefers-color-scheme:dark", "prefers-color-scheme:none", "dark", "dark theme: the page"),
+        (".on-narrow{display:block}", "", "light", "no plot is shown"),
+        (".on-narrow{display:none}", ".on-narrow{width:200px}", "light", "letters of"),
+    ] {
+        let found = spoiled(browser, from, to, theme);
+        assert!(found.contains(expected), "{from} as {to}: {found:?}");
+    }
+}
