@@ -19,7 +19,8 @@
 //! camera, the size and the samples it defines every byte of a picture. Version 1 is SHA-256 of these
 //! bytes, each number little-endian:
 //! 1. the text `kugelblitz scene 1` and a line feed;
-//! 2. the numbers of spheres and planes, lights and suns of the sky (four `u64`);
+//! 2. the numbers of spheres and planes, lights and suns of the sky, and 1 where there is ambient light, which
+//!    may be black and then still is a light (five `u64`);
 //! 3. the background (three `f64`, as all colours: linear), the ambient light (the same, 0 without), the sky's
 //!    intensity (`f64`, 0 without);
 //! 4. of each light: `0` (a point), `1` (a sun) or `2` (the eye) and whether there are shadows (two `u8`), its
@@ -106,7 +107,8 @@ pub fn scene_hash(scene: &Scene) -> String {
     }
     let mut hash = Sha256::new_with_prefix(SCENE_HEAD);
     let n_suns = scene.sky.map_or(0, |sky| sky.directions as usize);
-    for n in [scene.spheres.len(), scene.planes.len(), scene.lights.len(), n_suns] {
+    let has_ambient = usize::from(scene.ambient.is_some());
+    for n in [scene.spheres.len(), scene.planes.len(), scene.lights.len(), n_suns, has_ambient] {
         hash.update((n as u64).to_le_bytes());
     }
     add(&mut hash, scene.background.0);
@@ -206,6 +208,10 @@ mod tests {
             differing += 1;
         }
         assert!(differing > 5, "{differing}");
+        // Without light, objects have their own colours; in none, they are black.
+        let [unlit, dark] = [None, Some(Color::BLACK)]
+            .map(|ambient| scene_hash(&Scene { ambient, ..Scene::default() }));
+        assert_ne!(unlit, dark);
     }
 
     #[test]

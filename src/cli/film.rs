@@ -19,8 +19,8 @@ use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Making, Result, Session};
 use serde::Serialize;
 
-use super::head::{MsStages, Objects, On, RayCounts, print_summary};
-use super::output::{count, human, is_stdout, ms, name, objects};
+use super::head::{Ms, Objects, On, RayCounts, print_summary};
+use super::output::{count, human, is_stdout, ms, name, objects, shell_quoted};
 use super::progress::Progress;
 use super::render::{Begun, size};
 use super::{RenderArgs, Run};
@@ -124,20 +124,7 @@ struct Drawn {
     shadow_rays: Option<RayCounts>,
     #[serde(skip_serializing_if = "Option::is_none")]
     colors: Option<ColorCounts>,
-    ms: MsFrame,
-}
-
-#[derive(Serialize)]
-struct MsFrame {
-    prepare: f64,
-    /// The hierarchy over many spheres: of the first frame alone.
-    build: f64,
-    upload: f64,
-    compile: f64,
-    #[serde(flatten)]
-    stages: MsStages,
-    write: f64,
-    total: f64,
+    ms: Ms,
 }
 
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
@@ -251,15 +238,7 @@ impl Drawn {
             hits: done.hits,
             shadow_rays: is_lit.then(|| done.shadow_rays.into()),
             colors: is_lit.then_some(done.colors),
-            ms: MsFrame {
-                prepare: ms(making.prepare),
-                build: ms(making.build),
-                upload: ms(making.upload),
-                compile: ms(making.compile),
-                stages: MsStages::from(done),
-                write: ms(done.write),
-                total: ms(total),
-            },
+            ms: Ms::new(None, making, done, total),
         }
     }
 }
@@ -292,25 +271,14 @@ fn ffmpeg(output: &Path, n_frames: u32, format: Format, size: [u32; 2]) -> Optio
     if format == Format::Npy {
         return None;
     }
-    let pattern = quoted(&pattern_of_files(output, n_frames));
-    let film = quoted(&output.with_extension("mp4"));
+    let pattern = shell_quoted(&pattern_of_files(output, n_frames));
+    let film = shell_quoted(&output.with_extension("mp4"));
     // The usual coding of colours takes even numbers of pixels.
     let even = match size.iter().any(|side| side % 2 == 1) {
         true => " -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2'",
         false => "",
     };
     Some(format!("ffmpeg -framerate 25 -i {pattern}{even} -pix_fmt yuv420p {film}"))
-}
-
-/// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let path = path.display().to_string();
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
-    if !path.is_empty() && path.chars().all(is_plain) && !path.starts_with('-') {
-        return path;
-    }
-    let path = if path.starts_with('-') { format!("./{path}") } else { path };
-    format!("'{}'", path.replace('\'', "'\\''"))
 }
 
 #[cfg(test)]

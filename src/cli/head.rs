@@ -183,18 +183,35 @@ impl From<StageCounts> for RayCounts {
 
 /// Milliseconds of all stages.
 #[derive(Serialize)]
-struct Ms {
-    read: f64,
+pub struct Ms {
+    /// Of a film's frame, nothing is read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    read: Option<f64>,
     prepare: f64,
-    /// The hierarchy over many spheres.
+    /// Building the hierarchy over many spheres, or fitting it to another view.
     build: f64,
     upload: f64,
     compile: f64,
     #[serde(flatten)]
     stages: MsStages,
     write: f64,
-    /// From the program's start, so with opening the device as well.
+    /// From the program's start, so with opening the device as well; of a film's frame, from its own.
     total: f64,
+}
+
+impl Ms {
+    pub fn new(read: Option<Duration>, making: Making, done: &Rendered, total: Duration) -> Ms {
+        Ms {
+            read: read.map(ms),
+            prepare: ms(making.prepare),
+            build: ms(making.build),
+            upload: ms(making.upload),
+            compile: ms(making.compile),
+            stages: MsStages::from(done),
+            write: ms(done.write),
+            total: ms(total),
+        }
+    }
 }
 
 /// Milliseconds of tracing and colours.
@@ -285,16 +302,7 @@ impl Traced {
             show: None,
             legend: None,
             bytes_device: session.bytes_device(),
-            ms: Ms {
-                read: ms(read),
-                prepare: ms(making.prepare),
-                build: ms(making.build),
-                upload: ms(making.upload),
-                compile: ms(making.compile),
-                stages: MsStages::from(done),
-                write: ms(done.write),
-                total: ms(run.start.elapsed()),
-            },
+            ms: Ms::new(Some(read), making, done, run.start.elapsed()),
             ms_runs: None,
         }
     }

@@ -11,7 +11,7 @@ use kugelblitz::judge::{
 use kugelblitz::memory;
 use kugelblitz::picture::{Image, read_image};
 use kugelblitz::rays::{Pixels, read_rays_with};
-use kugelblitz::scene::{Color, Scene};
+use kugelblitz::scene::{Color, Scene, hex};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::verify::{RayError, Truth};
 use kugelblitz::{Error, Result, Session};
@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::compare::{begin_picture, percent, write_picture};
 use super::head::{Objects, On, print_verdict};
-use super::output::{count, objects, print_text};
+use super::output::{count, objects, print_text, shell_quoted};
 use super::progress::Progress;
 use super::render::size;
 use super::{DeviceArgs, Run, SizeArgs, TalkArgs, WholeArgs, device, scene};
@@ -511,21 +511,20 @@ impl Case<'_> {
             Seen::Ids(ids) => object(self.scene, ids[ray]),
             Seen::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
             Seen::Colors { srgb8, tolerance } => {
-                let [r, g, b] = srgb8[ray];
                 let is_near = |color: Color| {
                     let pairs = color.to_srgb8().into_iter().zip(srgb8[ray]);
                     pairs.into_iter().all(|(a, b)| a.abs_diff(b) <= *tolerance)
                 };
                 let of = (0..).zip(self.scene.colors()).find(|(_, color)| is_near(*color));
                 let whose = of.map_or("of no object".into(), |(id, _)| object(self.scene, id));
-                format!("{whose}, #{r:02x}{g:02x}{b:02x}")
+                format!("{whose}, {}", hex(srgb8[ray]))
             }
         }
     }
 
     /// The command that shows why.
     fn explain(&self, ray: usize) -> String {
-        let scene = quoted(&self.args.scene);
+        let scene = shell_quoted(&self.args.scene);
         match self.rays {
             Rays::Pixels(pixels) => {
                 let (x, y) = pixels.xy(ray);
@@ -571,15 +570,5 @@ fn figure(x: f64) -> String {
             format!("{x:.digits$}")
         }
         x => format!("{x:.2e}"),
-    }
-}
-
-/// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let path = path.display().to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
-    match !path.is_empty() && path.chars().all(is_plain) {
-        true => path,
-        false => format!("'{}'", path.replace('\'', "'\\''")),
     }
 }

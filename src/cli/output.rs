@@ -25,6 +25,17 @@ pub fn name(output: &Path) -> String {
     if is_stdout(output) { STDOUT.into() } else { output.display().to_string() }
 }
 
+/// A path as a shell takes it.
+pub fn shell_quoted(path: &Path) -> String {
+    let path = path.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
+    if !path.is_empty() && path.chars().all(is_plain) && !path.starts_with('-') {
+        return path;
+    }
+    let path = if path.starts_with('-') { format!("./{path}") } else { path };
+    format!("'{}'", path.replace('\'', "'\\''"))
+}
+
 /// Prints data.
 ///
 /// # Errors

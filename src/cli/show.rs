@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kugelblitz::picture::{Format, PictureOptions};
+use kugelblitz::scene::hex;
 use kugelblitz::show::{Entry, Show, Shown};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -59,15 +60,10 @@ pub struct JsonEntry {
     at: Vec<[u32; 2]>,
 }
 
-fn hex(entry: &Entry) -> String {
-    let [r, g, b] = entry.color;
-    format!("#{r:02x}{g:02x}{b:02x}")
-}
-
 /// The legend for --json.
 pub fn json_legend(shown: &Shown) -> Vec<JsonEntry> {
     let entry = |(i, entry): (usize, &Entry)| JsonEntry {
-        color: hex(entry),
+        color: hex(entry.color),
         meaning: entry.meaning.clone(),
         pixels: shown.tally.count(i),
         at: shown.tally.few(i).to_vec(),
@@ -78,7 +74,7 @@ pub fn json_legend(shown: &Shown) -> Vec<JsonEntry> {
 /// The legend for people, a line for each entry.
 pub fn legend_in_words(shown: &Shown) -> Vec<String> {
     let line = |(i, entry): (usize, &Entry)| {
-        let mut line = format!("  {}  {}", hex(entry), entry.meaning);
+        let mut line = format!("  {}  {}", hex(entry.color), entry.meaning);
         if let Some(n) = shown.tally.count(i) {
             line += &format!(": {}", count(n as usize, "pixel"));
         }

@@ -43,11 +43,6 @@ impl Quantity {
             Quantity::Color => "color",
         }
     }
-
-    /// Whether it says how far the object is.
-    pub fn is_depth(self) -> bool {
-        matches!(self, Quantity::Depth | Quantity::Distance | Quantity::ZBuffer)
-    }
 }
 
 impl FromStr for Quantity {

@@ -97,6 +97,11 @@ impl Color {
     }
 }
 
+/// `#rrggbb`, as [`Color::parse`] reads it.
+pub fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
 /// The sRGB transfer function (IEC 61966-2-1): linear light to encoded value, both in `0..=1`. The
 /// same f64 on every machine.
 pub fn srgb_from_linear(linear: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Cloud, Color, ColorMap};
+use super::{Cloud, Color, ColorMap, hex};
 use crate::plain::plain;
 
 /// How the numbers of a column became the colours of a cloud.
@@ -139,10 +139,6 @@ fn draw(svg: &mut String, bar: usize, left: f64, coloring: &Coloring, misses: bo
     }
     let below = text_left - left + n_letters as f64 * LETTER;
     (coloring.column.chars().count() as f64 * LETTER).max(below).ceil()
-}
-
-fn hex([red, green, blue]: [u8; 3]) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Text fit for XML.

@@ -27,7 +27,7 @@ use crate::error::{Result, SceneError};
 
 pub(crate) use clouds::Watched;
 pub use clouds::is_cloud_file;
-pub use color::{Color, linear_from_srgb, srgb_from_linear};
+pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
 pub(crate) use draft::checked;
 pub use draft::{Composed, compose_scene, recompose_scene};

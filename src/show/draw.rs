@@ -222,22 +222,16 @@ mod tests {
         (colors.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(), shown)
     }
 
-    const MODES: [Show; 7] = [
-        Show::Depth,
-        Show::Normal,
-        Show::Id,
-        Show::Side,
-        Show::Discriminant,
-        Show::Error,
-        Show::Stage,
-    ];
+    fn modes() -> impl Iterator<Item = Show> {
+        Show::ALL.into_iter().filter(|show| *show != Show::Color)
+    }
 
     #[test]
     fn bands_and_parts_have_the_whole_pictures_colours() {
         let (mut session, whole) = session();
         let part = Pixels { x: 20, y: 11, width: 40, height: 31, ..whole };
         // The stage may differ between a picture and its parts.
-        for show in MODES.into_iter().filter(|show| *show != Show::Stage) {
+        for show in modes().filter(|show| *show != Show::Stage) {
             let (colors, shown) = drawn(&mut session, show, &whole, 60);
             let (in_bands, again) = drawn(&mut session, show, &whole, 7);
             assert!(colors == in_bands, "{show}");
@@ -253,7 +247,7 @@ mod tests {
     fn two_kernels_are_drawn_side_by_side() {
         let (mut session, pixels) = session();
         let kernels = [Kernel::Lecture, Kernel::Certified];
-        for show in MODES.into_iter().chain([Show::Color]) {
+        for show in Show::ALL {
             let control = Control::default();
             let mut both = |kernels, split| {
                 side_by_side(&mut session, show, &pixels, (kernels, split), 1, &control).unwrap()

@@ -23,7 +23,7 @@ use crate::kernel::relative::{self, Approach};
 use crate::kernel::stable::{PlaneStable, SphereStable};
 use crate::kernel::{Lists, RayOf};
 use crate::prepare::{Objects, Prepared};
-use crate::rays::{Bundle, CameraF32, Lens, Rays};
+use crate::rays::{Bundle, CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::Hits;
 use crate::vec3::{Real, Vec3, dot3, facing};
 
@@ -234,8 +234,13 @@ impl Seen for PlaneStable {
 /// The bounds of a scene's rays.
 struct Allowed<'a> {
     prepared: &'a Prepared,
-    rays: &'a Rays,
-    camera: Option<CameraF32>,
+    rays: Given<'a>,
+}
+
+/// The rays, with the numbers that a device is given for them.
+enum Given<'a> {
+    Pixels(&'a Pixels, CameraF32),
+    List(&'a [Ray]),
 }
 
 impl<'a> Allowed<'a> {
@@ -243,28 +248,27 @@ impl<'a> Allowed<'a> {
         if !matches!(prepared.objects, Objects::Lecture(_) | Objects::Stable(_)) {
             return None;
         }
-        let camera = match rays {
-            Rays::Pixels(pixels) => Some(f32::camera(&prepared.coordinates(), pixels)),
-            Rays::List(_) => None,
+        let rays = match rays {
+            Rays::Pixels(p) => Given::Pixels(p, f32::camera(&prepared.coordinates(), p)),
+            Rays::List(rays) => Given::List(rays),
         };
-        Some(Allowed { prepared, rays, camera })
+        Some(Allowed { prepared, rays })
     }
 
     /// The numbers of a ray, and what its `t` is multiplied with.
     fn ray(&self, index: usize) -> (RaySpan, f64) {
-        match (self.rays, &self.camera) {
-            (Rays::Pixels(pixels), Some(camera)) => {
+        match &self.rays {
+            Given::Pixels(pixels, camera) => {
                 let (x, y) = pixels.xy(index);
                 let (i, j) = pixels.offset2(x, y);
                 (camera_ray(camera, Span::new(i as f32), Span::new(j as f32)), 1.0)
             }
-            (Rays::List(rays), _) => {
+            Given::List(rays) => {
                 let (ray, scale) = f32::list_ray(&self.prepared.coordinates(), &rays[index]);
                 let [origin, low, direction] =
                     [ray.origin, ray.origin_low, ray.direction].map(|v| span3(v.0));
                 (RayOf::new(origin, low, direction), scale)
             }
-            (Rays::Pixels(_), None) => unreachable!("a picture has a camera"),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
-use egui::{Align2, Key, Modifiers, ScrollArea, TextEdit, Ui};
+use egui::{Key, Modifiers, ScrollArea, TextEdit, Ui};
 
 use super::panels::INSET;
 use super::state::{Command, State};
@@ -158,28 +158,20 @@ pub fn opening(ui: &Ui, rect: egui::Rect, state: &mut State, commands: &mut Vec<
     let height = (rect.height() - 190.0).clamp(60.0, 320.0);
     let mut is_open = true;
     let mut wanted = None;
-    egui::Window::new("Open a scene")
-        .id(egui::Id::unique("open a scene"))
-        .open(&mut is_open)
-        .collapsible(false)
-        .resizable(false)
-        .pivot(Align2::CENTER_CENTER)
-        .default_pos(rect.center())
-        .constrain_to(rect)
-        .show(ui.ctx(), |ui| {
-            ui.set_width(width);
-            wanted = field(ui, &mut dialog);
-            match &dialog.answer {
-                Some(Ok(path)) => drop(ui.weak(format!("reading {} …", path.display()))),
-                Some(Err(error)) => drop(ui.colored_label(ui.visuals().error_fg_color, error)),
-                None => drop(ui.weak("Tab completes, the arrow keys choose, Enter opens")),
+    super::panels::dialog("Open a scene", rect).open(&mut is_open).show(ui.ctx(), |ui| {
+        ui.set_width(width);
+        wanted = field(ui, &mut dialog);
+        match &dialog.answer {
+            Some(Ok(path)) => drop(ui.weak(format!("reading {} …", path.display()))),
+            Some(Err(error)) => drop(ui.colored_label(ui.visuals().error_fg_color, error)),
+            None => drop(ui.weak("Tab completes, the arrow keys choose, Enter opens")),
+        }
+        ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+            if let Some(path) = list(ui, &mut dialog, &state.recent) {
+                wanted = Some(path);
             }
-            ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
-                if let Some(path) = list(ui, &mut dialog, &state.recent) {
-                    wanted = Some(path);
-                }
-            });
         });
+    });
     if let Some(path) = wanted {
         dialog.answer = Some(Ok(path.clone()));
         commands.push(Command::Open(path));

@@ -269,41 +269,44 @@ fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
     }
 }
 
-fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
-    if !state.has_help {
-        return;
-    }
-    let wide = rect.width() > 620.0;
-    egui::Window::new("Controls")
-        .id(egui::Id::unique("help"))
-        .open(&mut state.has_help)
+/// A window of its own in the middle of the picture.
+pub fn dialog(title: &'static str, rect: egui::Rect) -> egui::Window<'static> {
+    egui::Window::new(title)
+        .id(egui::Id::unique(title))
         .collapsible(false)
         .resizable(false)
         .pivot(Align2::CENTER_CENTER)
         .default_pos(rect.center())
         .constrain_to(rect)
-        .show(ui.ctx(), |ui| {
-            let height = (rect.height() - 80.0).max(60.0);
-            ScrollArea::vertical().max_height(height).show(ui, |ui| {
-                if !wide {
-                    ui.set_width((rect.width() - 60.0).max(120.0));
-                    for (control, what) in HELP {
-                        ui.strong(control);
-                        ui.label(what);
-                        ui.add_space(4.0);
-                    }
-                    return;
+}
+
+fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
+    if !state.has_help {
+        return;
+    }
+    let wide = rect.width() > 620.0;
+    dialog("Controls", rect).open(&mut state.has_help).show(ui.ctx(), |ui| {
+        let height = (rect.height() - 80.0).max(60.0);
+        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            if !wide {
+                ui.set_width((rect.width() - 60.0).max(120.0));
+                for (control, what) in HELP {
+                    ui.strong(control);
+                    ui.label(what);
+                    ui.add_space(4.0);
                 }
-                let grid = egui::Grid::new("controls").num_columns(2);
-                grid.spacing(vec2(24.0, 5.0)).show(ui, |ui| {
-                    for (control, what) in HELP {
-                        ui.strong(control);
-                        ui.label(what);
-                        ui.end_row();
-                    }
-                });
+                return;
+            }
+            let grid = egui::Grid::new("controls").num_columns(2);
+            grid.spacing(vec2(24.0, 5.0)).show(ui, |ui| {
+                for (control, what) in HELP {
+                    ui.strong(control);
+                    ui.label(what);
+                    ui.end_row();
+                }
             });
         });
+    });
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ use super::open::Files;
 use super::places::{Fault, Stop, cut, quoted};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
-use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres};
+use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres, hex};
 use crate::control::Control;
 use crate::error::{Error, Lack};
 use crate::memory::Available;
@@ -404,11 +404,10 @@ impl<'a> Reading<'a> {
                 map.name()
             );
             if *n_missing > 0 {
-                let [red, green, blue] = missing_color.to_srgb8();
                 let spheres =
                     if *n_missing == 1 { "1 sphere" } else { &format!("{n_missing} spheres") };
-                words +=
-                    &format!("; {spheres} without a number in #{red:02x}{green:02x}{blue:02x}");
+                let color = hex(missing_color.to_srgb8());
+                words += &format!("; {spheres} without a number in {color}");
             }
             self.note(words);
             return Ok(Some(coloring));
