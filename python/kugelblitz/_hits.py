@@ -15,6 +15,7 @@ class Hits(np.recarray):
     counts = None
 
     def __array_finalize__(self, whole):
+        super().__array_finalize__(whole)
         self.counts = None
 
 

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -182,6 +183,49 @@ def test_two_threads_draw_two_scenes(camera):
     assert [found[n] for n in range(4)] == [{alone[n % 2]} for n in range(4)]
 
 
+def test_threads_share_a_scene(camera):
+    """One that waits for another's tracing does not take its threads."""
+    scene = cloud(20_000)
+    alone = scene.render(camera, (160, 120)).digest()
+    code = """
+import faulthandler, sys, threading
+import kugelblitz as kb, numpy as np
+faulthandler.dump_traceback_later(100, exit=True)
+centers = np.random.default_rng(1).random((20_000, 3))
+scene = kb.Scene(centers, radius=0.3 * 20_000 ** (-1 / 3))
+camera = kb.Camera((1.9, 1.4, 2.2), (0.5, 0.5, 0.5), fov=40)
+found = set()
+def draw():
+    for _ in range(30):
+        found.add(scene.render(camera, (160, 120)).digest())
+threads = [threading.Thread(target=draw) for _ in range(6)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+print(*found)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.stdout.split() == [alone], done.stderr
+
+
+def test_other_threads_run_meanwhile(camera):
+    scene = cloud(20_000, sky=dict(intensity=1))
+    n_steps, stop = 0, threading.Event()
+
+    def count():
+        nonlocal n_steps
+        while not stop.wait(0.001):
+            n_steps += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    start = time.monotonic()
+    scene.render(camera, (640, 480), device="cpu")
+    seconds = time.monotonic() - start
+    stop.set()
+    thread.join()
+    assert seconds > 0.1 and n_steps > 50 * seconds, (seconds, n_steps)
+
+
 def _draw(scene, camera, device, queue):
     queue.put(scene.render(camera, (64, 48), device=device).digest())
 
@@ -197,6 +241,84 @@ def test_a_fork_draws_too(camera, device):
     assert queue.get(timeout=60) == digest
     process.join(60)
     assert process.exitcode == 0
+
+
+def test_a_fork_amid_the_work_of_a_thread(camera):
+    """The pool, the sessions and the device of the parent are busy when the child begins."""
+    scene = cloud(20_000, sky=dict(intensity=1))
+    digest = scene.render(camera, (64, 48), device="auto").digest()
+    thread = threading.Thread(target=lambda: scene.render(camera, (640, 480), device="cpu"))
+    thread.start()
+    time.sleep(0.05)
+    queue = multiprocessing.get_context("fork").Queue()
+    children = [
+        multiprocessing.get_context("fork").Process(target=_draw, args=(scene, camera, device, queue))
+        for device in ["cpu", "gpu"]
+    ]
+    [child.start() for child in children]
+    try:
+        assert [queue.get(timeout=60) for _ in children] == [digest] * 2
+    finally:
+        [child.kill() for child in children]
+        thread.join()
+
+
+def test_a_notebook_shows_the_picture(camera):
+    picture = cloud(100).render(camera, (40, 30))
+    png = picture._repr_png_()
+    assert png.startswith(b"\x89PNG\r\n\x1a\n") and png[16:24] == bytes([0, 0, 0, 40, 0, 0, 0, 30])
+    shown = cloud(100).render(camera, (40, 30), transparent=True)._repr_png_()
+    assert shown[25] == 6, "colours with alpha"
+
+
+def test_arrays_are_copies_and_stay_when_the_picture_goes(camera):
+    picture = cloud(100).render(camera, (40, 30))
+    digest, rgb8 = picture.digest(), picture.rgb8
+    old = rgb8.copy()
+    picture.rgb8[:] = 7
+    picture.rgb[:] = 7
+    assert picture.digest() == digest and (picture.rgb8 == old).all() and not (picture.rgb == 7).all()
+    del picture
+    assert (rgb8 == old).all() and rgb8.flags.owndata | (rgb8.base is not None)
+
+
+def test_hits_are_an_array(camera):
+    scene = cloud(300)
+    rng = np.random.default_rng(4)
+    hits = scene.trace(rng.random((50, 3)), rng.random((50, 3)))
+    assert hits.dtype.names == ("id", "t", "normal", "level")
+    assert hits["t"].dtype == np.float32 and hits.normal.shape == (50, 3)
+    assert hits[hits.id > 0].counts is None and hits[3].id == hits.id[3]
+    assert {"f32", "f64", "exact"} == set(hits.counts)
+    again = pickle.loads(pickle.dumps(hits))
+    assert again.tobytes() == hits.tobytes()
+
+
+ROWS = np.array([[0.5, 0.5, 3, 0, 0.01, -1], [0.5, 0.2, 3, 0.01, 0, -1], [0.1, 0.5, 3, 0, 0, -1]])
+
+
+@pytest.mark.parametrize("kind", [">f8", "<f4", ">f4", "f2", "F", "reversed", "strided", "broadcast", "readonly",
+                                  "list", "longdouble", "subclass", "unaligned"])
+def test_rays_of_any_layout(kind):
+    scene = cloud(1000)
+    wide = ROWS.astype("f2").astype(float) if kind == "f2" else ROWS.astype("f4").astype(float)
+    origins, directions = np.ascontiguousarray(wide[:, :3]), np.ascontiguousarray(wide[:, 3:])
+    if kind == "broadcast":
+        origins = np.broadcast_to(origins[0], (3, 3))
+    alone = scene.trace(origins.copy(), directions.copy())
+    change = {
+        "F": np.asfortranarray,
+        "reversed": lambda a: np.ascontiguousarray(a[::-1, ::-1])[::-1, ::-1],
+        "strided": lambda a: np.repeat(np.repeat(a, 3, 0), 2, 1)[::3, ::2],
+        "broadcast": lambda a: a,
+        "readonly": lambda a: (a.setflags(write=False), a)[1],
+        "list": lambda a: a.tolist(),
+        "longdouble": lambda a: a.astype(np.longdouble),
+        "subclass": lambda a: a.view(np.recarray),
+        "unaligned": lambda a: np.frombuffer(b"x" + a.tobytes(), "u1")[1:].view("f8").reshape(a.shape),
+    }.get(kind, lambda a: a.astype(kind))
+    hits = scene.trace(change(origins), change(directions))
+    assert hits.tobytes() == alone.tobytes() and (hits.id > 0).any()
 
 
 def test_the_tree_is_built_once(camera):
