@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::Color;
+use super::{Color, ColorMap, Coloring};
 use crate::error::{Error, Result};
 
 /// The set of points at distance `radius` from `center`.
@@ -86,6 +86,43 @@ impl Spheres {
         match colors.iter().enumerate().find_map(problem) {
             Some((row, problem)) => Err(wrong_row(row, problem)),
             None => Ok(Spheres { colors: Arc::new(colors), ..self }),
+        }
+    }
+
+    /// The same with a colour for each that a map makes of its number; `column` is what the legend calls
+    /// them. The map goes over `range`, or over all numbers that are finite; NaN is no number.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more or fewer numbers than spheres, for a range that does not rise, and without
+    /// one, where no number is finite.
+    pub fn with_numbers(
+        self,
+        column: &str,
+        numbers: &[f64],
+        map: ColorMap,
+        range: Option<[f64; 2]>,
+        missing_color: Color,
+    ) -> Result<(Spheres, Coloring)> {
+        let (n_numbers, n_spheres) = (numbers.len(), self.len());
+        let usage = |message: String| Err(Error::Usage(message));
+        if n_numbers != n_spheres {
+            return usage(format!(
+                "{n_numbers} numbers for {n_spheres} spheres; give one for each"
+            ));
+        }
+        if let Some([low, high]) =
+            range.filter(|[low, high]| !(low < high && low.is_finite() && high.is_finite()))
+        {
+            return usage(format!(
+                "the range goes from {low:?} to {high:?}; its first number is the lesser one"
+            ));
+        }
+        let mut colors: Vec<Color> = numbers.iter().map(|&number| Color([number; 3])).collect();
+        let number = |Color([number, ..]): Color| number;
+        let column = column.to_owned();
+        match Coloring::paint(column, map, range, missing_color, &mut colors, number) {
+            None => usage("no number is finite; give the range that they would have".into()),
+            Some(coloring) => Ok((Spheres { colors: Arc::new(colors), ..self }, coloring)),
         }
     }
 
