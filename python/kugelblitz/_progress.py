@@ -13,7 +13,7 @@ def steps(progress, unit):
 
         with tqdm(total=0, unit=unit, unit_scale=True) as bar:
             yield _into(bar)
-    elif hasattr(progress, "update"):
+    elif hasattr(progress, "update") and hasattr(progress, "n"):
         yield _into(progress)
     elif callable(progress):
         yield progress

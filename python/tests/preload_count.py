@@ -4,13 +4,13 @@ import os
 
 from kugelblitz import _pickle
 
-scene_of_state = _pickle.scene_of_state
 
+def dask_setup(worker):
+    original = _pickle.scene_of_state
 
-def counted(*state):
-    with open(os.environ["COUNT_SCENES"], "a") as file:
-        file.write(f"{os.getpid()}\n")
-    return scene_of_state(*state)
+    def counted(*state):
+        with open(os.environ["COUNT_SCENES"], "a") as file:
+            file.write(f"{os.getpid()}\n")
+        return original(*state)
 
-
-_pickle.scene_of_state = counted
+    _pickle.scene_of_state = counted

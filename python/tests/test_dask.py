@@ -22,7 +22,7 @@ SIZE = (160, 120)
 
 @contextmanager
 def cluster_of(n_workers, **options):
-    options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None, "memory_limit": 0, **options}
+    options = {"threads_per_worker": 1, "processes": True, "dashboard_address": ":0", "memory_limit": 0, **options}
     with LocalCluster(n_workers=n_workers, **options) as cluster, Client(cluster) as client:
         client.wait_for_workers(n_workers, timeout=120)
         yield client
@@ -61,6 +61,15 @@ def wait_until(holds, seconds=60):
         time.sleep(0.02)
 
 
+def test_without_a_client_threads_draw(camera):
+    # The first test, as a client stays the current one.
+    scene = cloud(300)
+    for scheduler in ["threads", "synchronous"]:
+        with dask.config.set(scheduler=scheduler):
+            array = kd.render(scene, camera, SIZE, rows=50)
+            assert (array.compute() == scene.render(camera, SIZE).rgb8).all()
+
+
 def test_bands_are_the_picture(client, camera):
     scene = cloud(3000, lights=[dict(position="eye")])
     alone = scene.render(camera, SIZE, samples=2)
@@ -69,18 +78,8 @@ def test_bands_are_the_picture(client, camera):
         assert array.numblocks[0] == 12 and array.shape[:2] == (120, 160)
         found = array.compute()
         assert found.dtype == array.dtype and found.tobytes() == getattr(alone, field).tobytes(), field
-    with dask.config.set(scheduler="threads"):
-        alone_bands = kd.render(scene, camera, SIZE, rows=50, client=client, samples=2)
-        assert alone_bands.numblocks[0] == 3
-    assert (client.compute(alone_bands).result() == alone.rgb8).all()
-
-
-def test_without_a_cluster_threads_draw(camera):
-    scene = cloud(300)
-    for scheduler in ["threads", "synchronous"]:
-        with dask.config.set(scheduler=scheduler):
-            array = kd.render(scene, camera, SIZE, rows=50)
-            assert (array.compute() == scene.render(camera, SIZE).rgb8).all()
+    uneven = kd.render(scene, camera, SIZE, rows=50, samples=2)
+    assert uneven.numblocks[0] == 3 and (client.compute(uneven).result() == alone.rgb8).all()
 
 
 def test_wrong_arguments_are_named_before_any_work(camera):
