@@ -5,7 +5,7 @@ Messages say which ray or pixel is wrong, what is right there, and why.
 
 import numpy as np
 
-from ._kugelblitz import Picture
+from ._kugelblitz import Picture, compare
 
 #: Lines of the explanation of the worst ray or pixel in a message.
 WHY_LINES = 60
@@ -29,73 +29,67 @@ def assert_hits(hits, scene, rays, *, allow=None, **conventions):
     _require(scene.judge(rays, **claims, allow=allow, **conventions), "hits")
 
 
-def assert_picture(array, scene, camera=None, *, samples=None, transparent=False, levels=0, atol=0.0, pixels=0,
-                   device="auto"):
+def assert_picture(array, scene, camera=None, *, samples=None, crop=None, allow=None, device="auto"):
     """Fails unless a picture is the exact one.
 
-    ``array`` has shape (height, width, 3), with the first row on top: sRGB as bytes, or linear floats, which are
-    compared as f32. So may be a structured array of shape (height, width) with ``id`` and perhaps ``t``, ``normal``
-    and ``rgb``, or a :class:`kugelblitz.Picture`, of which all is looked at. Bytes may be off by ``levels``, floats
-    by ``atol``, and ``pixels`` of them by more.
+    ``array`` has shape (height, width, 3), with the first row on top: sRGB as bytes or 16 bits, or linear floats,
+    which are compared as f32. Or it is a structured array of shape (height, width) with ``id`` and perhaps ``t``,
+    ``normal`` and ``rgb``, or a :class:`kugelblitz.Picture`, of which all is looked at. With ``crop`` (left column, top
+    row, width, height) it is a part of the picture whose size the scene has. ``allow`` says how far colours may be
+    off, as ``kugelblitz compare --allow`` takes it: ``"levels=1,pixels=0.1%"``.
     """
     __tracebackhide__ = True
     if isinstance(array, Picture):
-        fields = {name: getattr(array, name) for name in ("id", "t", "normal")}
-        _require(scene.judge(camera, **fields), "pixels")
+        _require(scene.judge(camera, against=array, crop=crop), "pixels")
         array = array.rgb8
     array = np.asarray(array)
     if array.dtype.names:
-        _require(scene.judge(camera, **{n: array[n] for n in ("id", "t", "normal") if n in array.dtype.names}), "pixels")
+        _require(scene.judge(camera, against=array, crop=crop), "pixels")
         if "rgb" not in array.dtype.names:
             return
         array = array["rgb"]
-    is_bytes = array.dtype == np.uint8
-    if array.ndim != 3 or array.shape[2] != 3 or not (is_bytes or array.dtype.kind == "f"):
-        raise ValueError(f"array: shape {array.shape} of {array.dtype}; a picture has (height, width, 3) bytes or floats")
-    height, width = array.shape[:2]
-    exact = scene.render(camera, (width, height), samples=samples, transparent=transparent, device=device)
-    right = exact.rgb8 if is_bytes else exact.rgb
-    off, allowed = _off(array, right), levels if is_bytes else atol
-    # Not a number is off by anything.
-    wrong = ~(off <= allowed)
-    if wrong.sum() <= pixels:
-        return
-    raise AssertionError(_about_colors(array, right, off, wrong, allowed, scene, camera, exact))
+    encoding = {"u1": "rgb8", "u2": "rgb16"}.get(array.dtype.str[1:], "rgb" if array.dtype.kind == "f" else None)
+    if array.ndim != 3 or array.shape[2] != 3 or encoding is None:
+        raise ValueError(f"array: shape {array.shape} of {array.dtype}; a picture has (height, width, 3) of uint8, "
+                         "uint16 or floats")
+    size = (array.shape[1], array.shape[0]) if crop is None else None
+    exact = scene.render(camera, size, samples=samples, crop=crop, device=device)
+    right = getattr(exact, encoding)
+    difference = compare(array, right, allow=allow or "")
+    if not difference:
+        raise AssertionError(_about_colors(array, right, difference, allow, scene, camera, exact, crop, samples))
 
 
-def _off(array, right):
-    """How far each pixel is off, in its worst channel."""
-    array = array.astype(np.int64) if array.dtype == np.uint8 else array.astype(np.float32).astype(np.float64)
-    with np.errstate(invalid="ignore"):
-        return abs(array - right).max(axis=2)
-
-
-def _about_colors(array, right, off, wrong, allowed, scene, camera, exact):
-    height, width = wrong.shape
-    lines = [f"{wrong.sum()} of {width}×{height} pixels are off by more than {allowed}"]
-    worst = np.where(wrong, np.where(np.isnan(off), np.inf, off), -1)
-    for place in np.argsort(-worst, axis=None, kind="stable")[: min(3, wrong.sum())]:
-        y, x = divmod(int(place), width)
+def _about_colors(array, right, difference, allow, scene, camera, exact, crop, samples):
+    lines = [f"the picture is not the exact one: {'; '.join(difference.broken)}"]
+    beyond = np.asarray(difference.beyond)
+    off = abs(array.astype(float) - right).max(axis=2).ravel()[beyond]
+    # The worst first; not a number is worse than any.
+    worst = beyond[np.argsort(-np.nan_to_num(off, nan=np.inf), kind="stable")]
+    left, top = (0, 0) if crop is None else crop[:2]
+    for place in worst[:3]:
+        y, x = divmod(int(place), exact.width)
         id = int(exact.id[y, x])
         name = scene.name(id) if id else None
         sees = f"object {id}" + (f" “{name}”" if name else "") if id else "the background"
-        lines.append(f"  {x},{y}: is {_color(array[y, x])}; exact: {_color(right[y, x])}, {sees}")
+        lines.append(f"  {left + x},{top + y}: is {_color(array[y, x])}; exact: {_color(right[y, x])}, {sees}")
     for convention, other in [
         ("the first row were the top one", array[::-1]),
         ("columns began on the left", array[:, ::-1]),
         ("the channels were red, green, blue", array[..., ::-1]),
     ]:
-        if (~(_off(other, right) <= allowed)).sum() < wrong.sum() / 2:
+        if len(compare(other, right, allow=allow or "").beyond) < len(beyond) / 2:
             lines.append(f"  far more of it would be right if {convention}")
-    y, x = divmod(int(np.argmax(worst)), width)
-    why = scene.explain(camera, (x, y), size=(width, height))
-    lines += [f"why {x},{y} is {_color(right[y, x])}:", *_head(str(why))]
+    y, x = divmod(int(worst[0]), exact.width)
+    size = (exact.width, exact.height) if crop is None else None
+    why = scene.explain(camera, (left + x, top + y), size=size, samples=samples)
+    lines += [f"why {left + x},{top + y} is {_color(right[y, x])}:", *_head(str(why))]
     return "\n".join(lines)
 
 
 def _color(color):
-    if color.dtype == np.uint8:
-        return "#" + "".join(f"{channel:02x}" for channel in color)
+    if color.dtype.kind == "u":
+        return "#" + "".join(f"{channel:0{2 * color.itemsize}x}" for channel in color)
     return "(" + ", ".join(f"{channel:.9g}" for channel in color) + ")"
 
 

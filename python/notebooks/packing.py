@@ -14,7 +14,7 @@ N_GRAINS = 500 if SMALL else 20_000
 SIZE = (96, 54) if SMALL else (1280, 720)
 
 # %%
-heap = kb.generate("packing", N_GRAINS, seed=1)
+heap = kb.Scene.generate(N_GRAINS, "packing", seed=1)
 centers, radii = heap.spheres[:, :3], heap.spheres[:, 3]
 middle = centers.mean(axis=0)
 # The heap turns about its middle, and its grains rattle.
