@@ -20,6 +20,33 @@ pub struct Numbers<'py> {
     pub is_bytes: bool,
 }
 
+/// Refuses so many numbers, or rows of them, where they do not fit the memory.
+fn require<T>(name: &str, n: usize) -> PyResult<()> {
+    let bytes = (n as u64).saturating_mul(size_of::<T>() as u64);
+    memory::require(format!("{name}: {n} rows"), bytes, "give fewer").map_err(error::of(""))
+}
+
+/// Anything that numpy makes an array of numbers of, as an array.
+///
+/// # Errors
+/// `TypeError` for anything else.
+pub fn untyped<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let numpy = given.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
+        PyTypeError::new_err(format!("{name}: this is no array of numbers: {error}"))
+    })?;
+    let array = array.cast_into::<PyUntypedArray>()?;
+    let descr = array.dtype();
+    let kind: String = descr.getattr("kind")?.extract()?;
+    match matches!(&*kind, "f" | "i" | "u") {
+        true => Ok(array),
+        false => Err(PyTypeError::new_err(format!(
+            "{name}: the array has the dtype {}, but numbers are wanted: float64, float32 or integers",
+            descr.str()?
+        ))),
+    }
+}
+
 enum Kind<'py> {
     F64(PyReadonlyArrayDyn<'py, f64>),
     F32(PyReadonlyArrayDyn<'py, f32>),
@@ -31,19 +58,8 @@ impl<'py> Numbers<'py> {
     /// # Errors
     /// `TypeError` for anything else.
     pub fn new(name: &'static str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
-        let numpy = given.py().import("numpy")?;
-        let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
-            PyTypeError::new_err(format!("{name}: this is no array of numbers: {error}"))
-        })?;
-        let untyped = array.cast::<PyUntypedArray>()?;
-        let descr = untyped.dtype();
-        let kind: String = descr.getattr("kind")?.extract()?;
-        if !matches!(&*kind, "f" | "i" | "u") {
-            return Err(PyTypeError::new_err(format!(
-                "{name}: the array has the dtype {}, but numbers are wanted: float64, float32 or integers",
-                descr.str()?
-            )));
-        }
+        let array = untyped(name, given)?;
+        let descr = array.dtype();
         let is_bytes = descr.getattr("name")?.extract::<String>()? == "uint8";
         if let Ok(floats) = array.cast::<PyArrayDyn<f32>>()
             && let Ok(floats) = floats.try_readonly()
@@ -53,7 +69,11 @@ impl<'py> Numbers<'py> {
         let array = match array.cast::<PyArrayDyn<f64>>() {
             Ok(array) => array.clone(),
             // Other widths, other byte orders.
-            Err(_) => array.call_method1("astype", ("=f8",))?.cast_into::<PyArrayDyn<f64>>()?,
+            Err(_) => {
+                let n: usize = array.shape().iter().copied().fold(1, usize::saturating_mul);
+                require::<f64>(name, n)?;
+                array.call_method1("astype", ("=f8",))?.cast_into::<PyArrayDyn<f64>>()?
+            }
         };
         let floats = array.try_readonly().map_err(|error| {
             PyValueError::new_err(format!("{name}: the array can't be read: {error}"))
@@ -98,6 +118,7 @@ impl<'py> Numbers<'py> {
         if self.shape().len() != 1 {
             return Err(self.wrong_shape(expected));
         }
+        require::<f64>(self.name, self.shape()[0])?;
         Ok(match &self.kind {
             Kind::F64(array) => array.as_array().iter().copied().collect(),
             Kind::F32(array) => array.as_array().iter().map(|&x| x.into()).collect(),
@@ -139,8 +160,7 @@ impl Table<'_> {
         make: impl Fn(usize, [f64; N]) -> T + Send + Sync,
     ) -> PyResult<Vec<T>> {
         let n = self.len();
-        let bytes = (n as u64).saturating_mul(size_of::<T>() as u64);
-        memory::require(format!("{what}: {n} rows"), bytes, "give fewer").map_err(error::of(""))?;
+        require::<T>(what, n)?;
         let all = || (0..n).into_par_iter().map(|row| make(row, self.row(row))).collect();
         Ok(pool(py)?.install(all))
     }

@@ -3,11 +3,18 @@
 
 mod array;
 mod camera;
+mod compare;
+mod drawing;
 mod error;
+mod explain;
+mod image;
+mod judge;
 mod picture;
 mod place;
 mod scene;
+mod session;
 mod table;
+mod verify;
 mod work;
 
 use pyo3::prelude::*;
@@ -17,13 +24,25 @@ mod _kugelblitz {
     #[pymodule_export]
     use super::camera::Camera;
     #[pymodule_export]
+    use super::compare::{Difference, compare};
+    #[pymodule_export]
+    use super::drawing::{Drawing, Tinted, figure};
+    #[pymodule_export]
     use super::error::{DeviceError, NoAdapterError, SceneError};
+    #[pymodule_export]
+    use super::explain::Explanation;
+    #[pymodule_export]
+    use super::image::{info, read};
+    #[pymodule_export]
+    use super::judge::Judgement;
     #[pymodule_export]
     use super::picture::Picture;
     #[pymodule_export]
     use super::place::adapters;
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::verify::Verification;
 
     use pyo3::prelude::*;
 

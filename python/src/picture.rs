@@ -2,17 +2,15 @@
 
 use std::io::Cursor;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use kugelblitz::digest::Digest;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter};
+use kugelblitz::picture::{Bits, Channel, Format, Image, PictureOptions, PictureWriter, Samples};
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{Kept, Sink, plan};
-use kugelblitz::scene::Scene;
 use kugelblitz::shade::{Background, Colors, Encoding, Style};
-use kugelblitz::trace::Wants;
+use kugelblitz::trace::{Hits, Kernel, Wants};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,7 +18,8 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error;
-use crate::scene::{Shared, counts_of, lock};
+use crate::scene::{Scene, counts_of};
+use crate::session::Shared;
 use crate::work;
 
 /// A picture in memory: arrays, row by row from the top, and files of them.
@@ -29,24 +28,83 @@ use crate::work;
 /// file.
 #[pyclass(frozen, module = "kugelblitz")]
 pub struct Picture {
-    scene: Arc<Scene>,
-    session: Shared,
+    scene: Py<Scene>,
+    device: String,
+    kernel: Kernel,
     pixels: Pixels,
     style: Style,
     kept: Kept,
     linear: PyOnceLock<Py<PyArray3<f32>>>,
+    srgb16: PyOnceLock<Py<PyArray3<u16>>>,
 }
 
 impl Picture {
-    /// What a session kept of these pixels.
+    /// What a session of this device and kernel kept of these pixels.
     pub fn new(
-        scene: Arc<Scene>,
-        session: Shared,
+        scene: Py<Scene>,
+        (device, kernel): (&str, Kernel),
         pixels: Pixels,
         style: Style,
         kept: Kept,
     ) -> Picture {
-        Picture { scene, session, pixels, style, kept, linear: PyOnceLock::new() }
+        Picture {
+            scene,
+            device: device.into(),
+            kernel,
+            pixels,
+            style,
+            kept,
+            linear: PyOnceLock::new(),
+            srgb16: PyOnceLock::new(),
+        }
+    }
+
+    fn session(&self, py: Python<'_>) -> PyResult<Shared> {
+        self.scene.get().session(py, &self.device, self.kernel, self.pixels.len())
+    }
+
+    /// The colours in another encoding, painted anew.
+    fn painted(&self, py: Python<'_>, encoding: Encoding) -> PyResult<Colors> {
+        let background = match self.style.background {
+            Background::Shown => Background::Shown,
+            Background::LeftOut | Background::Black => Background::Black,
+        };
+        let style = Style { encoding, background, ..self.style };
+        let session = self.session(py)?;
+        let (kept, _) = work::run(py, None, 0, |control| {
+            session.lock(control)?.keep(&self.pixels, style, Wants::default(), control)
+        })?;
+        Ok(kept.colors)
+    }
+
+    /// Its colours, ids, depths and normals as channels.
+    pub fn image(&self) -> PyResult<Image> {
+        let [height, width] = self.shape();
+        let Colors::Srgb8(colors) = &self.kept.colors else { return Err(no_bytes()) };
+        let Hits { id, t, normal, .. } = &self.kept.hits;
+        let channel = |name: &str, samples| Channel { name: name.into(), samples };
+        let byte = |c: usize| Samples::U8(colors.iter().map(|color| color[c]).collect());
+        let part = |c: usize| Samples::F32(normal.iter().map(|normal| normal[c]).collect());
+        let Pixels { x, y, image_width, image_height, .. } = self.pixels;
+        Ok(Image {
+            format: "picture",
+            width,
+            height,
+            is_list: false,
+            whole: [image_width as usize, image_height as usize],
+            first: [x.into(), y.into()],
+            channels: vec![
+                channel("R", byte(0)),
+                channel("G", byte(1)),
+                channel("B", byte(2)),
+                channel("id", Samples::U32(id.clone())),
+                channel("Z", Samples::F32(t.clone())),
+                channel("N.X", part(0)),
+                channel("N.Y", part(1)),
+                channel("N.Z", part(2)),
+            ],
+            texts: Vec::new(),
+        })
     }
 
     fn shape(&self) -> [usize; 2] {
@@ -104,9 +162,7 @@ impl Picture {
     fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
         match &self.kept.colors {
             Colors::Srgb8(colors) => self.vectors(py, colors.clone()),
-            Colors::Srgb16(_) | Colors::Linear(_) => {
-                Err(PyValueError::new_err("no bytes were kept"))
-            }
+            Colors::Srgb16(_) | Colors::Linear(_) => Err(no_bytes()),
         }
     }
 
@@ -117,20 +173,33 @@ impl Picture {
         if let Some(linear) = self.linear.get(py) {
             return Ok(linear.bind(py).clone());
         }
-        let background = match self.style.background {
-            Background::Shown => Background::Shown,
-            Background::LeftOut | Background::Black => Background::Black,
-        };
-        let style = Style { encoding: Encoding::Linear, background, ..self.style };
-        let (kept, _) = work::run(py, None, 0, |control| {
-            lock(&self.session).keep(&self.pixels, style, Wants::default(), control)
-        })?;
-        let Colors::Linear(colors) = kept.colors else {
-            return Err(PyValueError::new_err("no floats were kept"));
+        let Colors::Linear(colors) = self.painted(py, Encoding::Linear)? else {
+            return Err(no_bytes());
         };
         let array = self.vectors(py, colors)?;
         let _ = self.linear.set(py, array.clone().unbind());
         Ok(array)
+    }
+
+    /// Colours in sRGB with 16 bits a channel; shape (height, width, 3). They are painted when they are first
+    /// asked for.
+    #[getter]
+    fn rgb16<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u16>>> {
+        if let Some(wide) = self.srgb16.get(py) {
+            return Ok(wide.bind(py).clone());
+        }
+        let Colors::Srgb16(colors) = self.painted(py, Encoding::Srgb16)? else {
+            return Err(no_bytes());
+        };
+        let array = self.vectors(py, colors)?;
+        let _ = self.srgb16.set(py, array.clone().unbind());
+        Ok(array)
+    }
+
+    /// The scene that it shows.
+    #[getter]
+    fn scene(&self, py: Python<'_>) -> Py<Scene> {
+        self.scene.clone_ref(py)
     }
 
     /// The share of each pixel's samples that hit an object; `None` unless the picture is transparent.
@@ -175,7 +244,7 @@ impl Picture {
     /// with the kernel `certified`.
     fn digest(&self) -> PyResult<String> {
         let Colors::Srgb8(colors) = &self.kept.colors else {
-            return Err(PyValueError::new_err("no bytes were kept"));
+            return Err(no_bytes());
         };
         if self.kept.coverage.is_some() {
             let message = "a transparent picture has no digest; render it with its background";
@@ -214,16 +283,18 @@ impl Picture {
                 format!("certificates: {format} has no place for them; write .exr or .npy");
             return Err(PyValueError::new_err(message));
         }
-        let (n_samples, n_objects) = (self.style.n_samples, self.scene.n_objects());
+        let scene = &self.scene.get().of;
+        let (n_samples, n_objects) = (self.style.n_samples, scene.n_objects());
         let mut plan = plan(format, options, n_samples, &self.pixels, n_objects, Available::now())
             .map_err(error::of("path"))?;
         plan.epsilon = self.style.epsilon;
-        let n_steps = plan.n_steps(&self.pixels, self.scene.is_lit());
+        let n_steps = plan.n_steps(&self.pixels, scene.is_lit());
+        let session = self.session(py)?;
         work::run_with_progress(py, progress, n_steps, |control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
             let file = match plan.style() == self.style {
                 true => self.write(format, options, file, path.clone())?,
-                false => lock(&self.session).draw(&self.pixels, &plan, file, control)?.1,
+                false => session.lock(control)?.draw(&self.pixels, &plan, file, control)?.1,
             };
             output::commit([file], control)
         })
@@ -242,4 +313,8 @@ impl Picture {
         let n_hits = self.kept.hits.n_hits();
         format!("<Picture: {width}×{height} pixels, {n_hits} of them see an object>")
     }
+}
+
+fn no_bytes() -> PyErr {
+    PyValueError::new_err("these colours were not kept")
 }

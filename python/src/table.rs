@@ -5,9 +5,10 @@ use std::path::Path;
 
 use kugelblitz::Error;
 use kugelblitz::scene::{Scene, parse_scene};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use serde::Serialize;
 use toml::{Table, Value};
 
 use crate::error::SceneError;
@@ -59,6 +60,16 @@ pub fn value(subject: &str, given: &Bound<'_, PyAny>) -> PyResult<Value> {
     let Ok(entries) = given.try_iter() else { return Err(unknown(subject, given)) };
     let entries = entries.map(|entry| value(subject, &entry?));
     Ok(Value::Array(entries.collect::<PyResult<_>>()?))
+}
+
+/// What serde writes, as Python's dictionaries, lists and numbers: by JSON.
+///
+/// # Errors
+/// `ValueError` for what JSON can't hold.
+pub fn to_python<'py>(py: Python<'py>, all: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text =
+        serde_json::to_string(all).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    py.import("json")?.call_method1("loads", (text,))
 }
 
 fn unknown(subject: &str, given: &Bound<'_, PyAny>) -> PyErr {

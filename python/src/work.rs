@@ -1,6 +1,7 @@
 //! Long work: without the interpreter's lock, stopped by Ctrl-C, with progress, in a pool of threads of this
 //! process.
 
+use std::any::Any;
 use std::process;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -49,13 +50,64 @@ pub fn run_with_progress<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
+    with_progress(py, progress, "step", Steps::Rays(n_steps), work)
+}
+
+fn with_progress<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    unit: &str,
+    steps: Steps,
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
     let helper = py.import("kugelblitz._progress")?;
-    let steps = helper.call_method1("steps", (progress, "step"))?;
-    let on_progress = steps.call_method0("__enter__")?;
-    let result = run(py, Some(&on_progress).filter(|it| !it.is_none()), n_steps, work);
+    let bar = helper.call_method1("steps", (progress, unit))?;
+    let on_progress = bar.call_method0("__enter__")?;
+    let result = run_in_steps(py, Some(&on_progress).filter(|it| !it.is_none()), steps, work);
     let none = py.None();
-    steps.call_method1("__exit__", (&none, &none, &none))?;
+    bar.call_method1("__exit__", (&none, &none, &none))?;
     result
+}
+
+/// What progress is counted in.
+#[derive(Clone, Copy)]
+enum Steps {
+    /// So many rays and ways to lights.
+    Rays(u64),
+    /// Bytes of files, which are known while they are read.
+    Bytes,
+}
+
+impl Steps {
+    /// Steps done, and all.
+    fn done(self, control: &Control) -> (u64, u64) {
+        match self {
+            Steps::Rays(all) => (control.rays_done().min(all), all),
+            Steps::Bytes => {
+                let (done, all) = control.bytes();
+                (done.min(all), all)
+            }
+        }
+    }
+}
+
+/// Does `work` that counts the bytes that it reads, with what the user gave to see its progress.
+///
+/// # Errors
+/// As [`run_with_progress`].
+pub fn run_of_bytes<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
+    with_progress(py, progress, "B", Steps::Bytes, work)
+}
+
+/// An exception in place of a panic, which is a mistake of the library.
+fn of_panic(panic: &(dyn Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    PyRuntimeError::new_err(format!("a mistake in kugelblitz itself, please report it: {text}"))
 }
 
 /// Does `work` in the pool. `progress` is called with the steps done and `n_steps`, now and then and in the
@@ -69,15 +121,24 @@ pub fn run<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
+    run_in_steps(py, progress, Steps::Rays(n_steps), work)
+}
+
+fn run_in_steps<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    steps: Steps,
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
     let pool = pool(py)?;
     let progress = progress.map(|progress| progress.clone().unbind());
     let control = Control::default();
-    let report = |py: Python<'_>, done: u64| match &progress {
-        Some(progress) => progress.call1(py, (done.min(n_steps), n_steps)).map(drop),
+    let report = |py: Python<'_>, done: (u64, u64)| match &progress {
+        Some(progress) => progress.call1(py, done).map(drop),
         None => Ok(()),
     };
     let look =
-        || Python::attach(|py| py.check_signals().and_then(|()| report(py, control.rays_done())));
+        || Python::attach(|py| py.check_signals().and_then(|()| report(py, steps.done(&control))));
     let (outcome, raised) = py.detach(|| {
         thread::scope(|scope| {
             let (done, is_done) = channel::<()>();
@@ -102,8 +163,9 @@ pub fn run<T: Send>(
     }
     let result = match outcome {
         Ok(result) => result.map_err(|error| exception(error, ""))?,
-        Err(panic) => std::panic::resume_unwind(panic),
+        Err(panic) => return Err(of_panic(&*panic)),
     };
-    report(py, n_steps)?;
+    let (_, all) = steps.done(&control);
+    report(py, (all, all))?;
     Ok(result)
 }
