@@ -11,6 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use toml::{Table, Value};
 
+use crate::argument::{Size, Vector};
 use crate::error;
 use crate::scene::Scene;
 use crate::table::scene_of;
@@ -29,15 +30,15 @@ pub struct Camera {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (position, look_at, up = [0.0, 1.0, 0.0], fov = None, height = None))]
+    #[pyo3(signature = (position, look_at, up = Vector([0.0, 1.0, 0.0]), fov = None, height = None))]
     fn new(
-        position: [f64; 3],
-        look_at: [f64; 3],
-        up: [f64; 3],
+        position: Vector,
+        look_at: Vector,
+        up: Vector,
         fov: Option<f64>,
         height: Option<f64>,
     ) -> PyResult<Camera> {
-        let vector = |v: [f64; 3]| Value::from(v.to_vec());
+        let vector = |Vector(v)| Value::from(v.to_vec());
         let mut table = Table::from_iter([
             ("position".into(), vector(position)),
             ("look_at".into(), vector(look_at)),
@@ -70,12 +71,12 @@ impl Camera {
         py: Python<'_>,
         scene: &Scene,
         view: Option<&str>,
-        up: Option<[f64; 3]>,
+        up: Option<Vector>,
         fov: Option<f64>,
         height: Option<&Bound<'_, PyAny>>,
         margin: Option<f64>,
-        look_at: Option<[f64; 3]>,
-        size: Option<(u32, u32)>,
+        look_at: Option<Vector>,
+        size: Option<Size>,
         n_turns: u32,
     ) -> PyResult<Camera> {
         if scene.of.spheres.is_empty() {
@@ -217,7 +218,7 @@ pub fn usable_margin(margin: Option<f64>) -> PyResult<Option<f64>> {
 }
 
 /// A size that a picture can have.
-pub fn usable_size((width, height): (u32, u32)) -> PyResult<[u32; 2]> {
+pub fn usable_size(Size([width, height]): Size) -> PyResult<[u32; 2]> {
     let most = ImageSize::MAX_SIDE;
     match (1..=most).contains(&width) && (1..=most).contains(&height) {
         true => Ok([width, height]),
@@ -228,7 +229,7 @@ pub fn usable_size((width, height): (u32, u32)) -> PyResult<[u32; 2]> {
 }
 
 /// A point of finite numbers.
-pub fn finite(name: &str, point: [f64; 3]) -> PyResult<DVec3> {
+pub fn finite(name: &str, Vector(point): Vector) -> PyResult<DVec3> {
     match DVec3::from_array(point) {
         point if point.is_finite() => Ok(point),
         _ => {
@@ -238,7 +239,7 @@ pub fn finite(name: &str, point: [f64; 3]) -> PyResult<DVec3> {
 }
 
 /// A direction of finite length.
-pub fn direction(name: &str, direction: [f64; 3]) -> PyResult<DVec3> {
+pub fn direction(name: &str, direction: Vector) -> PyResult<DVec3> {
     match finite(name, direction)? {
         DVec3::ZERO => Err(PyValueError::new_err(format!("{name}: (0, 0, 0) points nowhere"))),
         direction => Ok(direction),

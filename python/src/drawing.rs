@@ -14,6 +14,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::argument::Size;
 use crate::camera::Camera;
 use crate::error;
 use crate::scene::{Scene, pixels_of};
@@ -75,7 +76,7 @@ pub fn figure(
     number: &Bound<'_, PyAny>,
     scene: Option<&Scene>,
     camera: Option<&Camera>,
-    size: Option<(u32, u32)>,
+    size: Option<Size>,
     object: Option<u32>,
     lang: &str,
 ) -> PyResult<Drawing> {

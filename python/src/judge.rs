@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kugelblitz::Session;
+use kugelblitz::control::Control;
 use kugelblitz::judge::{
     self, Allowed, Case, Claims, Conventions, Finding, NormalSide, NormalSpace, Quantity,
     RAY_BYTES, check_colors, error_picture, in_words, pixels_of,
@@ -18,6 +20,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
 
+use crate::argument::{Crop, Pixel, Size};
 use crate::camera::Camera;
 use crate::drawing::Tinted;
 use crate::error;
@@ -83,13 +86,16 @@ impl Judgement {
     /// The index of a ray, or of a pixel's (column, row) in the whole picture.
     fn index(&self, at: &Bound<'_, PyAny>) -> PyResult<usize> {
         let n = self.of.errors.len();
-        let found = match (at.extract::<i64>(), at.extract::<(u32, u32)>(), self.pixels()) {
+        let found = match (at.extract::<i64>(), at.extract::<Pixel>(), self.pixels()) {
             (Ok(index), ..) => usize::try_from(index).ok(),
-            (_, Ok((x, y)), Some(p)) => x
-                .checked_sub(p.x)
-                .filter(|x| *x < p.width)
-                .zip(y.checked_sub(p.y).filter(|y| *y < p.height))
-                .map(|(x, y)| y as usize * p.width as usize + x as usize),
+            (_, Ok(Pixel([x, y])), Some(p)) => {
+                let inside = |at: i64, first: u32, n: u32| {
+                    let at = at.checked_sub(first.into())?;
+                    usize::try_from(at).ok().filter(|at| *at < n as usize)
+                };
+                let at = inside(x, p.x, p.width).zip(inside(y, p.y, p.height));
+                at.map(|(x, y)| y * p.width as usize + x)
+            }
             _ => {
                 let message = "at: give the index of a ray, or (column, row) of a picture";
                 return Err(PyTypeError::new_err(message));
@@ -267,8 +273,8 @@ pub struct Given<'a, 'py> {
     pub camera_or_rays: Option<&'a Bound<'py, PyAny>>,
     pub arrays: [(&'static str, Option<&'a Bound<'py, PyAny>>); 6],
     pub against: Option<&'a Bound<'py, PyAny>>,
-    pub size: Option<(u32, u32)>,
-    pub crop: Option<(u32, u32, u32, u32)>,
+    pub size: Option<Size>,
+    pub crop: Option<Crop>,
     pub conventions: Conventions,
     pub allow: Option<&'a str>,
     pub n_worst: usize,
@@ -345,7 +351,7 @@ impl Given<'_, '_> {
         let is_whole = image.whole == [image.width, image.height] && image.first == [0, 0];
         let size = match (self.size, self.crop) {
             (None, Some(_)) if is_whole => None,
-            (size, _) => Some(size.unwrap_or((of_file[0], of_file[1]))),
+            (size, _) => Some(size.unwrap_or(Size(of_file))),
         };
         let pixels = crate::scene::pixels_of(&scene.of, camera, size, self.crop)?;
         if self.crop.is_none() {
@@ -397,8 +403,8 @@ impl Given<'_, '_> {
         }
         let session = scene.session(py, self.device, Kernel::Certified, n)?;
         let of_scene = Arc::clone(&scene.of);
-        let judge = |control: &kugelblitz::control::Control| {
-            let truth = judge::truth(&mut *session.lock(control)?, &rays, control)?;
+        let judge = |session: &mut Session, control: &Control| {
+            let truth = judge::truth(session, &rays, control)?;
             let of = judge::judge(&of_scene, &rays, &truth, &claims)?;
             let broken = allowed.broken(&of);
             let hint = match broken.is_empty() {
@@ -411,7 +417,7 @@ impl Given<'_, '_> {
             Ok((truth, of, broken, hint))
         };
         let (truth, of, broken, hint) =
-            work::run_with_progress(py, self.progress, 2 * n as u64, judge)?;
+            work::run_with_session(py, self.progress, 2 * n as u64, &session, judge)?;
         Ok(Judgement {
             scene: of_scene,
             rays,

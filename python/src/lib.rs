@@ -1,6 +1,7 @@
 //! Kugelblitz for Python. Everything is computed by the crate `kugelblitz`; here arrays become its rows and
 //! its results arrays, without the interpreter's lock while it works.
 
+mod argument;
 mod array;
 mod camera;
 mod compare;

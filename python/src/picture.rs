@@ -34,8 +34,8 @@ pub struct Picture {
     pixels: Pixels,
     style: Style,
     kept: Kept,
-    linear: PyOnceLock<Py<PyArray3<f32>>>,
-    srgb16: PyOnceLock<Py<PyArray3<u16>>>,
+    linear: PyOnceLock<Vec<[f32; 3]>>,
+    srgb16: PyOnceLock<Vec<[u16; 3]>>,
 }
 
 impl Picture {
@@ -71,8 +71,8 @@ impl Picture {
         };
         let style = Style { encoding, background, ..self.style };
         let session = self.session(py)?;
-        let (kept, _) = work::run(py, None, 0, |control| {
-            session.lock(control)?.keep(&self.pixels, style, Wants::default(), control)
+        let (kept, _) = work::run_with_session(py, None, 0, &session, |session, control| {
+            session.keep(&self.pixels, style, Wants::default(), control)
         })?;
         Ok(kept.colors)
     }
@@ -80,7 +80,7 @@ impl Picture {
     /// Its colours, ids, depths and normals as channels.
     pub fn image(&self) -> PyResult<Image> {
         let [height, width] = self.shape();
-        let Colors::Srgb8(colors) = &self.kept.colors else { return Err(no_bytes()) };
+        let Colors::Srgb8(colors) = &self.kept.colors else { return Err(no_colors()) };
         let Hits { id, t, normal, .. } = &self.kept.hits;
         let channel = |name: &str, samples| Channel { name: name.into(), samples };
         let byte = |c: usize| Samples::U8(colors.iter().map(|color| color[c]).collect());
@@ -162,7 +162,7 @@ impl Picture {
     fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
         match &self.kept.colors {
             Colors::Srgb8(colors) => self.vectors(py, colors.clone()),
-            Colors::Srgb16(_) | Colors::Linear(_) => Err(no_bytes()),
+            Colors::Srgb16(_) | Colors::Linear(_) => Err(no_colors()),
         }
     }
 
@@ -170,30 +170,24 @@ impl Picture {
     /// asked for.
     #[getter]
     fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        if let Some(linear) = self.linear.get(py) {
-            return Ok(linear.bind(py).clone());
-        }
-        let Colors::Linear(colors) = self.painted(py, Encoding::Linear)? else {
-            return Err(no_bytes());
-        };
-        let array = self.vectors(py, colors)?;
-        let _ = self.linear.set(py, array.clone().unbind());
-        Ok(array)
+        let colors =
+            self.linear.get_or_try_init(py, || match self.painted(py, Encoding::Linear)? {
+                Colors::Linear(colors) => Ok(colors),
+                Colors::Srgb8(_) | Colors::Srgb16(_) => Err(no_colors()),
+            })?;
+        self.vectors(py, colors.clone())
     }
 
     /// Colours in sRGB with 16 bits a channel; shape (height, width, 3). They are painted when they are first
     /// asked for.
     #[getter]
     fn rgb16<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u16>>> {
-        if let Some(wide) = self.srgb16.get(py) {
-            return Ok(wide.bind(py).clone());
-        }
-        let Colors::Srgb16(colors) = self.painted(py, Encoding::Srgb16)? else {
-            return Err(no_bytes());
-        };
-        let array = self.vectors(py, colors)?;
-        let _ = self.srgb16.set(py, array.clone().unbind());
-        Ok(array)
+        let colors =
+            self.srgb16.get_or_try_init(py, || match self.painted(py, Encoding::Srgb16)? {
+                Colors::Srgb16(colors) => Ok(colors),
+                Colors::Srgb8(_) | Colors::Linear(_) => Err(no_colors()),
+            })?;
+        self.vectors(py, colors.clone())
     }
 
     /// The scene that it shows.
@@ -244,7 +238,7 @@ impl Picture {
     /// with the kernel `certified`.
     fn digest(&self) -> PyResult<String> {
         let Colors::Srgb8(colors) = &self.kept.colors else {
-            return Err(no_bytes());
+            return Err(no_colors());
         };
         if self.kept.coverage.is_some() {
             let message = "a transparent picture has no digest; render it with its background";
@@ -290,11 +284,11 @@ impl Picture {
         plan.epsilon = self.style.epsilon;
         let n_steps = plan.n_steps(&self.pixels, scene.is_lit());
         let session = self.session(py)?;
-        work::run_with_progress(py, progress, n_steps, |control| {
+        work::run_with_session(py, progress, n_steps, &session, |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
             let file = match plan.style() == self.style {
                 true => self.write(format, options, file, path.clone())?,
-                false => session.lock(control)?.draw(&self.pixels, &plan, file, control)?.1,
+                false => session.draw(&self.pixels, &plan, file, control)?.1,
             };
             output::commit([file], control)
         })
@@ -315,6 +309,6 @@ impl Picture {
     }
 }
 
-fn no_bytes() -> PyErr {
+fn no_colors() -> PyErr {
     PyValueError::new_err("these colours were not kept")
 }

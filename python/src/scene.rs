@@ -32,6 +32,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use toml::Value;
 
+use crate::argument::{Crop, Pixel, Size, Vector};
 use crate::array::Numbers;
 use crate::camera::{Camera, direction, finite, lens, usable_margin, usable_size, viewpoint};
 use crate::drawing::{Drawing, Tinted};
@@ -121,8 +122,8 @@ impl Scene {
 pub fn pixels_of(
     scene: &scene::Scene,
     camera: Option<&Camera>,
-    size: Option<(u32, u32)>,
-    crop: Option<(u32, u32, u32, u32)>,
+    size: Option<Size>,
+    crop: Option<Crop>,
 ) -> PyResult<Pixels> {
     let camera = match (camera, &scene.camera) {
         (Some(camera), _) => &camera.of_scene,
@@ -133,10 +134,10 @@ pub fn pixels_of(
             return Err(PyValueError::new_err(message));
         }
     };
-    let of_scene = scene.image.map(|image| (image.width, image.height));
-    let [width, height] = usable_size(size.or(of_scene).unwrap_or((1280, 720)))?;
+    let of_scene = scene.image.map(|image| Size([image.width, image.height]));
+    let [width, height] = usable_size(size.or(of_scene).unwrap_or(Size([1280, 720])))?;
     let whole = Pixels::whole(View::new(camera), width, height);
-    let Some((x, y, width, height)) = crop else { return Ok(whole) };
+    let Some(Crop([x, y, width, height])) = crop else { return Ok(whole) };
     let part = Pixels { x, y, width, height, ..whole };
     if part.is_empty() || !part.is_in_picture() {
         return Err(PyValueError::new_err(format!(
@@ -281,11 +282,11 @@ impl Scene {
         columns: Option<BTreeMap<String, Bound<'_, PyAny>>>,
         frame: Option<u32>,
         view: Option<&str>,
-        up: Option<[f64; 3]>,
+        up: Option<Vector>,
         fov: Option<f64>,
         height: Option<&Bound<'_, PyAny>>,
         margin: Option<f64>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
         samples: Option<u32>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Scene> {
@@ -467,7 +468,7 @@ impl Scene {
         &self,
         py: Python<'py>,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let has_camera = camera.is_some() || self.of.camera.is_some();
         let pixels = has_camera.then(|| pixels_of(&self.of, camera, size, None)).transpose()?;
@@ -489,7 +490,7 @@ impl Scene {
         path: PathBuf,
         language: &str,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
     ) -> PyResult<String> {
         let found = Language::ALL.into_iter().find(|known| known.name() == language);
         let language = found.ok_or_else(|| {
@@ -523,9 +524,9 @@ impl Scene {
         &self,
         py: Python<'_>,
         camera: Option<&Camera>,
-        pixel: Option<(i64, i64)>,
+        pixel: Option<Pixel>,
         ray: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
         samples: Option<u32>,
         all: bool,
         lang: &str,
@@ -533,7 +534,7 @@ impl Scene {
         device: &str,
     ) -> PyResult<Explanation> {
         let rays = match (pixel, ray) {
-            (Some((x, y)), None) => {
+            (Some(Pixel([x, y])), None) => {
                 let whole = pixels_of(&self.of, camera, size, None)?;
                 let inside = |at: i64, n: u32| u32::try_from(at).ok().filter(|at| *at < n);
                 let (Some(x), Some(y)) = (inside(x, whole.width), inside(y, whole.height)) else {
@@ -546,7 +547,7 @@ impl Scene {
             }
             (None, Some((origin, direction))) => {
                 let point = |name: &str, given: &Bound<'_, PyAny>| {
-                    given.extract::<[f64; 3]>().map_err(|_| {
+                    given.extract::<Vector>().map_err(|_| {
                         PyTypeError::new_err(format!("ray: its {name} is three numbers"))
                     })
                 };
@@ -600,8 +601,8 @@ impl Scene {
         normal: Option<&Bound<'py, PyAny>>,
         color: Option<&Bound<'py, PyAny>>,
         against: Option<&Bound<'py, PyAny>>,
-        size: Option<(u32, u32)>,
-        crop: Option<(u32, u32, u32, u32)>,
+        size: Option<Size>,
+        crop: Option<Crop>,
         id_offset: i64,
         no_hit: Option<i64>,
         background: Option<f64>,
@@ -669,8 +670,8 @@ impl Scene {
         &self,
         py: Python<'_>,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
-        crop: Option<(u32, u32, u32, u32)>,
+        size: Option<Size>,
+        crop: Option<Crop>,
         samples: Option<usize>,
         seed: u64,
         kernel: &str,
@@ -688,9 +689,9 @@ impl Scene {
         &self,
         py: Python<'_>,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
         samples: Option<u32>,
-        crop: Option<(u32, u32, u32, u32)>,
+        crop: Option<Crop>,
         device: &str,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<String> {
@@ -698,8 +699,8 @@ impl Scene {
         let n_samples = usable_samples(samples.or(self.of.samples).unwrap_or(1))?;
         let session = self.session(py, device, Kernel::Certified, pixels.len())?;
         let n_steps = n_steps(&pixels, n_samples, self.of.is_lit());
-        work::run_with_progress(py, progress, n_steps, |control| {
-            session.lock(control)?.digest(&pixels, n_samples, control)
+        work::run_with_session(py, progress, n_steps, &session, |session, control| {
+            session.digest(&pixels, n_samples, control)
         })
     }
 
@@ -715,8 +716,8 @@ impl Scene {
         py: Python<'_>,
         what: &str,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
-        crop: Option<(u32, u32, u32, u32)>,
+        size: Option<Size>,
+        crop: Option<Crop>,
         device: &str,
         kernel: &str,
         progress: Option<&Bound<'_, PyAny>>,
@@ -730,9 +731,10 @@ impl Scene {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
         let session = self.session(py, device, kernel, pixels.len())?;
         let n_steps = show::n_steps(show, &pixels);
-        let (shown, colors) = work::run_with_progress(py, progress, n_steps, |control| {
-            show::keep(&mut *session.lock(control)?, show, &pixels, control)
-        })?;
+        let (shown, colors) =
+            work::run_with_session(py, progress, n_steps, &session, |session, control| {
+                show::keep(session, show, &pixels, control)
+            })?;
         let entry = |(i, entry): (usize, Entry)| (entry.color, entry.meaning, shown.tally.count(i));
         let legend = shown.legend.clone().into_iter().enumerate().map(entry).collect();
         Ok(Tinted { size: [pixels.width, pixels.height], colors, legend })
@@ -771,11 +773,13 @@ impl Scene {
         let session = self.session(py, device, kernel, n_rays)?;
         let rays = Rays::List(rays);
         let wants = Wants { surface: true, level: true };
-        let (records, counts) = work::run_with_progress(py, progress, n_rays as u64, |control| {
+        let trace = |session: &mut Session, control: &Control| {
             let mut hits = Hits::default();
-            session.lock(control)?.trace(&rays, wants, control, &mut hits)?;
+            session.trace(&rays, wants, control, &mut hits)?;
             Ok((hit_records(&hits), hits.counts))
-        })?;
+        };
+        let (records, counts) =
+            work::run_with_session(py, progress, n_rays as u64, &session, trace)?;
         let records = PyArray1::from_vec(py, records);
         py.import("kugelblitz._hits")?.call_method1("hits", (records, counts_of(py, counts)?))
     }
@@ -795,9 +799,9 @@ impl Scene {
         slf: &Bound<'_, Scene>,
         py: Python<'_>,
         camera: Option<&Camera>,
-        size: Option<(u32, u32)>,
+        size: Option<Size>,
         samples: Option<u32>,
-        crop: Option<(u32, u32, u32, u32)>,
+        crop: Option<Crop>,
         transparent: bool,
         device: &str,
         kernel: &str,
@@ -823,14 +827,10 @@ impl Scene {
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
         let session = this.session(py, device, kernel, pixels.len())?;
         let n_steps = n_steps(&pixels, n_samples, this.of.is_lit());
-        let (kept, _) = work::run_with_progress(py, progress, n_steps, |control| {
-            session.lock(control)?.keep(
-                &pixels,
-                style,
-                Wants { surface: true, level: true },
-                control,
-            )
-        })?;
+        let wants = Wants { surface: true, level: true };
+        let keep =
+            |session: &mut Session, control: &Control| session.keep(&pixels, style, wants, control);
+        let (kept, _) = work::run_with_session(py, progress, n_steps, &session, keep)?;
         Ok(Picture::new(slf.clone().unbind(), (device, kernel), pixels, style, kept))
     }
 

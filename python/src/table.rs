@@ -39,7 +39,9 @@ pub fn value(subject: &str, given: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::String(given.extract()?));
     }
     if given.is_instance_of::<PyInt>() {
-        return Ok(Value::Integer(given.extract()?));
+        return given.extract().map(Value::Integer).map_err(|_| {
+            PyValueError::new_err(format!("{subject}: an integer that does not fit in 64 bits"))
+        });
     }
     if given.is_instance_of::<PyFloat>() {
         return Ok(Value::Float(given.extract()?));

@@ -6,6 +6,7 @@ use kugelblitz::verify::{self, OfKernel, broken_of, table};
 use pyo3::prelude::*;
 use serde_json::json;
 
+use crate::argument::{Crop, Size};
 use crate::camera::Camera;
 use crate::error;
 use crate::place;
@@ -74,8 +75,8 @@ impl Verification {
 /// What [`Scene`]'s method of this name is asked for.
 pub struct Asked<'a, 'py> {
     pub camera: Option<&'a Camera>,
-    pub size: Option<(u32, u32)>,
-    pub crop: Option<(u32, u32, u32, u32)>,
+    pub size: Option<Size>,
+    pub crop: Option<Crop>,
     pub samples: Option<usize>,
     pub seed: u64,
     pub kernel: &'a str,

@@ -8,12 +8,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use kugelblitz::Session;
 use kugelblitz::control::Control;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::exception;
+use crate::session::Shared;
 
 /// How often signals and progress are looked at.
 const LOOK: Duration = Duration::from_millis(50);
@@ -50,7 +52,27 @@ pub fn run_with_progress<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    with_progress(py, progress, "step", Steps::Rays(n_steps), work)
+    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
+    with_progress(py, progress, "step", Steps::Rays(n_steps), in_pool)
+}
+
+/// As [`run_with_progress`], with a session, which is waited for outside the pool: those who have it need the
+/// pool's threads.
+///
+/// # Errors
+/// As [`run_with_progress`].
+pub fn run_with_session<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    n_steps: u64,
+    session: &Shared,
+    work: impl FnOnce(&mut Session, &Control) -> kugelblitz::Result<T> + Send,
+) -> PyResult<T> {
+    with_progress(py, progress, "step", Steps::Rays(n_steps), |pool, control| {
+        let mut session = session.lock(control)?;
+        let session = &mut *session;
+        pool.install(|| work(session, control))
+    })
 }
 
 fn with_progress<T: Send>(
@@ -58,7 +80,7 @@ fn with_progress<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     unit: &str,
     steps: Steps,
-    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+    work: impl FnOnce(&ThreadPool, &Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
     let helper = py.import("kugelblitz._progress")?;
     let bar = helper.call_method1("steps", (progress, unit))?;
@@ -100,7 +122,8 @@ pub fn run_of_bytes<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    with_progress(py, progress, "B", Steps::Bytes, work)
+    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
+    with_progress(py, progress, "B", Steps::Bytes, in_pool)
 }
 
 /// An exception in place of a panic, which is a mistake of the library.
@@ -121,14 +144,15 @@ pub fn run<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    run_in_steps(py, progress, Steps::Rays(n_steps), work)
+    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
+    run_in_steps(py, progress, Steps::Rays(n_steps), in_pool)
 }
 
 fn run_in_steps<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     steps: Steps,
-    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+    work: impl FnOnce(&ThreadPool, &Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
     let pool = pool(py)?;
     let progress = progress.map(|progress| progress.clone().unbind());
@@ -144,7 +168,7 @@ fn run_in_steps<T: Send>(
             let (done, is_done) = channel::<()>();
             let worker = scope.spawn(|| {
                 let _done = done;
-                pool.install(|| work(&control))
+                work(&pool, &control)
             });
             let mut raised = None;
             while is_done.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
