@@ -4,8 +4,8 @@
 #   ci/setup.sh                     a linker, a Vulkan loader and driver, what the window opens
 #                                   when it runs, rustfmt and clippy
 #   ci/setup.sh --tests             also a display without a screen, a hand for its mouse, a Wayland
-#                                   compositor, a browser, and two more Vulkan drivers, unpacked into
-#                                   the build folder
+#                                   compositor, a browser, Python with environments, and two more Vulkan
+#                                   drivers, unpacked into the build folder
 #   ci/setup.sh --software-driver   Mesa's software driver even where another driver is installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -63,6 +63,8 @@ if [ "$want_tests" = yes ]; then
     command -v xdotool >/dev/null || packages+=(xdotool)
     command -v weston >/dev/null || packages+=(weston)
     command -v chromium >/dev/null || packages+=(chromium)
+    python3 -c 'import ensurepip, venv' 2>/dev/null ||
+        /usr/bin/python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
 fi
 
 if [ ${#packages[@]} -gt 0 ]; then

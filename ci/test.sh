@@ -23,7 +23,7 @@ if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
 fi
 
 # One profile and one lock file for everything, so that nothing is built twice.
-step cargo fmt --check
+step cargo fmt --all --check
 step cargo clippy --release --locked --all-targets -- -D warnings
 # The library that traces on the CPU, and the program without its window.
 step cargo clippy --release --locked --no-default-features --all-targets -- -D warnings
@@ -55,6 +55,7 @@ step cargo test --release --locked --no-fail-fast 2>&1 | tee "$system_log" || te
 # The table that is checked in is renewed by `ci/drivers.sh docs/devices/drivers.md`.
 step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?
 step cargo test --release --locked --no-default-features --no-fail-fast || tests=$?
+step ci/python.sh --reuse || tests=$?
 
 # Each line: a test, "on", its adapter and driver. Absence is a failure.
 printf '\n== GPU tests\n'

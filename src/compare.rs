@@ -6,7 +6,7 @@ mod share;
 pub use pictures::{
     ChannelDifference, PictureDifference, Tolerance, compare_pictures, difference_picture,
 };
-pub use share::Share;
+pub use share::{Share, percent};
 
 use crate::trace::Hits;
 

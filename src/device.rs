@@ -1,5 +1,8 @@
 //! Where rays are traced: a Vulkan device or the CPU.
 
+#[cfg(feature = "gpu")]
+mod choice;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -12,6 +15,9 @@ use crate::prepare::Prepared;
 use crate::trace::Kernel;
 use crate::trace::Wants;
 use crate::tracer::Tracer;
+
+#[cfg(feature = "gpu")]
+pub use choice::{ADAPTER_VARIABLE, DeviceChoice, open, rays_of_light};
 
 /// The place where rays are traced.
 #[derive(Clone)]

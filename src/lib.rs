@@ -86,6 +86,7 @@
 //! | [`shape`] | the geometry of objects: their exact roots and normals |
 //! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`memory`] | what fits, and refusing what does not |
+//! | [`cost`] | what a scene holds, and what a picture of it takes |
 //! | [`render`] | pictures band by band, in bounded memory |
 //! | [`show`] | depth, normals, errors and other numbers of a picture, as colours |
 //! | [`shade`] | hits → colours: lights, what is in their way, the mean of samples, and its bytes |
@@ -143,6 +144,7 @@
 mod certify;
 pub mod compare;
 pub mod control;
+pub mod cost;
 pub mod cpu;
 pub mod device;
 pub mod digest;
@@ -150,7 +152,7 @@ pub mod error;
 pub mod exact;
 pub mod explain;
 pub mod export;
-#[cfg(feature = "cli")]
+#[cfg(feature = "figure")]
 pub mod figure;
 pub mod frames;
 pub mod generate;

@@ -9,7 +9,7 @@ use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
 use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Shader, Style};
-use crate::trace::{Hits, Rays, StageCounts, Timing, Wants};
+use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
@@ -48,17 +48,22 @@ impl Plan {
         Style { encoding, n_samples, epsilon, background }
     }
 
-    /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
+    /// [`n_steps`] of drawing `pixels`.
     pub fn n_steps(&self, pixels: &Pixels, is_lit: bool) -> u64 {
-        let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(self.n_samples).pow(2));
-        let n_rays = if n_samples > 1 { 1 + n_samples } else { 1 };
-        n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
+        n_steps(pixels, self.n_samples, is_lit)
     }
 
     /// The part of [`Hits`] that the picture needs.
     pub fn wants(&self) -> Wants {
         self.format.wants(self.options.certificates)
     }
+}
+
+/// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
+pub fn n_steps(pixels: &Pixels, n_samples: u32, is_lit: bool) -> u64 {
+    let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(n_samples).pow(2));
+    let n_rays = if n_samples > 1 { 1 + n_samples } else { 1 };
+    n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
 }
 
 /// Rows of a band for `pixels`: as many as 16 MiB of [`Hits`] hold, and at least one.
@@ -167,18 +172,84 @@ impl Rendered {
     }
 }
 
-/// Traces and shades `pixels` band by band and writes each band as soon as it is there. The caller
-/// ends the picture with [`PictureWriter::finish`].
+/// Takes the bands of a picture, from top to bottom.
+pub trait Sink {
+    /// Takes `n_rows` rows: their colours, how many of their samples hit where the background is not
+    /// [`Background::Shown`], and their centre rays' hits.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    fn band(
+        &mut self,
+        colors: &Colors,
+        coverage: Option<&Coverage>,
+        hits: &Hits,
+        n_rows: u32,
+    ) -> Result<()>;
+}
+
+impl<W: Write + Seek> Sink for PictureWriter<W> {
+    fn band(
+        &mut self,
+        colors: &Colors,
+        coverage: Option<&Coverage>,
+        hits: &Hits,
+        n_rows: u32,
+    ) -> Result<()> {
+        match coverage {
+            None => self.rows(colors, hits, n_rows),
+            Some(coverage) => self.transparent_rows(colors, coverage, hits, n_rows),
+        }
+    }
+}
+
+/// A picture that is kept in memory: the sink of its bands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// Of the pixels' centre rays.
+    pub hits: Hits,
+    /// One a pixel.
+    pub colors: Colors,
+    /// Where the background is not [`Background::Shown`].
+    pub coverage: Option<Coverage>,
+}
+
+impl Kept {
+    /// Nothing yet of a picture whose colours are written so.
+    pub fn new(encoding: Encoding) -> Kept {
+        Kept { hits: Hits::default(), colors: Colors::new(encoding), coverage: None }
+    }
+}
+
+impl Sink for Kept {
+    fn band(
+        &mut self,
+        colors: &Colors,
+        coverage: Option<&Coverage>,
+        hits: &Hits,
+        _: u32,
+    ) -> Result<()> {
+        self.hits.append(hits);
+        self.colors.append(colors);
+        if let Some(coverage) = coverage {
+            self.coverage.get_or_insert_default().append(coverage);
+        }
+        Ok(())
+    }
+}
+
+/// Traces and shades `pixels` band by band and hands over each band as soon as it is there. The caller
+/// ends a file with [`PictureWriter::finish`].
 ///
 /// # Errors
-/// Those of [`Tracer::trace`], [`Painter::paint`] and [`PictureWriter::rows`];
-/// [`Error::Interrupted`] between bands as well.
-pub fn render<W: Write + Seek>(
+/// Those of [`Tracer::trace`], [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
+/// well.
+pub fn render(
     tracer: &mut dyn Tracer,
     painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
-    writer: &mut PictureWriter<W>,
+    sink: &mut impl Sink,
     control: &Control,
 ) -> Result<Rendered> {
     let mut rendered = Rendered::default();
@@ -188,10 +259,7 @@ pub fn render<W: Write + Seek>(
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
         let start = Instant::now();
-        match painter.coverage() {
-            None => writer.rows(&colors, &hits, band.height)?,
-            Some(coverage) => writer.transparent_rows(&colors, coverage, &hits, band.height)?,
-        }
+        sink.band(&colors, painter.coverage(), &hits, band.height)?;
         rendered.write += start.elapsed();
     }
     control.check()?;

@@ -14,7 +14,7 @@ use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
+    Kept, Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Scene};
 use crate::shade::{Colors, Encoding, Painter, Shader, Style};
@@ -197,27 +197,47 @@ impl Session {
         ready.tracer.trace(rays, control, hits)
     }
 
-    /// Draws a picture into memory.
+    /// Draws a picture into memory, as its scene asks for.
     ///
     /// # Errors
-    /// Those of [`Session::pixels`], [`Session::trace`] and [`Shader::shade`];
-    /// [`crate::Error::TooLarge`] where the picture does not fit the memory.
+    /// Those of [`Session::pixels`] and [`Session::keep`].
     pub fn render(&mut self, width: u32, height: u32) -> Result<Picture> {
         let pixels = self.pixels(width, height)?;
-        let wants = Wants { surface: true, level: true };
-        let n_pixels = pixels.len() as u64;
-        let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_pixels);
         let n_samples = self.scene.samples.unwrap_or(1);
-        let of_samples = match n_samples {
-            1 => 0,
-            _ => hits_bytes(pixels.samples(n_samples).len() as u64, Wants::default()),
+        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let wants = Wants { surface: true, level: true };
+        let (kept, _) = self.keep(&pixels, style, wants, &Control::default())?;
+        let srgb8 = match kept.colors {
+            Colors::Srgb8(pixels) => pixels,
+            Colors::Srgb16(_) | Colors::Linear(_) => Vec::new(),
         };
-        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors).saturating_add(of_samples);
+        Ok(Picture { width, height, hits: kept.hits, srgb8 })
+    }
+
+    /// Draws pixels into memory, band by band, so that their samples need little of it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for no samples or more than [`Scene::MAX_SAMPLES`]; [`Error::TooLarge`] where the
+    /// picture does not fit the memory; those of [`Session::make_ready`] and [`render()`].
+    pub fn keep(
+        &mut self,
+        pixels: &Pixels,
+        style: Style,
+        wants: Wants,
+        control: &Control,
+    ) -> Result<(Kept, Rendered)> {
+        check_samples(style.n_samples)?;
+        let n_pixels = pixels.len() as u64;
+        let colors = Shader::bytes(style.encoding, self.scene.n_objects(), n_pixels);
+        let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
+        let band = bands(pixels, n_band_rows).next().unwrap_or(*pixels);
+        let of_band = hits_bytes(band.samples(style.n_samples).len() as u64, Wants::default());
+        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors).saturating_add(of_band);
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
-        let mut hits = Hits::default();
-        self.trace(&Rays::Pixels(pixels), wants, &Control::default(), &mut hits)?;
-        let srgb8 = self.colors_of(&pixels, &hits, n_samples, wants, &Control::default())?;
-        Ok(Picture { width, height, hits, srgb8 })
+        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
+        let mut kept = Kept::new(style.encoding);
+        let rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut kept, control)?;
+        Ok((kept, rendered))
     }
 
     /// The colours of `pixels` with `n_samples` × `n_samples` samples each, in sRGB with 8 bits a channel, as
@@ -233,11 +253,7 @@ impl Session {
         n_samples: u32,
         control: &Control,
     ) -> Result<Vec<[u8; 3]>> {
-        if !(1..=Scene::MAX_SAMPLES).contains(&n_samples) {
-            let most = Scene::MAX_SAMPLES;
-            let message = format!("{n_samples} samples across a pixel: give 1 to {most}");
-            return Err(Error::Usage(message));
-        }
+        check_samples(n_samples)?;
         let (wants, mut hits) = (Wants::default(), Hits::default());
         let bytes = hits_bytes(pixels.samples(n_samples).len() as u64, wants);
         memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
@@ -245,22 +261,10 @@ impl Session {
         if n_samples == 1 {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         }
-        self.colors_of(pixels, &hits, n_samples, wants, control)
-    }
-
-    /// The colours of pixels; `hits` are of their centre rays, which are looked at where there is one sample.
-    fn colors_of(
-        &mut self,
-        pixels: &Pixels,
-        hits: &Hits,
-        n_samples: u32,
-        wants: Wants,
-        control: &Control,
-    ) -> Result<Vec<[u8; 3]>> {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut colors = Colors::new(Encoding::Srgb8);
-        painter.paint_with(Some(tracer), pixels, hits, control, &mut colors)?;
+        painter.paint_with(Some(tracer), pixels, &hits, control, &mut colors)?;
         match colors {
             Colors::Srgb8(pixels) => Ok(pixels),
             Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
@@ -391,6 +395,16 @@ impl Session {
     /// Bytes held on the device for the scene; 0 before anything was made.
     pub fn bytes_device(&self) -> u64 {
         self.ready.as_ref().map_or(0, |ready| ready.tracer.bytes_device())
+    }
+}
+
+fn check_samples(n_samples: u32) -> Result<()> {
+    match (1..=Scene::MAX_SAMPLES).contains(&n_samples) {
+        true => Ok(()),
+        false => Err(Error::Usage(format!(
+            "{n_samples} samples across a pixel: give 1 to {}",
+            Scene::MAX_SAMPLES
+        ))),
     }
 }
 

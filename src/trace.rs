@@ -93,6 +93,15 @@ impl Hits {
         self.counts = StageCounts::default();
     }
 
+    /// Adds the hits of further rays, with the same outputs.
+    pub(crate) fn append(&mut self, more: &Hits) {
+        self.id.extend_from_slice(&more.id);
+        self.t.extend_from_slice(&more.t);
+        self.normal.extend_from_slice(&more.normal);
+        self.level.extend_from_slice(&more.level);
+        self.counts.add(more.counts);
+    }
+
     /// Number of rays that hit an object.
     pub fn n_hits(&self) -> u64 {
         self.id.iter().filter(|&&id| id != 0).count() as u64
@@ -183,6 +192,12 @@ impl Coverage {
     /// That of pixels with one sample each, which saw the objects with these ids.
     pub fn of_ids(ids: &[u32]) -> Coverage {
         Coverage { n_hits: ids.iter().map(|&id| u16::from(id != 0)).collect(), n_samples: 1 }
+    }
+
+    /// Adds further pixels, with as many samples each.
+    pub(crate) fn append(&mut self, more: &Coverage) {
+        self.n_hits.extend_from_slice(&more.n_hits);
+        self.n_samples = more.n_samples;
     }
 
     /// The share of a pixel's samples that hit: the nearest f32.

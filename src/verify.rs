@@ -3,6 +3,8 @@
 mod allowed;
 mod colors;
 mod errors;
+#[cfg(feature = "gpu")]
+mod picture;
 mod span;
 mod truth;
 
@@ -16,6 +18,8 @@ pub use colors::{
     compare_colors, compare_colors_to_exact,
 };
 pub use errors::{AgainstExact, NormalError, RayError, TError, compare_to_exact, ray_errors};
+#[cfg(feature = "gpu")]
+pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Verification, broken_of, table};
 pub use span::{QUOTIENT_ULP, ROOT_ULP, Span};
 use truth::{Near, hit_of};
 pub use truth::{SAMPLE_BYTES, Truth, sample};

@@ -65,7 +65,9 @@ fn the_first_command_ends_with_a_picture_and_the_second_is_ci() {
     let draws = "cargo run --release -- render scenes/figure1.toml -o figure1.png";
     assert_eq!(first, format!("ci/setup.sh && {draws}\n"));
     assert_eq!(second, "ci/test.sh\n");
-    for script in ["ci/setup.sh", "ci/test.sh", "ci/drivers.sh", "ci/report.sh", ".ci/run"] {
+    for script in
+        ["ci/setup.sh", "ci/test.sh", "ci/drivers.sh", "ci/python.sh", "ci/report.sh", ".ci/run"]
+    {
         let mode = fs::metadata(root().join(script)).expect(script).permissions().mode();
         assert_eq!(mode & 0o111, 0o111, "{script} can't be executed");
         let checked = Command::new("bash").arg("-n").arg(root().join(script)).status().unwrap();

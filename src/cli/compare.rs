@@ -4,9 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use kugelblitz::compare::{
-    ChannelDifference, PictureDifference, Tolerance, compare_pictures, difference_picture,
-};
+use kugelblitz::compare::{ChannelDifference, Tolerance, compare_pictures, difference_picture};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Format, Image, read_image, rgb8_file};
 use kugelblitz::{Error, Result};
@@ -77,7 +75,8 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
     let (a, b) = (read_image(path_a)?, read_image(path_b)?);
     run.control.check()?;
     let found = compare_pictures(&a, &b, &tolerance)?;
-    let pixel = |i: usize| [i % a.width.max(1), i / a.width.max(1)];
+    let pixel = |i: usize| a.pixel(i);
+    let name = |path: &Path| path.display().to_string();
     if let Some(file) = file.filter(|_| found.pixels > 0) {
         let size = [a.width as u32, a.height as u32];
         write_picture(file, size, &difference_picture(&a, &found), run)?;
@@ -86,7 +85,7 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
     let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
     if talk.json {
         let side = |path: &Path, image: &Image, only| Side {
-            file: path.display().to_string(),
+            file: name(path),
             format: image.format,
             size: [image.width, image.height],
             only,
@@ -107,74 +106,9 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
         };
         print_verdict("compare", &summary, failure.as_ref())?;
     } else {
-        print_text(&in_words([path_a, path_b], [&a, &b], &found, pixel))?;
+        print_text(&found.in_words([&name(path_a), &name(path_b)], [&a, &b]))?;
     }
     failure.map_or(Ok(()), Err)
-}
-
-fn in_words(
-    paths: [&Path; 2],
-    images: [&Image; 2],
-    found: &PictureDifference,
-    pixel: impl Fn(usize) -> [usize; 2],
-) -> String {
-    let mut text = String::new();
-    for (path, image) in paths.iter().zip(images) {
-        let Image { format, width, height, .. } = image;
-        text += &format!("{}: {format}, {width}×{height}\n", path.display());
-    }
-    if found.pixels > 0 {
-        let PictureDifference { pixels, differing, beyond, .. } = found;
-        text += &match differing {
-            0 => format!("all {pixels} pixels are equal\n"),
-            _ => format!(
-                "{differing} of {pixels} pixels differ ({} %), {beyond} by more than is allowed\n",
-                percent(*differing, *pixels)
-            ),
-        };
-        text += "\nchannel   as      pixels that differ      largest       at   most ulp\n";
-    }
-    for channel in &found.channels {
-        let ChannelDifference { name, compared_as, differing, largest, at, .. } = channel;
-        let at = at.map_or("–".into(), |at| {
-            let [x, y] = pixel(at);
-            format!("{x},{y}")
-        });
-        let ulp = match channel.largest_ulp {
-            None => "–".to_string(),
-            Some(u64::MAX) => "∞".to_string(),
-            Some(ulp) => ulp.to_string(),
-        };
-        let largest = match largest {
-            0.0 => "0".to_string(),
-            x if x.fract() == 0.0 && x.abs() < 1e9 => format!("{x}"),
-            x => format!("{x:.3e}"),
-        };
-        text +=
-            &format!("{name:<9} {compared_as:<5}{differing:>21}{largest:>13}{at:>9}{ulp:>11}\n");
-    }
-    for (path, only) in paths.iter().zip(&found.only_in) {
-        if !only.is_empty() {
-            text += &format!("only in {}: {}\n", path.display(), only.join(" "));
-        }
-    }
-    if !found.texts.is_empty() {
-        text += &format!("they say different things of themselves: {}\n", found.texts.join(" "));
-    }
-    text
-}
-
-/// Two digits, or as many as it takes.
-pub fn percent(n: u64, all: u64) -> String {
-    let percent = 100.0 * n as f64 / all.max(1) as f64;
-    match percent {
-        0.0 => "0".into(),
-        large if large >= 10.0 => format!("{large:.0}"),
-        small => {
-            let digits = (1 - small.log10().floor() as i32).clamp(0, 12) as usize;
-            format!("{small:.digits$}")
-        }
-    }
 }
 
 /// Begins the file for a picture of errors or differences, before the work.

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use kugelblitz::device::Device;
+use kugelblitz::device::{self, Device, DeviceChoice};
+use kugelblitz::gpu::Gpu;
 #[cfg(feature = "view")]
-use kugelblitz::gpu::Pick;
-use kugelblitz::gpu::{Gpu, has_software_alone};
-use kugelblitz::prepare::{FEW_SPHERES, PlainLighting};
+use kugelblitz::gpu::{Pick, has_software_alone};
+#[cfg(feature = "view")]
+use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Error, Result};
 
 use super::TalkArgs;
-use super::options::DeviceChoice;
 use super::output::human;
 use super::quiet::{self, quietly};
 
@@ -25,11 +25,7 @@ use super::quiet::{self, quietly};
 pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
     let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
     let start = Instant::now();
-    let (opened, noise) = quietly(|| Gpu::open(&pick));
-    // What the self-test can't bind, no kernel can.
-    let opened = opened
-        .and_then(|gpu| for_kernel(gpu, kernel))
-        .and_then(|gpu| gpu.arithmetic().map(|_| gpu));
+    let (opened, noise) = quietly(|| device::open(&pick, kernel));
     let falls_back = *choice == DeviceChoice::Auto;
     if talk.verbose || opened.is_err() && !falls_back {
         quiet::show(&noise, talk.verbose);
@@ -62,38 +58,6 @@ fn filter_line(gpu: &Gpu) -> Result<String> {
     Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
 }
 
-/// Rays of a kernel without a proof from which on a device in software makes up for the time that it
-/// takes to open, with shaders to be compiled: it saves 5 to 10 ns a ray, for 0.1 to 0.3 s.
-const MANY_RAYS: usize = 1 << 25;
-
-/// As many rays as one way from a sample to a lamp counts there: it saves 15 to 20 ns where there are few objects.
-const RAYS_OF_WAY: usize = 2;
-
-/// The samples of a lit picture as rays that take as long, where a device in software lights them.
-pub fn rays_of_light(scene: &Scene, n_samples: usize) -> usize {
-    let n_lamps = scene.lights.len() + scene.sky.map_or(0, |sky| sky.directions as usize);
-    let are_few =
-        scene.n_objects() <= PlainLighting::FEW_OBJECTS && n_lamps <= PlainLighting::FEW_LAMPS;
-    let of_ways = if are_few { RAYS_OF_WAY * n_lamps } else { 0 };
-    n_samples.saturating_mul(1 + of_ways)
-}
-
-/// Why the CPU traces these rays sooner than a device in software, if it does: over many spheres it is
-/// quicker by itself, and so it is in f64 and with `certified`, whose rays it takes side by side.
-fn why_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
-    if n_spheres > FEW_SPHERES {
-        Some(format!("{n_spheres} spheres"))
-    } else if kernel == Kernel::Double {
-        Some("f64".into())
-    } else if kernel == Kernel::Certified {
-        Some("`certified`".into())
-    } else if n_rays < MANY_RAYS {
-        Some(format!("{n_rays} rays"))
-    } else {
-        None
-    }
-}
-
 /// Opens what --device asks for to trace these rays: `auto` takes a real GPU, else the quicker one of
 /// the CPU and a device in software.
 ///
@@ -106,10 +70,7 @@ pub fn open_for(
     n_rays: usize,
     talk: &TalkArgs,
 ) -> Result<Device> {
-    if choice.is_free()
-        && let Some(why) = why_the_cpu(kernel, scene.spheres.len(), n_rays)
-        && has_software_alone()
-    {
+    if let Some(why) = choice.why_the_cpu(kernel, scene.spheres.len(), n_rays) {
         talk.note(&format!(
             "tracing on the CPU: there is no GPU in hardware here, and for {why} the CPU is quicker \
              than a device in software; `--device gpu` takes that"
@@ -141,40 +102,11 @@ pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, talk: &TalkArgs) -> &'a De
     }
 }
 
-fn for_kernel(gpu: Gpu, kernel: Option<Kernel>) -> Result<Gpu> {
-    if let Some(kernel) = kernel {
-        gpu.facts.check_kernel(kernel)?;
-    }
-    Ok(gpu)
-}
-
 #[cfg(test)]
 mod tests {
     use kugelblitz::gpu::Pick;
 
     use super::*;
-
-    #[test]
-    fn auto_weighs_a_device_in_software_against_the_cpu() {
-        let takes_cpu =
-            |kernel, n_spheres, n_rays| why_the_cpu(kernel, n_spheres, n_rays).is_some();
-        assert!(takes_cpu(Kernel::Stable, 2, 1920 * 1080));
-        assert!(!takes_cpu(Kernel::Stable, 2, MANY_RAYS));
-        assert!(takes_cpu(Kernel::Double, 2, MANY_RAYS));
-        assert!(takes_cpu(Kernel::Certified, 2, MANY_RAYS));
-        assert!(takes_cpu(Kernel::Certified, FEW_SPHERES + 1, usize::MAX));
-
-        let talk = TalkArgs { json: false, quiet: true, verbose: false };
-        let opened = |choice, n_rays| {
-            open_for(&choice, Kernel::Stable, &Scene::default(), n_rays, &talk).unwrap().kind()
-        };
-        let by_default = if has_software_alone() { "cpu" } else { "gpu" };
-        if DeviceChoice::Auto.is_free() {
-            assert_eq!(opened(DeviceChoice::Auto, 1), by_default);
-        }
-        assert_eq!(opened(DeviceChoice::Auto, MANY_RAYS), "gpu");
-        assert_eq!([DeviceChoice::Gpu, DeviceChoice::Cpu].map(|c| opened(c, 1)), ["gpu", "cpu"]);
-    }
 
     /// No adapter here lacks f64, so one is made to.
     #[test]
@@ -190,12 +122,11 @@ mod tests {
             [(false, Kernel::Double), (false, Kernel::Certified), (true, Kernel::Double)]
         {
             let runs = f64 || kernel != Kernel::Double;
-            let refusal = for_kernel(open(f64), Some(kernel)).err();
+            let refusal = open(f64).facts.check_kernel(kernel).err();
             assert_eq!(refusal.as_ref().map(Error::exit_code), (!runs).then_some(4));
             let device = Device::Gpu(Arc::new(open(f64)));
             assert_eq!(matches!(or_cpu(&device, kernel, &talk), Device::Gpu(_)), runs);
         }
-        assert!(for_kernel(open(false), None).is_ok());
     }
 
     /// No adapter here lacks passthrough, so one is told that it does.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kugelblitz::Result;
-use kugelblitz::picture::{Image, Samples, read_image};
+use kugelblitz::picture::{Image, read_image};
 use kugelblitz::trace::StageCounts;
 use serde::Serialize;
 
@@ -53,7 +53,7 @@ struct OfChannel<'a> {
 /// Prints what a file says of itself.
 pub fn run(args: &InfoArgs) -> Result<()> {
     let image = read_image(&args.file)?;
-    let levels = image.channel("level").map(levels);
+    let levels = image.stage_counts();
     let is_part = image.whole != [image.width, image.height] || image.first != [0, 0];
     let window = || [image.first[0], image.first[1], image.width as i64, image.height as i64];
     if args.talk.json {
@@ -114,17 +114,4 @@ fn channels(image: &Image) -> String {
         format!("{} {kind}", names.join(" "))
     };
     runs.map(run).collect::<Vec<_>>().join(", ")
-}
-
-/// How many pixels each stage decided.
-fn levels(samples: &Samples) -> StageCounts {
-    let mut counts = StageCounts::default();
-    for i in 0..samples.len() {
-        match samples.whole(i) {
-            Some(0) => counts.f32 += 1,
-            Some(1) => counts.f64 += 1,
-            _ => counts.exact += 1,
-        }
-    }
-    counts
 }

@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use kugelblitz::judge::{
-    self, Allowed, Claims, Conventions, Judgement, NormalSide, NormalSpace, Part, Quantity,
-    RAY_BYTES, Seen, Spread, alike, error_picture, hint, pixels_of, worst,
+    self, Allowed, Case, Claims, Conventions, Finding, NormalSide, NormalSpace, PartFound,
+    Quantity, RAY_BYTES, error_picture, hint, in_words, pixels_of,
 };
 use kugelblitz::memory;
 use kugelblitz::picture::{Image, read_image};
 use kugelblitz::rays::{Pixels, read_rays_with};
-use kugelblitz::scene::{Color, Scene, hex};
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
-use kugelblitz::verify::{RayError, Truth};
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
-use super::compare::{begin_picture, percent, write_picture};
+use super::compare::{begin_picture, write_picture};
 use super::head::{Objects, On, print_verdict};
 use super::output::{count, objects, print_text, shell_quoted};
 use super::progress::Progress;
@@ -133,7 +132,7 @@ fn plane(text: &str) -> Result<f64, String> {
 }
 
 #[derive(Serialize)]
-struct Summary {
+struct Summary<'a> {
     #[serde(flatten)]
     on: On,
     against: String,
@@ -146,40 +145,19 @@ struct Summary {
     rays: usize,
     judged: Vec<&'static str>,
     allowed: String,
-    away: OfPart,
+    away: PartFound,
     /// Of a picture.
-    silhouettes: Option<OfPart>,
-    worst: Vec<Worst>,
+    silhouettes: Option<PartFound>,
+    worst: Vec<Shown<'a>>,
     hint: Option<String>,
     broken: Vec<String>,
 }
 
 #[derive(Serialize)]
-struct OfPart {
-    rays: u64,
-    wrong_ids: u64,
-    false_hits: u64,
-    false_misses: u64,
-    wrong_object: u64,
-    t_ulp: Option<OfSpread>,
-    t_relative: Option<OfSpread>,
-    normal_degrees: Option<OfSpread>,
-}
-
-#[derive(Serialize)]
-struct OfSpread {
+struct Shown<'a> {
     #[serde(flatten)]
-    spread: Spread,
-    worst_pixel: Option<[u32; 2]>,
-}
-
-#[derive(Serialize)]
-struct Worst {
-    kind: &'static str,
-    ray: usize,
-    pixel: Option<[u32; 2]>,
-    says: String,
-    exact: String,
+    finding: &'a Finding,
+    /// The command that shows why.
     explain: String,
 }
 
@@ -212,7 +190,8 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         Rays::List(_) => None,
     };
     let claims = Claims::new(image.clone(), &conventions, view.as_ref())?;
-    check_colors(args, &scene, &claims)?;
+    let warning = judge::check_colors(&scene, &claims, &args.scene.display().to_string())?;
+    warning.iter().for_each(|warning| args.talk.warn(warning));
 
     let (choice, kernel) = (&args.device.device, Kernel::Certified);
     let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
@@ -237,8 +216,9 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         write_picture(file, size, &error_picture(&judgement), run)?;
     }
 
-    let case = Case { args, scene: &scene, rays: &rays, truth: &truth, claims: &claims };
-    let worst = case.worst(&judgement, &allowed);
+    let case = Case { scene: &scene, rays: &rays, truth: &truth, claims: &claims };
+    let worst = case.worst(&judgement, &allowed, args.worst);
+    let how = |finding: &Finding| explain(&args.scene, &rays, finding.ray);
     let judged: Vec<&str> = claims.quantities.iter().map(|quantity| quantity.name()).collect();
     if args.talk.json {
         let (size, crop) = match &rays {
@@ -262,7 +242,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
             allowed: allowed.to_string(),
             away: case.part(&judgement.away),
             silhouettes,
-            worst,
+            worst: worst.iter().map(|finding| Shown { finding, explain: how(finding) }).collect(),
             hint,
             broken: broken.clone(),
         };
@@ -280,7 +260,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
             objects(&scene)
         );
         text += &case.table(&judgement);
-        text += &in_words(&worst);
+        text += &in_words(&worst, how);
         if let Some(options) = &hint {
             text += &format!("\nfar more of it would be right with {options}\n");
         }
@@ -351,224 +331,20 @@ fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
     pixels_of(image, WholeArgs { size: Some(size) }.pixels(scene, &args.scene)?)
 }
 
-/// Colours tell objects where nothing lights them, and where they differ.
-fn check_colors(args: &JudgeArgs, scene: &Scene, claims: &Claims) -> Result<()> {
-    let Seen::Colors { tolerance, .. } = claims.seen else { return Ok(()) };
-    if scene.is_lit() {
-        return Err(Error::Usage(format!(
-            "{}: the scene is lit, so that colours don't tell its objects; judge ids, depths or normals, or \
-             compare the picture with an exact one: `kugelblitz render` and `kugelblitz compare`",
-            args.scene.display()
-        )));
-    }
-    if let Some((n, [a, b])) = alike(scene, tolerance) {
-        args.talk.warn(&format!(
-            "{n} of the scene's colours are too near to another one, those of {} and {} for one: they are \
-             not told apart",
-            object(scene, a),
-            object(scene, b)
-        ));
-    }
-    Ok(())
-}
-
-/// `object 3 “red giant”`, or `the background`.
-fn object(scene: &Scene, id: u32) -> String {
-    match (id, scene.object(id), scene.name(id)) {
-        (0, ..) => "the background".into(),
-        (_, None, _) => "no object of the scene".into(),
-        (_, _, Some(name)) => format!("object {id} “{name}”"),
-        (..) => format!("object {id}"),
-    }
-}
-
-/// What is judged.
-struct Case<'a> {
-    args: &'a JudgeArgs,
-    scene: &'a Scene,
-    rays: &'a Rays,
-    truth: &'a Truth,
-    claims: &'a Claims,
-}
-
-impl Case<'_> {
-    fn pixel(&self, ray: usize) -> Option<[u32; 2]> {
-        match self.rays {
-            Rays::Pixels(pixels) => Some(pixels.xy(ray).into()),
-            Rays::List(_) => None,
+/// The command that shows why a ray sees what it sees.
+fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
+    let scene = shell_quoted(scene);
+    match rays {
+        Rays::Pixels(pixels) => {
+            let (x, y) = pixels.xy(ray);
+            let (w, h) = (pixels.image_width, pixels.image_height);
+            format!("kugelblitz explain {scene} --pixel {x},{y} --size {w}x{h}")
         }
-    }
-
-    fn part(&self, part: &Part) -> OfPart {
-        let of = |spread: Option<Spread>| {
-            spread.map(|spread| OfSpread { spread, worst_pixel: self.pixel(spread.worst_ray) })
-        };
-        OfPart {
-            rays: part.rays,
-            wrong_ids: part.wrong_ids(),
-            false_hits: part.false_hits,
-            false_misses: part.false_misses,
-            wrong_object: part.wrong_object,
-            t_ulp: of(part.t_ulp),
-            t_relative: of(part.t_relative),
-            normal_degrees: of(part.normal_degrees),
+        Rays::List(rays) => {
+            let Ray { origin, direction } = rays[ray];
+            let numbers = [origin.to_array(), direction.to_array()].concat();
+            let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+            format!("kugelblitz explain {scene} --ray={}", numbers.join(","))
         }
-    }
-
-    /// The errors away from silhouettes and at them.
-    fn table(&self, judgement: &Judgement) -> String {
-        let is_picture = matches!(self.rays, Rays::Pixels(_));
-        let parts: &[&Part] = match is_picture {
-            true => &[&judgement.away, &judgement.silhouettes],
-            false => &[&judgement.away],
-        };
-        let mut text = String::new();
-        let mut row = |name: &str, cells: Vec<String>| {
-            text += &format!("{name:<24}");
-            cells.iter().for_each(|cell| text += &format!("{cell:>26}"));
-            text += "\n";
-        };
-        let cells = |of: &dyn Fn(&Part) -> String| parts.iter().map(|part| of(part)).collect();
-        match is_picture {
-            true => {
-                row("", vec!["away from silhouettes".into(), "at silhouettes".into()]);
-                row("pixels", cells(&|part| part.rays.to_string()));
-            }
-            false => row("rays", cells(&|part| part.rays.to_string())),
-        }
-        let share = |n: u64, part: &Part| format!("{n} ({} %)", percent(n, part.rays));
-        row("wrong ids", cells(&|part| share(part.wrong_ids(), part)));
-        row("  false hits", cells(&|part| part.false_hits.to_string()));
-        row("  false misses", cells(&|part| part.false_misses.to_string()));
-        row("  another object", cells(&|part| part.wrong_object.to_string()));
-        type Of = fn(&Part) -> Option<Spread>;
-        let spreads: [(&str, Of); 3] = [
-            ("t, ulp", |part| part.t_ulp),
-            ("t, relative", |part| part.t_relative),
-            ("normal, degrees", |part| part.normal_degrees),
-        ];
-        for (name, of) in spreads {
-            if parts.iter().all(|part| of(part).is_none()) {
-                continue;
-            }
-            let number = |part: &Part, number: fn(&Spread) -> f64| {
-                of(part).map_or("–".into(), |spread| figure(number(&spread)))
-            };
-            row(&format!("{name}: median"), cells(&|part| number(part, |spread| spread.median)));
-            row("  99 %", cells(&|part| number(part, |spread| spread.p99)));
-            let worst = |part: &Part| match of(part) {
-                None => "–".into(),
-                Some(spread) => match self.pixel(spread.worst_ray) {
-                    Some([x, y]) => format!("{} at {x},{y}", figure(spread.worst)),
-                    None => format!("{} at ray {}", figure(spread.worst), spread.worst_ray),
-                },
-            };
-            row("  worst", cells(&worst));
-        }
-        text
-    }
-
-    /// The worst rays, without those whose `t` and normal are as they may be.
-    fn worst(&self, judgement: &Judgement, allowed: &Allowed) -> Vec<Worst> {
-        let kinds = ["wrong id", "wrong id at a silhouette", "t", "normal"];
-        let is_allowed = |kind: &str, error: &RayError| match (kind, error) {
-            ("t", RayError::Right { t: Some(t), .. }) => allowed.allows_t(t),
-            ("normal", RayError::Right { normal: Some(n), .. }) => {
-                n.degrees <= allowed.normal_degrees
-            }
-            _ => false,
-        };
-        let all = kinds.into_iter().zip(worst(judgement, self.args.worst));
-        let all = all.flat_map(|(kind, rays)| rays.into_iter().map(move |ray| (kind, ray)));
-        let shown = all.filter(|&(kind, ray)| !is_allowed(kind, &judgement.errors[ray]));
-        shown.map(|(kind, ray)| self.one(kind, ray, &judgement.errors[ray])).collect()
-    }
-
-    fn one(&self, kind: &'static str, ray: usize, error: &RayError) -> Worst {
-        let (says, exact) = match (kind, error) {
-            ("t", RayError::Right { t, .. }) => {
-                let off = t.map_or(f64::NAN, |t| t.ulp);
-                let claimed = self.claims.t.as_ref().map_or(f64::NAN, |t| t[ray]);
-                let what = if self.claims.is_distance { "distance" } else { "t" };
-                let exact = format!("t = {:?}", self.truth.t[ray]);
-                (format!("{what} = {claimed:?} ({} ulp off)", figure(off)), exact)
-            }
-            ("normal", RayError::Right { normal, .. }) => {
-                let off = normal.map_or(f64::NAN, |normal| normal.degrees);
-                let claimed = self.claims.normal.as_ref().map(|normal| normal[ray]);
-                let [x, y, z] = claimed.map_or([f64::NAN; 3], |normal| normal.to_array());
-                let [a, b, c] = self.truth.normal[ray];
-                let says = format!("({x:.6}, {y:.6}, {z:.6}), {}° off", figure(off));
-                (says, format!("({a:.6}, {b:.6}, {c:.6})"))
-            }
-            _ => (self.says(ray), object(self.scene, self.truth.id[ray])),
-        };
-        Worst { kind, ray, pixel: self.pixel(ray), says, exact, explain: self.explain(ray) }
-    }
-
-    fn says(&self, ray: usize) -> String {
-        match &self.claims.seen {
-            Seen::Ids(ids) => object(self.scene, ids[ray]),
-            Seen::Hit(hit) => if hit[ray] { "an object" } else { "the background" }.into(),
-            Seen::Colors { srgb8, tolerance } => {
-                let is_near = |color: Color| {
-                    let pairs = color.to_srgb8().into_iter().zip(srgb8[ray]);
-                    pairs.into_iter().all(|(a, b)| a.abs_diff(b) <= *tolerance)
-                };
-                let of = (0..).zip(self.scene.colors()).find(|(_, color)| is_near(*color));
-                let whose = of.map_or("of no object".into(), |(id, _)| object(self.scene, id));
-                format!("{whose}, {}", hex(srgb8[ray]))
-            }
-        }
-    }
-
-    /// The command that shows why.
-    fn explain(&self, ray: usize) -> String {
-        let scene = shell_quoted(&self.args.scene);
-        match self.rays {
-            Rays::Pixels(pixels) => {
-                let (x, y) = pixels.xy(ray);
-                let (w, h) = (pixels.image_width, pixels.image_height);
-                format!("kugelblitz explain {scene} --pixel {x},{y} --size {w}x{h}")
-            }
-            Rays::List(rays) => {
-                let Ray { origin, direction } = rays[ray];
-                let numbers = [origin.to_array(), direction.to_array()].concat();
-                let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
-                format!("kugelblitz explain {scene} --ray={}", numbers.join(","))
-            }
-        }
-    }
-}
-
-fn in_words(worst: &[Worst]) -> String {
-    let mut text = String::new();
-    let mut last = "";
-    for Worst { kind, ray, pixel, says, exact, explain } in worst {
-        if *kind != last {
-            let title = match *kind {
-                "t" => "largest errors of t",
-                "normal" => "largest errors of normals",
-                wrong => wrong,
-            };
-            text += &format!("\n{title}:\n");
-            last = kind;
-        }
-        let at = pixel.map_or(format!("ray {ray}"), |[x, y]| format!("{x},{y}"));
-        text += &format!("  {at}: says {says}; exact: {exact}\n    {explain}\n");
-    }
-    text
-}
-
-/// Three digits.
-fn figure(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        x if !x.is_finite() => "∞".into(),
-        x if (1e-3..1e6).contains(&x) => {
-            let digits = (2 - x.log10().floor() as i32).max(0) as usize;
-            format!("{x:.digits$}")
-        }
-        x => format!("{x:.2e}"),
     }
 }

@@ -43,6 +43,7 @@ use std::time::Instant;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::control::Control;
+use kugelblitz::device::DeviceChoice;
 use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
@@ -52,8 +53,8 @@ use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
 
 use options::{
-    DEFAULT_KERNEL, DeviceChoice, distribution_parser, kernel_parser, lang_parser, language_parser,
-    parse_crop, parse_epsilon, parse_pixel, parse_ray, parse_size,
+    DEFAULT_KERNEL, distribution_parser, kernel_parser, lang_parser, language_parser, parse_crop,
+    parse_epsilon, parse_pixel, parse_ray, parse_size,
 };
 use show::show_parser;
 

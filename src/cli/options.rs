@@ -1,6 +1,5 @@
 //! The values that options take.
 
-use std::env;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -9,7 +8,6 @@ use glam::DVec3;
 use kugelblitz::explain::Lang;
 use kugelblitz::export::Language;
 use kugelblitz::generate::Distribution;
-use kugelblitz::gpu::Pick;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{ImageSize, Scene};
 use kugelblitz::trace::{Kernel, Ray};
@@ -22,9 +20,6 @@ pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
 
 /// The picture size where neither the command line nor the scene has one.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
-
-/// Names the adapter for every program that uses wgpu.
-const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
 /// Takes the names of the kernels.
 pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
@@ -54,50 +49,6 @@ pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
         all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
     })
-}
-
-/// The value of --device.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum DeviceChoice {
-    /// The best adapter, else the CPU.
-    Auto,
-    /// The best adapter.
-    Gpu,
-    /// The CPU.
-    Cpu,
-    /// The adapter with this in its name.
-    Named(String),
-}
-
-impl DeviceChoice {
-    /// Reads the value of --device.
-    pub fn parse(text: &str) -> Result<DeviceChoice, String> {
-        Ok(match text {
-            "auto" => DeviceChoice::Auto,
-            "gpu" => DeviceChoice::Gpu,
-            "cpu" => DeviceChoice::Cpu,
-            "" => return Err("give auto, gpu, cpu, or a part of an adapter's name".into()),
-            name => DeviceChoice::Named(name.into()),
-        })
-    }
-
-    /// True for `auto` where no adapter is named either.
-    pub fn is_free(&self) -> bool {
-        let is_named = env::var(ADAPTER_VARIABLE).is_ok_and(|name| !name.is_empty());
-        *self == DeviceChoice::Auto && !is_named
-    }
-
-    /// The adapter to open; `None` for the CPU.
-    pub fn pick(&self) -> Option<Pick> {
-        match self {
-            DeviceChoice::Cpu => None,
-            DeviceChoice::Named(name) => Some(Pick::Named(name.clone())),
-            DeviceChoice::Auto | DeviceChoice::Gpu => match env::var(ADAPTER_VARIABLE) {
-                Ok(name) if !name.is_empty() => Some(Pick::Named(name)),
-                _ => Some(Pick::Best),
-            },
-        }
-    }
 }
 
 /// Reads `WxH`, in pixels.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use kugelblitz::device::rays_of_light;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
@@ -197,7 +198,7 @@ impl Begun {
         let n_rays = match args.show {
             Show::Color if self.scene.is_lit() => {
                 let n_samples = self.pixels.len() * (self.n_samples as usize).pow(2);
-                device::rays_of_light(&self.scene, n_samples)
+                rays_of_light(&self.scene, n_samples)
             }
             _ => self.pixels.len(),
         };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Share, ulp_distance};
+use super::{Share, percent, ulp_distance};
 use crate::error::{Error, Result};
 use crate::picture::{Image, Samples};
 use crate::scene::Color;
@@ -168,6 +168,61 @@ pub fn compare_pictures(a: &Image, b: &Image, tolerance: &Tolerance) -> Result<P
         found.broken.push(format!("{beyond} of {pixels} pixels differ by more than is allowed"));
     }
     Ok(found)
+}
+
+impl PictureDifference {
+    /// The differences in lines for people. `names` are the pictures', which `images` are.
+    pub fn in_words(&self, names: [&str; 2], images: [&Image; 2]) -> String {
+        let mut text = String::new();
+        for (name, Image { format, width, height, .. }) in names.iter().zip(images) {
+            text += &format!("{name}: {format}, {width}×{height}\n");
+        }
+        if self.pixels > 0 {
+            let PictureDifference { pixels, differing, beyond, .. } = self;
+            text += &match differing {
+                0 => format!("all {pixels} pixels are equal\n"),
+                _ => format!(
+                    "{differing} of {pixels} pixels differ ({} %), {beyond} by more than is allowed\n",
+                    percent(*differing, *pixels)
+                ),
+            };
+            text += "\nchannel   as      pixels that differ      largest       at   most ulp\n";
+        }
+        for channel in &self.channels {
+            let ChannelDifference { name, compared_as, differing, largest, at, .. } = channel;
+            let at = at.map_or("–".into(), |at| {
+                let [x, y] = images[0].pixel(at);
+                format!("{x},{y}")
+            });
+            let ulp = match channel.largest_ulp {
+                None => "–".to_string(),
+                Some(u64::MAX) => "∞".to_string(),
+                Some(ulp) => ulp.to_string(),
+            };
+            let largest = match largest {
+                0.0 => "0".to_string(),
+                x if x.fract() == 0.0 && x.abs() < 1e9 => format!("{x}"),
+                x => format!("{x:.3e}"),
+            };
+            text += &format!(
+                "{name:<9} {compared_as:<5}{differing:>21}{largest:>13}{at:>9}{ulp:>11}\n"
+            );
+        }
+        for (name, only) in names.iter().zip(&self.only_in) {
+            if !only.is_empty() {
+                text += &format!("only in {name}: {}\n", only.join(" "));
+            }
+        }
+        if !self.texts.is_empty() {
+            text += &format!("they say different things of themselves: {}\n", self.texts.join(" "));
+        }
+        text
+    }
+
+    /// The pixels that differ by more than is allowed, in their order.
+    pub fn pixels_beyond(&self) -> impl Iterator<Item = usize> {
+        (0..).zip(&self.of_pixels).filter(|(_, (is_beyond, _))| *is_beyond).map(|(i, _)| i)
+    }
 }
 
 /// `1280×720`, or `a list of 12`.

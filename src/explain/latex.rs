@@ -14,8 +14,20 @@ use super::{ColorExplanation, Explanation, Shading, Winner};
 
 /// The whole explanation.
 pub fn latex(explanation: &Explanation) -> String {
+    String::from("% \\usepackage{amsmath}\n") + &written(explanation, paragraph)
+}
+
+/// The whole explanation in math mode alone, as notebooks show it.
+pub fn math(explanation: &Explanation) -> String {
+    written(explanation, paragraph_in_math)
+}
+
+/// How a subject and what is said of it become a paragraph at the end of a text.
+type Paragraph = fn(&Remark, &[Remark], &mut String);
+
+fn written(explanation: &Explanation, paragraph: Paragraph) -> String {
     let words = explanation.lang.words();
-    let mut text = String::from("% \\usepackage{amsmath}\n");
+    let mut text = String::new();
     paragraph(&explanation.subject(), &[], &mut text);
     align(&of_ray(explanation.ray_numbers()), &mut text);
     for object in &explanation.objects {
@@ -35,7 +47,7 @@ pub fn latex(explanation: &Explanation) -> String {
         align(&point.lines, &mut text);
     }
     if let Some(shading) = &explanation.shading {
-        of_shading(shading, words, &mut text);
+        of_shading(shading, words, paragraph, &mut text);
     }
     text
 }
@@ -52,7 +64,7 @@ fn named(label: &str) -> Remark {
     Remark::new("#", [label])
 }
 
-fn of_shading(shading: &Shading, words: &'static Words, text: &mut String) {
+fn of_shading(shading: &Shading, words: &'static Words, paragraph: Paragraph, text: &mut String) {
     for light in &shading.lights {
         let why: Vec<Remark> = [&light.place].into_iter().chain(&light.why).cloned().collect();
         paragraph(&named(&light.name), &why, text);
@@ -61,13 +73,20 @@ fn of_shading(shading: &Shading, words: &'static Words, text: &mut String) {
     if let Some(sky) = &shading.sky {
         paragraph(&sky.subject(words), &[sky.counts(words)], text);
     }
-    of_color(Remark::plain(words.color_of_ray), &shading.color, words, text);
+    let mut of_color = |subject, color| of_color(subject, color, words, paragraph, text);
+    of_color(Remark::plain(words.color_of_ray), &shading.color);
     if let Some(mean) = &shading.mean {
-        of_color(mean.subject(words), &mean.color, words, text);
+        of_color(mean.subject(words), &mean.color);
     }
 }
 
-fn of_color(subject: Remark, color: &ColorExplanation, words: &'static Words, text: &mut String) {
+fn of_color(
+    subject: Remark,
+    color: &ColorExplanation,
+    words: &'static Words,
+    paragraph: Paragraph,
+    text: &mut String,
+) {
     let bytes = color.channels.each_ref().map(|channel| channel.byte.to_string());
     let mut why = vec![Remark::new(words.bytes, bytes)];
     why.extend_from_slice(&color.why);
@@ -81,6 +100,14 @@ fn paragraph(subject: &Remark, why: &[Remark], text: &mut String) {
     let subject = subject.written(Notation::Latex);
     let said = if why.is_empty() { String::new() } else { format!(": {}", why.join("; ")) };
     let _ = writeln!(text, "\n\\noindent\\textbf{{{subject}}}{said}");
+}
+
+/// A paragraph that stands in math mode.
+fn paragraph_in_math(subject: &Remark, why: &[Remark], text: &mut String) {
+    let row = |remark: &Remark| format!("&\\text{{{}}}", remark.written(Notation::Latex));
+    let subject = format!("&\\textbf{{{}}}", subject.written(Notation::Latex));
+    let rows: Vec<String> = [subject].into_iter().chain(why.iter().map(row)).collect();
+    let _ = writeln!(text, "\\begin{{align*}}\n{}\n\\end{{align*}}", rows.join(" \\\\\n"));
 }
 
 fn align(lines: &[Line], text: &mut String) {

@@ -7,7 +7,7 @@ use super::{Judgement, Part};
 pub use crate::compare::Share;
 use crate::error::{Error, Result};
 use crate::trace::Kernel;
-use crate::verify::TError;
+use crate::verify::{RayError, TError};
 
 /// What the truth's own rounding adds to an error: `t` is rounded to f64, the components of a direction and
 /// its length take a few more roundings, together less than 2⁻⁵⁰ of a distance, and that is less than
@@ -137,6 +137,17 @@ impl Allowed {
         }
     }
 
+    /// Whether nothing of a ray's result is more wrong than it may be.
+    pub fn is_right(&self, error: &RayError) -> bool {
+        match error {
+            RayError::Right { t, normal, .. } => {
+                t.is_none_or(|t| self.allows_t(&t))
+                    && normal.is_none_or(|normal| normal.degrees <= self.normal_degrees)
+            }
+            RayError::FalseHit | RayError::FalseMiss | RayError::WrongObject => false,
+        }
+    }
+
     /// What is not right, one sentence each.
     pub fn broken(&self, judgement: &Judgement) -> Vec<String> {
         let Judgement { away, silhouettes, .. } = judgement;
@@ -178,7 +189,7 @@ impl Allowed {
 pub(super) fn short(x: f64) -> String {
     match x {
         0.0 => "0".into(),
-        x if x.is_infinite() => "∞".into(),
+        x if !x.is_finite() => "∞".into(),
         x if (1e-3..1e6).contains(&x.abs()) => {
             let digits = (2 - x.abs().log10().floor() as i32).max(0) as usize;
             format!("{x:.digits$}")

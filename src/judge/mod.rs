@@ -6,6 +6,7 @@
 //! what is still right.
 
 mod allowed;
+mod case;
 mod claims;
 mod conventions;
 mod hints;
@@ -15,6 +16,7 @@ mod spread;
 use glam::DVec3;
 
 pub use allowed::{Allowed, AllowedT, Share};
+pub use case::{Case, Finding, PartFound, SpreadFound, check_colors, in_words, object_in_words};
 pub use claims::{Claims, Seen};
 pub use conventions::{Conventions, NormalSide, NormalSpace, Quantity};
 pub use hints::hint;

@@ -106,6 +106,15 @@ pub fn look_at_all<T: Copy + Send + Sync>(
 /// Hits that are encoded at once; keeps the memory small.
 const HITS_AT_ONCE: usize = 1 << 16;
 
+/// Hits as the records that [`write_hits`] writes, one after the other, in this machine's byte order. `hits`
+/// must have surfaces and levels.
+pub fn hit_records(hits: &Hits) -> Vec<u8> {
+    let record = Record { rgb: false, alpha: false, level: true };
+    let mut bytes = Vec::new();
+    record.append(hits, 0..hits.id.len(), &[], None, &mut bytes);
+    bytes
+}
+
 /// Writes a structured NumPy array of shape (N,) with the fields `id` (u4; 0 is no hit), `t` (f4;
 /// +∞ without a hit), `normal` (3f4, unit, towards the ray; zero without a hit) and, where `hits`
 /// has levels, `level` (u1). `control` counts the bytes.

@@ -73,7 +73,7 @@ fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Res
         return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
     }
     if scene.camera.is_none() || wishes.frame() {
-        let camera = placed(&scene, wishes, path)?;
+        let camera = place_camera(&scene, wishes, path)?;
         let mut draft = Draft::new(&text, path)?;
         draft.set_camera(&camera);
         text = draft.text();
@@ -121,8 +121,12 @@ impl Composed {
     }
 }
 
-/// A camera for a scene without one, or one that frames a scene anew.
-fn placed(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camera> {
+/// A camera for a scene without one, or one that frames a scene anew, by what the wishes say of the camera and
+/// of the picture's size. `path` is for messages.
+///
+/// # Errors
+/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be.
+pub fn place_camera(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camera> {
     let of_scene = scene.camera.as_ref();
     if scene.spheres.is_empty() && of_scene.is_none() {
         return scene.require_camera(path).cloned();

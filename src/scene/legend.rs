@@ -21,8 +21,39 @@ pub struct Coloring {
 }
 
 impl Coloring {
+    /// The colour of spheres without a number, where nobody says another: magenta, which no map has.
+    pub const MISSING_COLOR: Color = Color([1.0, 0.0, 1.0]);
+
+    /// Makes colours of the `number` that each of these stands for. `range` is that of the numbers where none
+    /// is given, and of no numbers 0; `None` where all that there are is not finite.
+    pub(super) fn paint(
+        column: String,
+        map: ColorMap,
+        range: Option<[f64; 2]>,
+        missing_color: Color,
+        colors: &mut [Color],
+        number: impl Fn(Color) -> f64,
+    ) -> Option<Coloring> {
+        let of_numbers = || match &*colors {
+            [] => Some([0.0; 2]),
+            colors => Coloring::range_of(colors.iter().map(|color| number(*color))),
+        };
+        let range = range.or_else(of_numbers)?;
+        let palette = map.colors();
+        let mut n_missing = 0;
+        for color in colors {
+            let number = number(*color);
+            *color = match number.is_nan() {
+                true => missing_color,
+                false => palette[Coloring::place(range, number)],
+            };
+            n_missing += usize::from(number.is_nan());
+        }
+        Some(Coloring { column, map, range, missing_color, n_missing })
+    }
+
     /// The place in the map of a number that is not NaN.
-    pub(super) fn place(range: [f64; 2], number: f64) -> usize {
+    fn place(range: [f64; 2], number: f64) -> usize {
         let [low, high] = range;
         if low == high {
             return match number.total_cmp(&low) {
@@ -39,7 +70,7 @@ impl Coloring {
 
     /// The range that a map of these numbers has by itself: their least and their largest. `None`
     /// where there is none that is finite.
-    pub(super) fn range_of(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    fn range_of(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
         numbers.filter(|number| number.is_finite()).fold(None, |range, number| {
             let [low, high] = range.unwrap_or([number; 2]);
             Some([low.min(number), high.max(number)])
@@ -50,8 +81,13 @@ impl Coloring {
 /// An SVG picture of the bars of colour of all clouds that are coloured by a column, with the columns'
 /// names and numbers; `None` where no cloud is. Clouds that are coloured alike share a bar.
 pub fn legend_svg(clouds: &[Cloud]) -> Option<String> {
+    svg_of_colorings(clouds.iter().filter_map(|cloud| cloud.coloring.as_ref()))
+}
+
+/// As [`legend_svg`], of colourings wherever they come from.
+pub fn svg_of_colorings<'a>(all: impl IntoIterator<Item = &'a Coloring>) -> Option<String> {
     let mut colorings: Vec<(&Coloring, bool)> = Vec::new();
-    for coloring in clouds.iter().filter_map(|cloud| cloud.coloring.as_ref()) {
+    for coloring in all {
         let is_same = |other: &&mut (&Coloring, bool)| {
             let of = |c: &Coloring| (c.column.clone(), c.map, c.range, c.missing_color);
             of(other.0) == of(coloring)

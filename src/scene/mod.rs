@@ -13,6 +13,7 @@ mod neighbours;
 mod open;
 mod places;
 mod read;
+mod save;
 mod sniff;
 mod spheres;
 mod table;
@@ -29,11 +30,11 @@ pub(crate) use clouds::Watched;
 pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
-pub use compose::{Composed, compose_scene, recompose_scene};
+pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub use edges::Edges;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
-pub use legend::{Coloring, legend_svg};
+pub use legend::{Coloring, legend_svg, svg_of_colorings};
 pub use light::{Light, Sky, Source};
 pub use read::{
     MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,

@@ -11,8 +11,8 @@ use super::places::{Fault, Stop};
 use super::sniff::look_of_bytes;
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{
-    Camera, Color, ColorMap, ImageSize, Light, Plane, Projection, Scene, Sky, Source, Sphere,
-    Spheres,
+    Camera, Color, ColorMap, Coloring, ImageSize, Light, Plane, Projection, Scene, Sky, Source,
+    Sphere, Spheres,
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -469,13 +469,12 @@ fn read_cloud_table(table: &Table) -> Checked<CloudTable> {
             .get("colormap")
             .map_or(Ok(ColorMap::default()), |field| field.colormap())?,
         range: table.get("range").map(|field| field.range()).transpose()?,
-        missing_color: table.get("missing_color").map_or(Ok(MISSING), |field| field.color())?,
+        missing_color: table
+            .get("missing_color")
+            .map_or(Ok(Coloring::MISSING_COLOR), |field| field.color())?,
         frame: frame.transpose()?,
     })
 }
-
-/// The colour of spheres whose column has no number for them: magenta, which no map has.
-const MISSING: Color = Color([1.0, 0.0, 1.0]);
 
 fn read_plane(table: &Table, eye: DVec3) -> Checked<Plane> {
     let name = table.get("name").map(|field| field.text()).transpose()?.map(Into::into);

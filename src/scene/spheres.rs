@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::Color;
+use super::{Color, ColorMap, Coloring};
 use crate::error::{Error, Result};
 
 /// The set of points at distance `radius` from `center`.
@@ -89,6 +89,43 @@ impl Spheres {
         }
     }
 
+    /// The same with a colour for each that a map makes of its number; `column` is what the legend calls
+    /// them. The map goes over `range`, or over all numbers that are finite; NaN is no number.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more or fewer numbers than spheres, for a range that does not rise, and without
+    /// one, where no number is finite.
+    pub fn with_numbers(
+        self,
+        column: &str,
+        numbers: &[f64],
+        map: ColorMap,
+        range: Option<[f64; 2]>,
+        missing_color: Color,
+    ) -> Result<(Spheres, Coloring)> {
+        let (n_numbers, n_spheres) = (numbers.len(), self.len());
+        let usage = |message: String| Err(Error::Usage(message));
+        if n_numbers != n_spheres {
+            return usage(format!(
+                "{n_numbers} numbers for {n_spheres} spheres; give one for each"
+            ));
+        }
+        if let Some([low, high]) =
+            range.filter(|[low, high]| !(low < high && low.is_finite() && high.is_finite()))
+        {
+            return usage(format!(
+                "the range goes from {low:?} to {high:?}; its first number is the lesser one"
+            ));
+        }
+        let mut colors: Vec<Color> = numbers.iter().map(|&number| Color([number; 3])).collect();
+        let number = |Color([number, ..]): Color| number;
+        let column = column.to_owned();
+        match Coloring::paint(column, map, range, missing_color, &mut colors, number) {
+            None => usage("no number is finite; give the range that they would have".into()),
+            Some(coloring) => Ok((Spheres { colors: Arc::new(colors), ..self }, coloring)),
+        }
+    }
+
     /// Adds a sphere behind the others.
     pub fn push(&mut self, sphere: Sphere, color: Color) {
         match self.needs_colors(Some(color)) {
@@ -116,6 +153,16 @@ impl Spheres {
     /// The name of the sphere with this index, where it has one.
     pub fn name(&self, index: usize) -> Option<&str> {
         self.names.get(&u32::try_from(index).ok()?).map(|name| &**name)
+    }
+
+    /// True where a sphere has a name.
+    pub fn has_names(&self) -> bool {
+        !self.names.is_empty()
+    }
+
+    /// The index of the last sphere with a name.
+    pub(super) fn last_name(&self) -> Option<u32> {
+        self.names.last_key_value().map(|(&index, _)| index)
     }
 
     /// Names the sphere with this index.

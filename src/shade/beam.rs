@@ -24,7 +24,6 @@
 //!
 //! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
 //! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
-
 //!
 //! # Shells
 //! Where the beam starts on a sphere `(c₁, r₁)` and this one is nearly the same, `|p − c|² − r²` is known much better than
@@ -210,43 +209,6 @@ impl<R: SideBySide<Plain = f64>> Beam<R> {
         R::select(in_range, known, like(in_the_way::OPEN))
     }
 
-    /// [`Beam::meets_sphere`] of a beam that starts on another sphere, whose centre lies `apart` from this one's, for
-    /// spheres that are nearly the same.
-    pub fn meets_shell(
-        &self,
-        center: Vec3<f64>,
-        r: f64,
-        own_center: Vec3<f64>,
-        own_r: f64,
-        apart: Vec3<f64>,
-    ) -> f64 {
-        let l = center - self.from;
-        let far = |v: Vec3<f64>| v.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
-        let far = f64::max(far(center), far(own_center));
-        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
-        let way = self.square.sqrt();
-        let v = self.from - own_center;
-        let a = length(apart);
-        let k = (own_r - r) * (own_r + r);
-        let side = k + dot3(apart, apart + v * 2.0);
-        let reach = a + 2.0 * length(v);
-        let side_error = ROOM * (2.0 * a * e + self.unit * OF_SHELL * (k.abs() + a * reach));
-        let leaves = dot3(l, self.way) < -ROOM * e * (way + 2.0 * length(l));
-        let end = l - self.way;
-        let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
-        let (inner, outer) = (r - e, r + e);
-        let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
-        let outer2 = outer * outer * (1.0 + RELATIVE);
-        let starts_inside = side < -side_error;
-        let are_in_range = [length(l), r, own_r, e, a, way].iter().all(|&x| x < LARGEST)
-            && r.min(own_r) > 1.0 / LARGEST;
-        let is_clear = (starts_inside & (end2 < inner2)) | ((side > side_error) & leaves);
-        let known =
-            if starts_inside & (end2 > outer2) { in_the_way::YES } else { in_the_way::OPEN };
-        let known = if is_clear { in_the_way::NO } else { known };
-        if are_in_range { known } else { in_the_way::OPEN }
-    }
-
     /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
     /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the
     /// way where their signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for
@@ -293,6 +255,45 @@ impl<R: SideBySide<Plain = f64>> Beam<R> {
         let (square, inverse) = (some.like(square), some.like(inverse));
         let (error, turned) = (some.like(error), some.like(turned));
         Beam { from, way, square, inverse, error, is_endless, turned, unit }
+    }
+}
+
+impl Beam {
+    /// [`Beam::meets_sphere`] of a beam that starts on another sphere, whose centre lies `apart` from this one's, for
+    /// spheres that are nearly the same.
+    pub fn meets_shell(
+        &self,
+        center: Vec3<f64>,
+        r: f64,
+        own_center: Vec3<f64>,
+        own_r: f64,
+        apart: Vec3<f64>,
+    ) -> f64 {
+        let l = center - self.from;
+        let far = |v: Vec3<f64>| v.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
+        let far = f64::max(far(center), far(own_center));
+        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
+        let way = self.square.sqrt();
+        let v = self.from - own_center;
+        let a = length(apart);
+        let k = (own_r - r) * (own_r + r);
+        let side = k + dot3(apart, apart + v * 2.0);
+        let reach = a + 2.0 * length(v);
+        let side_error = ROOM * (2.0 * a * e + self.unit * OF_SHELL * (k.abs() + a * reach));
+        let leaves = dot3(l, self.way) < -ROOM * e * (way + 2.0 * length(l));
+        let end = l - self.way;
+        let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
+        let (inner, outer) = (r - e, r + e);
+        let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
+        let outer2 = outer * outer * (1.0 + RELATIVE);
+        let starts_inside = side < -side_error;
+        let are_in_range = [length(l), r, own_r, e, a, way].iter().all(|&x| x < LARGEST)
+            && r.min(own_r) > 1.0 / LARGEST;
+        let is_clear = (starts_inside & (end2 < inner2)) | ((side > side_error) & leaves);
+        let known =
+            if starts_inside & (end2 > outer2) { in_the_way::YES } else { in_the_way::OPEN };
+        let known = if is_clear { in_the_way::NO } else { known };
+        if are_in_range { known } else { in_the_way::OPEN }
     }
 }
 

@@ -69,6 +69,16 @@ impl Colors {
         }
     }
 
+    /// Adds the colours of further pixels, in the same encoding.
+    pub(crate) fn append(&mut self, more: &Colors) {
+        match (self, more) {
+            (Colors::Srgb8(all), Colors::Srgb8(more)) => all.extend_from_slice(more),
+            (Colors::Srgb16(all), Colors::Srgb16(more)) => all.extend_from_slice(more),
+            (Colors::Linear(all), Colors::Linear(more)) => all.extend_from_slice(more),
+            (other, more) => *other = more.clone(),
+        }
+    }
+
     /// Number of pixels.
     pub fn len(&self) -> usize {
         match self {

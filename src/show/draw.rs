@@ -78,6 +78,34 @@ pub fn draw(
     Ok((shown, file))
 }
 
+/// What `show` shows of `pixels`, in memory.
+///
+/// # Errors
+/// [`Error::TooLarge`] where it does not fit; [`Error::Usage`] for [`Show::Color`]; those of
+/// [`Session::trace`].
+pub fn keep(
+    session: &mut Session,
+    show: Show,
+    pixels: &Pixels,
+    control: &Control,
+) -> Result<(Shown, Vec<Rgb>)> {
+    if show == Show::Color {
+        return Err(Error::Usage("the objects' colours are kept by Session::keep".into()));
+    }
+    let n_rows = band_rows(pixels, show.wants());
+    let of_band = hits_bytes(u64::from(n_rows) * u64::from(pixels.width), show.wants());
+    let bytes = of_band.saturating_add((pixels.len() * size_of::<Rgb>()) as u64);
+    memory::require("a picture in memory", bytes, "show a smaller one")?;
+    let range = range_of_t(session, show, pixels, control)?;
+    let mut shown = Shown { legend: Entry::all(show, range), ..Shown::default() };
+    let (mut colors, mut hits) = (Vec::new(), Hits::default());
+    for band in bands(pixels, n_rows) {
+        colors.extend(paint(session, show, &band, range, control, &mut hits, &mut shown)?);
+    }
+    control.check()?;
+    Ok((shown, colors))
+}
+
 /// The colours of a band.
 fn paint(
     session: &mut Session,

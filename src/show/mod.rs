@@ -8,7 +8,7 @@ mod tint;
 
 use std::fmt;
 
-pub use draw::{Shown, draw, n_steps, range_of_t, side_by_side, wider};
+pub use draw::{Shown, draw, keep, n_steps, range_of_t, side_by_side, wider};
 pub use legend::{Entry, Tally};
 pub use tint::{Rgb, Tint, error, id_color, palette, tints};
 

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::memory;
+use crate::trace::StageCounts;
 
 /// A picture, or a list of results, as it was read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -142,6 +143,25 @@ impl Image {
     /// The channel of this name.
     pub fn channel(&self, name: &str) -> Option<&Samples> {
         self.channels.iter().find(|channel| channel.name == name).map(|channel| &channel.samples)
+    }
+
+    /// Column and row of the `i`-th pixel.
+    pub fn pixel(&self, i: usize) -> [usize; 2] {
+        [i % self.width.max(1), i / self.width.max(1)]
+    }
+
+    /// How many pixels each stage decided, where the file has their levels.
+    pub fn stage_counts(&self) -> Option<StageCounts> {
+        let levels = self.channel("level")?;
+        let mut counts = StageCounts::default();
+        for i in 0..levels.len() {
+            match levels.whole(i) {
+                Some(0) => counts.f32 += 1,
+                Some(1) => counts.f64 += 1,
+                _ => counts.exact += 1,
+            }
+        }
+        Some(counts)
     }
 
     /// Pixels, or results of a list.

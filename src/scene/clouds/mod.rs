@@ -439,26 +439,11 @@ impl<'a> Reading<'a> {
             false => x,
         };
         let colors = self.spheres.colors_mut(first);
-        let range = range.or_else(|| match &*colors {
-            [] => Some([0.0; 2]),
-            colors => Coloring::range_of(colors.iter().map(|color| number(*color))),
-        });
-        let Some(range) = range else {
+        Coloring::paint(column, map, range, missing_color, colors, number).ok_or_else(|| {
             let path = self.source.path.display();
             let message = format!("{path}: the column {:?} has no number", quoted(&name.value));
             let help = "colour by another column, or give the `range` that it would have";
-            return Err(Fault::new(name.span.clone(), message, help).into());
-        };
-        let palette = map.colors();
-        let mut n_missing = 0;
-        for color in colors {
-            let number = number(*color);
-            *color = match number.is_nan() {
-                true => missing_color,
-                false => palette[Coloring::place(range, number)],
-            };
-            n_missing += usize::from(number.is_nan());
-        }
-        Ok(Coloring { column, map, range, missing_color, n_missing })
+            Fault::new(name.span.clone(), message, help).into()
+        })
     }
 }

@@ -1,0 +1,471 @@
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, Protocol, TypedDict, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+__all__: list[str]
+
+_Color = str | Sequence[float]
+_Vector = Sequence[float] | NDArray[Any]
+_Path = str | os.PathLike[str]
+_Kernel = Literal["certified", "double", "stable", "lecture"]
+_View = Literal["quarter", "iso", "x", "-x", "y", "-y", "z", "-z"]
+_Lang = Literal["en", "de"]
+_Size = tuple[int, int]
+_Crop = tuple[int, int, int, int]
+
+class _Bar(Protocol):
+    n: float
+    total: float | None
+    def update(self, n: float) -> Any: ...
+
+_Progress = bool | _Bar | Callable[[int, int], object] | None
+
+class _Finding(TypedDict):
+    kind: Literal["wrong id", "wrong id at a silhouette", "t", "normal"]
+    ray: int
+    pixel: list[int] | None
+    says: str
+    exact: str
+
+class SceneError(ValueError):
+    """A scene, or a file that it names, is wrong."""
+
+class NoAdapterError(RuntimeError):
+    """No Vulkan device fits."""
+
+class DeviceError(RuntimeError):
+    """The device was lost, failed, or took too long."""
+
+class Hits(np.recarray[Any, Any]):
+    """Hits of rays, a structured array: `id` (0 is no hit), `t` (+inf without a hit), `normal` (unit, towards the
+    ray) and `level` (the stage that decided: 0 f32, 1 f64, 2 exact)."""
+
+    counts: dict[str, int] | None
+    id: NDArray[np.uint32]
+    t: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    level: NDArray[np.uint8]
+
+@final
+class Camera:
+    """A camera: perspective with `fov`, the vertical field of view in degrees (45 without it), or orthographic with
+    `height`, the height of the picture in world units."""
+
+    def __new__(
+        cls,
+        position: _Vector,
+        look_at: _Vector,
+        up: _Vector = (0.0, 1.0, 0.0),
+        fov: float | None = None,
+        height: float | None = None,
+    ) -> Camera: ...
+    @staticmethod
+    def frame(
+        scene: Scene,
+        view: _View | None = None,
+        *,
+        up: _Vector | None = None,
+        fov: float | None = None,
+        height: float | Literal["auto"] | None = None,
+        margin: float | None = None,
+        look_at: _Vector | None = None,
+        size: _Size | None = None,
+        n_turns: int = 1,
+    ) -> Camera:
+        """A camera that has all spheres of a scene in its picture, as near as can be."""
+    def turntable(self, n: int) -> list[Camera]:
+        """Cameras that go once around the point that is looked at, in `n` equal steps."""
+    def path(self, path: _Path) -> list[Camera]:
+        """The cameras of a path in a .csv file; what it does not name is as in this camera."""
+    @property
+    def position(self) -> list[float]: ...
+    @property
+    def look_at(self) -> list[float]: ...
+    @property
+    def up(self) -> list[float]: ...
+    @property
+    def fov(self) -> float | None: ...
+    @property
+    def height(self) -> float | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Picture:
+    """A picture in memory: arrays, row by row from the top, and files of them. A notebook shows it."""
+
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def rgb8(self) -> NDArray[np.uint8]:
+        """Colours in sRGB, bytes; shape (height, width, 3)."""
+    @property
+    def rgb16(self) -> NDArray[np.uint16]:
+        """Colours in sRGB, 16 bits a channel; painted when they are first asked for."""
+    @property
+    def rgb(self) -> NDArray[np.float32]:
+        """Linear colours, the nearest floats; painted when they are first asked for."""
+    @property
+    def alpha(self) -> NDArray[np.float32] | None: ...
+    @property
+    def id(self) -> NDArray[np.uint32]: ...
+    @property
+    def t(self) -> NDArray[np.float32]: ...
+    @property
+    def normal(self) -> NDArray[np.float32]: ...
+    @property
+    def level(self) -> NDArray[np.uint8]: ...
+    @property
+    def counts(self) -> dict[str, int]: ...
+    def digest(self) -> str:
+        """One hash of the picture's exact content, the same on every device."""
+    def save(
+        self,
+        path: _Path,
+        *,
+        bits: Literal[8, 16] = 8,
+        certificates: bool = False,
+        progress: _Progress = None,
+    ) -> None:
+        """Writes a file; its ending (.png, .exr, .ppm, .npy) tells the format."""
+    def _repr_png_(self) -> bytes: ...
+
+@final
+class Tinted:
+    """A picture of numbers: depths, errors or others as colours, with their legend. A notebook shows it."""
+
+    @property
+    def rgb8(self) -> NDArray[np.uint8]: ...
+    @property
+    def legend(self) -> list[tuple[str, str, int | None]]:
+        """What the colours mean: ("#rrggbb", meaning, pixels or None)."""
+    def save(self, path: _Path) -> None: ...
+    def _repr_png_(self) -> bytes: ...
+
+@final
+class Drawing:
+    """A drawing in SVG. A notebook shows it; `str()` is its text."""
+
+    def save(self, path: _Path) -> None: ...
+    def _repr_svg_(self) -> str: ...
+
+@final
+class Explanation:
+    """One ray in numbers: the lecture's formulas at work, and what f32 makes of them."""
+
+    @property
+    def id(self) -> int:
+        """Id of the object that the ray sees, exactly; 0 is the background."""
+    def to_dict(self) -> dict[str, Any]: ...
+    def latex(self) -> str: ...
+    def _repr_latex_(self) -> str: ...
+
+@final
+class Judgement:
+    """What became of results of others: how many are wrong, which, and what is right there. True where all is as it
+    may be."""
+
+    @property
+    def kept(self) -> bool: ...
+    @property
+    def broken(self) -> list[str]:
+        """What is more wrong than it may be, a sentence each."""
+    @property
+    def hint(self) -> str | None:
+        """Arguments with which far more of it would be right, where there are such."""
+    @property
+    def allowed(self) -> str: ...
+    @property
+    def n_rays(self) -> int: ...
+    @property
+    def counts(self) -> dict[str, int]: ...
+    @property
+    def away(self) -> dict[str, Any]: ...
+    @property
+    def silhouettes(self) -> dict[str, Any] | None: ...
+    @property
+    def wrong(self) -> NDArray[np.int64]:
+        """Indices of the rays or pixels, row by row, with anything more wrong than it may be of one."""
+    @property
+    def worst(self) -> list[_Finding]: ...
+    @property
+    def picture(self) -> Tinted | None: ...
+    def at(self, at: int | tuple[int, int]) -> list[_Finding]:
+        """What is wrong with one ray, by its index or a pixel's (column, row)."""
+    def explain(
+        self, at: int | tuple[int, int], *, all: bool = False, lang: _Lang = "en", digits: int = 6
+    ) -> Explanation: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def __bool__(self) -> bool: ...
+
+@final
+class Difference:
+    """How two pictures differ. True where they differ by no more than is allowed."""
+
+    @property
+    def kept(self) -> bool: ...
+    @property
+    def broken(self) -> list[str]: ...
+    @property
+    def n_pixels(self) -> int: ...
+    @property
+    def n_differing(self) -> int: ...
+    @property
+    def first(self) -> list[int] | None: ...
+    @property
+    def beyond(self) -> NDArray[np.int64]:
+        """Indices of the pixels, row by row, that differ by more than is allowed of one."""
+    @property
+    def channels(self) -> list[dict[str, Any]]: ...
+    @property
+    def picture(self) -> Tinted | None: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def __bool__(self) -> bool: ...
+
+@final
+class Verification:
+    """Whether each kernel keeps what it promises, on a device and on the CPU. True where all do."""
+
+    @property
+    def kept(self) -> bool: ...
+    @property
+    def broken(self) -> list[str]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def __bool__(self) -> bool: ...
+
+@final
+class Scene:
+    """Spheres, planes and their light."""
+
+    def __new__(
+        cls,
+        spheres: ArrayLike | None = None,
+        *,
+        radius: ArrayLike | None = None,
+        color: _Color | ArrayLike | None = None,
+        color_by: ArrayLike | None = None,
+        colormap: str | None = None,
+        range: tuple[float, float] | Sequence[float] | None = None,
+        missing_color: _Color | None = None,
+        names: Sequence[str | None] | Mapping[int, str] | None = None,
+        planes: Sequence[Mapping[str, Any]] | None = None,
+        lights: Sequence[Mapping[str, Any]] | None = None,
+        sky: Mapping[str, Any] | None = None,
+        ambient: float | _Color | None = None,
+        background: _Color | None = None,
+        camera: Camera | None = None,
+    ) -> Scene: ...
+    @staticmethod
+    def open(
+        path: _Path,
+        *,
+        radius: float | None = None,
+        color: _Color | None = None,
+        color_by: str | None = None,
+        colormap: str | None = None,
+        range: tuple[float, float] | Sequence[float] | None = None,
+        columns: Mapping[str, str | int] | None = None,
+        frame: int | None = None,
+        view: _View | None = None,
+        up: _Vector | None = None,
+        fov: float | None = None,
+        height: float | Literal["auto"] | None = None,
+        margin: float | None = None,
+        size: _Size | None = None,
+        samples: int | None = None,
+        progress: _Progress = None,
+    ) -> Scene:
+        """Reads a scene file (.toml), or makes a scene of data (.npy, .csv, .xyz, .dump and others)."""
+    @staticmethod
+    def parse(text: str, path: _Path = "scene.toml") -> Scene: ...
+    @staticmethod
+    def generate(
+        count: int,
+        distribution: Literal["uniform", "clustered", "lattice", "shell", "galaxy", "packing"] = "uniform",
+        *,
+        seed: int = 0,
+    ) -> Scene:
+        """A cloud of spheres made up from a seed, the same on every machine, with a camera."""
+    def replace(
+        self,
+        *,
+        camera: Camera | None = ...,
+        size: _Size | None = ...,
+        samples: int | None = ...,
+        planes: Sequence[Mapping[str, Any]] | None = ...,
+        lights: Sequence[Mapping[str, Any]] | None = ...,
+        sky: Mapping[str, Any] | None = ...,
+        ambient: float | _Color | None = ...,
+        background: _Color | None = ...,
+    ) -> Scene:
+        """The scene with some things changed; None takes one away. The spheres are shared."""
+    def save(self, path: _Path) -> None: ...
+    @property
+    def n_spheres(self) -> int: ...
+    @property
+    def n_planes(self) -> int: ...
+    @property
+    def spheres(self) -> NDArray[np.float64]: ...
+    @property
+    def colors(self) -> NDArray[np.float64]: ...
+    @property
+    def camera(self) -> Camera | None: ...
+    @property
+    def size(self) -> _Size | None: ...
+    @property
+    def samples(self) -> int | None: ...
+    @property
+    def is_lit(self) -> bool: ...
+    @property
+    def notes(self) -> list[str]:
+        """What the reader of its files chose or understood: sentences."""
+    def name(self, id: int) -> str | None: ...
+    def hash(self) -> str: ...
+    def legend(self) -> Drawing | None: ...
+    def check(self, camera: Camera | None = None, size: _Size | None = None) -> dict[str, Any]:
+        """What the scene holds and what a picture of it takes."""
+    def export(
+        self,
+        path: _Path,
+        language: Literal["pov", "tachyon"] = "pov",
+        camera: Camera | None = None,
+        size: _Size | None = None,
+    ) -> str:
+        """Writes the scene for another renderer; returns the command that renders it."""
+    def trace(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        device: str = "auto",
+        kernel: _Kernel = "certified",
+        progress: _Progress = None,
+    ) -> Hits: ...
+    def render(
+        self,
+        camera: Camera | None = None,
+        size: _Size | None = None,
+        *,
+        samples: int | None = None,
+        crop: _Crop | None = None,
+        transparent: bool = False,
+        device: str = "auto",
+        kernel: _Kernel = "certified",
+        epsilon: float = 0.0,
+        progress: _Progress = None,
+    ) -> Picture: ...
+    def explain(
+        self,
+        camera: Camera | None = None,
+        pixel: tuple[int, int] | None = None,
+        *,
+        ray: tuple[_Vector, _Vector] | None = None,
+        size: _Size | None = None,
+        samples: int | None = None,
+        all: bool = False,
+        lang: _Lang = "en",
+        digits: int = 6,
+        device: str = "cpu",
+    ) -> Explanation: ...
+    def judge(
+        self,
+        camera_or_rays: Camera | tuple[ArrayLike, ArrayLike] | None = None,
+        *,
+        id: ArrayLike | None = None,
+        t: ArrayLike | None = None,
+        distance: ArrayLike | None = None,
+        zbuffer: ArrayLike | None = None,
+        normal: ArrayLike | None = None,
+        color: ArrayLike | None = None,
+        against: _Path | Picture | NDArray[Any] | None = None,
+        size: _Size | None = None,
+        crop: _Crop | None = None,
+        id_offset: int = 0,
+        no_hit: int | None = None,
+        background: float | None = None,
+        scale: float = 1.0,
+        near: float | None = None,
+        far: float | None = None,
+        normals: Literal["facing", "outward", "either"] = "facing",
+        normal_space: Literal["world", "camera"] = "world",
+        color_tolerance: int = 1,
+        rows_from_below: bool = False,
+        allow: str | None = None,
+        worst: int = 3,
+        device: str = "auto",
+        progress: _Progress = None,
+    ) -> Judgement: ...
+    def verify(
+        self,
+        camera: Camera | None = None,
+        size: _Size | None = None,
+        *,
+        crop: _Crop | None = None,
+        samples: int | None = None,
+        seed: int = 0,
+        kernel: _Kernel | Literal["all"] = "certified",
+        device: str = "auto",
+        progress: _Progress = None,
+    ) -> Verification: ...
+    def digest(
+        self,
+        camera: Camera | None = None,
+        size: _Size | None = None,
+        *,
+        samples: int | None = None,
+        crop: _Crop | None = None,
+        device: str = "auto",
+        progress: _Progress = None,
+    ) -> str:
+        """The digest of a picture, band by band: that of `render(…).digest()`."""
+    def show(
+        self,
+        what: str,
+        camera: Camera | None = None,
+        size: _Size | None = None,
+        *,
+        crop: _Crop | None = None,
+        device: str = "auto",
+        kernel: _Kernel = "certified",
+        progress: _Progress = None,
+    ) -> Tinted:
+        """What a picture shows beside colours: "depth", "normal", "error", "stage" and others."""
+
+def adapters() -> list[dict[str, Any]]:
+    """The Vulkan adapters of this machine, the best first."""
+
+def compare(
+    a: _Path | Picture | ArrayLike, b: _Path | Picture | ArrayLike, *, allow: str = ""
+) -> Difference:
+    """Compares two pictures channel by channel."""
+
+def figure(
+    number: Literal[3, 4],
+    scene: Scene | None = None,
+    camera: Camera | None = None,
+    *,
+    size: _Size | None = None,
+    object: int | None = None,
+    lang: _Lang = "en",
+) -> Drawing:
+    """Draws the lecture's figure 3, a plane, or 4, a sphere, as the camera sees it."""
+
+def generate(
+    count: int,
+    distribution: Literal["uniform", "clustered", "lattice", "shell", "galaxy", "packing"] = "uniform",
+    *,
+    seed: int = 0,
+) -> Scene: ...
+def info(path: _Path) -> dict[str, Any]:
+    """What a picture's file says of itself."""
+
+def read(path: _Path) -> dict[str, NDArray[Any]]:
+    """Reads a picture or hits: an array for each channel, named as the file names it."""

@@ -1,0 +1,110 @@
+"""Assertions for tests: hits and pictures are those that exact arithmetic gives.
+
+Messages say which ray or pixel is wrong, what is right there, and why.
+"""
+
+import numpy as np
+
+from ._kugelblitz import Picture, compare
+
+#: Lines of the explanation of the worst ray or pixel in a message.
+WHY_LINES = 60
+
+
+def assert_hits(hits, scene, rays, *, allow=None, **conventions):
+    """Fails unless hits of rays are the exact ones.
+
+    ``hits`` is what :meth:`kugelblitz.Scene.trace` gives, another structured array with ``id`` and perhaps ``t`` and
+    ``normal``, or a dictionary of arrays with those keys. ``rays`` is (origins, directions), or an array of shape
+    (N, 6). ``allow`` says what may be wrong, as ``kugelblitz judge --allow`` takes it: ``"ids=0.1%,t=1e-5"``.
+    ``conventions`` are those of :meth:`kugelblitz.Scene.judge`, such as ``id_offset=1``.
+    """
+    __tracebackhide__ = True
+    if not isinstance(rays, tuple):
+        array = np.asarray(rays)
+        if array.ndim != 2 or array.shape[1] != 6:
+            raise ValueError(f"rays: the shape is {array.shape}; give (origins, directions), or an array of (N, 6)")
+        rays = array[:, :3], array[:, 3:]
+    claims = dict(hits) if isinstance(hits, dict) else {"against": hits}
+    _require(scene.judge(rays, **claims, allow=allow, **conventions), "hits")
+
+
+def assert_picture(array, scene, camera=None, *, samples=None, crop=None, allow=None, device="auto"):
+    """Fails unless a picture is the exact one.
+
+    ``array`` has shape (height, width, 3), with the first row on top: sRGB as bytes or 16 bits, or linear floats,
+    which are compared as f32. Or it is a structured array of shape (height, width) with ``id`` and perhaps ``t``,
+    ``normal`` and ``rgb``, or a :class:`kugelblitz.Picture`, of which all is looked at. With ``crop`` (left column, top
+    row, width, height) it is a part of the picture whose size the scene has. ``allow`` says how far colours may be
+    off, as ``kugelblitz compare --allow`` takes it: ``"levels=1,pixels=0.1%"``.
+    """
+    __tracebackhide__ = True
+    if isinstance(array, Picture):
+        _require(scene.judge(camera, against=array, crop=crop), "pixels")
+        array = array.rgb8
+    array = np.asarray(array)
+    if array.dtype.names:
+        _require(scene.judge(camera, against=array, crop=crop), "pixels")
+        if "rgb" not in array.dtype.names:
+            return
+        array = array["rgb"]
+    encoding = {"u1": "rgb8", "u2": "rgb16"}.get(array.dtype.str[1:], "rgb" if array.dtype.kind == "f" else None)
+    if array.ndim != 3 or array.shape[2] != 3 or encoding is None:
+        raise ValueError(f"array: shape {array.shape} of {array.dtype}; a picture has (height, width, 3) of uint8, "
+                         "uint16 or floats")
+    size = (array.shape[1], array.shape[0]) if crop is None else None
+    exact = scene.render(camera, size, samples=samples, crop=crop, device=device)
+    right = getattr(exact, encoding)
+    difference = compare(array, right, allow=allow or "")
+    if not difference:
+        raise AssertionError(_about_colors(array, right, difference, allow, scene, camera, exact, crop, samples))
+
+
+def _about_colors(array, right, difference, allow, scene, camera, exact, crop, samples):
+    lines = [f"the picture is not the exact one: {'; '.join(difference.broken)}"]
+    beyond = np.asarray(difference.beyond)
+    off = abs(array.astype(float) - right).max(axis=2).ravel()[beyond]
+    # The worst first; not a number is worse than any.
+    worst = beyond[np.argsort(-np.nan_to_num(off, nan=np.inf), kind="stable")]
+    left, top = (0, 0) if crop is None else crop[:2]
+    for place in worst[:3]:
+        y, x = divmod(int(place), exact.width)
+        id = int(exact.id[y, x])
+        name = scene.name(id) if id else None
+        sees = f"object {id}" + (f" “{name}”" if name else "") if id else "the background"
+        lines.append(f"  {left + x},{top + y}: is {_color(array[y, x])}; exact: {_color(right[y, x])}, {sees}")
+    for convention, other in [
+        ("the first row were the top one", array[::-1]),
+        ("columns began on the left", array[:, ::-1]),
+        ("the channels were red, green, blue", array[..., ::-1]),
+    ]:
+        if len(compare(other, right, allow=allow or "").beyond) < len(beyond) / 2:
+            lines.append(f"  far more of it would be right if {convention}")
+    y, x = divmod(int(worst[0]), exact.width)
+    size = (exact.width, exact.height) if crop is None else None
+    why = scene.explain(camera, (left + x, top + y), size=size, samples=samples)
+    lines += [f"why {left + x},{top + y} is {_color(right[y, x])}:", *_head(str(why))]
+    return "\n".join(lines)
+
+
+def _color(color):
+    if color.dtype.kind == "u":
+        return "#" + "".join(f"{channel:0{2 * color.itemsize}x}" for channel in color)
+    return "(" + ", ".join(f"{channel:.9g}" for channel in color) + ")"
+
+
+def _require(judgement, what):
+    __tracebackhide__ = True
+    if judgement:
+        return
+    lines = [f"{what} are not the exact ones: {'; '.join(judgement.broken)}", str(judgement)]
+    wrong = judgement.worst
+    if wrong:
+        at = wrong[0]["ray"]
+        lines += ["why:", *_head(str(judgement.explain(at)))]
+    raise AssertionError("\n".join(lines))
+
+
+def _head(text):
+    lines = text.splitlines()
+    return lines if len(lines) <= WHY_LINES else [*lines[:WHY_LINES], "…"]

@@ -1,0 +1,81 @@
+//! Arguments of few numbers, out of any sequence.
+
+use pyo3::Borrowed;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
+
+/// Columns and rows of a picture.
+#[derive(Clone, Copy)]
+pub struct Size(pub [u32; 2]);
+
+/// Left column, top row, width and height of a part of a picture.
+#[derive(Clone, Copy)]
+pub struct Crop(pub [u32; 4]);
+
+/// Column and row of a pixel.
+#[derive(Clone, Copy)]
+pub struct Pixel(pub [i64; 2]);
+
+/// A point or a direction.
+#[derive(Clone, Copy)]
+pub struct Vector(pub [f64; 3]);
+
+impl<'py> FromPyObject<'_, 'py> for Size {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Size> {
+        whole("size", "(columns, rows)", &given).map(Size)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Crop {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Crop> {
+        whole("crop", "(left column, top row, width, height)", &given).map(Crop)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Pixel {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Pixel> {
+        // Python names the argument of a TypeError.
+        let wrong = |_| PyTypeError::new_err("it is (column, row)");
+        refuse_bytes(&given)?;
+        given.extract().map(Pixel).map_err(wrong)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Vector {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Vector> {
+        // Python names the argument of a TypeError.
+        let wrong = |_| PyTypeError::new_err("it is three numbers");
+        refuse_bytes(&given)?;
+        given.extract().map(Vector).map_err(wrong)
+    }
+}
+
+/// Whole numbers of 32 bits.
+fn whole<const N: usize>(name: &str, what: &str, given: &Bound<'_, PyAny>) -> PyResult<[u32; N]> {
+    let wrong = |_| PyTypeError::new_err(format!("it is {what}, whole numbers"));
+    refuse_bytes(given)?;
+    let numbers: [i128; N] = given.extract().map_err(wrong)?;
+    match numbers.map(u32::try_from) {
+        all if all.iter().all(Result::is_ok) => Ok(all.map(Result::unwrap_or_default)),
+        _ => Err(PyValueError::new_err(format!(
+            "{name}: {numbers:?}, but {what} are whole numbers of 32 bits"
+        ))),
+    }
+}
+
+/// A text in bytes is a sequence of whole numbers, but nobody means it.
+fn refuse_bytes(given: &Bound<'_, PyAny>) -> PyResult<()> {
+    match given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
+        true => Err(PyTypeError::new_err("it is numbers, not bytes")),
+        false => Ok(()),
+    }
+}

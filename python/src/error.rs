@@ -1,0 +1,47 @@
+//! The library's errors as Python's exceptions.
+
+use kugelblitz::Error;
+use pyo3::PyErr;
+use pyo3::create_exception;
+use pyo3::exceptions::{
+    PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyValueError,
+};
+
+create_exception!(
+    kugelblitz,
+    SceneError,
+    PyValueError,
+    "A scene, or a file that it names, is wrong."
+);
+create_exception!(kugelblitz, NoAdapterError, PyRuntimeError, "No Vulkan device fits.");
+create_exception!(
+    kugelblitz,
+    DeviceError,
+    PyRuntimeError,
+    "The device was lost, failed, or took too long."
+);
+
+/// The exception for an error; `subject` is the argument that it is about, where there is one.
+pub fn exception(error: Error, subject: &str) -> PyErr {
+    let text = match &error {
+        Error::Scene(fault) => format!("{fault}; {}", fault.help),
+        error => error.to_string(),
+    };
+    let text = if subject.is_empty() { text } else { format!("{subject}: {text}") };
+    match error {
+        Error::Scene(_) => SceneError::new_err(text),
+        Error::Usage(_) | Error::Input { .. } => PyValueError::new_err(text),
+        Error::Io { .. } => PyOSError::new_err(text),
+        Error::NoAdapter(_) => NoAdapterError::new_err(text),
+        Error::Device(_) => DeviceError::new_err(text),
+        Error::Comparison(_) => PyAssertionError::new_err(text),
+        Error::TooLarge(_) => PyMemoryError::new_err(text),
+        Error::Interrupted => PyKeyboardInterrupt::new_err(text),
+        Error::Shader(_) | Error::Host(_) => PyRuntimeError::new_err(text),
+    }
+}
+
+/// For `map_err`.
+pub fn of(subject: &str) -> impl FnOnce(Error) -> PyErr {
+    move |error| exception(error, subject)
+}

@@ -1,0 +1,54 @@
+//! Kugelblitz for Python. Everything is computed by the crate `kugelblitz`; here arrays become its rows and
+//! its results arrays, without the interpreter's lock while it works.
+
+mod argument;
+mod array;
+mod camera;
+mod compare;
+mod drawing;
+mod error;
+mod explain;
+mod image;
+mod judge;
+mod picture;
+mod place;
+mod scene;
+mod session;
+mod table;
+mod verify;
+mod work;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _kugelblitz {
+    #[pymodule_export]
+    use super::camera::Camera;
+    #[pymodule_export]
+    use super::compare::{Difference, compare};
+    #[pymodule_export]
+    use super::drawing::{Drawing, Tinted, figure};
+    #[pymodule_export]
+    use super::error::{DeviceError, NoAdapterError, SceneError};
+    #[pymodule_export]
+    use super::explain::Explanation;
+    #[pymodule_export]
+    use super::image::{info, read};
+    #[pymodule_export]
+    use super::judge::Judgement;
+    #[pymodule_export]
+    use super::picture::Picture;
+    #[pymodule_export]
+    use super::place::adapters;
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::verify::Verification;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

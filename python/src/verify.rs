@@ -1,0 +1,134 @@
+//! Kernels and devices, held against exact arithmetic.
+
+use kugelblitz::device::Device;
+use kugelblitz::trace::Kernel;
+use kugelblitz::verify::{self, OfKernel, broken_of, table};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::argument::{Crop, Size};
+use crate::camera::Camera;
+use crate::error;
+use crate::place;
+use crate::scene::{Scene, pixels_of, warn};
+use crate::table::to_python;
+use crate::work;
+
+/// Whether each kernel keeps what it promises, on a device and on the CPU. True where all do; `str()` is the
+/// table that `kugelblitz verify` prints.
+#[pyclass(frozen, module = "kugelblitz")]
+pub struct Verification {
+    size: [u32; 2],
+    n_samples: usize,
+    seed: u64,
+    kernels: Vec<OfKernel>,
+}
+
+#[pymethods]
+impl Verification {
+    /// Whether all promises are kept.
+    #[getter]
+    fn kept(&self) -> bool {
+        self.broken().is_empty()
+    }
+
+    fn __bool__(&self) -> bool {
+        self.kept()
+    }
+
+    /// Promises that are broken, a sentence each.
+    #[getter]
+    fn broken(&self) -> Vec<String> {
+        broken_of(&self.kernels)
+    }
+
+    /// All of it, under the keys of `kugelblitz verify --json`.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let [width, height] = self.size.map(u64::from);
+        to_python(
+            py,
+            &json!({
+                "size": self.size,
+                "rays": width * height,
+                "samples": self.n_samples,
+                "seed": self.seed,
+                "kernels": self.kernels,
+            }),
+        )
+    }
+
+    fn __str__(&self) -> String {
+        let [width, height] = self.size;
+        let n = self.n_samples;
+        format!("{width}×{height}, {n} pixels (seed {}) against exact arithmetic\n", self.seed)
+            + &table(&self.kernels)
+    }
+
+    fn __repr__(&self) -> String {
+        match self.broken().as_slice() {
+            [] => "<Verification: all promises are kept>".into(),
+            broken => format!("<Verification: {}>", broken.join("; ")),
+        }
+    }
+}
+
+/// What [`Scene`]'s method of this name is asked for.
+pub struct Asked<'a, 'py> {
+    pub camera: Option<&'a Camera>,
+    pub size: Option<Size>,
+    pub crop: Option<Crop>,
+    pub samples: Option<usize>,
+    pub seed: u64,
+    pub kernel: &'a str,
+    pub device: &'a str,
+    pub progress: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Asked<'_, '_> {
+    pub fn verify(self, py: Python<'_>, scene: &Scene) -> PyResult<Verification> {
+        let kernels = match self.kernel {
+            "all" => Kernel::ALL.to_vec(),
+            name => vec![place::kernel(name)?],
+        };
+        let pixels = pixels_of(&scene.of, self.camera, self.size, self.crop)?;
+        let verification = verify::Verification::new(&scene.of, &pixels, self.samples, self.seed)
+            .map_err(error::of(""))?;
+        let open =
+            |kernel| place::device(py, self.device, kernel, scene.of.spheres.len(), pixels.len());
+        let mut devices = Vec::new();
+        for &kernel in &kernels {
+            devices.push((
+                kernel,
+                match open(kernel) {
+                    Err(error)
+                        if kernels.len() > 1
+                            && error.is_instance_of::<error::NoAdapterError>(py) =>
+                    {
+                        warn(
+                            py,
+                            &format!("{} on the CPU alone: {}", kernel.name(), error.value(py)),
+                        )?;
+                        Device::Cpu
+                    }
+                    device => device?,
+                },
+            ));
+        }
+        let has_gpu = devices.iter().any(|(_, device)| device.facts().is_some());
+        let n_steps = verification.n_steps(kernels.len(), has_gpu);
+        let run = |control: &kugelblitz::control::Control| {
+            let device_of = |kernel| {
+                let own = devices.iter().find(|(of, _)| *of == kernel);
+                own.map_or(&Device::Cpu, |(_, device)| device)
+            };
+            verification.run(&kernels, device_of, control)
+        };
+        let results = work::run_with_progress(py, self.progress, n_steps, run)?;
+        Ok(Verification {
+            size: [pixels.width, pixels.height],
+            n_samples: verification.n_samples(),
+            seed: self.seed,
+            kernels: results,
+        })
+    }
+}

@@ -1,0 +1,334 @@
+"""Pictures and hits: what arrays hold, what files hold, threads, forks and signals."""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import kugelblitz as kb
+import numpy as np
+import pytest
+from conftest import cloud
+
+
+def test_files_hold_what_arrays_hold(tmp_path, camera):
+    scene = cloud(2000, lights=[dict(position="eye")])
+    picture = scene.render(camera, (96, 64), samples=2)
+    picture.save(tmp_path / "p.npy", certificates=True)
+    array = np.load(tmp_path / "p.npy")
+    for field in ["id", "t", "normal", "rgb", "level"]:
+        assert (array[field] == getattr(picture, field)).all(), field
+    picture.save(tmp_path / "p.ppm")
+    ppm = (tmp_path / "p.ppm").read_bytes()
+    assert ppm.endswith(picture.rgb8.tobytes()) and ppm.startswith(b"P6\n96 64\n255\n")
+    picture.save(tmp_path / "p.png")
+    assert (tmp_path / "p.png").read_bytes() == picture._repr_png_()
+    for name in ["p16.png", "p.exr"]:
+        picture.save(tmp_path / name, bits=16)
+        assert (tmp_path / name).stat().st_size > 1000
+    assert sorted(os.listdir(tmp_path)) == ["p.exr", "p.npy", "p.png", "p.ppm", "p16.png"]
+
+
+def test_wrong_options_change_no_file(tmp_path, camera, ball):
+    picture = ball.render(camera, (8, 8))
+    (tmp_path / "p.png").write_text("old")
+    for given, word in [
+        (dict(path="p.jpg"), "jpg"),
+        (dict(path="p.png", bits=12), "12"),
+        (dict(path="p.png", certificates=True), "certificates"),
+    ]:
+        with pytest.raises(ValueError, match=word):
+            picture.save(tmp_path / given.pop("path"), **given)
+    assert (tmp_path / "p.png").read_text() == "old" and os.listdir(tmp_path) == ["p.png"]
+    for given, word in [
+        (dict(size=(0, 5)), "size"),
+        (dict(size=(10**6, 5)), "size"),
+        (dict(crop=(5, 5, 5, 5)), "crop"),
+        (dict(crop=(2**32 - 1, 0, 2, 2)), "crop"),
+        (dict(crop=(0, 0, 0, 1)), "crop"),
+        (dict(samples=0), "samples"),
+        (dict(samples=17), "samples"),
+        (dict(kernel="certfied"), "certified"),
+        (dict(epsilon=1e-3), "epsilon"),
+        (dict(epsilon=float("nan"), kernel="stable"), "epsilon"),
+        (dict(device=""), "device"),
+    ]:
+        with pytest.raises(ValueError, match=word):
+            ball.render(camera, **{"size": (8, 8), **given})
+    with pytest.raises(ValueError, match="camera"):
+        ball.render()
+    with pytest.raises(kb.NoAdapterError, match="nobody's card"):
+        ball.render(camera, device="nobody's card")
+
+
+def test_parts_and_transparency(camera):
+    scene = cloud(300)
+    whole = scene.render(camera, (60, 40), samples=3)
+    part = scene.render(camera, (60, 40), samples=3, crop=(10, 5, 20, 30))
+    assert (whole.rgb8[5:35, 10:30] == part.rgb8).all()
+    assert (whole.id[5:35, 10:30] == part.id).all()
+    assert whole.alpha is None
+    clear = scene.render(camera, (60, 40), samples=3, transparent=True)
+    assert clear.alpha.min() == 0 and clear.alpha.max() == 1
+    assert ((clear.alpha > 0) & (clear.alpha < 1)).any()
+
+
+def test_every_device_gives_the_same_bytes(camera):
+    scene = cloud(500, lights=[dict(position=[3, 4, 2])])
+    digests = {scene.render(camera, (80, 60), device=d).digest() for d in ["cpu", "gpu", "auto"]}
+    assert len(digests) == 1 and digests.pop().startswith("kb1:")
+    assert kb.adapters()[0]["name"]
+
+
+def test_rays_see_what_pixels_see(camera):
+    scene = cloud(1000)
+    origins = np.tile(camera.position, (500, 1))
+    targets = np.random.default_rng(2).random((500, 3))
+    hits = scene.trace(origins, targets - origins)
+    assert isinstance(hits, kb.Hits) and len(hits) == 500 and sum(hits.counts.values()) == 500
+    assert hits.id.max() <= 1000 and (np.isinf(hits.t) == (hits.id == 0)).all()
+    # The hit lies on its sphere.
+    at = hits.id > 0
+    point = origins[at] + hits.t[at, None].astype(float) * (targets - origins)[at]
+    row = scene.spheres[hits.id[at] - 1]
+    distance = np.linalg.norm(point - row[:, :3], axis=1)
+    assert np.allclose(distance, row[:, 3], rtol=1e-4) and at.sum() > 100
+    on_device = scene.trace(origins, targets - origins, device="gpu")
+    for field in ["id", "t", "normal"]:
+        assert (hits[field] == on_device[field]).all()
+    assert len(scene.trace(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
+    for origin, direction, word in [
+        (np.zeros((2, 3)), np.ones((3, 3)), "directions"),
+        (np.zeros((2, 2)), np.ones((2, 3)), "origins"),
+        (np.zeros((2, 3)), [[1, 1, 1], [0, 0, 0]], "row 1"),
+        (np.full((2, 3), np.inf), np.ones((2, 3)), "finite"),
+    ]:
+        with pytest.raises(ValueError, match=word):
+            scene.trace(origin, direction)
+
+
+def test_2_to_the_32_rows_are_refused_or_run_out_of_memory(ball):
+    many = np.broadcast_to(np.ones(3), (2**32, 3))
+    with pytest.raises((MemoryError, ValueError)):
+        ball.trace(many, many)
+    with pytest.raises((MemoryError, ValueError)):
+        kb.Scene(many, radius=1)
+
+
+def test_progress_is_told_and_an_exception_in_it_stops_the_work(camera):
+    scene = cloud(20_000, sky=dict(intensity=1))
+    told = []
+    scene.render(camera, (400, 300), progress=lambda done, total: told.append((done, total)))
+    assert told[-1][0] == told[-1][1] and all(done <= total for done, total in told)
+
+    class Bar:
+        n, total = 0, 0
+
+        def update(self, more):
+            self.n += more
+
+    bar = Bar()
+    scene.render(camera, (100, 75), progress=bar)
+    assert bar.n == bar.total > 0
+    scene.render(camera, (40, 30), progress=True)
+
+    def stop(done, total):
+        raise RuntimeError("enough")
+
+    start = time.monotonic()
+    with pytest.raises(RuntimeError, match="enough"):
+        scene.render(camera, (4000, 3000), progress=stop)
+    assert time.monotonic() - start < 30
+    with pytest.raises(TypeError, match="progress"):
+        scene.render(camera, (4, 3), progress=7)
+
+
+def test_ctrl_c_stops_the_work():
+    code = """
+import kugelblitz as kb, numpy as np, sys
+scene = kb.Scene(np.random.default_rng(1).random((20000, 3)), radius=0.01, sky=dict(intensity=1))
+camera = kb.Camera((2, 1, 2), (0.5, 0.5, 0.5))
+scene.render(camera, (10, 10))
+print("begin", flush=True)
+try:
+    scene.render(camera, (8000, 8000))
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+scene.render(camera, (10, 10))
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begin\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert out == "stopped\n" and process.returncode == 0
+
+
+def test_two_threads_draw_two_scenes(camera):
+    scenes = [cloud(3000, seed) for seed in [1, 2]]
+    alone = [scene.render(camera, (80, 60)).digest() for scene in scenes]
+    found = {}
+
+    def draw(n):
+        for _ in range(5):
+            found.setdefault(n, set()).add(scenes[n % 2].render(camera, (80, 60)).digest())
+
+    threads = [threading.Thread(target=draw, args=(n,)) for n in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert [found[n] for n in range(4)] == [{alone[n % 2]} for n in range(4)]
+
+
+def test_threads_share_a_scene(camera):
+    """One that waits for another's tracing does not take its threads."""
+    scene = cloud(20_000)
+    alone = scene.render(camera, (160, 120)).digest()
+    code = """
+import faulthandler, sys, threading
+import kugelblitz as kb, numpy as np
+faulthandler.dump_traceback_later(100, exit=True)
+centers = np.random.default_rng(1).random((20_000, 3))
+scene = kb.Scene(centers, radius=0.3 * 20_000 ** (-1 / 3))
+camera = kb.Camera((1.9, 1.4, 2.2), (0.5, 0.5, 0.5), fov=40)
+found = set()
+def draw():
+    for _ in range(30):
+        found.add(scene.render(camera, (160, 120)).digest())
+threads = [threading.Thread(target=draw) for _ in range(6)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+print(*found)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.stdout.split() == [alone], done.stderr
+
+
+def test_other_threads_run_meanwhile(camera):
+    scene = cloud(20_000, sky=dict(intensity=1))
+    n_steps, stop = 0, threading.Event()
+
+    def count():
+        nonlocal n_steps
+        while not stop.wait(0.001):
+            n_steps += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    start = time.monotonic()
+    scene.render(camera, (640, 480), device="cpu")
+    seconds = time.monotonic() - start
+    stop.set()
+    thread.join()
+    assert seconds > 0.1 and n_steps > 50 * seconds, (seconds, n_steps)
+
+
+def _draw(scene, camera, device, queue):
+    queue.put(scene.render(camera, (64, 48), device=device).digest())
+
+
+@pytest.mark.parametrize("device", ["cpu", "auto"])
+def test_a_fork_draws_too(camera, device):
+    scene = cloud(1000)
+    digest = scene.render(camera, (64, 48), device=device).digest()
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    process = context.Process(target=_draw, args=(scene, camera, device, queue))
+    process.start()
+    assert queue.get(timeout=60) == digest
+    process.join(60)
+    assert process.exitcode == 0
+
+
+def test_a_fork_amid_the_work_of_a_thread(camera):
+    """The pool, the sessions and the device of the parent are busy when the child begins."""
+    scene = cloud(20_000, sky=dict(intensity=1))
+    digest = scene.render(camera, (64, 48), device="auto").digest()
+    thread = threading.Thread(target=lambda: scene.render(camera, (640, 480), device="cpu"))
+    thread.start()
+    time.sleep(0.05)
+    queue = multiprocessing.get_context("fork").Queue()
+    children = [
+        multiprocessing.get_context("fork").Process(target=_draw, args=(scene, camera, device, queue))
+        for device in ["cpu", "gpu"]
+    ]
+    [child.start() for child in children]
+    try:
+        assert [queue.get(timeout=60) for _ in children] == [digest] * 2
+    finally:
+        [child.kill() for child in children]
+        thread.join()
+
+
+def test_a_notebook_shows_the_picture(camera):
+    picture = cloud(100).render(camera, (40, 30))
+    png = picture._repr_png_()
+    assert png.startswith(b"\x89PNG\r\n\x1a\n") and png[16:24] == bytes([0, 0, 0, 40, 0, 0, 0, 30])
+    shown = cloud(100).render(camera, (40, 30), transparent=True)._repr_png_()
+    assert shown[25] == 6, "colours with alpha"
+
+
+def test_arrays_are_copies_and_stay_when_the_picture_goes(camera):
+    picture = cloud(100).render(camera, (40, 30))
+    digest, rgb8 = picture.digest(), picture.rgb8
+    old = rgb8.copy()
+    picture.rgb8[:] = 7
+    picture.rgb[:] = 7
+    assert picture.digest() == digest and (picture.rgb8 == old).all() and not (picture.rgb == 7).all()
+    del picture
+    assert (rgb8 == old).all() and rgb8.flags.owndata | (rgb8.base is not None)
+
+
+def test_hits_are_an_array(camera):
+    scene = cloud(300)
+    rng = np.random.default_rng(4)
+    hits = scene.trace(rng.random((50, 3)), rng.random((50, 3)))
+    assert hits.dtype.names == ("id", "t", "normal", "level")
+    assert hits["t"].dtype == np.float32 and hits.normal.shape == (50, 3)
+    assert hits[hits.id > 0].counts is None and hits[3].id == hits.id[3]
+    assert {"f32", "f64", "exact"} == set(hits.counts)
+    again = pickle.loads(pickle.dumps(hits))
+    assert again.tobytes() == hits.tobytes()
+
+
+ROWS = np.array([[0.5, 0.5, 3, 0, 0.01, -1], [0.5, 0.2, 3, 0.01, 0, -1], [0.1, 0.5, 3, 0, 0, -1]])
+
+
+@pytest.mark.parametrize("kind", [">f8", "<f4", ">f4", "f2", "F", "reversed", "strided", "broadcast", "readonly",
+                                  "list", "longdouble", "subclass", "unaligned"])
+def test_rays_of_any_layout(kind):
+    scene = cloud(1000)
+    wide = ROWS.astype("f2").astype(float) if kind == "f2" else ROWS.astype("f4").astype(float)
+    origins, directions = np.ascontiguousarray(wide[:, :3]), np.ascontiguousarray(wide[:, 3:])
+    if kind == "broadcast":
+        origins = np.broadcast_to(origins[0], (3, 3))
+    alone = scene.trace(origins.copy(), directions.copy())
+    change = {
+        "F": np.asfortranarray,
+        "reversed": lambda a: np.ascontiguousarray(a[::-1, ::-1])[::-1, ::-1],
+        "strided": lambda a: np.repeat(np.repeat(a, 3, 0), 2, 1)[::3, ::2],
+        "broadcast": lambda a: a,
+        "readonly": lambda a: (a.setflags(write=False), a)[1],
+        "list": lambda a: a.tolist(),
+        "longdouble": lambda a: a.astype(np.longdouble),
+        "subclass": lambda a: a.view(np.recarray),
+        "unaligned": lambda a: np.frombuffer(b"x" + a.tobytes(), "u1")[1:].view("f8").reshape(a.shape),
+    }.get(kind, lambda a: a.astype(kind))
+    hits = scene.trace(change(origins), change(directions))
+    assert hits.tobytes() == alone.tobytes() and (hits.id > 0).any()
+
+
+def test_the_tree_is_built_once(camera):
+    scene = cloud(300_000)
+
+    def seconds(position):
+        start = time.process_time()
+        scene.render(kb.Camera(position, (0.5, 0.5, 0.5)), (16, 12))
+        return time.process_time() - start
+
+    first = seconds((1.9, 1.4, 2.2))
+    second = min(seconds((1.9 + n / 10, 1.4, 2.2)) for n in range(3))
+    assert second < first * 0.75, (first, second)

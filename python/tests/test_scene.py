@@ -1,0 +1,132 @@
+"""Scenes from arrays, and what is wrong with arrays."""
+
+import pickle
+
+import kugelblitz as kb
+import numpy as np
+import pytest
+
+
+def test_a_ball_is_seen_where_it_is(ball):
+    picture = ball.render(kb.Camera((0, 0, 5), (0, 0, 0)), (161, 121))
+    assert picture.id[60, 80] == 1 and picture.t[60, 80] == 4
+    assert picture.rgb8[60, 80].tolist() == [0xD6, 0x27, 0x28]
+    assert picture.rgb8[0, 0].tolist() == [0x20, 0x24, 0x2C]
+    assert np.isinf(picture.t[0, 0]) and picture.id[0, 0] == 0
+    assert picture.normal[60, 80].tolist() == [0, 0, 1]
+    assert picture.id.shape == (121, 161) and picture.rgb.shape == (121, 161, 3)
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4", ">f8", ">f4", "i4", "u2", "f2"])
+@pytest.mark.parametrize("layout", ["C", "F", "strided", "readonly"])
+def test_any_numbers_in_any_layout(dtype, layout):
+    rows = np.array([[0, 0, 0, 1], [3, 2, 1, 2], [9, 8, 7, 1]])
+    array = rows.astype(dtype)
+    if layout == "F":
+        array = np.asfortranarray(array)
+    elif layout == "strided":
+        array = np.repeat(np.repeat(array, 2, 0), 3, 1)[::2, ::3]
+    elif layout == "readonly":
+        array.flags.writeable = False
+    scene = kb.Scene(array)
+    assert scene.n_spheres == 3
+    assert (scene.spheres == rows).all()
+
+
+def test_radii_and_colours():
+    centers = np.zeros((3, 3))
+    assert kb.Scene(centers, radius=2).spheres[:, 3].tolist() == [2, 2, 2]
+    assert kb.Scene(centers, radius=[1, 2, 3]).spheres[:, 3].tolist() == [1, 2, 3]
+    assert kb.Scene(centers, radius=1).colors.tolist() == [[1, 1, 1]] * 3
+    linear = [[0.1, 0.2, 0.3], [0, 0, 0], [1, 1, 1]]
+    assert kb.Scene(centers, radius=1, color=linear).colors.tolist() == linear
+    of_bytes = kb.Scene(centers, radius=1, color=np.array([[0, 255, 0]] * 3, np.uint8))
+    assert of_bytes.colors.tolist() == [[0, 1, 0]] * 3
+    assert kb.Scene(centers, radius=1, color="#00ff00").colors.tolist() == [[0, 1, 0]] * 3
+    assert kb.Scene(centers, radius=1, color=(0, 0.5, 0)).colors.tolist() == [[0, 0.5, 0]] * 3
+
+
+WRONG = [
+    (dict(spheres=np.zeros((2, 5))), ValueError, ["spheres", "[2, 5]", "(N, 3)"]),
+    (dict(spheres=np.zeros(4)), ValueError, ["spheres", "[4]"]),
+    (dict(spheres=np.zeros((2, 3))), ValueError, ["radius"]),
+    (dict(spheres=np.ones((2, 4)), radius=1), ValueError, ["radius", "fourth column"]),
+    (dict(spheres=np.ones((2, 3)), radius=[1, 2, 3]), ValueError, ["radius", "[3]", "2 spheres"]),
+    (dict(spheres=[[0, 0, 0, 1], [0, 0, np.nan, 1]]), ValueError, ["spheres", "row 1", "NaN"]),
+    (dict(spheres=[[0, 0, 0, 0]]), ValueError, ["spheres", "row 0", "radius"]),
+    (dict(spheres=[[0, 0, 0, -1]]), ValueError, ["row 0", "-1"]),
+    (dict(spheres=["a", "b"]), TypeError, ["spheres", "dtype"]),
+    (dict(spheres=np.zeros((2, 4), complex)), TypeError, ["spheres", "complex"]),
+    (dict(spheres=np.zeros((2, 4), object)), TypeError, ["spheres", "object"]),
+    (dict(spheres=[[0, 0, 0, 1], [0, 0]]), TypeError, ["spheres"]),
+    (dict(radius=1), ValueError, ["radius"]),
+    (dict(spheres=[[0, 0, 0, 1]], color="red-ish"), kb.SceneError, ["color"]),
+    (dict(spheres=[[0, 0, 0, 1]], color=[[2, 0, 0]]), ValueError, ["color", "row 0"]),
+    (dict(spheres=[[0, 0, 0, 1]], color=[[1, 0, 0]] * 2), ValueError, ["color", "2", "1"]),
+    (dict(planes={"point": [0, 0, 0]}), TypeError, ["planes", "list"]),
+    (dict(planes=[{"point": [0, 0, 0]}]), kb.SceneError, ["planes[0]", "normal"]),
+    (
+        dict(planes=[{"point": [0, 0, 0], "normal": [0, 0, 0], "color": "#ffffff"}]),
+        kb.SceneError,
+        ["planes[0]", "normal"],
+    ),
+    (dict(lights=[{"position": "eye"}, {"positoin": [0, 0, 0]}]), kb.SceneError, ["lights[1]", "position"]),
+    (dict(sky={"intensity": -1}), kb.SceneError, ["sky"]),
+    (dict(ambient=object()), TypeError, ["ambient"]),
+    (dict(background=[0, 0]), kb.SceneError, ["background"]),
+]
+
+
+@pytest.mark.parametrize("given, error, words", WRONG)
+def test_what_is_wrong_is_named(given, error, words):
+    with pytest.raises(error) as raised:
+        kb.Scene(**given)
+    for word in words:
+        assert word in str(raised.value), raised.value
+
+
+def test_a_saved_or_pickled_scene_is_the_same(tmp_path, camera):
+    rng = np.random.default_rng(5)
+    scene = kb.Scene(
+        rng.random((500, 3)),
+        radius=0.02,
+        color=rng.random((500, 3)),
+        planes=[dict(point=[0, 0, 0], normal=[0, 1, 0], color="#8c8c8c", name="floor")],
+        lights=[dict(position=[4, 6, 3], intensity=0.9), dict(position="eye", shadows=False)],
+        sky=dict(intensity=0.3, directions=8),
+        ambient=0.1,
+        background="#20242c",
+    )
+    digest = scene.render(camera, (64, 48)).digest()
+    scene.save(tmp_path / "scene.toml")
+    for other in [kb.Scene.open(tmp_path / "scene.toml"), pickle.loads(pickle.dumps(scene))]:
+        assert other.render(camera, (64, 48)).digest() == digest
+        assert (other.spheres == scene.spheres).all() and (other.colors == scene.colors).all()
+        assert other.name(501) == "floor"
+    assert pickle.loads(pickle.dumps(camera)) == camera
+
+
+def test_a_file_that_is_wrong(tmp_path):
+    with pytest.raises((OSError, kb.SceneError), match="no.toml"):
+        kb.Scene.open(tmp_path / "no.toml")
+    (tmp_path / "bad.toml").write_text("[camera]\nposition = [0, 0, 0]\n")
+    with pytest.raises(kb.SceneError, match="bad.toml:1:1.*look_at"):
+        kb.Scene.open(tmp_path / "bad.toml")
+    with pytest.raises(ValueError, match=".toml"):
+        kb.Scene().save(tmp_path / "scene.png")
+
+
+def test_cameras():
+    camera = kb.Camera([0, 1, 6], np.zeros(3), height=4)
+    assert camera.height == 4 and camera.fov is None
+    assert repr(camera) == "Camera(position=[0.0, 1.0, 6.0], look_at=[0.0, 0.0, 0.0], up=[0.0, 1.0, 0.0], height=4.0)"
+    assert kb.Camera((0, 0, 5), (0, 0, 0)).fov == 45
+    for given, word in [
+        (dict(position=(0, 0, 0), look_at=(0, 0, 0)), "same point"),
+        (dict(position=(0, 1, 0), look_at=(0, 0, 0)), "parallel"),
+        (dict(position=(0, 0, 5), look_at=(0, 0, 0), fov=180), "180"),
+        (dict(position=(0, 0, 5), look_at=(0, 0, 0), fov=40, height=2), "both"),
+        (dict(position=(0, 0, float("nan")), look_at=(0, 0, 0)), "finite"),
+    ]:
+        with pytest.raises(kb.SceneError, match=word):
+            kb.Camera(**given)

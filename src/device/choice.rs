@@ -1,0 +1,164 @@
+//! Choosing where rays are traced.
+
+use std::env;
+
+use super::Device;
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, Pick, has_software_alone};
+use crate::prepare::{FEW_SPHERES, PlainLighting};
+use crate::scene::Scene;
+use crate::trace::Kernel;
+
+/// Names an adapter, as it does for other programs that use wgpu.
+pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
+
+/// What a user may ask for.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum DeviceChoice {
+    /// A GPU in hardware, else the quicker one of the CPU and a device in software.
+    Auto,
+    /// The best adapter.
+    Gpu,
+    /// The CPU.
+    Cpu,
+    /// The adapter with this in its name.
+    Named(String),
+}
+
+impl DeviceChoice {
+    /// Reads `auto`, `gpu`, `cpu`, or a part of an adapter's name.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an empty text.
+    pub fn parse(text: &str) -> Result<DeviceChoice> {
+        Ok(match text {
+            "auto" => DeviceChoice::Auto,
+            "gpu" => DeviceChoice::Gpu,
+            "cpu" => DeviceChoice::Cpu,
+            "" => {
+                let message = "give auto, gpu, cpu, or a part of an adapter's name";
+                return Err(Error::Usage(message.into()));
+            }
+            name => DeviceChoice::Named(name.into()),
+        })
+    }
+
+    /// True for `auto` where [`ADAPTER_VARIABLE`] names no adapter either.
+    pub fn is_free(&self) -> bool {
+        let is_named = env::var(ADAPTER_VARIABLE).is_ok_and(|name| !name.is_empty());
+        *self == DeviceChoice::Auto && !is_named
+    }
+
+    /// The adapter to open; `None` for the CPU.
+    pub fn pick(&self) -> Option<Pick> {
+        match self {
+            DeviceChoice::Cpu => None,
+            DeviceChoice::Named(name) => Some(Pick::Named(name.clone())),
+            DeviceChoice::Auto | DeviceChoice::Gpu => match env::var(ADAPTER_VARIABLE) {
+                Ok(name) if !name.is_empty() => Some(Pick::Named(name)),
+                _ => Some(Pick::Best),
+            },
+        }
+    }
+
+    /// Why `auto` takes the CPU for so many rays into so many spheres, if it does without opening anything:
+    /// there is no GPU in hardware, and the CPU is quicker than a device in software.
+    pub fn why_the_cpu(&self, kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
+        let why = self.is_free().then(|| why_the_cpu(kernel, n_spheres, n_rays)).flatten()?;
+        has_software_alone().then_some(why)
+    }
+
+    /// The device for so many rays into so many spheres. `auto` takes the CPU where no adapter runs the
+    /// kernel; the text says why.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::open`]; [`Error::NoAdapter`] for a kernel that the device can't run.
+    pub fn open(
+        &self,
+        kernel: Kernel,
+        n_spheres: usize,
+        n_rays: usize,
+    ) -> Result<(Device, Option<String>)> {
+        let Some(pick) = self.pick() else { return Ok((Device::Cpu, None)) };
+        if self.why_the_cpu(kernel, n_spheres, n_rays).is_some() {
+            return Ok((Device::Cpu, None));
+        }
+        match open(&pick, Some(kernel)) {
+            Ok(gpu) => Ok((Device::Gpu(gpu.into()), None)),
+            Err(Error::NoAdapter(why) | Error::TooLarge(why)) if *self == DeviceChoice::Auto => {
+                Ok((Device::Cpu, Some(why)))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// Opens a device that runs `kernel`, and has looked at its arithmetic: what that can't bind, no kernel can.
+///
+/// # Errors
+/// Those of [`Gpu::open`] and [`Gpu::arithmetic`]; [`Error::NoAdapter`] for a kernel that it can't run.
+pub fn open(pick: &Pick, kernel: Option<Kernel>) -> Result<Gpu> {
+    let gpu = Gpu::open(pick)?;
+    if let Some(kernel) = kernel {
+        gpu.facts.check_kernel(kernel)?;
+    }
+    gpu.arithmetic()?;
+    Ok(gpu)
+}
+
+/// Rays of a kernel without a proof from which on a device in software makes up for the time that it
+/// takes to open, with shaders to be compiled: it saves 5 to 10 ns a ray, for 0.1 to 0.3 s.
+const MANY_RAYS: usize = 1 << 25;
+
+/// As many rays as one way from a sample to a lamp counts there: it saves 15 to 20 ns where there are few objects.
+const RAYS_OF_WAY: usize = 2;
+
+/// The samples of a lit picture as rays that take as long, where a device in software lights them.
+pub fn rays_of_light(scene: &Scene, n_samples: usize) -> usize {
+    let n_lamps = scene.lights.len() + scene.sky.map_or(0, |sky| sky.directions as usize);
+    let are_few =
+        scene.n_objects() <= PlainLighting::FEW_OBJECTS && n_lamps <= PlainLighting::FEW_LAMPS;
+    let of_ways = if are_few { RAYS_OF_WAY * n_lamps } else { 0 };
+    n_samples.saturating_mul(1 + of_ways)
+}
+
+/// Why the CPU traces these rays sooner than a device in software, if it does: over many spheres it is
+/// quicker by itself, and so it is in f64 and with `certified`, whose rays it takes side by side.
+fn why_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
+    if n_spheres > FEW_SPHERES {
+        Some(format!("{n_spheres} spheres"))
+    } else if kernel == Kernel::Double {
+        Some("f64".into())
+    } else if kernel == Kernel::Certified {
+        Some("`certified`".into())
+    } else if n_rays < MANY_RAYS {
+        Some(format!("{n_rays} rays"))
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn auto_weighs_a_device_in_software_against_the_cpu() {
+        let takes_cpu =
+            |kernel, n_spheres, n_rays| why_the_cpu(kernel, n_spheres, n_rays).is_some();
+        assert!(takes_cpu(Kernel::Stable, 2, 1920 * 1080));
+        assert!(!takes_cpu(Kernel::Stable, 2, MANY_RAYS));
+        assert!(takes_cpu(Kernel::Double, 2, MANY_RAYS));
+        assert!(takes_cpu(Kernel::Certified, 2, MANY_RAYS));
+        assert!(takes_cpu(Kernel::Certified, FEW_SPHERES + 1, usize::MAX));
+
+        let opened =
+            |choice: DeviceChoice, n_rays| choice.open(Kernel::Stable, 0, n_rays).unwrap().0.kind();
+        let by_default = if has_software_alone() { "cpu" } else { "gpu" };
+        if DeviceChoice::Auto.is_free() {
+            assert_eq!(opened(DeviceChoice::Auto, 1), by_default);
+        }
+        assert_eq!(opened(DeviceChoice::Auto, MANY_RAYS), "gpu");
+        assert_eq!([DeviceChoice::Gpu, DeviceChoice::Cpu].map(|c| opened(c, 1)), ["gpu", "cpu"]);
+    }
+}
