@@ -737,8 +737,8 @@ fn squares_of_narrow_beams() {
             let said = beam.meets_narrow_sphere(&sphere, &room);
             said == if units < 0.0 { in_the_way::NO } else { in_the_way::YES }
         };
-        let sizes = (1..=60).map(|quarters| f64::from(quarters) / 4.0);
-        let wrong = sizes.filter(|&units| is_wrong(units) || is_wrong(-units)).last();
+        let mut sizes = (1..=60).rev().map(|quarters| f64::from(quarters) / 4.0);
+        let wrong = sizes.find(|&units| is_wrong(units) || is_wrong(-units));
         // What the other bounds granted.
         wrong.map(|units| units + 2.0 * narrow::OFFSET * center.length() / exact)
     });
