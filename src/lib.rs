@@ -125,8 +125,9 @@
 //!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
 //!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`. A GPU proposes lit
 //!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), shadows first in
-//!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU
-//!    shades what that leaves open.
+//!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU shades what that leaves open.
+//!    Kernels without a proof shade plainly: `shade/plain.rs`, on a device its twin
+//!    `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
 //!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which
 //!    pixels show one object alone.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].

@@ -169,8 +169,8 @@ fn lit(scene: Scene, directions: u32) -> Scene {
         light(Source::Point(dvec3(3.0, 4.0, 2.0)), 0.5),
         light(Source::Sun(dvec3(-1.0, -2.0, -0.7)), 0.25),
         light(Source::Eye, 0.125),
-        // Just below the floor.
-        light(Source::Point(dvec3(0.3, -2.51, 0.2)), 0.25),
+        // Just above the floor.
+        light(Source::Point(dvec3(0.3, -2.49, 0.2)), 0.25),
         Light { shadows: false, ..light(Source::Point(dvec3(-4.0, 1.0, 3.0)), 0.125) },
     ];
     let (sky, ambient) = (Some(Sky { intensity: 0.125, directions }), Some(Color([0.03; 3])));
@@ -314,7 +314,6 @@ fn sabotage_is_noticed() {
         ("way = lamp.at - point", "way = point - lamp.at"),
         ("ray.origin + ray.direction * hit.t;\n    var way", "ray.direction;\n    var way"),
         ("dot3(normal, way) * (1.0 / length)", "dot3(normal, way)"),
-        ("dot3(normal, way) * (1.0 / length)", "dot3(normal, way) / length"),
         ("lighting.epsilon / length", "lighting.epsilon"),
         ("point + way * step", "point"),
         ("(is_endless || hit.t < 1.0 - step)", "hit.t < 1.0 - step"),
@@ -333,8 +332,11 @@ fn sabotage_is_noticed() {
             assert!(is_seen, "{}: {} is not noticed", kernel.name(), edit.0);
         }
     }
-    // What is relative to the ray's origin.
+    // An operation more or less, and what is relative to the ray's origin.
+    let (times, by) = ("dot3(normal, way) * (1.0 / length)", "dot3(normal, way) / length");
     for (kernel, from, to) in [
+        (Kernel::Lecture, times, by),
+        (Kernel::Stable, times, by),
         (
             Kernel::Stable,
             "+ (sphere.center_low - ray.origin_low);\n    return SphereStable",

@@ -110,7 +110,7 @@ pub fn open(pick: &Pick, kernel: Option<Kernel>) -> Result<Gpu> {
 /// takes to open, with shaders to be compiled: it saves 5 to 10 ns a ray, for 0.1 to 0.3 s.
 const MANY_RAYS: usize = 1 << 25;
 
-/// As many rays as one way from a sample to a lamp counts there: it saves 15 to 20 ns where there are few objects.
+/// As many rays as one way from a sample to a lamp counts there: it saves 10 to 15 ns where there are few objects.
 const RAYS_OF_WAY: usize = 2;
 
 /// The samples of a lit picture as rays that take as long, where a device in software lights them.
