@@ -20,6 +20,10 @@ use crate::wide::{Holds, MaskF64, SideBySide, WideF64};
 /// Part of `t` up to which an error is of use: f32 then leaves one of a thousand rays open.
 const MOST_ERROR: f64 = 1.0 / (1u64 << 36) as f64;
 
+/// Part of `t` up to which an error is of use for points. Where it is more, for one beside a sphere that is large,
+/// the bounds of [`super::surface`] are narrower.
+const MOST_OF_POINT: f64 = 1.0 / (1u64 << 46) as f64;
+
 /// Rays whose numbers are held at once.
 const BLOCK: usize = 16;
 
@@ -199,32 +203,32 @@ impl Finds for PlaneRow {
 impl Stage<'_> {
     /// An object as all rays of the picture see it; `None` for lists, and where that is of no use.
     pub fn row_sight(&self, id: u32) -> Option<RowSight> {
-        self.sight_with(id, MOST_ERROR)
+        self.sight_with(id, |sphere, least_t| sphere.guard.error <= MOST_ERROR * least_t)
     }
 
     /// The same, for those who want bounds for each ray.
     pub fn point_sight(&self, id: u32) -> Option<RowSight> {
-        self.sight_with(id, f64::INFINITY)
+        self.sight_with(id, |sphere, least_t| {
+            let ChordGuard { slack, of_chord, .. } = sphere.guard;
+            slack + of_chord / sphere.r <= MOST_OF_POINT * least_t
+        })
     }
 
-    fn sight_with(&self, id: u32, most_error: f64) -> Option<RowSight> {
+    /// `is_of_use` is told of a sphere and of the least `t` that it is seen at.
+    fn sight_with(&self, id: u32, is_of_use: impl Fn(&SphereRow, f64) -> bool) -> Option<RowSight> {
         let StageRays::Pixels { pixels, .. } = &self.rays else { return None };
         match self.scene.object(id)? {
             _ if !self.usable => None,
             Object::Sphere(sphere) => {
-                self.sphere_row(pixels, (id, sphere), most_error).map(RowSight::Sphere)
+                let (row, least_t) = self.sphere_row(pixels, id, sphere)?;
+                is_of_use(&row, least_t).then_some(RowSight::Sphere(row))
             }
             Object::Plane(_) => self.plane_row(pixels, self.plane(id)).map(RowSight::Plane),
         }
     }
 
-    /// `most_error` is the part of `t` up to which an error that all rays share is of use.
-    fn sphere_row(
-        &self,
-        pixels: &Pixels,
-        (id, sphere): (u32, &Sphere),
-        most_error: f64,
-    ) -> Option<SphereRow> {
+    /// A sphere, and the least `t` that it is seen at.
+    fn sphere_row(&self, pixels: &Pixels, id: u32, sphere: &Sphere) -> Option<(SphereRow, f64)> {
         let (center, r) = (sphere.center - pixels.view.position, sphere.radius.abs());
         let from_position = guard::length_bound(center);
         let distance = from_position + pixels.spread();
@@ -246,9 +250,8 @@ impl Stage<'_> {
             }
         };
         let guard = ChordGuard::new(r, distance, self.bounds.input, NORMAL_TOLERANCE)?;
-        let is_of_use = (most_error == f64::INFINITY || guard.error <= most_error * least_t)
-            && (is_outside || pixels.view.lens == Lens::Perspective);
-        is_of_use.then_some(SphereRow { center: center.into(), r, is_outside, guard })
+        let is_known = is_outside || pixels.view.lens == Lens::Perspective;
+        is_known.then_some((SphereRow { center: center.into(), r, is_outside, guard }, least_t))
     }
 
     fn plane_row(&self, pixels: &Pixels, plane: &PlaneF64) -> Option<PlaneRow> {
