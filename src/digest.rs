@@ -100,10 +100,10 @@ const SPHERES_AT_ONCE: usize = 1 << 16;
 
 /// The hash of what a scene holds, but for its camera, its size and samples, and names.
 pub fn scene_hash(scene: &Scene) -> String {
-    fn add(hash: &mut Sha256, numbers: impl IntoIterator<Item = f64>) {
+    fn add<const N: usize>(hash: &mut Sha256, rows: impl IntoIterator<Item = [f64; N]>) {
         // At once: many small ones are several times slower.
-        let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
-        hash.update(bytes);
+        let rows: Vec<_> = rows.into_iter().map(|row| row.map(f64::to_le_bytes)).collect();
+        hash.update(rows.as_flattened().as_flattened());
     }
     let mut hash = Sha256::new_with_prefix(SCENE_HEAD);
     let n_suns = scene.sky.map_or(0, |sky| sky.directions as usize);
@@ -111,9 +111,9 @@ pub fn scene_hash(scene: &Scene) -> String {
     for n in [scene.spheres.len(), scene.planes.len(), scene.lights.len(), n_suns, has_ambient] {
         hash.update((n as u64).to_le_bytes());
     }
-    add(&mut hash, scene.background.0);
-    add(&mut hash, scene.ambient.map_or([0.0; 3], |Color(color)| color));
-    add(&mut hash, [scene.sky.map_or(0.0, |sky| sky.intensity)]);
+    add(&mut hash, [scene.background.0]);
+    add(&mut hash, [scene.ambient.map_or([0.0; 3], |Color(color)| color)]);
+    add(&mut hash, [[scene.sky.map_or(0.0, |sky| sky.intensity)]]);
     for Light { source, color, intensity, shadows } in &scene.lights {
         let (kind, place) = match source {
             Source::Point(point) => (0, point.to_array()),
@@ -121,21 +121,21 @@ pub fn scene_hash(scene: &Scene) -> String {
             Source::Eye => (2, [0.0; 3]),
         };
         hash.update([kind, u8::from(*shadows)]);
-        add(&mut hash, place.into_iter().chain(color.0).chain([*intensity]));
+        add(&mut hash, [place, color.0]);
+        add(&mut hash, [[*intensity]]);
     }
     let rows = scene.spheres.rows().par_chunks(SPHERES_AT_ONCE).enumerate();
     let parts = rows.map(|(part, rows)| {
         let mut hash = Sha256::new();
-        add(&mut hash, rows.as_flattened().iter().copied());
+        add(&mut hash, rows.iter().copied());
         let first = part * SPHERES_AT_ONCE;
         let colors = (first..first + rows.len()).filter_map(|index| scene.spheres.color(index));
-        add(&mut hash, colors.flat_map(|Color(color)| color));
+        add(&mut hash, colors.map(|Color(color)| color));
         hash.finalize()
     });
     parts.collect::<Vec<_>>().iter().for_each(|part| hash.update(part));
     for plane in &scene.planes {
-        let numbers = [plane.point.to_array(), plane.normal.to_array(), plane.color.0];
-        add(&mut hash, numbers.into_iter().flatten());
+        add(&mut hash, [plane.point.to_array(), plane.normal.to_array(), plane.color.0]);
     }
     in_words(SCENE_PREFIX, hash)
 }

@@ -1,9 +1,11 @@
 //! Clouds of spheres: every format as it is written, every wrong file with its place.
 
 mod common;
+#[path = "common/folder.rs"]
+mod folder;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 use kugelblitz::Error;
@@ -12,38 +14,9 @@ use kugelblitz::error::SceneError;
 use kugelblitz::scene::{Color, MAX_OBJECTS, Scene, Sphere, Spheres, read_scene, read_scene_with};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
 use common::npy;
-
-/// A folder with a scene in it.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Folder {
-        Folder(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
-        fs::write(self.path(name), bytes).unwrap();
-    }
-
-    /// Reads a scene of this text.
-    fn read(&self, text: &str) -> kugelblitz::Result<Scene> {
-        self.write("scene.toml", text);
-        read_scene(&self.path("scene.toml"))
-    }
-
-    /// Reads a scene of one cloud in the file `name`; `keys` are those of its table.
-    fn cloud(&self, name: &str, bytes: impl AsRef<[u8]>, keys: &str) -> kugelblitz::Result<Scene> {
-        self.write(name, bytes);
-        self.read(&format!("[[spheres]]\nfile = \"{name}\"\n{keys}\n"))
-    }
-}
+use folder::Folder;
 
 const RADIUS: &str = "radius = 0.25";
 const COLOR: &str = "color = [0.25, 0.5, 1.0]";

@@ -1,36 +1,21 @@
 //! Which column of a file is what: headers as people write them, colours of either scale, colour by a
 //! column, structured arrays, extended XYZ, LAMMPS dumps, and the legend.
 
+#[path = "common/folder.rs"]
+mod folder;
+
 use std::fs;
-use std::path::PathBuf;
 
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, ColorMap, Scene, legend_svg, read_scene};
+use kugelblitz::scene::{Color, ColorMap, Scene, legend_svg};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
-struct Folder(TempDir);
+use folder::Folder;
 
 impl Folder {
-    fn new() -> Folder {
-        Folder(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Reads a scene of one cloud in the file `name`; `keys` are those of its table.
-    fn cloud(&self, name: &str, bytes: impl AsRef<[u8]>, keys: &str) -> kugelblitz::Result<Scene> {
-        fs::write(self.path(name), bytes).unwrap();
-        let text = format!("[[spheres]]\nfile = \"{name}\"\n{keys}\n");
-        fs::write(self.path("scene.toml"), text).unwrap();
-        read_scene(&self.path("scene.toml"))
-    }
-
     fn good(&self, name: &str, bytes: impl AsRef<[u8]>, keys: &str) -> Scene {
         self.cloud(name, bytes, keys)
             .unwrap_or_else(|error| panic!("{name} {keys}: {}", said(&error)))
@@ -268,9 +253,8 @@ fn a_column_gives_colours() {
 fn clouds_are_coloured_each_by_itself() {
     let folder = Folder::new();
     let black = "x,y,z,r,q\n0,0,0,1,0\n0,0,0,1,0\n";
-    fs::write(folder.path("b.csv"), black).unwrap();
-    fs::write(folder.path("c.csv"), "x,y,z,r,red,green,blue\n0,0,0,1,0,0,0\n0,0,0,1,9,9,9\n")
-        .unwrap();
+    folder.write("b.csv", black);
+    folder.write("c.csv", "x,y,z,r,red,green,blue\n0,0,0,1,0,0,0\n0,0,0,1,9,9,9\n");
     let more = "color = \"#000000\"\n[[spheres]]\nfile = \"b.csv\"\ncolor_by = \"q\"\n\
                 [[spheres]]\nfile = \"c.csv\"\n[[spheres]]\nfile = \"b.csv\"\ncolor_by = \"q\"\n\
                 colormap = \"grey\"\nrange = [-1, 0]";
@@ -576,7 +560,7 @@ fn no_damaged_file_panics() {
 #[test]
 fn the_legend_has_a_bar_for_each_colouring() {
     let folder = Folder::new();
-    fs::write(folder.path("b.csv"), SPEEDS.replace("speed [m/s]", "<T> & \u{1b}")).unwrap();
+    folder.write("b.csv", SPEEDS.replace("speed [m/s]", "<T> & \u{1b}"));
     let more = "color_by = \"speed\"\nrange = [0, 2.5]\n\
                 [[spheres]]\nfile = \"a.csv\"\ncolor_by = \"speed\"\nrange = [0, 2.5]\n\
                 [[spheres]]\nfile = \"b.csv\"\ncolor_by = \"<T> & \\u001b\"\ncolormap = \"coolwarm\"";
@@ -613,7 +597,7 @@ mod program {
     fn run(folder: &Folder, args: &[&str]) -> (Option<i32>, String) {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
         let Output { status, stderr, .. } =
-            command.args(args).current_dir(folder.0.path()).output().unwrap();
+            command.args(args).current_dir(folder.path(".")).output().unwrap();
         (status.code(), String::from_utf8(stderr).unwrap())
     }
 
@@ -621,10 +605,10 @@ mod program {
     fn render_says_what_was_understood_and_writes_the_legend() {
         let folder = Folder::new();
         let camera = "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n";
-        fs::write(folder.path("a.csv"), SPEEDS).unwrap();
+        folder.write("a.csv", SPEEDS);
         let cloud = "[[spheres]]\nfile = \"a.csv\"\n";
-        fs::write(folder.path("a.toml"), format!("{camera}{cloud}color_by = \"speed\"\n")).unwrap();
-        fs::write(folder.path("b.toml"), format!("{camera}{cloud}color = \"#ffffff\"\n")).unwrap();
+        folder.write("a.toml", format!("{camera}{cloud}color_by = \"speed\"\n"));
+        folder.write("b.toml", format!("{camera}{cloud}color = \"#ffffff\"\n"));
         let small = ["--size", "16x9", "--device", "cpu", "-o", "a.png", "--legend"];
         let render = |scene: &str, legend: &str| {
             run(&folder, &[&["render", scene][..], &small, &[legend]].concat())

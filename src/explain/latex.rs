@@ -6,7 +6,8 @@
 
 use std::fmt::Write;
 
-use super::formula::{Line, Notation, latex_of, of_ray};
+use super::formula::of_ray;
+use super::line::{Line, Notation, latex_of};
 use super::numbers::Short;
 use super::words::{Remark, Words};
 use super::{ColorExplanation, Explanation, Shading, Winner};

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::formula::Line;
+use super::line::Line;
 use super::numbers::{Exact, Quantity};
 use super::words::Remark;
 

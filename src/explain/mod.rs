@@ -8,6 +8,7 @@ mod decimal;
 mod formula;
 pub mod latex;
 mod light;
+mod line;
 mod numbers;
 mod ray;
 mod reason;
@@ -38,7 +39,7 @@ use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Wants};
 use crate::tracer::Tracer;
-use formula::Line;
+use line::Line;
 use ray::RayNumbers;
 use words::Words;
 

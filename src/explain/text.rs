@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::formula::{Line, of_ray, text_of};
+use super::formula::of_ray;
 use super::latex::side;
+use super::line::{Line, text_of};
 use super::numbers::{decimal_f32, decimal_f64, six_digits};
 use super::words::{Remark, Words};
 use super::{

@@ -1,39 +1,26 @@
-//! A scene that is put together from a scene file or from data, and from wishes.
-//!
-//! The result is a text that a scene file could have, and it is read as scene files are: what a picture
-//! shows is what the text says. Two things are found by looking at the spheres, and then written into
-//! it: a camera that frames them, and the radius of spheres that have none.
+//! A scene file while it is changed: wishes become its keys, and all else stays as it was written.
 
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::clouds::is_cloud_file;
-use super::framing::{USUAL_FOV_DEGREES, bounds};
-use super::neighbours::usual_radius;
-use super::open::Files;
-use super::read::{parse_scene_from, text_of};
-use super::wishes::usual_up;
-use super::write::{camera_text, folder_of, seen_from};
-use super::{
-    Camera, Framing, FramingLens, ImageSize, Light, Paint, Projection, Scene, Sky, Source,
-    WishedLens, Wishes, parse_scene,
-};
-use crate::control::Control;
-use crate::error::{Error, Lack, Result, SceneError};
+use super::wishes::{framing_lens, usual_up};
+use super::write::checked;
+use super::{Camera, Light, Paint, Projection, Sky, Source, WishedLens, Wishes};
+use crate::error::{Error, Result};
 use crate::plain::steers;
 
 /// Size of a picture of data.
-const SIZE: [u32; 2] = [1280, 720];
+pub(super) const SIZE: [u32; 2] = [1280, 720];
 
 /// Samples across and down a pixel of a picture of data.
-const SAMPLES: u32 = 2;
+pub(super) const SAMPLES: u32 = 2;
 
 /// The scene of a data file before any wish. Its light is bright where a surface faces the eye, never
 /// brighter than its colour, and darker in hollows. A sky of 16 directions costs a quarter of one of 64,
 /// and looks the same at a glance: see the guide, "Pictures from data".
-const OF_DATA: &str = "\
+pub(super) const OF_DATA: &str = "\
 background = \"#20242c\"
 
 [camera]
@@ -53,227 +40,44 @@ directions = 16
 ";
 
 /// The colour of spheres that have none.
-const COLOR: &str = "#8fb4d9";
-
-/// A scene as it was put together.
-#[derive(Debug)]
-pub struct Composed {
-    /// The scene.
-    pub scene: Scene,
-    /// What was chosen because nobody said it, a sentence each.
-    pub notes: Vec<String>,
-    /// The file that it came from.
-    path: PathBuf,
-    text: String,
-    size: Option<[u32; 2]>,
-    samples: Option<u32>,
-}
-
-/// Reads the scene or the data at `path` with these wishes. Where there is no camera, one is placed so
-/// that it frames all spheres.
-///
-/// # Errors
-/// Those of [`super::read_scene_with`]; [`Error::Usage`] for wishes that can't be.
-pub fn compose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
-    compose(Files::All, path, wishes, control)
-}
-
-/// As [`compose_scene`], for those who do it again while they watch the file, as
-/// [`super::reread_scene`].
-///
-/// # Errors
-/// As [`compose_scene`].
-pub fn recompose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
-    compose(Files::Regular, path, wishes, control)
-}
-
-fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
-    let of_data = is_cloud_file(path);
-    let text = if of_data { OF_DATA.to_owned() } else { text_of(files, path)? };
-    let read = |text: &str| parse_scene_from(files, text, path, control);
-    let is_as_written = !of_data && wishes.leave_the_text();
-    let (mut scene, mut notes, mut text) = match is_as_written {
-        true => (read(&text)?, Vec::new(), text),
-        false => {
-            // What is wrong in the text itself, the reader tells.
-            let document = parsed(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
-            let mut draft = Draft { document };
-            draft.apply(wishes, path, of_data)?;
-            let (scene, notes) =
-                draft.read(of_data, read).map_err(|error| of_draft(error, path, of_data))?;
-            (scene, notes, draft.text())
-        }
-    };
-    if of_data && scene.spheres.is_empty() {
-        let help = "give a row or a line for each sphere";
-        return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
-    }
-    if scene.camera.is_none() || wishes.frame() {
-        let camera = place_camera(&scene, wishes, path)?;
-        let mut draft = Draft { document: parsed(&text, path)? };
-        draft.set_camera(&camera);
-        text = draft.text();
-        if !of_data && scene.camera.is_none() {
-            notes.push(format!(
-                "{}: the scene has no [camera]; this one frames all spheres",
-                path.display()
-            ));
-        }
-        scene.camera = Some(camera);
-    }
-    // As the text will have them.
-    let is_possible = |size: &[u32; 2]| size.iter().all(|s| (1..=ImageSize::MAX_SIDE).contains(s));
-    let size = wishes.size.filter(is_possible);
-    if let Some([width, height]) = size {
-        scene.image = Some(ImageSize { width, height });
-    }
-    scene.samples = wishes.samples.or(scene.samples);
-    Ok(Composed { scene, notes, path: path.to_owned(), text, size, samples: wishes.samples })
-}
-
-impl Composed {
-    /// The text of a scene file at `place` that means this scene: the names of its clouds lead there from
-    /// that place, or from anywhere where it is `None`. Read, it is the same scene.
-    ///
-    /// # Errors
-    /// [`Error::Io`] for a folder that is not there; [`Error::Usage`] for a path that has no place in a
-    /// text.
-    pub fn text(&self, place: Option<&Path>) -> Result<String> {
-        let mut draft = Draft { document: parsed(&self.text, &self.path)? };
-        draft.set_image(self.size, self.samples);
-        let here = folder_of(&self.path)?;
-        for cloud in draft.clouds() {
-            let Some(name) = cloud.get("file").and_then(Item::as_str) else { continue };
-            let file = here.join(name);
-            let name = match place {
-                // What leads there from this folder, still does.
-                Some(place) if folder_of(place)? == here => continue,
-                Some(place) => seen_from(place, &file)?,
-                None => file.canonicalize().map_err(Error::io(&file))?,
-            };
-            set(cloud, "file", path_value(&name)?);
-        }
-        Ok(draft.text())
-    }
-}
-
-/// A camera for a scene without one, or one that frames a scene anew, by what the wishes say of the camera and
-/// of the picture's size. `path` is for messages.
-///
-/// # Errors
-/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be.
-pub fn place_camera(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camera> {
-    let of_scene = scene.camera.as_ref();
-    if scene.spheres.is_empty() && of_scene.is_none() {
-        return scene.require_camera(path).cloned();
-    }
-    let above = wishes.up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
-    let up = |from| wishes.up.unwrap_or_else(|| usual_up(from, above));
-    let lens = framing_lens(wishes.lens, of_scene.map(|camera| camera.projection));
-    if let Some(position) = wishes.position {
-        // With a `look_at` as well, the text has all of it.
-        let look_at = bounds(&scene.spheres)?.0;
-        let projection = lens.projection();
-        return checked(Camera { position, look_at, up: up(position - look_at), projection });
-    }
-    let from = match (wishes.view, of_scene) {
-        (None, Some(camera)) => camera.position - camera.look_at,
-        (view, _) => view.unwrap_or_default().direction(above),
-    };
-    let framing = Framing {
-        from,
-        up: up(from),
-        lens,
-        size: wishes.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
-        margin: wishes.margin.unwrap_or(Framing::MARGIN),
-        look_at: wishes.look_at,
-        n_turns: wishes.n_turns,
-    };
-    checked(Camera {
-        position: from,
-        look_at: DVec3::ZERO,
-        up: framing.up,
-        projection: lens.projection(),
-    })?;
-    checked(framing.camera(&scene.spheres)?)
-}
-
-fn framing_lens(wished: Option<WishedLens>, of_scene: Option<Projection>) -> FramingLens {
-    match (wished, of_scene) {
-        (Some(WishedLens::Fov(fov_degrees)), _) => FramingLens::Perspective { fov_degrees },
-        (Some(WishedLens::Height(height)), _) => FramingLens::Orthographic { height: Some(height) },
-        (Some(WishedLens::AnyHeight), _) | (None, Some(Projection::Orthographic { .. })) => {
-            FramingLens::Orthographic { height: None }
-        }
-        (None, Some(Projection::Perspective { fov_degrees })) => {
-            FramingLens::Perspective { fov_degrees }
-        }
-        (None, None) => FramingLens::Perspective { fov_degrees: USUAL_FOV_DEGREES },
-    }
-}
-
-/// A camera that a scene file may have.
-///
-/// # Errors
-/// [`Error::Usage`] in the words of the scene reader.
-pub(crate) fn checked(camera: Camera) -> Result<Camera> {
-    match parse_scene(&camera_text(&camera), Path::new("the camera")) {
-        Ok(_) => Ok(camera),
-        Err(Error::Scene(error)) => {
-            let SceneError { message, help, .. } = *error;
-            Err(Error::Usage(format!("the camera: {message}; {help}")))
-        }
-        Err(error) => Err(error),
-    }
-}
+pub(super) const COLOR: &str = "#8fb4d9";
 
 /// A scene file while it is changed.
-struct Draft {
+pub(super) struct Draft {
     document: DocumentMut,
 }
 
 impl Draft {
-    fn text(&self) -> String {
+    /// The scene file at `path` with this text.
+    pub(super) fn new(text: &str, path: &Path) -> Result<Draft> {
+        // Of a scene that can be read, but not changed: nobody knows of one.
+        let odd = |_| {
+            let path = path.display();
+            let help = "options can't be written into this scene; change it by hand";
+            Error::Usage(format!("{path}: {help}"))
+        };
+        Ok(Draft { document: text.parse().map_err(odd)? })
+    }
+
+    /// Its text.
+    pub(super) fn text(&self) -> String {
         self.document.to_string()
     }
 
-    /// The scene, with what data may lack: it is chosen, written into the text, and told.
-    fn read(
-        &mut self,
-        of_data: bool,
-        read: impl Fn(&str) -> Result<Scene>,
-    ) -> Result<(Scene, Vec<String>)> {
-        let (mut lacks_radius, mut notes) = (false, Vec::new());
-        let mut scene = loop {
-            let mut document = self.document.clone();
-            if document.get("camera").and_then(Item::as_table).is_some_and(Table::is_empty) {
-                document.remove("camera");
-            }
-            match read(&document.to_string()) {
-                Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Radius) => {
-                    // Any, until the spheres are there.
-                    lacks_radius = true;
-                    self.set_of_cloud("radius", 1.0);
-                }
-                Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Color) => {
-                    self.set_of_cloud("color", COLOR);
-                }
-                read => break read?,
-            }
-        };
-        if lacks_radius {
-            let radius = with_three_digits(usual_radius(&scene.spheres));
-            self.set_of_cloud("radius", radius);
-            scene.spheres.iter_mut().for_each(|sphere| sphere.radius = radius);
-            notes.push(format!(
-                "the data have no radius: each sphere gets {radius:?}, half the median distance \
-                 between neighbours; --radius says another"
-            ));
+    /// Its text without a camera that is still empty: something else is read first.
+    pub(super) fn text_so_far(&self) -> String {
+        let mut document = self.document.clone();
+        if document.get("camera").and_then(Item::as_table).is_some_and(Table::is_empty) {
+            document.remove("camera");
         }
-        Ok((scene, notes))
+        document.to_string()
     }
 
-    fn apply(&mut self, wishes: &Wishes, path: &Path, of_data: bool) -> Result<()> {
+    /// Writes the wishes into it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for wishes that can't be.
+    pub(super) fn apply(&mut self, wishes: &Wishes, path: &Path, of_data: bool) -> Result<()> {
         if wishes.frame() && wishes.position.is_some() {
             return Err(Error::Usage(
                 "--position says where the camera is, but --view, --margin and --height auto choose \
@@ -283,7 +87,7 @@ impl Draft {
         }
         if of_data {
             let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-            self.set_of_cloud("file", path_value(&name)?);
+            self.clouds().into_iter().try_for_each(|cloud| set_file(cloud, &name))?;
             self.set_image(Some(SIZE), Some(SAMPLES));
             self.set_image(wishes.size, wishes.samples);
         }
@@ -382,7 +186,8 @@ impl Draft {
         Ok(())
     }
 
-    fn set_camera(&mut self, camera: &Camera) {
+    /// Writes all of a camera.
+    pub(super) fn set_camera(&mut self, camera: &Camera) {
         let Some(table) = self.table("camera") else { return };
         set(table, "position", numbers(camera.position));
         set(table, "look_at", numbers(camera.look_at));
@@ -395,7 +200,8 @@ impl Draft {
         }
     }
 
-    fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<u32>) {
+    /// Writes the picture's columns and rows, and the samples across and down a pixel.
+    pub(super) fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<u32>) {
         if size.is_none() && samples.is_none() {
             return;
         }
@@ -416,7 +222,7 @@ impl Draft {
     }
 
     /// All clouds, which stand under headers or in a list.
-    fn clouds(&mut self) -> Vec<&mut dyn TableLike> {
+    pub(super) fn clouds(&mut self) -> Vec<&mut dyn TableLike> {
         match self.document.get_mut("spheres") {
             Some(Item::ArrayOfTables(tables)) => {
                 tables.iter_mut().map(|table| table as &mut dyn TableLike).collect()
@@ -430,7 +236,8 @@ impl Draft {
         }
     }
 
-    fn set_of_cloud(&mut self, key: &str, value: impl Into<Value>) {
+    /// Sets a key of the first cloud.
+    pub(super) fn set_of_cloud(&mut self, key: &str, value: impl Into<Value>) {
         if let Some(cloud) = self.clouds().into_iter().next() {
             set(cloud, key, value);
         }
@@ -514,13 +321,22 @@ fn sky_table(sky: &Sky) -> Table {
     table
 }
 
-/// A path as a scene names it.
-fn path_value(path: &Path) -> Result<Value> {
+/// The file that a cloud names.
+pub(super) fn file_of(cloud: &dyn TableLike) -> Option<&str> {
+    cloud.get("file").and_then(Item::as_str)
+}
+
+/// Lets a cloud name this file.
+///
+/// # Errors
+/// [`Error::Usage`] for a path that has no place in a text.
+pub(super) fn set_file(cloud: &mut dyn TableLike, path: &Path) -> Result<()> {
     let Some(path) = path.to_str() else {
         let message = format!("{}: a scene can name only a file in UTF-8", path.display());
         return Err(Error::Usage(message));
     };
-    text_value(path)
+    set(cloud, "file", text_value(path)?);
+    Ok(())
 }
 
 /// A text in double quotes, in which everything that steers a terminal is escaped.
@@ -540,41 +356,13 @@ fn text_value(text: &str) -> Result<Value> {
     quoted.parse::<Value>().map_err(wrong)
 }
 
-/// The nearest number with three digits, which a scene can name shortly.
-fn with_three_digits(number: f64) -> f64 {
-    format!("{number:.2e}").parse().unwrap_or(number)
-}
-
-fn parsed(text: &str, path: &Path) -> Result<DocumentMut> {
-    text.parse().map_err(|_| odd(path))
-}
-
-/// Of a scene that can be read, but not changed: nobody knows of one.
-fn odd(path: &Path) -> Error {
-    let path = path.display();
-    Error::Usage(format!("{path}: options can't be written into this scene; change it by hand"))
-}
-
-/// An error in a text that the user never saw.
-fn of_draft(error: Error, path: &Path, of_data: bool) -> Error {
-    let Error::Scene(error) = error else { return error };
-    let name = path.display().to_string();
-    if !of_data {
-        let path = format!("{name}, with the options").into();
-        return Box::new(SceneError { path, ..*error }).into();
-    }
-    // Of data, places in the text say nothing: the message names the file and the line.
-    let message = error.message.strip_prefix(&format!("{name}: ")).unwrap_or(&error.message);
-    SceneError::whole_file(path, message, error.help.as_str()).into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::DataWishes;
 
     fn draft(text: &str, wishes: &Wishes, path: &str) -> String {
-        let mut draft = Draft { document: parsed(text, Path::new(path)).unwrap() };
+        let mut draft = Draft::new(text, Path::new(path)).unwrap();
         draft.apply(wishes, Path::new(path), text == OF_DATA).unwrap();
         draft.text()
     }

@@ -3,6 +3,7 @@
 mod clouds;
 mod color;
 mod colormap;
+mod compose;
 mod draft;
 mod edges;
 mod framing;
@@ -29,8 +30,7 @@ pub(crate) use clouds::Watched;
 pub use clouds::is_cloud_file;
 pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
-pub(crate) use draft::checked;
-pub use draft::{Composed, compose_scene, place_camera, recompose_scene};
+pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub use edges::Edges;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
@@ -44,7 +44,7 @@ pub use spheres::{Sphere, Spheres};
 pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};
 #[cfg(feature = "view")]
 pub(crate) use write::camera_text;
-pub(crate) use write::{camera_in_a_line, cloud_scene_text, seen_from};
+pub(crate) use write::{camera_in_a_line, checked, cloud_scene_text, seen_from};
 
 /// The most objects that a scene may have: ids are `u32`, 0 is the background, and one more is
 /// left free.

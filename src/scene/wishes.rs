@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Light, Sky};
+use super::{FramingLens, Light, Projection, Sky, USUAL_FOV_DEGREES};
 
 /// What options ask for. What is `None` is as the scene says it, or as is usual.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -183,6 +183,24 @@ impl Wishes {
     /// True where the camera's place is chosen so that everything is in the picture.
     pub(super) fn frame(&self) -> bool {
         self.view.is_some() || self.margin.is_some() || self.lens == Some(WishedLens::AnyHeight)
+    }
+}
+
+/// The lens that is wished, or that of the scene, or the usual one.
+pub(super) fn framing_lens(
+    wished: Option<WishedLens>,
+    of_scene: Option<Projection>,
+) -> FramingLens {
+    match (wished, of_scene) {
+        (Some(WishedLens::Fov(fov_degrees)), _) => FramingLens::Perspective { fov_degrees },
+        (Some(WishedLens::Height(height)), _) => FramingLens::Orthographic { height: Some(height) },
+        (Some(WishedLens::AnyHeight), _) | (None, Some(Projection::Orthographic { .. })) => {
+            FramingLens::Orthographic { height: None }
+        }
+        (None, Some(Projection::Perspective { fov_degrees })) => {
+            FramingLens::Perspective { fov_degrees }
+        }
+        (None, None) => FramingLens::Perspective { fov_degrees: USUAL_FOV_DEGREES },
     }
 }
 

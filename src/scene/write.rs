@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Camera, Projection};
-use crate::error::{Error, Result};
+use super::{Camera, Projection, parse_scene};
+use crate::error::{Error, Result, SceneError};
 
 /// A scene file with one cloud; `about` is its first line, a comment.
 pub(crate) fn cloud_scene_text(about: &str, file: &str, camera: &Camera) -> String {
@@ -40,6 +40,21 @@ pub(crate) fn camera_text(camera: &Camera) -> String {
         "[camera]\nposition = {position:?}\nlook_at  = {look_at:?}\nup       = {up:?}\n\
          {key:<8} = {number:?}\n"
     )
+}
+
+/// A camera that a scene file may have.
+///
+/// # Errors
+/// [`Error::Usage`] in the words of the scene reader.
+pub(crate) fn checked(camera: Camera) -> Result<Camera> {
+    match parse_scene(&camera_text(&camera), Path::new("the camera")) {
+        Ok(_) => Ok(camera),
+        Err(Error::Scene(error)) => {
+            let SceneError { message, help, .. } = *error;
+            Err(Error::Usage(format!("the camera: {message}; {help}")))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// `cloud` as a scene file at `scene` names it: alone where they share a folder.

@@ -1,0 +1,213 @@
+//! A scene that is put together from a scene file or from data, and from wishes.
+//!
+//! The result is a text that a scene file could have, and it is read as scene files are: what a picture
+//! shows is what the text says. Two things are found by looking at the spheres, and then written into
+//! it: a camera that frames them, and the radius of spheres that have none.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::clouds::is_cloud_file;
+use super::draft::{COLOR, Draft, OF_DATA, SIZE, file_of, set_file};
+use super::framing::bounds;
+use super::neighbours::usual_radius;
+use super::open::Files;
+use super::read::{parse_scene_from, text_of};
+use super::wishes::{framing_lens, usual_up};
+use super::write::{checked, folder_of, seen_from};
+use super::{Camera, Framing, ImageSize, Scene, Wishes};
+use crate::control::Control;
+use crate::error::{Error, Lack, Result, SceneError};
+
+/// A scene as it was put together.
+#[derive(Debug)]
+pub struct Composed {
+    /// The scene.
+    pub scene: Scene,
+    /// What was chosen because nobody said it, a sentence each.
+    pub notes: Vec<String>,
+    /// The file that it came from.
+    path: PathBuf,
+    text: String,
+    size: Option<[u32; 2]>,
+    samples: Option<u32>,
+}
+
+/// Reads the scene or the data at `path` with these wishes. Where there is no camera, one is placed so
+/// that it frames all spheres.
+///
+/// # Errors
+/// Those of [`super::read_scene_with`]; [`Error::Usage`] for wishes that can't be.
+pub fn compose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
+    compose(Files::All, path, wishes, control)
+}
+
+/// As [`compose_scene`], for those who do it again while they watch the file, as
+/// [`super::reread_scene`].
+///
+/// # Errors
+/// As [`compose_scene`].
+pub fn recompose_scene(path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
+    compose(Files::Regular, path, wishes, control)
+}
+
+fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Result<Composed> {
+    let of_data = is_cloud_file(path);
+    let text = if of_data { OF_DATA.to_owned() } else { text_of(files, path)? };
+    let read = |text: &str| parse_scene_from(files, text, path, control);
+    let is_as_written = !of_data && wishes.leave_the_text();
+    let (mut scene, mut notes, mut text) = match is_as_written {
+        true => (read(&text)?, Vec::new(), text),
+        false => {
+            // What is wrong in the text itself, the reader tells.
+            let mut draft = Draft::new(&text, path).or_else(|odd| read(&text).and(Err(odd)))?;
+            draft.apply(wishes, path, of_data)?;
+            let (scene, notes) = completed(&mut draft, of_data, read)
+                .map_err(|error| of_draft(error, path, of_data))?;
+            (scene, notes, draft.text())
+        }
+    };
+    if of_data && scene.spheres.is_empty() {
+        let help = "give a row or a line for each sphere";
+        return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
+    }
+    if scene.camera.is_none() || wishes.frame() {
+        let camera = place_camera(&scene, wishes, path)?;
+        let mut draft = Draft::new(&text, path)?;
+        draft.set_camera(&camera);
+        text = draft.text();
+        if !of_data && scene.camera.is_none() {
+            notes.push(format!(
+                "{}: the scene has no [camera]; this one frames all spheres",
+                path.display()
+            ));
+        }
+        scene.camera = Some(camera);
+    }
+    // As the text will have them.
+    let is_possible = |size: &[u32; 2]| size.iter().all(|s| (1..=ImageSize::MAX_SIDE).contains(s));
+    let size = wishes.size.filter(is_possible);
+    if let Some([width, height]) = size {
+        scene.image = Some(ImageSize { width, height });
+    }
+    scene.samples = wishes.samples.or(scene.samples);
+    Ok(Composed { scene, notes, path: path.to_owned(), text, size, samples: wishes.samples })
+}
+
+impl Composed {
+    /// The text of a scene file at `place` that means this scene: the names of its clouds lead there from
+    /// that place, or from anywhere where it is `None`. Read, it is the same scene.
+    ///
+    /// # Errors
+    /// [`Error::Io`] for a folder that is not there; [`Error::Usage`] for a path that has no place in a
+    /// text.
+    pub fn text(&self, place: Option<&Path>) -> Result<String> {
+        let mut draft = Draft::new(&self.text, &self.path)?;
+        draft.set_image(self.size, self.samples);
+        let here = folder_of(&self.path)?;
+        for cloud in draft.clouds() {
+            let Some(name) = file_of(cloud) else { continue };
+            let file = here.join(name);
+            let name = match place {
+                // What leads there from this folder, still does.
+                Some(place) if folder_of(place)? == here => continue,
+                Some(place) => seen_from(place, &file)?,
+                None => file.canonicalize().map_err(Error::io(&file))?,
+            };
+            set_file(cloud, &name)?;
+        }
+        Ok(draft.text())
+    }
+}
+
+/// A camera for a scene without one, or one that frames a scene anew, by what the wishes say of the camera and
+/// of the picture's size. `path` is for messages.
+///
+/// # Errors
+/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be.
+pub fn place_camera(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camera> {
+    let of_scene = scene.camera.as_ref();
+    if scene.spheres.is_empty() && of_scene.is_none() {
+        return scene.require_camera(path).cloned();
+    }
+    let above = wishes.up.or(of_scene.map(|camera| camera.up)).unwrap_or(DVec3::Y);
+    let up = |from| wishes.up.unwrap_or_else(|| usual_up(from, above));
+    let lens = framing_lens(wishes.lens, of_scene.map(|camera| camera.projection));
+    if let Some(position) = wishes.position {
+        // With a `look_at` as well, the text has all of it.
+        let look_at = bounds(&scene.spheres)?.0;
+        let projection = lens.projection();
+        return checked(Camera { position, look_at, up: up(position - look_at), projection });
+    }
+    let from = match (wishes.view, of_scene) {
+        (None, Some(camera)) => camera.position - camera.look_at,
+        (view, _) => view.unwrap_or_default().direction(above),
+    };
+    let framing = Framing {
+        from,
+        up: up(from),
+        lens,
+        size: wishes.size.or(scene.image.map(|i| [i.width, i.height])).unwrap_or(SIZE),
+        margin: wishes.margin.unwrap_or(Framing::MARGIN),
+        look_at: wishes.look_at,
+        n_turns: wishes.n_turns,
+    };
+    checked(Camera {
+        position: from,
+        look_at: DVec3::ZERO,
+        up: framing.up,
+        projection: lens.projection(),
+    })?;
+    checked(framing.camera(&scene.spheres)?)
+}
+
+/// The scene of a draft, with what data may lack: it is chosen, written into the text, and told.
+fn completed(
+    draft: &mut Draft,
+    of_data: bool,
+    read: impl Fn(&str) -> Result<Scene>,
+) -> Result<(Scene, Vec<String>)> {
+    let (mut lacks_radius, mut notes) = (false, Vec::new());
+    let mut scene = loop {
+        match read(&draft.text_so_far()) {
+            Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Radius) => {
+                // Any, until the spheres are there.
+                lacks_radius = true;
+                draft.set_of_cloud("radius", 1.0);
+            }
+            Err(Error::Scene(error)) if of_data && error.lacks == Some(Lack::Color) => {
+                draft.set_of_cloud("color", COLOR);
+            }
+            read => break read?,
+        }
+    };
+    if lacks_radius {
+        let radius = with_three_digits(usual_radius(&scene.spheres));
+        draft.set_of_cloud("radius", radius);
+        scene.spheres.iter_mut().for_each(|sphere| sphere.radius = radius);
+        notes.push(format!(
+            "the data have no radius: each sphere gets {radius:?}, half the median distance \
+             between neighbours; --radius says another"
+        ));
+    }
+    Ok((scene, notes))
+}
+
+/// An error in a text that the user never saw.
+fn of_draft(error: Error, path: &Path, of_data: bool) -> Error {
+    let Error::Scene(error) = error else { return error };
+    let name = path.display().to_string();
+    if !of_data {
+        let path = format!("{name}, with the options").into();
+        return Box::new(SceneError { path, ..*error }).into();
+    }
+    // Of data, places in the text say nothing: the message names the file and the line.
+    let message = error.message.strip_prefix(&format!("{name}: ")).unwrap_or(&error.message);
+    SceneError::whole_file(path, message, error.help.as_str()).into()
+}
+
+/// The nearest number with three digits, which a scene can name shortly.
+fn with_three_digits(number: f64) -> f64 {
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
