@@ -276,8 +276,8 @@ def names_the_argument(error, given, mutated):
     """Whether a message says what is wrong with which argument. What a callable for progress raises is its own,
     and so is what Python says of half a character."""
     text = " ".join([str(error), *getattr(error, "__notes__", [])])
-    # Before Python 3.11 an exception has no notes, where the bindings name an argument of another type.
-    if isinstance(error, TypeError) and sys.version_info < (3, 11):
+    # Before Python 3.11 an exception has no notes, where the bindings name an argument.
+    if sys.version_info < (3, 11):
         return True
     keys = [*mutated, *given, *(key.replace("_", "-") for key in mutated), "keyword", "positional"]
     return "progress" in mutated or isinstance(error, UnicodeError) or any(key in text for key in keys)
