@@ -9,7 +9,7 @@ use std::fs;
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, ColorMap, Scene, legend_svg};
+use kugelblitz::scene::{Color, ColorMap, Coloring, Scene, Spheres, legend_svg, svg_of_colorings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -629,5 +629,38 @@ mod program {
             assert!(stderr.contains(advice), "{stderr}");
             assert!(!folder.path("b.svg").exists() && !folder.path("a.png").exists());
         }
+    }
+}
+
+#[test]
+fn numbers_of_an_array_have_the_colours_of_a_file() {
+    let folder = Folder::new();
+    let numbers = [1.0, 2.5, f64::NAN, 7.0, f64::INFINITY];
+    let lines = numbers.iter().enumerate().map(|(i, q)| format!("{i},0,0,1,{q}\n"));
+    let text = "x,y,z,r,q\n".to_string() + &lines.collect::<String>();
+    let rows: Vec<[f64; 4]> = (0..numbers.len()).map(|i| [i as f64, 0.0, 0.0, 1.0]).collect();
+    let map = ColorMap::from_name("magma_r").unwrap();
+    for (keys, range) in [("", None), ("\nrange = [2, 3]", Some([2.0, 3.0]))] {
+        let keys = format!("color_by = \"q\"\ncolormap = \"magma_r\"{keys}");
+        let scene = folder.good("a.csv", &text, &keys);
+        let spheres = Spheres::from_rows(rows.clone()).unwrap();
+        let missing = Coloring::MISSING_COLOR;
+        let (spheres, coloring) = spheres.with_numbers("q", &numbers, map, range, missing).unwrap();
+        assert!(spheres.colors().eq(scene.spheres.colors()));
+        assert_eq!(Some(&coloring), scene.clouds[0].coloring.as_ref());
+        assert_eq!(svg_of_colorings([&coloring]), legend_svg(&scene.clouds));
+    }
+    let of = |numbers: &[f64], range| {
+        let spheres = Spheres::from_rows(rows.clone()).unwrap();
+        spheres.with_numbers("q", numbers, map, range, Color::default()).map(|_| ())
+    };
+    for (numbers, range, words) in [
+        (&numbers[..2], None, "2 numbers for 5"),
+        (&[f64::NAN; 5][..], None, "no number is finite"),
+        (&numbers[..], Some([3.0, 3.0]), "the lesser one"),
+        (&numbers[..], Some([0.0, f64::INFINITY]), "the lesser one"),
+    ] {
+        let error = of(numbers, range).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
     }
 }

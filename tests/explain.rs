@@ -62,7 +62,28 @@ fn assert_written(explanation: &Explanation) {
     let n_hits =
         explanation.objects.iter().filter(|object| object.reason == Reason::Visible).count();
     assert!(n_checked >= 10 * n_hits, "{n_checked} expressions\n{text}");
-    assert_latex(&latex::latex(explanation), explanation);
+    let latex = latex::latex(explanation);
+    assert_latex(&latex, explanation);
+    assert_math(&latex::math(explanation), &latex);
+}
+
+/// Asserts that all stands in `align*`, and that the formulas are those of the LaTeX.
+#[track_caller]
+fn assert_math(math: &str, latex: &str) {
+    let mut is_inside = false;
+    for line in math.lines() {
+        match (line, is_inside) {
+            (r"\begin{align*}", false) => is_inside = true,
+            (r"\end{align*}", true) => is_inside = false,
+            (words, true) if words.starts_with(r"&\text") => {}
+            (formula, true) => assert!(latex.lines().any(|line| line == formula), "{formula}"),
+            (outside, false) => panic!("{outside}"),
+        }
+    }
+    assert!(!is_inside, "{math}");
+    let count = |text: &str, what: &str| text.matches(what).count();
+    let n_paragraphs = count(latex, r"\noindent") + count(latex, r"\begin{align*}");
+    assert_eq!(count(math, r"\begin{align*}"), n_paragraphs, "{math}");
 }
 
 /// Asserts that LaTeX is whole: balanced, formulas in math mode and aligned, words outside.

@@ -15,7 +15,8 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::glam::DVec3;
 use kugelblitz::judge::{
-    Allowed, Claims, Conventions, Judgement, NormalSide, NormalSpace, Quantity, hint, judge, truth,
+    self, Allowed, Claims, Conventions, Judgement, NormalSide, NormalSpace, Quantity, hint, judge,
+    truth,
 };
 use kugelblitz::picture::{Channel, Image, Samples, read_bytes, read_image};
 use kugelblitz::rays::{Pixels, Rays, View};
@@ -88,6 +89,21 @@ impl Case {
     fn broken(&self, image: &Image, conventions: &Conventions, allow: &str) -> Vec<String> {
         let allowed = if allow.is_empty() { Allowed::default() } else { allow.parse().unwrap() };
         allowed.broken(&self.judged(image, conventions).1)
+    }
+
+    /// The rays that are more wrong than they may be, of which `ray` is one: as they are counted, and as they are
+    /// told one by one.
+    fn wrong(&self, image: &Image, ray: usize) -> Vec<usize> {
+        let (claims, judgement) = self.judged(image, &Conventions::default());
+        let (allowed, Case { scene, rays, truth, .. }) = (Allowed::default(), self);
+        let case = judge::Case { scene, rays, truth, claims: &claims };
+        let told = |i: &usize| !case.of_ray(&judgement, &allowed, *i).is_empty();
+        let wrong: Vec<usize> = (0..rays.len()).filter(told).collect();
+        let counted = |i: &usize| !allowed.is_right(&judgement.errors[*i]);
+        assert_eq!(wrong, (0..rays.len()).filter(counted).collect::<Vec<_>>());
+        let worst = case.worst(&judgement, &allowed, 1);
+        assert_eq!(worst, case.of_ray(&judgement, &allowed, ray));
+        wrong
     }
 
     fn hint(&self, image: &Image) -> Option<String> {
@@ -169,6 +185,7 @@ fn honest_claims_are_right_and_each_wrong_one_is_seen() {
             let broken = case.broken(&spoiled, &own, "");
             assert!(broken.len() == 1 && broken[0].contains(words), "{name}, {what}: {broken:?}");
             assert_eq!(case.broken(&spoiled, &own, "ids=1,t=any,normal=any"), [""; 0], "{what}");
+            assert_eq!(case.wrong(&spoiled, inner), [inner], "{name}, {what}");
         }
     }
 }

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import dask.array as da
 import numpy as np
 from dask import delayed
-from distributed import WorkerPlugin, default_client, get_worker
+from distributed import WorkerPlugin, default_client, get_worker, wait
 
 from ._hits import DTYPE
 
@@ -126,9 +126,11 @@ def _band_rows(width, height, client):
 # drops copies that no task waits for, and the tree with them.
 #
 # Tasks depend on an anchor, a future whose value is the plugin's name. It tells how long the scene is needed: the
-# scheduler forgets it when neither the scene, which keeps the future here, nor an array or result is left.
+# scheduler forgets it when the scene is none of the last ones, whose anchors are kept here, and no array or result of it
+# is left.
 
 _PREFIX = "kugelblitz-scene-"
+_LAST_SCENES = 2
 _ANCHORS = WeakKeyDictionary()
 
 
@@ -144,14 +146,18 @@ def _held(scene, client):
     """The scene as a task takes it: with a client, the anchor of the one that each worker has."""
     if client is None:
         return delayed(scene, pure=False, traverse=False)
-    anchors = _ANCHORS.setdefault(client, WeakKeyDictionary())
-    anchor = anchors.get(scene)
-    if anchor is None or anchor.cancelled():
-        name = _PREFIX + uuid.uuid4().hex
-        anchor = client.submit(str, name, key=name)
-        _forget_unused(client)
-        client.register_plugin(_Carrier(name, scene))
-        anchors[scene] = anchor
+    anchors = _ANCHORS.setdefault(client, [])
+    for known, anchor in anchors:
+        if known is scene and not anchor.cancelled():
+            return anchor
+    del anchors[: 1 - _LAST_SCENES]
+    name = _PREFIX + uuid.uuid4().hex
+    anchor = client.submit(str, name, key=name)
+    anchors.append((scene, anchor))
+    # By then the scheduler knows of the anchors that were let go.
+    wait(anchor)
+    _forget_unused(client)
+    client.register_plugin(_Carrier(name, scene))
     return anchor
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ._kugelblitz import Picture, compare
 
-#: Lines of the explanation of the worst ray or pixel in a message.
+#: Most lines of the explanation of the worst ray or pixel in a message.
 WHY_LINES = 60
 
 
@@ -83,7 +83,7 @@ def _about_colors(array, right, difference, allow, scene, camera, exact, crop, s
     y, x = divmod(int(worst[0]), exact.width)
     size = (exact.width, exact.height) if crop is None else None
     why = scene.explain(camera, (left + x, top + y), size=size, samples=samples)
-    lines += [f"why {left + x},{top + y} is {_color(right[y, x])}:", *_head(str(why))]
+    lines += [f"why {left + x},{top + y} is {_color(right[y, x])}:", *_why(why)]
     return "\n".join(lines)
 
 
@@ -101,10 +101,18 @@ def _require(judgement, what):
     wrong = judgement.worst
     if wrong:
         at = wrong[0]["ray"]
-        lines += ["why:", *_head(str(judgement.explain(at)))]
+        lines += ["why:", *_why(judgement.explain(at))]
     raise AssertionError("\n".join(lines))
 
 
-def _head(text):
-    lines = text.splitlines()
+def _why(explanation):
+    """The verdicts and formulas of an explanation, without its tables and notes."""
+    lines, is_note = [], False
+    for line in str(explanation).splitlines():
+        if line.startswith(("The kernel certified decided", "Formulas:")):
+            break
+        is_of_table = "  " in line.strip() or line.endswith("ulp")
+        is_note = line.startswith("  In the table") or is_note and not is_of_table
+        if not (is_of_table or is_note):
+            lines.append(line)
     return lines if len(lines) <= WHY_LINES else [*lines[:WHY_LINES], "…"]

@@ -49,6 +49,38 @@ CALLS = {
         "epsilon": "0.0",
         "progress": "None",
     },
+    "explain": {
+        "camera": CAMERA,
+        "pixel": "(3, 2)",
+        "size": "(6, 4)",
+        "samples": "1",
+        "all": "False",
+        "lang": "'en'",
+        "digits": "6",
+    },
+    "judge": {
+        "camera_or_rays": f"({', '.join(RAYS)})",
+        "id": "np.array([1, 1, 0])",
+        "t": "np.array([4, 4.25, inf])",
+        "normal": "np.array([[0, 0, 1.0], [0, 0, 1], [0, 0, 0]])",
+        "id_offset": "0",
+        "scale": "1.0",
+        "normals": "'facing'",
+        "allow": "'ids=any,t=any'",
+        "worst": "3",
+        "device": "'cpu'",
+    },
+    "Camera.frame": {
+        "scene": f"kb.Scene({SPHERES})",
+        "view": "'iso'",
+        "up": "(0, 1, 0)",
+        "fov": "40.0",
+        "margin": "0.125",
+        "look_at": "None",
+        "size": "(6, 4)",
+        "n_turns": "1",
+    },
+    "Scene.generate": {"count": "20", "distribution": "'shell'", "seed": "3"},
 }
 
 #: Other right values.
@@ -64,13 +96,20 @@ RIGHT = {
     "look_at": ["(0, 0, 1)", "[0.5, 0, 0]", "np.array([0, 0.25, 0], 'f4')"],
     "up": ["(0, 0, 1)", "[1, 0, 0]", "np.array([0, 1, 0])"],
     "fov": ["1", "179.5", "np.float32(30)"],
-    "size": ["(1, 1)", "[6, 4]", "np.array([6, 4])", "(np.int64(8), np.uint8(5))"],
+    "size": ["(7, 5)", "[6, 4]", "np.array([6, 4])", "(np.int64(8), np.uint8(5))"],
     "samples": ["1", "3", "np.int64(2)"],
     "crop": ["None", "(0, 0, 1, 1)", "[2, 1, 1, 1]"],
     "transparent": ["True"],
     "kernel": ["'lecture'", "'stable'", "'double'"],
     "epsilon": ["0", "-0.0"],
     "progress": ["False", "lambda done, total: None"],
+    "view": ["'x'", "'-z'", "'quarter'", "None"],
+    "lang": ["'de'"],
+    "digits": ["1", "12"],
+    "pixel": ["(0, 0)", "[5, 3]", "np.array([1, 1])"],
+    "count": ["1", "np.int64(7)"],
+    "distribution": ["'packing'", "'galaxy'"],
+    "normals": ["'either'", "'outward'"],
 }
 
 #: Changes of an array that leave its values; `{}` is the array.
@@ -158,7 +197,7 @@ def case(rng):
     mutated = rng.sample(list(given), rng.choice([1, 1, 1, 2]))
     must = "same"
     for key in mutated:
-        is_array = given[key].startswith("np.array")
+        is_array = given[key].startswith("np.array(")
         kind = rng.random()
         if is_array and kind < 0.35:
             given[key] = rng.choice(SAME).replace("{}", given[key])
@@ -166,11 +205,13 @@ def case(rng):
             given[key], must = rng.choice(OTHER).replace("{}", given[key]), "any"
         elif key in RIGHT and kind < 0.4:
             given[key] = rng.choice(RIGHT[key])
-            if key == "size":
+            if key == "size" and "crop" in given:
                 given["crop"] = "None"
             must = "right" if must == "same" and len(mutated) == 1 else "any"
         elif kind < 0.95:
-            given[key], must = rng.choice(ANYTHING), "any"
+            # So many spheres would only take long.
+            pool = [text for text in ANYTHING if key != "count" or text not in ("2**31", "2**32")]
+            given[key], must = rng.choice(pool), "any"
         else:
             del given[key]
             must = "any"
@@ -180,8 +221,17 @@ def case(rng):
 def line(name, given):
     """The case as it is pasted after `import numpy as np, kugelblitz as kb; from fuzz import *`."""
     arguments = ", ".join(f"{key}={value}" for key, value in given.items())
-    of = {"Scene": "kb.Scene", "Camera": "kb.Camera"}.get(name, f"kb.Scene({SPHERES}).{name}")
+    of = f"kb.{name}" if name[0].isupper() else f"kb.Scene({SPHERES}).{name}"
     return f"{of}({arguments})"
+
+
+#: What stands for a result.
+TELL = {
+    "explain": str,
+    "judge": lambda judgement: repr(judgement.to_dict()) + str(judgement.wrong.tolist()),
+    "Camera.frame": repr,
+    "Scene.generate": lambda scene: scene.spheres.tobytes(),
+}
 
 
 def plain(array):
@@ -190,7 +240,8 @@ def plain(array):
 
 def result(name, text):
     """The case's result, told by bytes; asserts what is right of any result."""
-    given = eval(f"dict({text[text.index('(', text.index(name)) + 1:-1]})", NAMES)
+    start = len(line(name, {})) - 1
+    given = eval(f"dict({text[start:-1]})", NAMES)
     made = eval(text, NAMES)
     if name == "Scene":
         rows, spheres = made.spheres, given.get("spheres")
@@ -205,6 +256,8 @@ def result(name, text):
         assert (made.fov is None) != (made.height is None)
         ball = eval(f"kb.Scene({SPHERES})", NAMES)
         return ball.render(made, (3, 2), device="cpu").digest()
+    if name in TELL:
+        return TELL[name](made)
     if name == "trace":
         assert len(made) == len(given["origins"]) and made.id.max(initial=0) <= 3
         again = eval(f"kb.Scene({SPHERES})", NAMES).trace(
@@ -220,9 +273,14 @@ def result(name, text):
 
 
 def names_the_argument(error, given, mutated):
-    """Whether a message says what is wrong with which argument. What a callable for progress raises is its own."""
+    """Whether a message says what is wrong with which argument. What a callable for progress raises is its own,
+    and so is what Python says of half a character."""
     text = " ".join([str(error), *getattr(error, "__notes__", [])])
-    return "progress" in mutated or any(key in text for key in [*mutated, *given, "keyword", "positional"])
+    # Before Python 3.11 an exception has no notes, where the bindings name an argument.
+    if sys.version_info < (3, 11):
+        return True
+    keys = [*mutated, *given, *(key.replace("_", "-") for key in mutated), "keyword", "positional"]
+    return "progress" in mutated or isinstance(error, UnicodeError) or any(key in text for key in keys)
 
 
 def main():

@@ -181,24 +181,22 @@ def test_scenes_leave_the_workers_when_nobody_needs_them(camera):
         return sum(name.startswith(kd._PREFIX) for name in dask_worker.plugins)
 
     with cluster_of(1) as client:
-        scene = cloud(50)
-        array = kd.render(scene, camera, SIZE, client=client)
-        kd.render(scene, camera, SIZE, client=client)
+        first = cloud(50)
+        alone = first.render(camera, SIZE).rgb8
+        array = kd.render(first, camera, SIZE, client=client)
+        kd.render(first, camera, SIZE, client=client)
         assert list(client.run(held).values()) == [1]
-        # The array alone keeps it, and so does what is left of the array on the workers.
-        alone = scene.render(camera, SIZE).rgb8
-        del scene
-        gc.collect()
+        # Two scenes later it is none of the last ones, but its results need it.
         kept = array.persist()
-        del array
-        gc.collect()
-        other = cloud(60)
-        kd.render(other, camera, SIZE, client=client)
-        assert list(client.run(held).values()) == [2]
+        del array, first
+        for n in range(3):
+            kd.render(cloud(60 + n), camera, SIZE, client=client)
+            gc.collect()
+            time.sleep(0.3)
+        assert list(client.run(held).values()) == [1 + kd._LAST_SCENES]
         assert (kept.compute() == alone).all()
         del kept
         gc.collect()
         time.sleep(0.5)
-        third = cloud(70)
-        kd.render(third, camera, SIZE, client=client)
-        assert list(client.run(held).values()) == [2]
+        kd.render(cloud(70), camera, SIZE, client=client)
+        assert list(client.run(held).values()) == [kd._LAST_SCENES]

@@ -1,5 +1,6 @@
 """Hits against an oracle of another make: Python's fractions, and decimals of 80 digits for the roots."""
 
+from contextlib import contextmanager
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
@@ -9,6 +10,13 @@ import pytest
 from conftest import ROOT, cloud
 
 FLOAT32 = np.finfo(np.float32)
+
+
+@contextmanager
+def digits(n):
+    with localcontext() as context:
+        context.prec = n
+        yield
 
 
 def exact(numbers):
@@ -62,7 +70,7 @@ def assert_exact(spheres, planes, origins, directions):
     )
     for device in ["cpu", "gpu"]:
         hits = scene.trace(origins, directions, device=device)
-        with localcontext(prec=80):
+        with digits(80):
             for row, (origin, direction) in enumerate(zip(origins, directions)):
                 id, t = nearest(spheres, planes, origin, direction)
                 case = f"row {row} on {device}: origin {origin!r}, direction {direction!r}"
@@ -157,7 +165,7 @@ def test_the_oracle_notices():
     scene = cloud(5)
     origin, direction = np.array([0.5, 0.5, 5.0]), np.array([0.0, 0.0, -1.0])
     spheres = [[0.5, 0.5, 0.5, 0.25], [0.5, 0.5, 0.0, 0.25]]
-    with localcontext(prec=80):
+    with digits(80):
         assert nearest(spheres, [], origin, direction) == (1, Decimal("4.25"))
         assert nearest(spheres[::-1], [], origin, direction) == (2, Decimal("4.25"))
         assert nearest([], [((0, 0, 0), (0, 0, 2))], origin, direction) == (1, Decimal(5))
