@@ -32,9 +32,8 @@ pub(super) fn shade<T: Written>(
     {
         return Ok(true);
     }
-    let work = |light: Light| {
-        job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, |sample| light(sample))))
-    };
+    let work =
+        |light: Light| job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, light)));
     let primary = Primary { job, prepared, samples, work };
     prepared.objects.with_twin(prepared.bundle(), prepared.near, primary)?;
     Ok(false)
