@@ -286,8 +286,8 @@ impl<T: Finds> pulp::WithSimd for FindRun<'_, T> {
         let lanes: [f64; LANES] = std::array::from_fn(|lane| lane as f64);
         let j = like(run.offset.1 as f64);
         let (first, end) = (run.at, run.at + run.n);
-        for number in first / LANES..end.div_ceil(LANES) {
-            let pack = &mut packs[number];
+        let numbers = first / LANES..end.div_ceil(LANES);
+        for (number, pack) in numbers.clone().zip(&mut packs[numbers]) {
             let start = number * LANES;
             let mut n_known = 0;
             for at in registers::<S>() {
