@@ -14,14 +14,14 @@ use pyo3::types::PyDict;
 
 use crate::error;
 
+/// Devices by what was asked for.
+type Devices = HashMap<(DeviceChoice, Kernel), Device>;
+
 /// Devices that are open, and the process that opened them: a fork leaves their drivers' threads behind.
-static OPEN: Mutex<Option<(u32, HashMap<(DeviceChoice, Kernel), Device>)>> = Mutex::new(None);
+static OPEN: Mutex<Option<(u32, Devices)>> = Mutex::new(None);
 
 /// Does something with the open devices. The interpreter's lock is held, so that no fork comes meanwhile.
-fn with_open<T>(
-    _: Python<'_>,
-    act: impl FnOnce(&mut HashMap<(DeviceChoice, Kernel), Device>) -> T,
-) -> T {
+fn with_open<T>(_: Python<'_>, act: impl FnOnce(&mut Devices) -> T) -> T {
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
     if open.as_ref().is_some_and(|(process, _)| *process != process::id()) {
         // Another process's drivers can't be asked to close.

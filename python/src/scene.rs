@@ -846,12 +846,12 @@ impl Scene {
             false => self.colors(py)?.into_any(),
         };
         let of_files = self.of.clouds.iter().filter_map(|cloud| cloud.coloring.as_ref());
-        let colorings = of_files.chain(&self.coloring).map(|coloring| {
+        let mut colorings = of_files.chain(&self.coloring).map(|coloring| {
             let Coloring { column, map, range, missing_color, n_missing } = coloring;
             (column.clone(), map.name(), *range, missing_color.0, *n_missing)
         });
         let text = self.of.text_without_spheres();
-        let state = (self.spheres(py)?, colors, names, text, colorings.last(), self.notes());
+        let state = (self.spheres(py)?, colors, names, text, colorings.next_back(), self.notes());
         Ok((py.import("kugelblitz._pickle")?.getattr("scene_of_state")?, state))
     }
 
