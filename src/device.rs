@@ -17,7 +17,7 @@ use crate::trace::Wants;
 use crate::tracer::Tracer;
 
 #[cfg(feature = "gpu")]
-pub use choice::{ADAPTER_VARIABLE, DeviceChoice, open, rays_of_light};
+pub use choice::{ADAPTER_VARIABLE, DeviceChoice, open, rays_of_picture};
 
 /// The place where rays are traced.
 #[derive(Clone)]

@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::npy::write_float_header;
 use crate::output::OutputFile;
 use crate::random::SplitMix;
@@ -151,9 +152,13 @@ impl Recipe {
     /// through them.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a count that can't be; [`Error::Interrupted`].
+    /// [`Error::Usage`] for a count that can't be; [`Error::TooLarge`] for more than memory holds;
+    /// [`Error::Interrupted`].
     pub fn scene(&self, control: &Control) -> Result<Scene> {
         self.check()?;
+        // Twice, as lists that grow are moved.
+        let needed = 2 * self.count * (size_of::<Sphere>() + size_of::<Color>()) as u64;
+        memory::require(format!("{} spheres", self.count), needed, "generate fewer")?;
         let mut rows = self.rows();
         let mut spheres = Spheres::default();
         for index in 0..self.count {

@@ -4,8 +4,6 @@
 #[path = "common/folder.rs"]
 mod folder;
 
-use std::fs;
-
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
@@ -590,6 +588,7 @@ fn the_legend_has_a_bar_for_each_colouring() {
 
 #[cfg(feature = "cli")]
 mod program {
+    use std::fs;
     use std::process::{Command, Output};
 
     use super::*;

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::cost::Cost;
-use kugelblitz::device::Device;
+use kugelblitz::device::{Device, rays_of_picture};
 use kugelblitz::digest::scene_hash;
 use kugelblitz::explain;
 use kugelblitz::export::{self, Language};
@@ -825,7 +825,8 @@ impl Scene {
         let n_samples = usable_samples(samples.or(this.of.samples).unwrap_or(1))?;
         let background = if transparent { Background::LeftOut } else { Background::Shown };
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
-        let session = this.session(py, device, kernel, pixels.len())?;
+        let n_rays = rays_of_picture(&this.of, pixels.len(), n_samples);
+        let session = this.session(py, device, kernel, n_rays)?;
         let n_steps = n_steps(&pixels, n_samples, this.of.is_lit());
         let wants = Wants { surface: true, level: true };
         let keep =

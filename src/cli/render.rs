@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use kugelblitz::device::rays_of_light;
+use kugelblitz::device::rays_of_picture;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
@@ -196,10 +196,7 @@ impl Begun {
     pub fn session(&self, args: &RenderArgs) -> Result<Session> {
         let (kernel, choice) = (args.kernel.kernel, &args.device.device);
         let n_rays = match args.show {
-            Show::Color if self.scene.is_lit() => {
-                let n_samples = self.pixels.len() * (self.n_samples as usize).pow(2);
-                rays_of_light(&self.scene, n_samples)
-            }
+            Show::Color => rays_of_picture(&self.scene, self.pixels.len(), self.n_samples),
             _ => self.pixels.len(),
         };
         let device = device::open_for(choice, kernel, &self.scene, n_rays, &args.talk)?;

@@ -113,13 +113,17 @@ const MANY_RAYS: usize = 1 << 25;
 /// As many rays as one way from a sample to a lamp counts there: it saves 10 to 15 ns where there are few objects.
 const RAYS_OF_WAY: usize = 2;
 
-/// The samples of a lit picture as rays that take as long, where a device in software lights them.
-pub fn rays_of_light(scene: &Scene, n_samples: usize) -> usize {
+/// The rays that take as long as a picture of `n_pixels` with `n_samples` by `n_samples` each, where a device in
+/// software draws it.
+pub fn rays_of_picture(scene: &Scene, n_pixels: usize, n_samples: u32) -> usize {
+    if !scene.is_lit() {
+        return n_pixels;
+    }
     let n_lamps = scene.lights.len() + scene.sky.map_or(0, |sky| sky.directions as usize);
     let are_few =
         scene.n_objects() <= PlainLighting::FEW_OBJECTS && n_lamps <= PlainLighting::FEW_LAMPS;
     let of_ways = if are_few { RAYS_OF_WAY * n_lamps } else { 0 };
-    n_samples.saturating_mul(1 + of_ways)
+    n_pixels.saturating_mul((n_samples as usize).pow(2)).saturating_mul(1 + of_ways)
 }
 
 /// Why the CPU traces these rays sooner than a device in software, if it does: over many spheres it is

@@ -80,8 +80,8 @@ impl Draft {
     pub(super) fn apply(&mut self, wishes: &Wishes, path: &Path, of_data: bool) -> Result<()> {
         if wishes.frame() && wishes.position.is_some() {
             return Err(Error::Usage(
-                "--position says where the camera is, but --view, --margin and --height auto choose \
-                 it so that everything is in the picture; leave one of them out"
+                "a position says where the camera is, but a view, a margin or an automatic height \
+                 choose it so that everything is in the picture; leave one of them out"
                     .into(),
             ));
         }

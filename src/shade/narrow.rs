@@ -1,8 +1,8 @@
 //! What is in the way of a beam, in f32 with bounds: a device looks here first, and in f64
-//! ([`Beam::meets_sphere`]) where this says nothing.
+//! (`Beam::meets_sphere`) where this says nothing.
 //!
 //! # Spheres
-//! As in [`Beam`], distances `q` from the centre to the beam's start, to its end and to the nearest point
+//! As in `Beam`, distances `q` from the centre to the beam's start, to its end and to the nearest point
 //! between them are compared with `r ± E`. The beam is `p + s·d`, `0 ≤ s ≤ D`, with a unit vector `d`. Let `ε`
 //! be the unit of a faithful rounding of f32, `l` the centre's offset from `p`, and `η = ε|l|`.
 //! - `p` and the centre come as two f32 each, and `l = (c − p) + (c' − p')`. Two roundings take `2.01η`. The low
@@ -31,9 +31,9 @@
 //! `ε(|l| + |end|))`. For a sun `n·d` is off by `3.01 + 2·0.501` units of `|n|`: [`SLOPE`].
 //!
 //! # Range
-//! Where a beam starts, its error, centres and radii are below [`REACH`]; beams that are longer than [`END`] go on for ever:
+//! Where a beam starts, its error, centres and radii are below `REACH`; beams that are longer than `END` go on for ever:
 //! from no sphere in reach can the end be told otherwise. So squares are below `2¹²⁴`. What underflows is, under a root,
-//! below [`LEAST`].
+//! below `LEAST`.
 
 use super::beam::Beam;
 pub use super::beam::in_the_way;
