@@ -523,13 +523,16 @@ impl Seen {
         self.rest();
     }
 
-    /// The camera that P prints. A compositor that has yet to give the keyboard to a new window drops a
-    /// key, so P is pressed once more where nothing comes.
+    /// The camera that P prints. A compositor may not give the keyboard to a window that comes up while it
+    /// gets the keyboard itself; a click gives it, here on the status line, where it does nothing else.
     #[track_caller]
     pub fn camera(&mut self) -> String {
         let is_camera = |event: &Event| event.name() == "camera";
         self.key("p");
-        let event = self.comes_within(PATIENCE / 6, is_camera).unwrap_or_else(|| {
+        let event = self.comes_within(PATIENCE / 18, is_camera).unwrap_or_else(|| {
+            let [left, top, width, height] = self.area();
+            self.point([left + width / 2, top + height + 10]);
+            self.xdotool(&["click", "1"]);
             self.key("p");
             self.wait(is_camera)
         });
