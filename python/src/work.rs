@@ -52,8 +52,7 @@ pub fn run_with_progress<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
-    with_progress(py, progress, "step", Steps::Rays(n_steps), in_pool)
+    with_progress(py, progress, "step", Steps::Rays(n_steps), in_pool(work))
 }
 
 /// As [`run_with_progress`], with a session, which is waited for outside the pool: those who have it need the
@@ -73,6 +72,13 @@ pub fn run_with_session<T: Send>(
         let session = &mut *session;
         pool.install(|| work(session, control))
     })
+}
+
+/// All of `work` in the pool.
+fn in_pool<T: Send>(
+    work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
+) -> impl FnOnce(&ThreadPool, &Control) -> kugelblitz::Result<T> + Send {
+    |pool, control| pool.install(|| work(control))
 }
 
 fn with_progress<T: Send>(
@@ -122,8 +128,7 @@ pub fn run_of_bytes<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
-    with_progress(py, progress, "B", Steps::Bytes, in_pool)
+    with_progress(py, progress, "B", Steps::Bytes, in_pool(work))
 }
 
 /// An exception in place of a panic, which is a mistake of the library.
@@ -144,8 +149,7 @@ pub fn run<T: Send>(
     n_steps: u64,
     work: impl FnOnce(&Control) -> kugelblitz::Result<T> + Send,
 ) -> PyResult<T> {
-    let in_pool = |pool: &ThreadPool, control: &Control| pool.install(|| work(control));
-    run_in_steps(py, progress, Steps::Rays(n_steps), in_pool)
+    run_in_steps(py, progress, Steps::Rays(n_steps), in_pool(work))
 }
 
 fn run_in_steps<T: Send>(
