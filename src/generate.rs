@@ -158,7 +158,7 @@ impl Recipe {
         self.check()?;
         // Twice, as lists that grow are moved.
         let needed = 2 * self.count * (size_of::<Sphere>() + size_of::<Color>()) as u64;
-        memory::require(format!("{} spheres", self.count), needed, "generate fewer")?;
+        memory::require(format!("a cloud of {} spheres", self.count), needed, "generate fewer")?;
         let mut rows = self.rows();
         let mut spheres = Spheres::default();
         for index in 0..self.count {
