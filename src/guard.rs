@@ -115,21 +115,8 @@
 //! Rays for which [`crate::prepare::Prepared::in_range`] is false may overflow: whatever comes out
 //! is overwritten by "undecided". On the host ∞ is an ordinary number: see [`crate::host`].
 //!
-//! # Squares of pixels
-//! The ray of a square's middle stands for those of all its points. They are the true rays, and `d̂` is the
-//! direction that approximates them: with `x` a bound of `|d' − d|/|d'|` for all of them,
-//! `|d̂ − d'| ≤ (δε(1 + x) + x)|d'|`, and likewise `L̂` is off by `λη` and by how far their origins are
-//! apart. So `δ + x/ε` and `λ + apart/η` are the errors of the input ([`Reach`]), and what is
-//! decided holds for every point. Nothing above takes `δ` for small but for the second digits:
-//! - A direction that is off by `x` is turned by an angle of `x(1 + x²/5)` at most.
-//! - `d/|d|²` is an inversion, which takes `d'` and `d̂` to vectors that are `|d̂ − d'|/(|d̂||d'|)` apart: `s` is off
-//!   by `x(1 + x)ℓ`, as `|d'| ≥ 1`.
-//! - `1/|d̂|` is off by `x(1 + x)`, relative. Half the chord is bounded for whatever `κ` is.
-//! - `a = 1 + ρ²` with the distance `ρ` from the middle of the picture, which `x` changes: `ι` is off by
-//!   `(2ρx + x²)/(1 + ρ²) ≤ x(1 + x)`, and `1/a` from it by `x(1 + 2x)`. A root from inside and a plane's take
-//!   `ι` itself, for which [`WIDENING`] grows by `x/ε`.
-//!
-//! With `x ≤ 2⁻⁵` ([`LARGEST_TURN`]) and a frame that is orthonormal to `2⁻¹⁰` the second digits are below 0.07.
+//! # Other rays than those of pixels' centres
+//! [`squares`] has what changes where one ray stands for all samples of a square of pixels.
 //!
 //! # What is assumed of a device
 //! Each assumption is *specified*, by Vulkan's table of precision or by WGSL, or *measured* before the
@@ -183,6 +170,7 @@
 //! asks for.
 
 pub mod rows;
+pub mod squares;
 pub mod steps;
 
 use glam::DVec3;
@@ -191,6 +179,7 @@ use crate::kernel::certified::Widening;
 use crate::rays::{Bundle, Lens, Pixels, View};
 use crate::vec3::{Vec3, dot3};
 use crate::wide::SideBySide;
+pub use squares::{LARGEST_TURN, Reach};
 
 /// Error of the filter's inputs, in units `ε`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -235,54 +224,6 @@ pub fn input_of_picture(bundle: Bundle) -> Option<InputError> {
         Bundle::Point => Some(PIXELS),
         Bundle::Parallel => Some(PARALLEL),
         Bundle::Free => None,
-    }
-}
-
-/// How far the rays of all points of a square of pixels may be from that of its middle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reach {
-    /// Between their origins, world units.
-    pub apart: f64,
-    /// Between their directions, relative.
-    pub turned: f64,
-}
-
-/// Largest [`Reach::turned`] that its derivation holds for.
-pub const LARGEST_TURN: f64 = 1.0 / (1u64 << 5) as f64;
-
-impl Reach {
-    /// That of squares of `side` × `side` pixels, for an orthonormal frame: half a diagonal, and no direction
-    /// is shorter than 1. The 0.07 are for the second digits.
-    pub fn new(pixels: &Pixels, side: u32) -> Reach {
-        let half_side = f64::from(side) * pixels.view.h / f64::from(pixels.image_height);
-        let half_diagonal = 1.07 * half_side * std::f64::consts::SQRT_2;
-        match pixels.view.lens {
-            Lens::Perspective => Reach { apart: 0.0, turned: half_diagonal },
-            Lens::Orthographic => Reach { apart: half_diagonal, turned: 0.0 },
-        }
-    }
-
-    /// The error of the inputs of f32 for what is at distance up to `l`.
-    #[inline(always)]
-    pub fn widen(&self, input: InputError, l: f64) -> InputError {
-        let apart = if self.apart > 0.0 { self.apart / (UNIT_F32 * l) } else { 0.0 };
-        let InputError { offset, direction } = input;
-        InputError { offset: offset + apart, direction: direction + self.turned / UNIT_F32 }
-    }
-
-    /// [`WIDENING`] of f32 for these rays.
-    fn widening(&self) -> f64 {
-        WIDENING + self.turned / UNIT_F32
-    }
-
-    /// [`widening_f32`] for these rays.
-    pub fn widening_f32(&self) -> Widening<f32> {
-        widening(UNIT_F32, self.widening(), round_down, round_up)
-    }
-
-    /// [`inverse_f32`] for these rays.
-    pub fn inverse_f32(&self, x: f64) -> (f32, f32) {
-        inverse(x, self.widening() * UNIT_F32)
     }
 }
 
@@ -595,7 +536,13 @@ pub const LEAST_NEARNESS: f32 = 1.0 / (1u128 << 100) as f32;
 /// below.
 #[inline(always)]
 pub fn t_bound_f32(nearness: f32) -> f32 {
-    T_ROOM / nearness.max(LEAST_NEARNESS)
+    t_bound_in(T_ROOM, nearness)
+}
+
+/// The same with another room than [`T_ROOM`].
+#[inline(always)]
+pub fn t_bound_in(room: f32, nearness: f32) -> f32 {
+    room / nearness.max(LEAST_NEARNESS)
 }
 
 /// Largest exponent of a list's direction, either way, with which `t` surely stays in f32's range.

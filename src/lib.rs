@@ -128,7 +128,7 @@
 //!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU shades what that leaves open.
 //!    Kernels without a proof shade plainly: `shade/plain.rs`, on a device its twin
 //!    `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
-//!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which
+//!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares/` has proven which
 //!    pixels show one object alone.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.

@@ -382,8 +382,8 @@ fn the_widening() {
 }
 
 /// The rays of the corners of squares of pixels, against that of the middle: the parts of what is said
-/// that their directions, `1/a` and their origins take at most.
-fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
+/// that their directions, `1/a`, bounds of their `t` and their origins take at most.
+fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 4] {
     let fov_degrees = rng.random_range(5.0..150.0);
     let projection = match rng.random_bool(0.3) {
         true => Projection::Orthographic { height: rng.random_range(0.1..100.0) },
@@ -396,9 +396,9 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
         rng.random_range(64..2000),
     );
     let side = 1 << rng.random_range(0..5);
-    let reach = Reach::new(&pixels, side);
+    let reach = Reach::new(&pixels, f64::from(side));
     if reach.turned > guard::LARGEST_TURN {
-        return [0.0; 3];
+        return [0.0; 4];
     }
     let camera = CameraF64::new(&pixels);
     let mut at = |size: u32| f64::from(rng.random_range(0..=size) as i32 * 2 - size as i32);
@@ -408,7 +408,8 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
     let widened = guard::widening_f32();
     let grown = |w: &Widening<f32>| [w.wider - widened.wider, widened.narrower - w.narrower];
     let growth = grown(&reach.widening_f32()).map(f64::from);
-    let mut parts: [f64; 3] = [0.0; 3];
+    let t_growth = f64::from(reach.t_room() / guard::T_ROOM) - 1.0;
+    let mut parts: [f64; 4] = [0.0; 4];
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let half = f64::from(side);
         let corner = camera.camera_ray(i + x * half, j + y * half);
@@ -420,6 +421,7 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
             of(turned / vector(corner.direction).length(), reach.turned),
             of(f64::max(1.0 - inverse, 0.0), growth[1])
                 .max(of(f64::max(inverse - 1.0, 0.0), growth[0])),
+            of(f64::max(inverse - 1.0, 0.0), t_growth),
             of(apart, reach.apart),
         ]) {
             *part = part.max(new);
@@ -431,13 +433,13 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 3] {
 #[test]
 fn squares_of_pixels() {
     let mut rng = ChaCha8Rng::seed_from_u64(1425);
-    let mut worst: [f64; 3] = [0.0; 3];
+    let mut worst: [f64; 4] = [0.0; 4];
     for _ in 0..20_000 {
         for (worst, part) in worst.iter_mut().zip(part_of_reach(&mut rng)) {
             *worst = worst.max(part);
         }
     }
-    println!("turned, 1/a, apart: {worst:.3?} of what is said");
+    println!("turned, 1/a, t, apart: {worst:.3?} of what is said");
     assert!(worst.iter().all(|&part| part <= 1.0 && part > 0.5), "{worst:?}");
 }
 

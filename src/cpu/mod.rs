@@ -1,6 +1,7 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
 mod in_f64;
+mod listed;
 mod squares;
 mod tile;
 mod tree;
@@ -16,17 +17,18 @@ use crate::error::{Error, Result};
 use crate::guard;
 use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::certified::{Filter, Nearest, UNDECIDED, Widening, nearest_listed};
+use crate::kernel::certified::UNDECIDED;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
-use crate::prepare::{Hierarchy, Lists, Objects, Prepared, Seen};
+use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, Samples, Timing, Wants};
 use crate::tracer::{Tracer, trace_all_samples};
 pub use in_f64::propose_in_f64;
+use listed::Listed;
 use squares::Squares;
-use tile::{ParallelRays, PointRays, TILE, TileRays, TileTracer};
+use tile::{ALL, Leaf, ParallelRays, PointRays, TILE, TileRays, TileTracer};
 pub use tree::propose_in_space;
 
 /// Rays that one thread takes at a time from a list.
@@ -125,7 +127,7 @@ fn trace_hierarchy(
     control: &Control,
     hits: &mut Hits,
 ) -> Result<()> {
-    let (Rays::Pixels(pixels), Some(Seen { footprints, far })) = (rays, &hierarchy.seen) else {
+    let (Rays::Pixels(pixels), Some(seen)) = (rays, &hierarchy.seen) else {
         hits.id.fill(UNDECIDED);
         return Ok(());
     };
@@ -135,15 +137,16 @@ fn trace_hierarchy(
         host::check()?;
         let first_row = (band * TILE) as u32;
         let n_rays = ids.len() as u64;
-        let row = RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids };
+        let row = RowOfTiles { seen, pixels, first_row, control, ids };
+        let (footprints, listed) = (&seen.footprints, Listed::new(prepared, hierarchy));
         let arch = pulp::Arch::new();
         match pixels.view.lens {
             Lens::Perspective => {
-                let tracer = TileTracer::<PointRays>::new(footprints, far, pixels);
+                let tracer = TileTracer::<PointRays>::new(footprints, listed, pixels);
                 arch.dispatch(WithTracer { row, tracer })
             }
             Lens::Orthographic => {
-                let tracer = TileTracer::<ParallelRays>::new(footprints, far, pixels);
+                let tracer = TileTracer::<ParallelRays>::new(footprints, listed, pixels);
                 arch.dispatch(WithTracer { row, tracer })
             }
         }?;
@@ -154,8 +157,7 @@ fn trace_hierarchy(
 
 /// The ids of one row of tiles, compiled for each instruction set that the processor may have.
 struct RowOfTiles<'a> {
-    prepared: &'a Prepared,
-    hierarchy: &'a Hierarchy,
+    seen: &'a Seen,
     pixels: &'a Pixels,
     first_row: u32,
     control: &'a Control,
@@ -174,19 +176,20 @@ impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
         let WithTracer { row, mut tracer } = self;
-        let RowOfTiles { prepared, hierarchy, pixels, first_row, control, ids } = row;
-        let widening = guard::widening_f32();
+        let RowOfTiles { seen: Seen { footprints, far }, pixels, first_row, control, ids } = row;
         let width = pixels.width as usize;
         let n_rows = ids.len() / width;
         for first_column in (0..width).step_by(TILE) {
             control.check()?;
-            let (x, y) = (pixels.x + first_column as u32, pixels.y + first_row);
-            tracer.trace(x, y, |ray| others::<T::Filter>(prepared, hierarchy, ray, &widening));
-            for row in 0..n_rows {
-                for column in 0..TILE.min(width - first_column) {
-                    let id = tracer.nearest(column, row).decide();
-                    ids[row * width + first_column + column] = id;
-                }
+            let corner = [pixels.x + first_column as u32, pixels.y + first_row];
+            let leaf = |place: usize| Leaf::of_rays(&far[place]);
+            let n_columns = TILE.min(width - first_column);
+            let seen = match tracer.trace(corner, ALL, footprints, leaf) {
+                true => tracer.ids(),
+                false => [0; TILE * TILE],
+            };
+            for (y, seen) in seen.chunks_exact(TILE).take(n_rows).enumerate() {
+                ids[y * width + first_column..][..n_columns].copy_from_slice(&seen[..n_columns]);
             }
         }
         Ok(())
@@ -219,33 +222,15 @@ fn rays_alone<T: TileRays>(
     pixels: &Pixels,
 ) -> Vec<u32> {
     let camera = CameraF32::new(pixels);
-    let widening = guard::widening_f32();
+    let (widening, others) = (guard::widening_f32(), Listed::new(prepared, hierarchy));
     let propose = |index: usize| {
         let (x, y) = pixels.xy(index);
         let (i, j) = pixels.offset2(x, y);
         let ray = camera.camera_ray(i as f32, j as f32);
-        let listed = others::<T::Filter>(prepared, hierarchy, &ray, &widening);
+        let listed = others.nearest::<T::Filter>(&ray, &widening);
         walk::nearest_far::<T>(&ray, [x, y], listed, seen, &widening).decide()
     };
     (0..pixels.len()).into_par_iter().map(propose).collect()
-}
-
-/// The objects outside the hierarchy.
-#[inline(always)]
-fn others<F: Filter>(
-    prepared: &Prepared,
-    hierarchy: &Hierarchy,
-    ray: &RayOf<f32>,
-    widening: &Widening<f32>,
-) -> Nearest<f32> {
-    let Objects::Certified(Lists { spheres, planes }) = &prepared.objects else {
-        return Nearest::NONE;
-    };
-    let n_spheres = prepared.scene.spheres.len() as u32;
-    let sphere_id = |index: u32| hierarchy.rest[index as usize];
-    // What follows them is no sphere.
-    let spheres = &spheres[..hierarchy.rest.len()];
-    nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, widening)
 }
 
 /// The loop over all rays.

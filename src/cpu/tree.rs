@@ -13,7 +13,7 @@ use crate::tree::IS_LEAF;
 use crate::tree::slabs::{SlabRoom, meets, slabs_of};
 use crate::vec3::Vec3;
 
-use super::others;
+use super::listed::Listed;
 
 /// The proposals of the kernel `certified` in f32 for a list of rays into many spheres, as a device makes
 /// them: the twin that they are compared with.
@@ -29,10 +29,10 @@ pub fn propose_in_space(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
         return Err(Error::Usage("the scene has no tree in space for a device".into()));
     };
     let coordinates = prepared.coordinates();
-    let widening = guard::widening_f32();
+    let (widening, others) = (guard::widening_f32(), Listed::new(prepared, hierarchy));
     let propose = |ray| {
         let (ray, _) = f32::list_ray(&coordinates, ray);
-        let listed = others::<FreeFilter>(prepared, hierarchy, &ray, &widening);
+        let listed = others.nearest::<FreeFilter>(&ray, &widening);
         nearest_in_tree(&ray, listed, in_space).decide()
     };
     Ok(rays.par_iter().map(propose).collect())

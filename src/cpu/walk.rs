@@ -1,6 +1,6 @@
 //! Twin of `shaders/hierarchy.wgsl`: a ray that walks through a hierarchy alone.
 
-use super::tile::TileRays;
+use super::tile::{Leaf, TileRays};
 use crate::guard;
 use crate::kernel::RayOf;
 use crate::kernel::certified::{Nearest, Widening};
@@ -19,7 +19,7 @@ pub(super) fn nearest_far<T: TileRays>(
     let t_max = guard::t_bound_f32(ray.a * nearest.low);
     footprints.visit(footprints.cells(pixel, pixel), t_max, |_, place| {
         let sphere = &far[place];
-        nearest = nearest.nearer(T::leaf(ray, sphere, widening), sphere.id);
+        nearest = nearest.nearer(T::leaf(ray, &Leaf::of_rays(sphere), widening), sphere.id);
         guard::t_bound_f32(ray.a * nearest.low)
     });
     nearest

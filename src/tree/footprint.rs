@@ -59,7 +59,7 @@ const EDGE: f64 = 1.0 / (1u64 << 10) as f64;
 const MOST_CELLS: u32 = (1 << 15) - 1;
 
 /// The column and row of no cell.
-const NO_CELL: u16 = MOST_CELLS as u16;
+pub(super) const NO_CELL: u16 = MOST_CELLS as u16;
 
 /// A rectangle of cells that holds all pixels that may see a sphere, and a lower bound of its `t`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Zeroable)]

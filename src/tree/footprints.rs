@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 pub use super::IS_LEAF;
 use super::Tree;
-use super::footprint::Footprint;
+use super::footprint::{Footprint, NO_CELL};
 
 /// A node of 16 bytes, as the device sees it. [`Node::covers`] and the walk have their twins in
 /// `shaders/hierarchy.wgsl`.
@@ -39,8 +39,13 @@ pub struct Cells {
     last: u32,
 }
 
+impl Cells {
+    /// None, which no node covers: they begin past the last column.
+    pub const NONE: Cells = Cells { first: NO_CELL as u32, last: 0 };
+}
+
 #[inline(always)]
-fn pack(column: u32, row: u32) -> u32 {
+const fn pack(column: u32, row: u32) -> u32 {
     column | row << 16
 }
 
@@ -67,6 +72,13 @@ impl Node {
         let past_low = (cells.last | BORROW).wrapping_sub(self.low);
         let before_high = self.high.wrapping_sub(cells.first);
         past_low & before_high & BORROW == BORROW
+    }
+
+    /// Whether it has fewer columns or rows of cells than `side`.
+    #[inline(always)]
+    pub fn is_narrower(&self, side: u32) -> bool {
+        let Footprint { columns, rows, .. } = self.footprint();
+        [columns, rows].iter().any(|[first, last]| u32::from(last - first) + 1 < side)
     }
 
     /// No sphere below is seen nearer than this.
@@ -338,15 +350,75 @@ impl Footprints {
     #[inline(always)]
     pub fn visit(&self, cells: Cells, mut t_max: f32, mut visit: impl FnMut(&Node, usize) -> f32) {
         let mut at = 0;
-        while let Some(node) = self.nodes.get(at) {
+        while let Some((node, place)) = self.next(&mut at, cells, t_max) {
+            t_max = visit(node, place);
+        }
+    }
+}
+
+/// Leaves that are walked through.
+pub trait Leaves {
+    /// The next leaf that may be seen in one of the cells at `t ≤ t_max`, and the place of its sphere: from
+    /// number `at`, which begins with 0, on. Nearer ones come first.
+    fn next(&self, at: &mut usize, cells: Cells, t_max: f32) -> Option<(&Node, usize)>;
+}
+
+/// Of two children the nearer one comes first.
+impl Leaves for Footprints {
+    #[inline(always)]
+    fn next(&self, at: &mut usize, cells: Cells, t_max: f32) -> Option<(&Node, usize)> {
+        loop {
+            let node = self.nodes.get(*at)?;
             if !node.covers(cells) || node.t > t_max {
-                at = node.after(at);
+                *at = node.after(*at);
                 continue;
             }
+            *at += 1;
             if let Some(place) = node.place() {
-                t_max = visit(node, place as usize);
+                return Some((node, place as usize));
             }
-            at += 1;
+        }
+    }
+}
+
+/// All leaves that may be seen in some cells, the nearest one first: a list is soon looked through, by many
+/// parts of the cells.
+#[derive(Clone, Debug, Default)]
+pub struct Nearby {
+    leaves: Vec<Node>,
+}
+
+impl Nearby {
+    /// Gathers the leaves of these cells. False where they are more than `most`, and not all are here.
+    #[inline(always)]
+    pub fn gather(&mut self, footprints: &Footprints, cells: Cells, most: usize) -> bool {
+        self.leaves.clear();
+        let mut at = 0;
+        while let Some((leaf, _)) = footprints.next(&mut at, cells, f32::MAX) {
+            if self.leaves.len() == most {
+                return false;
+            }
+            self.leaves.push(*leaf);
+        }
+        self.leaves.sort_unstable_by(|a, b| a.t.total_cmp(&b.t));
+        true
+    }
+
+    /// Those leaves.
+    pub fn leaves(&self) -> &[Node] {
+        &self.leaves
+    }
+}
+
+impl Leaves for Nearby {
+    #[inline(always)]
+    fn next(&self, at: &mut usize, cells: Cells, t_max: f32) -> Option<(&Node, usize)> {
+        loop {
+            let leaf = self.leaves.get(*at).filter(|leaf| leaf.t <= t_max)?;
+            *at += 1;
+            if leaf.covers(cells) {
+                return Some((leaf, (leaf.link & !IS_LEAF) as usize));
+            }
         }
     }
 }

@@ -99,7 +99,7 @@ pub struct GuardOf<R> {
 
 impl<R: Real> SphereCertified<R> {
     #[inline(always)]
-    pub(super) fn guard(&self) -> GuardOf<R> {
+    pub(crate) fn guard(&self) -> GuardOf<R> {
         GuardOf { inner2: self.inner2, outer2: self.outer2, slack: self.slack }
     }
 }

@@ -124,11 +124,10 @@ impl Frame {
         }
     }
 
-    /// The frame of squares of `side` × `side` pixels of a picture, each of which the ray of its middle stands
-    /// for; `None` where they are too large for that.
-    pub fn of_squares(pixels: &Pixels, scene: &Scene, side: u32) -> Option<Frame> {
+    /// The frame of squares of a picture's pixels, of which the ray of the middle stands for all within `reach`;
+    /// `None` where that is too far.
+    pub fn of_squares(pixels: &Pixels, scene: &Scene, reach: Reach) -> Option<Frame> {
         let frame = Frame::new(&Rays::Pixels(*pixels), pixels.view.position, scene);
-        let reach = Reach::new(pixels, side);
         let is_small = frame.in_range && reach.turned <= guard::LARGEST_TURN;
         is_small.then_some(Frame { near: true, reach, ..frame })
     }

@@ -1,77 +1,57 @@
-//! Samples of few objects: squares of pixels in which one object fills everything are proven to be such
-//! (see "Squares of pixels" in [`crate::guard`]), large ones first. Only pixels that are left are
-//! sampled.
+//! Samples of pixels: those that show one object alone are proven to be such (see [`crate::guard::Reach`]).
+//! Only pixels that are left are sampled.
+
+mod few;
+mod many;
 
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::tile::TILE;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::guard;
+use crate::guard::Reach;
 use crate::host;
-use crate::kernel::certified::{
-    Frame, Places, PlaneCertified, SeenObjects, SphereCertified, UNDECIDED, Widening,
-};
-use crate::kernel::{Kernel, Lists};
-use crate::prepare::{Objects, Prepared};
-use crate::rays::{CameraF32, Pixels, Rays};
-use crate::scene::Scene;
+use crate::kernel::Kernel;
+use crate::kernel::certified::UNDECIDED;
+use crate::prepare::Prepared;
+use crate::rays::{Pixels, Rays};
 use crate::trace::{Level, Mixed, Samples, StageCounts, Timing, resize};
+use few::{Few, LARGEST, Room};
+use many::Many;
 
-/// Columns and rows of the largest squares, px.
-const LARGEST: u32 = 16;
-
-/// The objects as squares of some size see them.
-struct Size {
-    /// Columns and rows, px.
-    side: u32,
-    lists: Lists<SphereCertified, PlaneCertified>,
-    widening: Widening<f32>,
-}
-
-impl Size {
-    /// `None` where squares are too large for the bounds.
-    fn new(pixels: &Pixels, scene: &Scene, side: u32) -> Option<Size> {
-        let frame = Frame::of_squares(pixels, scene, side)?;
-        let lists = frame.objects(scene, scene.spheres.iter());
-        Some(Size { side, lists, widening: frame.widening() })
-    }
-}
-
-/// Pixels that are looked at in squares.
+/// Pixels that are looked at before their samples.
 pub(super) struct Squares<'a> {
     /// Of the picture of the samples.
     prepared: &'a Prepared,
     pixels: &'a Pixels,
     /// Samples across and down a pixel.
     n: u32,
-    /// From large squares to single pixels.
-    sizes: Vec<Size>,
+    way: Way<'a>,
 }
 
-/// Room for the squares of some rows.
-#[derive(Default)]
-struct Room {
-    open: Vec<[u32; 2]>,
-    next: Vec<[u32; 2]>,
-    places: Places,
-    ids: Vec<u32>,
+enum Way<'a> {
+    Few(Few<'a>),
+    Many(Box<Many<'a>>),
 }
 
 impl<'a> Squares<'a> {
     /// `None` where samples are better traced without.
     pub fn new(prepared: &'a Prepared, pixels: &'a Pixels, n: u32) -> Option<Squares<'a>> {
         let is_proven = prepared.kernel == Kernel::Certified && !prepared.starts_in_f64();
-        if n == 1 || pixels.is_empty() || !is_proven || prepared.hierarchy.is_some() {
+        if n == 1 || pixels.is_empty() || !is_proven {
             return None;
         }
-        let sides = [LARGEST, LARGEST / 4, LARGEST / 16].into_iter();
-        let sizes: Vec<Size> =
-            sides.filter_map(|side| Size::new(pixels, &prepared.scene, side)).collect();
-        let has_pixels = sizes.last().is_some_and(|size| size.side == 1);
-        has_pixels.then_some(Squares { prepared, pixels, n, sizes })
+        let way = match &prepared.hierarchy {
+            None => Way::Few(Few::new(prepared, pixels, n)?),
+            Some(hierarchy) => {
+                let reach = Reach::of_samples(pixels, 1, n);
+                Way::Many(Box::new(Many::new(prepared, hierarchy, pixels, n, reach)?))
+            }
+        };
+        Some(Squares { prepared, pixels, n, way })
     }
 
     /// [`crate::tracer::Tracer::trace_samples`].
@@ -84,15 +64,22 @@ impl<'a> Squares<'a> {
         self.prepared.check(&all)?;
         let width = self.pixels.width as usize;
         resize(&mut samples.whole, self.pixels.len());
-        let strips = samples.whole.par_chunks_mut(LARGEST as usize * width).enumerate();
+        let n_rows = match self.way {
+            Way::Few(_) => LARGEST as usize,
+            Way::Many(_) => TILE,
+        };
+        let strips = samples.whole.par_chunks_mut(n_rows * width).enumerate();
         let mixed = strips
             .map_init(Room::default, |room, (strip, whole)| {
                 control.check()?;
                 host::check()?;
-                let first_row = strip as u32 * LARGEST;
-                self.find_whole(first_row, whole, room);
+                let first_row = (strip * n_rows) as u32;
+                let mixed = match &self.way {
+                    Way::Few(few) => few.look(first_row, whole, room),
+                    Way::Many(many) => many.look(first_row, whole, control)?,
+                };
                 control.advance((whole.len() as u64) * u64::from(self.n).pow(2));
-                Ok(self.sample(first_row, whole, room))
+                Ok(mixed)
             })
             .collect::<Result<Vec<Mixed>>>()?;
         samples.set_mixed(mixed, self.n as usize);
@@ -100,84 +87,6 @@ impl<'a> Squares<'a> {
         let start = Instant::now();
         samples.counts = self.decide(&all, control, samples)?;
         Ok(Timing { trace, refine: start.elapsed(), ..Timing::default() })
-    }
-
-    /// Finds the pixels of some rows that show one object alone, and leaves the others [`UNDECIDED`].
-    fn find_whole(&self, first_row: u32, whole: &mut [u32], room: &mut Room) {
-        let Pixels { width, image_width, image_height, .. } = *self.pixels;
-        let n_rows = whole.len() as u32 / width;
-        let camera = CameraF32::new(self.pixels);
-        let Room { open, next, places, ids } = room;
-        open.clear();
-        let largest = self.sizes[0].side;
-        for y in (0..n_rows).step_by(largest as usize) {
-            open.extend((0..width).step_by(largest as usize).map(|x| [x, y]));
-        }
-        for (size, smaller) in self.sizes.iter().zip(self.sizes[1..].iter().map(Some).chain([None]))
-        {
-            let side = size.side;
-            // What the rows cut off is no square of the picture.
-            let is_inside = |[x, y]: [u32; 2]| x + side <= width && y + side <= n_rows;
-            places.clear();
-            next.clear();
-            let mut split = |[x, y]: [u32; 2]| {
-                let step = smaller.map_or(side, |size| size.side) as usize;
-                for y in (y..(y + side).min(n_rows)).step_by(step) {
-                    next.extend((x..(x + side).min(width)).step_by(step).map(|x| [x, y]));
-                }
-            };
-            open.retain(|&square| {
-                if !is_inside(square) {
-                    split(square);
-                }
-                is_inside(square)
-            });
-            for [x, y] in &*open {
-                let (x, y) = (self.pixels.x + x, self.pixels.y + first_row + y);
-                // Of its middle, as `Pixels::offset2` has it of a pixel's.
-                let i = i64::from(2 * x + side) - i64::from(image_width);
-                let j = i64::from(image_height) - i64::from(2 * y + side);
-                places.push((i, j));
-            }
-            let (lists, widening) = (&size.lists, size.widening);
-            SeenObjects { lists, widening, camera: &camera, near: true }.decide(places, ids);
-            for (&[x, y], &id) in open.iter().zip(&*ids) {
-                if id == UNDECIDED && smaller.is_some() {
-                    split([x, y]);
-                    continue;
-                }
-                for row in y..y + side {
-                    let first = (row * width + x) as usize;
-                    whole[first..first + side as usize].fill(id);
-                }
-            }
-            std::mem::swap(open, next);
-        }
-    }
-
-    /// What f32 sees of the samples of those pixels of some rows that are left.
-    fn sample(&self, first_row: u32, whole: &[u32], room: &mut Room) -> Mixed {
-        let Objects::Certified(lists) = &self.prepared.objects else { return Mixed::default() };
-        let samples = self.pixels.samples(self.n);
-        let camera = CameraF32::new(&samples);
-        let Room { places, ids, .. } = room;
-        places.clear();
-        let first = (first_row * self.pixels.width) as usize;
-        let mixed: Vec<u32> = (0..whole.len())
-            .filter(|&at| whole[at] == UNDECIDED)
-            .map(|at| (first + at) as u32)
-            .collect();
-        for &pixel in &mixed {
-            let (x, y) = self.pixels.xy(pixel as usize);
-            for y in y * self.n..(y + 1) * self.n {
-                for x in x * self.n..(x + 1) * self.n {
-                    places.push(samples.offset2(x, y));
-                }
-            }
-        }
-        let (widening, near) = (guard::widening_f32(), self.prepared.near);
-        SeenObjects { lists, widening, camera: &camera, near }.decide(places, ids);
-        (mixed, ids.clone())
     }
 
     /// Decides the samples that f32 left open, and says how many each stage decided.
@@ -214,29 +123,40 @@ mod tests {
 
     use glam::DVec3;
 
+    use super::few::Size;
     use super::*;
     use crate::cpu::CpuTracer;
     use crate::random::SplitMix;
     use crate::rays::View;
-    use crate::scene::{Camera, Color, Plane, Projection, Sphere};
+    use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
     use crate::trace::{Hits, Wants};
     use crate::tracer::{Tracer, trace_all_samples};
 
-    /// Spheres of all sizes before a camera, of which some hide parts of others or hold the eye, and planes
-    /// through them.
-    fn case(seed: u64) -> (Arc<Scene>, Pixels) {
+    /// Fewer spheres of all sizes than this before a camera, of which some hide parts of others or hold the eye,
+    /// and planes through them.
+    fn few(seed: u64) -> (Arc<Scene>, Pixels) {
+        case(seed, seed % 12, -1.0)
+    }
+
+    /// The same with so many spheres, small ones as well, that they have a hierarchy.
+    fn many(seed: u64) -> (Arc<Scene>, Pixels) {
+        case(seed, 20 + seed * 7 % 400, -3.0)
+    }
+
+    /// `n` spheres of typically `2^size`.
+    fn case(seed: u64, n: u64, size: f64) -> (Arc<Scene>, Pixels) {
         let mut rng = SplitMix::new(seed);
         let mut number = || 2.0 * rng.unit() - 1.0;
         let mut vector = || DVec3::new(number(), number(), number());
         let (forward, up) = (vector().normalize(), vector());
         let position = vector() * 10.0;
-        let spheres = (0..seed % 12).map(|k| {
+        let spheres = (0..n).map(|k| {
             let away = forward * 8.0 + vector() * 6.0;
             let radius = match k {
                 0 if seed.is_multiple_of(5) => away.length() * (1.0 + 0.1 * vector().x.abs()),
-                _ => 2f64.powf(3.0 * vector().x - 1.0),
+                _ => 2f64.powf(3.0 * vector().x + size),
             };
-            (Sphere { center: position + away, radius }, Color([0.1 * k as f64, 0.5, 1.0]))
+            (Sphere { center: position + away, radius }, Color([0.1 * (k % 12) as f64, 0.5, 1.0]))
         });
         let spheres = spheres.collect();
         let plane = |_| Plane {
@@ -263,18 +183,30 @@ mod tests {
         CpuTracer::new(Arc::new(prepared), Wants::default())
     }
 
-    /// Pixels of squares of this side, said to show one object by bounds for squares of `reach`, that do not;
-    /// and how many are said to.
-    fn wrong(side: u32, reach: u32) -> (usize, usize) {
+    /// Samples of pixels that are said to show one object by bounds for this part of their reach, and that don't
+    /// see it; and how many pixels are said to. Of few spheres the pixels are squares of this side.
+    fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), side: u32, part: f64) -> (usize, usize) {
         let (mut n_wrong, mut n_whole, n) = (0, 0, 16 / side);
         for seed in 0..120 {
             let (scene, pixels) = case(seed);
-            let Some(size) = Size::new(&pixels, &scene, reach) else { continue };
+            let reach = Reach::new(&pixels, part * (f64::from(side) - 1.0 / f64::from(n)));
             let mut tracer = tracer(&scene, &pixels, n);
-            let sizes = vec![Size { side, ..size }];
-            let squares = Squares { prepared: &tracer.prepared, pixels: &pixels, n, sizes };
             let mut whole = vec![UNDECIDED; pixels.len()];
-            squares.find_whole(0, &mut whole, &mut Room::default());
+            match &tracer.prepared.hierarchy {
+                None => {
+                    let Some(size) = Size::new(&pixels, &scene, side, reach) else { continue };
+                    let (prepared, sizes) = (&*tracer.prepared, vec![size]);
+                    let few = Few { prepared, pixels: &pixels, n, sizes };
+                    few.find_whole(0, &mut whole, &mut Room::default());
+                }
+                Some(hierarchy) => {
+                    let many = Many::new(&tracer.prepared, hierarchy, &pixels, n, reach).unwrap();
+                    for (strip, whole) in whole.chunks_mut(TILE * pixels.width as usize).enumerate()
+                    {
+                        many.look((strip * TILE) as u32, whole, &Control::default()).unwrap();
+                    }
+                }
+            }
             let mut hits = Hits::default();
             tracer.trace(&Rays::Pixels(pixels.samples(n)), &Control::default(), &mut hits).unwrap();
             let (row, n) = ((pixels.width * n) as usize, n as usize);
@@ -289,8 +221,8 @@ mod tests {
 
     #[test]
     fn what_fills_a_square_is_seen_by_all_of_its_samples() {
-        for side in [1, 4] {
-            let (n_wrong, n_whole) = wrong(side, side);
+        for (case, side) in [(few as fn(_) -> _, 1), (few, 4), (many, 1)] {
+            let (n_wrong, n_whole) = wrong(case, side, 1.0);
             assert_eq!(n_wrong, 0, "squares of {side}");
             assert!(n_whole > 60_000, "{n_whole} with squares of {side}");
         }
@@ -298,15 +230,17 @@ mod tests {
 
     #[test]
     fn sabotage_half_the_reach_is_noticed() {
-        for side in [2, 8] {
-            assert!(wrong(side, side / 2).0 > 20);
+        for (case, side) in [(few as fn(_) -> _, 2), (few, 8), (many, 1)] {
+            let (n_wrong, _) = wrong(case, side, 0.5);
+            assert!(n_wrong > 20, "{n_wrong} with squares of {side}");
         }
     }
 
     #[test]
     fn samples_are_those_that_are_traced_one_by_one() {
         let (mut n_mixed, mut n_whole) = (0, 0);
-        for seed in 0..60 {
+        let cases = [few as fn(_) -> _, many];
+        for (seed, case) in (0..60).flat_map(|seed| cases.map(|case| (seed, case))) {
             let (scene, pixels) = case(seed);
             let n = 2 + (seed % 4) as u32;
             let pixels = Pixels { width: 33 + seed as u32 % 16, height: 19, ..pixels };
@@ -330,6 +264,6 @@ mod tests {
             n_mixed += found.mixed.len();
             n_whole += pixels.len() - found.mixed.len();
         }
-        assert!(n_mixed > 1000 && n_whole > 10_000, "{n_mixed}, {n_whole}");
+        assert!(n_mixed > 1000 && n_whole > 30_000, "{n_mixed}, {n_whole}");
     }
 }
