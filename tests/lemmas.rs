@@ -7,6 +7,7 @@ mod adversarial;
 
 use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
+use kugelblitz::guard::host::{Bounded, input_in_f32};
 use kugelblitz::guard::{
     self, Guard, InputError, LIST, LIST_F64, PIXELS, Reach, UNIT_F32, UNIT_F64,
 };
@@ -16,7 +17,7 @@ use kugelblitz::kernel::certified::{
     Nearness, Widening, closest_approach, half_chord_radius, normalized, outside_nearness,
 };
 use kugelblitz::prepare::split;
-use kugelblitz::rays::{CameraF64, Pixels, View};
+use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::shade::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
 use kugelblitz::tree::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
@@ -256,6 +257,53 @@ fn inputs_that_are_rounded_once() {
         Some(lost.length() / (UNIT_F64 * l.length()))
     });
     assert_tight("λ of lists in f64", LIST_F64.offset, found);
+}
+
+/// Rays of pixels in the host's f32, which rounds to nearest: the unit is half a faithful one.
+#[test]
+fn rays_of_the_host() {
+    let unit = <f32 as Bounded>::UNIT;
+    let camera = |x: &[f64], lens| {
+        let forward = DVec3::from_slice(x).normalize();
+        let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
+        let (right_step, true_up_step) = (right * x[6].abs(), right.cross(forward) * x[6].abs());
+        let narrow = |v: DVec3| Vec3::<f32>::from(v);
+        let camera = CameraF32 {
+            origin: Vec3::ZERO,
+            forward: narrow(forward),
+            right_step: narrow(right_step),
+            true_up_step: narrow(true_up_step),
+            lens,
+        };
+        (camera, forward, right_step, true_up_step)
+    };
+    let wide = |v: Vec3<f32>| DVec3::from(v.0.map(f64::from));
+    let offsets = |choices: u64| {
+        let of = |bits: u64| f64::from((bits % 2048) as i32 - 1024);
+        (of(choices), of(choices >> 20))
+    };
+    let found = worst(7, |x, choices| {
+        let (camera, forward, right, up) = camera(x, Lens::Perspective);
+        let (i, j) = offsets(choices);
+        let exact = forward + right * i + up * j;
+        let found = wide(camera.camera_ray(i as f32, j as f32).direction);
+        Some(found.distance(exact) / (unit * exact.length()))
+    });
+    println!("δ: {found:.4}");
+    let input = input_in_f32(Lens::Perspective);
+    assert!(found <= input.direction && found > input.direction / 3.0, "{found}");
+    let found = worst(10, |x, choices| {
+        let (camera, _, right, up) = camera(x, Lens::Orthographic);
+        let (i, j) = offsets(choices);
+        let (exact_c, exact_o) = (DVec3::from_slice(&x[7..]), right * i + up * j);
+        let origin = camera.camera_ray(i as f32, j as f32).origin;
+        let l = Vec3::<f32>::from(exact_c) - origin;
+        let distance = exact_c.length() + exact_o.length();
+        Some(wide(l).distance(exact_c - exact_o) / (unit * distance))
+    });
+    println!("λ: {found:.4}");
+    let input = input_in_f32(Lens::Orthographic);
+    assert!(found <= input.offset && found > input.offset / 3.0, "{found}");
 }
 
 /// A vector, and the same off by at most `by` of a length.
