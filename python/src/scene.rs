@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::process;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
@@ -80,6 +81,8 @@ pub struct Scene {
     /// How `color_by` became colours, where there is no file that it came from.
     coloring: Option<Coloring>,
     sessions: Mutex<Sessions>,
+    /// Whether depths or normals of a picture were asked for.
+    keeps_surfaces: AtomicBool,
 }
 
 /// Sessions by the device's name and the kernel, and the process that they are of.
@@ -91,7 +94,12 @@ struct Sessions {
 
 impl From<scene::Scene> for Scene {
     fn from(scene: scene::Scene) -> Scene {
-        Scene { of: Arc::new(scene), coloring: None, sessions: Mutex::default() }
+        Scene {
+            of: Arc::new(scene),
+            coloring: None,
+            sessions: Mutex::default(),
+            keeps_surfaces: AtomicBool::new(false),
+        }
     }
 }
 
@@ -115,6 +123,18 @@ impl Scene {
         };
         let make = || Shared::new(Session::new(Arc::clone(&self.of), device, kernel));
         Ok(sessions.of.entry((name, kernel)).or_insert_with(make).clone())
+    }
+
+    /// Has pictures keep depths and normals from now on: who wants them of one wants them of the next.
+    pub fn keep_surfaces(&self) {
+        self.keeps_surfaces.store(true, Ordering::Relaxed);
+    }
+
+    /// What pictures keep of their hits. Without a proof, only ids and depths of the same trace surely fit
+    /// together.
+    fn kept_of_hits(&self, kernel: Kernel) -> Wants {
+        let is_wanted = self.keeps_surfaces.load(Ordering::Relaxed);
+        Wants { surface: is_wanted || kernel != Kernel::Certified, level: true }
     }
 }
 
@@ -828,7 +848,7 @@ impl Scene {
         let n_rays = rays_of_picture(&this.of, pixels.len(), n_samples);
         let session = this.session(py, device, kernel, n_rays)?;
         let n_steps = n_steps(&pixels, n_samples, this.of.is_lit());
-        let wants = Wants { surface: true, level: true };
+        let wants = this.kept_of_hits(kernel);
         let keep =
             |session: &mut Session, control: &Control| session.keep(&pixels, style, wants, control);
         let (kept, _) = work::run_with_session(py, progress, n_steps, &session, keep)?;
