@@ -18,7 +18,8 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error;
-use crate::scene::{Scene, counts_of};
+use crate::rays::counts_of;
+use crate::scene::Scene;
 use crate::session::Shared;
 use crate::work;
 
