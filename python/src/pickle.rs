@@ -22,7 +22,7 @@ pub type State<'py> = (
 );
 
 /// A [`Coloring`], its map by name.
-pub type StateOfColoring = (String, String, [f64; 2], [f64; 3], usize);
+type StateOfColoring = (String, String, [f64; 2], [f64; 3], usize);
 
 /// What pickle keeps of a scene.
 pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
@@ -44,17 +44,10 @@ pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
 }
 
 /// The scene of what [`state_of`] gave.
-pub fn of_state(
-    py: Python<'_>,
-    rows: &Bound<'_, PyAny>,
-    colors: &Bound<'_, PyAny>,
-    names: HashMap<u32, String>,
-    text: &str,
-    coloring: Option<StateOfColoring>,
-    notes: Vec<String>,
-) -> PyResult<Scene> {
-    let mut scene = parse_scene(text, "a pickled scene".as_ref()).map_err(error::of(""))?;
-    scene.spheres = spheres_of(py, rows, None, Some(colors))?;
+pub fn of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+    let (rows, colors, names, text, coloring, notes) = state;
+    let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
+    scene.spheres = spheres_of(py, &rows, None, Some(&colors))?;
     names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
     scene.notes = notes;
     let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {

@@ -1,6 +1,6 @@
 //! The scene, and what is done with it.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,7 +37,7 @@ use crate::given::{
     usable_frame, usable_radius, usable_samples,
 };
 use crate::judge::{self, Judgement};
-use crate::pickle::{State, StateOfColoring, of_state, state_of};
+use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
 use crate::rays::{counts_of, one_ray, pixels_of, rays_of};
@@ -733,16 +733,8 @@ impl Scene {
 
     /// A scene of what [`Scene::__reduce__`] gave.
     #[staticmethod]
-    fn _of_state(
-        py: Python<'_>,
-        rows: &Bound<'_, PyAny>,
-        colors: &Bound<'_, PyAny>,
-        names: HashMap<u32, String>,
-        text: &str,
-        coloring: Option<StateOfColoring>,
-        notes: Vec<String>,
-    ) -> PyResult<Scene> {
-        of_state(py, rows, colors, names, text, coloring, notes)
+    fn _of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+        of_state(py, state)
     }
 
     fn __repr__(&self) -> String {
