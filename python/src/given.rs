@@ -57,13 +57,6 @@ pub fn usable_radius(radius: f64) -> PyResult<f64> {
     }
 }
 
-pub fn usable_frame(frame: u32) -> PyResult<u32> {
-    match frame {
-        0 => Err(PyValueError::new_err("frame: 0, but frames are counted from 1")),
-        frame => Ok(frame),
-    }
-}
-
 pub fn usable_samples(samples: u32) -> PyResult<u32> {
     let most = Scene::MAX_SAMPLES;
     match (1..=most).contains(&samples) {

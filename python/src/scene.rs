@@ -34,7 +34,7 @@ use crate::drawing::{Drawing, Tinted};
 use crate::explain::{Explanation, explained};
 use crate::given::{
     ambient_of, color_of, colored_by, lights_of, name_all, paint, planes_of, sky_of, spheres_of,
-    usable_frame, usable_radius, usable_samples,
+    usable_radius, usable_samples,
 };
 use crate::judge::{self, Judgement};
 use crate::pickle::{State, of_state, state_of};
@@ -196,7 +196,7 @@ impl Scene {
     /// that frames everything, light, and a radius where the data have none. `notes` says what was chosen.
     ///
     /// `radius`, `color`, `color_by` (a column), `colormap`, `range`, `columns` (a dictionary such as
-    /// {"radius": "R"}) and `frame` (from 1) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
+    /// {"radius": "R"}) and `frame` (from 0) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
     /// `height` and `margin` are those of `Camera.frame`; `size` and `samples` win over the file's.
     #[staticmethod]
     #[pyo3(signature = (
@@ -240,7 +240,7 @@ impl Scene {
                 colormap,
                 range,
                 columns: columns.collect::<PyResult<_>>()?,
-                frame: frame.map(usable_frame).transpose()?,
+                frame,
             },
             ..Wishes::default()
         };
