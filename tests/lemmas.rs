@@ -9,7 +9,7 @@ use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
 use kugelblitz::guard::host::{Bounded, input_in_f32};
 use kugelblitz::guard::{
-    self, Guard, InputError, LIST, LIST_F64, PIXELS, Reach, UNIT_F32, UNIT_F64,
+    self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach, UNIT_F32, UNIT_F64,
 };
 use kugelblitz::guard::{rows, steps};
 use kugelblitz::kernel::RayOf;
@@ -585,6 +585,34 @@ fn half_chords_of_rows() {
     assert_tight("CHORD", rows::CHORD, found);
 }
 
+/// A point from two bounds of `t`, beside half their distance: where the ray's origin is near, then where the point
+/// is near the origin.
+#[test]
+fn points_from_bounds_of_t() {
+    for (name, constant, scale) in
+        [("POINT", steps::POINT, 1e-6), ("POINT_ORIGIN", steps::POINT_ORIGIN, 1e6)]
+    {
+        let found = worst(8, |x, choices| {
+            let (direction, exact_direction) = vector(x);
+            let (low, exact_low) = number(x[6].abs());
+            let length = exact_direction.length();
+            let origin = DVec3::from_slice(&x[3..]).normalize() * (exact_low * length * scale);
+            let (origin, exact_origin) = vector(&origin.to_array());
+            let (high, exact_high) = number(exact_low * (1.0 + x[7].abs() * 1e-4));
+            set_choices(choices, false);
+            let half = (high - low) * Adversarial(0.5);
+            let point = to_f64(origin + direction * (low + half));
+            let ends = [exact_low, exact_high].map(|t| exact_origin + t * exact_direction);
+            let farthest = ends.map(|end| point.distance(end)).into_iter().fold(0.0, f64::max);
+            // What is of higher order has its room, as where the bound is taken.
+            let rounding = farthest / ROOM - length * f64::from(half.0);
+            let of = if scale < 1.0 { exact_high * length } else { exact_origin.length() };
+            Some(rounding / (UNIT_F32 * of))
+        });
+        assert_tight(name, constant, found);
+    }
+}
+
 #[test]
 fn quotients_of_planes_in_rows() {
     let found = worst(4, |x, _| {
@@ -605,6 +633,40 @@ fn quotients_of_planes_in_rows() {
         Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))
     });
     assert_tight("INVERSE", rows::INVERSE, found);
+}
+
+/// `t` of a sphere as neighbours in a row find it, of all that is granted for it. The slack in that is for a
+/// device's division and root.
+#[test]
+fn roots_of_rows() {
+    for is_outside in [true, false] {
+        let found = worst(13, |x, choices| {
+            let ((d, rounded_d), (l, rounded_l)) = (vector(x), vector(&x[3..]));
+            let input = ROUNDED_ONCE;
+            let exact_d =
+                moved(rounded_d, &x[6..], input.direction * UNIT_F32 * rounded_d.length());
+            let error = input.offset * UNIT_F32 * rounded_l.length() * (1.0 - 1e-6);
+            let exact_l = moved(rounded_l, &x[9..], error);
+            let a = exact_d.length_squared();
+            let (r, exact_r) = number(distance(exact_l, exact_d) + x[12].abs());
+            let guard = Guard::new(exact_r, guard::length_bound(exact_l), UNIT_F32, input);
+            set_choices(choices, true);
+            let (s, m) = closest_approach(d, ray(d).inv_a, l);
+            let chord2 = r * r - m;
+            let (width2, found2) = (guard.outer2 - guard.inner2, f64::from(chord2.0));
+            if rounded_d.length() < 1.0 || found2 < 4.0 * width2 {
+                return None;
+            }
+            let half = (chord2 * ray(d).inv_a).sqrt();
+            let t = if is_outside { s - half } else { s + half };
+            let exact_half = ((exact_r.powi(2) - distance(exact_l, exact_d).powi(2)) / a).sqrt();
+            let exact_s = exact_d.dot(exact_l) / a;
+            let exact = if is_outside { exact_s - exact_half } else { exact_s + exact_half };
+            let granted = guard.slack + rows::CHORD * width2 / found2.sqrt();
+            Some((f64::from(t.0) - exact).abs() / granted)
+        });
+        assert_tight(if is_outside { "t outside" } else { "t inside" }, 1.0, found);
+    }
 }
 
 /// The intervals of far spheres, with `s + h` off by all that `FAR` allows.

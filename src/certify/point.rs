@@ -7,7 +7,7 @@ use super::rows::{Finds, OfPicture, RowSight};
 use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
 use super::{Completer, Stage, StageRays, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{InputError, ROOM, UNIT_F64};
+use crate::guard::{InputError, ROOM, UNIT_F64, steps};
 use crate::kernel::RayOf;
 use crate::rays::{CameraF64, Pixels};
 use crate::scene::Object;
@@ -15,7 +15,7 @@ use crate::vec3::{Vec3, dot3};
 use crate::wide::{Holds, SideBySide, WideF64};
 #[cfg(feature = "gpu")]
 use crate::{
-    guard::{LIST_F64, input_of_picture, steps},
+    guard::{LIST_F64, input_of_picture},
     rays::Bundle,
 };
 
@@ -128,12 +128,12 @@ fn origin_error(origin: Vec3<f64>, bounds: &Bounds) -> f64 {
 
 /// Of `t|d|` in a point's error, in units.
 fn of_point(input: InputError) -> f64 {
-    input.direction + 3.0
+    input.direction + steps::POINT
 }
 
 /// Of the length of its ray's origin.
 fn of_origin(input: InputError) -> f64 {
-    input.offset + 1.0
+    input.offset + steps::POINT_ORIGIN
 }
 
 /// The constants of the same in `shaders/lit.wgsl`, by their names there. A device's division is in the
@@ -491,8 +491,8 @@ mod tests {
         }
     }
 
-    /// `t`'s bounds are those of the filter, of which `tests/guards.rs` tells how wide they are: wrong points
-    /// begin at a 32nd.
+    /// Roundings to the nearest hardly ever add up as the bounds grant: wrong points begin at a 32nd.
+    /// `tests/lemmas.rs` halves what each step is granted, with roundings that do.
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
         for width in WIDTHS {
