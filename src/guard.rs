@@ -169,6 +169,7 @@
 //! [`crate::tree`]'s boxes with its least slacks, which are powers of two far above what their derivation
 //! asks for.
 
+pub mod host;
 pub mod rows;
 pub mod squares;
 pub mod steps;

@@ -35,12 +35,13 @@ use decide::MOST_HELD;
 pub(crate) use decide::bits;
 use in_f64::is_ordinary;
 pub(crate) use in_f64::{InF64, ray_record, suits_device};
-pub(crate) use lanes::Completer;
+pub(crate) use lanes::{Completer, Run, run_length};
 use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, Pack, Points, registers};
+pub(crate) use point::{LANES, LengthsOfRays, Pack, Points, registers};
+pub(crate) use rows::{Finds, OfPicture, RowSight};
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
