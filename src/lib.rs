@@ -124,8 +124,10 @@
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
 //!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
 //!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`. A GPU proposes lit
-//!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), shadows first in
-//!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU shades what that leaves open.
+//!    ones (`shaders/lit.wgsl`, `gpu/light.rs`): bytes first in f32 (`shaders/point.wgsl`, bounds in
+//!    [`shade::point`]), what that leaves open and other numbers in f64 by the CPU's bounds
+//!    (`shaders/beam.wgsl`), shadows in both first in f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]).
+//!    The CPU shades what is still open.
 //!    Kernels without a proof shade plainly: `shade/plain.rs`, on a device its twin
 //!    `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
 //!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares.rs` has proven which

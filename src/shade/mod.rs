@@ -3,6 +3,7 @@
 mod beam;
 mod exactly;
 mod finder;
+mod in_f32;
 mod in_f64;
 mod lamp;
 mod lit;
@@ -10,6 +11,7 @@ mod mean;
 pub mod narrow;
 mod painter;
 mod plain;
+pub mod point;
 mod unlit;
 mod written;
 
@@ -19,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 #[cfg(feature = "gpu")]
-pub(crate) use beam::FOR_DEVICE as BEAM_CONSTANTS;
+pub(crate) use beam::{FOR_DEVICE as BEAM_CONSTANTS, FOR_DEVICE_IN_F32 as BEAM_CONSTANTS_IN_F32};
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub(crate) use mean::ExactMean;
