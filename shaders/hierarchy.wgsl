@@ -77,12 +77,5 @@ fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {
         //#end
         t_max = t_bound(ray.a * nearest.low);
     }
-    // A device in software may stop a long walk; what it has found by then is no answer.
-    let is_stopped = at < walk.n_nodes;
-    return Nearest(
-        select(nearest.low, 0.0, is_stopped),
-        nearest.high,
-        nearest.second_high,
-        select(nearest.id, UNDECIDED, is_stopped),
-    );
+    return unless_stopped(nearest, at);
 }

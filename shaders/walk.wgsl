@@ -19,3 +19,14 @@ fn texel(index: u32) -> vec2u {
 fn t_bound(nearness: Real) -> Real {
     return T_ROOM / max(nearness, LEAST_NEARNESS);
 }
+
+// What a walk that got to the node `at` has found, or undecided: a device in software may stop a long walk.
+fn unless_stopped(nearest: Nearest, at: u32) -> Nearest {
+    let is_stopped = at < walk.n_nodes;
+    return Nearest(
+        select(nearest.low, 0.0, is_stopped),
+        nearest.high,
+        nearest.second_high,
+        select(nearest.id, UNDECIDED, is_stopped),
+    );
+}

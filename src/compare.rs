@@ -6,7 +6,7 @@ mod share;
 pub use pictures::{
     ChannelDifference, PictureDifference, Tolerance, compare_pictures, difference_picture,
 };
-pub use share::{Share, percent};
+pub use share::Share;
 
 use crate::trace::Hits;
 

@@ -182,6 +182,7 @@
 //! [`crate::tree`]'s boxes with its least slacks, which are powers of two far above what their derivation
 //! asks for.
 
+pub mod host;
 pub mod rows;
 pub mod steps;
 

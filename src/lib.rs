@@ -97,6 +97,7 @@
 //! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
+//! | `digits` | numbers in as many digits as a reader wants |
 //! | [`compare`] | two results of the same rays, and two pictures |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`judge`] | other renderers' results against exact arithmetic |
@@ -151,6 +152,7 @@ pub mod cost;
 pub mod cpu;
 pub mod device;
 pub mod digest;
+mod digits;
 pub mod error;
 pub mod exact;
 pub mod explain;

@@ -240,6 +240,18 @@ impl Session {
         Ok((kept, rendered))
     }
 
+    /// The hits of pixels' centre rays, in memory.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::trace`].
+    pub fn hits(&mut self, pixels: &Pixels, wants: Wants, control: &Control) -> Result<Hits> {
+        let bytes = hits_bytes(pixels.len() as u64, wants);
+        memory::require("the hits of a picture", bytes, "take a smaller one")?;
+        let mut hits = Hits::default();
+        self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
+        Ok(hits)
+    }
+
     /// The colours of `pixels` with `n_samples` × `n_samples` samples each, in sRGB with 8 bits a channel, as
     /// [`Session::draw`] writes them. All samples are in memory at once, so that a picture is best made in
     /// [`crate::render::bands`]; what they need is made for the first one alone.
@@ -574,6 +586,19 @@ mod tests {
             let stopped = session.colors(&whole, n_samples, &control).unwrap_err();
             assert!(matches!(stopped, Error::Interrupted), "{stopped}");
         }
+    }
+
+    #[test]
+    fn hits_are_those_of_the_kept_picture() {
+        let mut session = session();
+        let (pixels, control) = (session.pixels(64, 48).unwrap(), Control::default());
+        let wants = Wants { surface: true, level: true };
+        let style = Style::new(Encoding::Srgb8);
+        let (kept, _) = session.keep(&pixels, style, wants, &control).unwrap();
+        assert!(session.hits(&pixels, wants, &control).unwrap() == kept.hits);
+        let huge = session.pixels(1 << 20, 1 << 20).unwrap();
+        let refused = session.hits(&huge, wants, &control).unwrap_err();
+        assert!(matches!(refused, Error::TooLarge(_)), "{refused}");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub trait Real: Number + PartialOrd + MulAssign + Send + Sync {
     const LARGEST: Self;
     /// A number that is small for the filter: its inverse is far below [`Real::LARGEST`].
     const SMALL: Self;
+    /// The nearest number.
+    fn from_f64(x: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -52,6 +54,10 @@ macro_rules! real {
             const INFINITY: Self = $float::INFINITY;
             const LARGEST: Self = $float::MAX;
             const SMALL: Self = $small;
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $float
+            }
             #[inline(always)]
             fn sqrt(self) -> Self {
                 $float::sqrt(self)

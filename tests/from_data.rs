@@ -43,6 +43,21 @@ fn data() -> TempDir {
     folder
 }
 
+/// The option counts as the key of a scene does.
+#[test]
+fn a_frame_is_counted_from_0() {
+    let folder = data();
+    let [steps, scene] = ["steps.xyz", "steps.toml"].map(|name| path(&folder, name));
+    fs::write(&steps, "1\n\nC 1 0 0\n1\n\nC 2 0 0\n").unwrap();
+    for (frame, x) in [("0", 1.0), ("1", 2.0)] {
+        render(&[&steps, "--frame", frame, &format!("--print-scene={scene}")], 0);
+        assert!(fs::read_to_string(&scene).unwrap().contains(&format!("frame = {frame}")));
+        assert_eq!(read_scene(scene.as_ref()).unwrap().spheres[0].center.x, x);
+    }
+    let refused = render(&[&steps, "--frame", "2", "--print-scene"], 3);
+    assert!(refused.stderr.contains("no frame 2"), "{}", refused.stderr);
+}
+
 const DATA: [&str; 4] = ["radius.npy", "points.npy", "grains.csv", "water.xyz"];
 
 fn render(args: &[&str], code: i32) -> program::Ran {

@@ -57,24 +57,30 @@ impl Page {
         Parser::new_ext(&self.text, Options::ENABLE_TABLES).into_offset_iter()
     }
 
-    /// The page's commands, each on the line that it has in the page; the other lines are empty.
-    fn script(&self) -> String {
-        let mut lines = vec![String::new(); 1 + self.text.lines().count()];
-        let mut is_shell = false;
+    /// The lines of the blocks that are marked so, with their places in the page, from 0.
+    fn lines_of(&self, mark: &str) -> Vec<(usize, String)> {
+        let (mut lines, mut is_marked) = (Vec::new(), false);
         for (event, range) in self.events() {
             match event {
-                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
-                    is_shell = &*language == "sh";
+                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(found))) => {
+                    is_marked = &*found == mark;
                 }
-                Event::End(TagEnd::CodeBlock) => is_shell = false,
-                Event::Text(text) if is_shell => {
+                Event::End(TagEnd::CodeBlock) => is_marked = false,
+                Event::Text(text) if is_marked => {
                     let first = self.text[..range.start].matches('\n').count();
-                    for (line, command) in lines[first..].iter_mut().zip(text.lines()) {
-                        *line = as_installed(command);
-                    }
+                    lines.extend((first..).zip(text.lines().map(str::to_string)));
                 }
                 _ => {}
             }
+        }
+        lines
+    }
+
+    /// The page's commands, each on the line that it has in the page; the other lines are empty.
+    fn script(&self) -> String {
+        let mut lines = vec![String::new(); 1 + self.text.lines().count()];
+        for (at, command) in self.lines_of("sh") {
+            lines[at] = as_installed(&command);
         }
         lines.join("\n")
     }
@@ -133,6 +139,13 @@ fn run(page: &Page) -> Outcome {
             words.replace(&format!("{}: line ", script.display()), &format!("{}:", page.path));
         outcome.faults.push(format!("{}: {}\n{words}", page.path, output.status));
         return outcome;
+    }
+    let printed = [&*output.stdout, &*output.stderr].map(String::from_utf8_lossy).concat();
+    for (at, line) in page.lines_of("text") {
+        if !printed.lines().any(|printed| printed.contains(&line)) {
+            let place = format!("{}:{}", page.path, at + 1);
+            outcome.faults.push(format!("{place}: no command prints {line:?}"));
+        }
     }
     for entry in fs::read_dir(&folder).unwrap().map(Result::unwrap) {
         if entry.file_type().unwrap().is_file() {
@@ -226,6 +239,7 @@ fn a_command_that_fails_is_found_where_it_stands() {
         ("echo (", "made-up.md:9: syntax error"),
         ("> hole.npy", "hole.npy is empty"),
         ("echo no > no.png", "no.png The image format could not be determined"),
+        ("echo 12\n```\n```text\n1\n3", "made-up.md:13: no command prints \"3\""),
     ] {
         let faults = run_text(&format!("{good}\n```sh\n{wrong}\n```\n"));
         assert!(faults.contains(place), "{wrong}: {faults}");

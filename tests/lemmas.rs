@@ -7,8 +7,9 @@ mod adversarial;
 
 use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
+use kugelblitz::guard::host::{Bounded, input_in_f32};
 use kugelblitz::guard::{
-    self, Guard, InputError, LIST, LIST_F64, PIXELS, Reach, UNIT_F32, UNIT_F64,
+    self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach, UNIT_F32, UNIT_F64,
 };
 use kugelblitz::guard::{rows, steps};
 use kugelblitz::kernel::RayOf;
@@ -16,7 +17,7 @@ use kugelblitz::kernel::certified::{
     Nearness, Widening, closest_approach, half_chord_radius, normalized, outside_nearness,
 };
 use kugelblitz::prepare::split;
-use kugelblitz::rays::{CameraF64, Lens, Pixels, View};
+use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::shade::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
 use kugelblitz::shade::point::{self, PointFinder, PointRoom, SeenSphereOf};
@@ -257,6 +258,53 @@ fn inputs_that_are_rounded_once() {
         Some(lost.length() / (UNIT_F64 * l.length()))
     });
     assert_tight("λ of lists in f64", LIST_F64.offset, found);
+}
+
+/// Rays of pixels in the host's f32, which rounds to nearest: the unit is half a faithful one.
+#[test]
+fn rays_of_the_host() {
+    let unit = <f32 as Bounded>::UNIT;
+    let camera = |x: &[f64], lens| {
+        let forward = DVec3::from_slice(x).normalize();
+        let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
+        let (right_step, true_up_step) = (right * x[6].abs(), right.cross(forward) * x[6].abs());
+        let narrow = |v: DVec3| Vec3::<f32>::from(v);
+        let camera = CameraF32 {
+            origin: Vec3::ZERO,
+            forward: narrow(forward),
+            right_step: narrow(right_step),
+            true_up_step: narrow(true_up_step),
+            lens,
+        };
+        (camera, forward, right_step, true_up_step)
+    };
+    let wide = |v: Vec3<f32>| DVec3::from(v.0.map(f64::from));
+    let offsets = |choices: u64| {
+        let of = |bits: u64| f64::from((bits % 2048) as i32 - 1024);
+        (of(choices), of(choices >> 20))
+    };
+    let found = worst(7, |x, choices| {
+        let (camera, forward, right, up) = camera(x, Lens::Perspective);
+        let (i, j) = offsets(choices);
+        let exact = forward + right * i + up * j;
+        let found = wide(camera.camera_ray(i as f32, j as f32).direction);
+        Some(found.distance(exact) / (unit * exact.length()))
+    });
+    println!("δ: {found:.4}");
+    let input = input_in_f32(Lens::Perspective);
+    assert!(found <= input.direction && found > input.direction / 3.0, "{found}");
+    let found = worst(10, |x, choices| {
+        let (camera, _, right, up) = camera(x, Lens::Orthographic);
+        let (i, j) = offsets(choices);
+        let (exact_c, exact_o) = (DVec3::from_slice(&x[7..]), right * i + up * j);
+        let origin = camera.camera_ray(i as f32, j as f32).origin;
+        let l = Vec3::<f32>::from(exact_c) - origin;
+        let distance = exact_c.length() + exact_o.length();
+        Some(wide(l).distance(exact_c - exact_o) / (unit * distance))
+    });
+    println!("λ: {found:.4}");
+    let input = input_in_f32(Lens::Orthographic);
+    assert!(found <= input.offset && found > input.offset / 3.0, "{found}");
 }
 
 /// A vector, and the same off by at most `by` of a length.
@@ -538,6 +586,34 @@ fn half_chords_of_rows() {
     assert_tight("CHORD", rows::CHORD, found);
 }
 
+/// A point from two bounds of `t`, beside half their distance: where the ray's origin is near, then where the point
+/// is near the origin.
+#[test]
+fn points_from_bounds_of_t() {
+    for (name, constant, scale) in
+        [("POINT", steps::POINT, 1e-6), ("POINT_ORIGIN", steps::POINT_ORIGIN, 1e6)]
+    {
+        let found = worst(8, |x, choices| {
+            let (direction, exact_direction) = vector(x);
+            let (low, exact_low) = number(x[6].abs());
+            let length = exact_direction.length();
+            let origin = DVec3::from_slice(&x[3..]).normalize() * (exact_low * length * scale);
+            let (origin, exact_origin) = vector(&origin.to_array());
+            let (high, exact_high) = number(exact_low * (1.0 + x[7].abs() * 1e-4));
+            set_choices(choices, false);
+            let half = (high - low) * Adversarial(0.5);
+            let point = to_f64(origin + direction * (low + half));
+            let ends = [exact_low, exact_high].map(|t| exact_origin + t * exact_direction);
+            let farthest = ends.map(|end| point.distance(end)).into_iter().fold(0.0, f64::max);
+            // What is of higher order has its room, as where the bound is taken.
+            let rounding = farthest / ROOM - length * f64::from(half.0);
+            let of = if scale < 1.0 { exact_high * length } else { exact_origin.length() };
+            Some(rounding / (UNIT_F32 * of))
+        });
+        assert_tight(name, constant, found);
+    }
+}
+
 #[test]
 fn quotients_of_planes_in_rows() {
     let found = worst(4, |x, _| {
@@ -558,6 +634,40 @@ fn quotients_of_planes_in_rows() {
         Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))
     });
     assert_tight("INVERSE", rows::INVERSE, found);
+}
+
+/// `t` of a sphere as neighbours in a row find it, of all that is granted for it. The slack in that is for a
+/// device's division and root.
+#[test]
+fn roots_of_rows() {
+    for is_outside in [true, false] {
+        let found = worst(13, |x, choices| {
+            let ((d, rounded_d), (l, rounded_l)) = (vector(x), vector(&x[3..]));
+            let input = ROUNDED_ONCE;
+            let exact_d =
+                moved(rounded_d, &x[6..], input.direction * UNIT_F32 * rounded_d.length());
+            let error = input.offset * UNIT_F32 * rounded_l.length() * (1.0 - 1e-6);
+            let exact_l = moved(rounded_l, &x[9..], error);
+            let a = exact_d.length_squared();
+            let (r, exact_r) = number(distance(exact_l, exact_d) + x[12].abs());
+            let guard = Guard::new(exact_r, guard::length_bound(exact_l), UNIT_F32, input);
+            set_choices(choices, true);
+            let (s, m) = closest_approach(d, ray(d).inv_a, l);
+            let chord2 = r * r - m;
+            let (width2, found2) = (guard.outer2 - guard.inner2, f64::from(chord2.0));
+            if rounded_d.length() < 1.0 || found2 < 4.0 * width2 {
+                return None;
+            }
+            let half = (chord2 * ray(d).inv_a).sqrt();
+            let t = if is_outside { s - half } else { s + half };
+            let exact_half = ((exact_r.powi(2) - distance(exact_l, exact_d).powi(2)) / a).sqrt();
+            let exact_s = exact_d.dot(exact_l) / a;
+            let exact = if is_outside { exact_s - exact_half } else { exact_s + exact_half };
+            let granted = guard.slack + rows::CHORD * width2 / found2.sqrt();
+            Some((f64::from(t.0) - exact).abs() / granted)
+        });
+        assert_tight(if is_outside { "t outside" } else { "t inside" }, 1.0, found);
+    }
 }
 
 /// The intervals of far spheres, with `s + h` off by all that `FAR` allows.

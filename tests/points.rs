@@ -241,6 +241,9 @@ impl Real for Finite {
     const INFINITY: Finite = Finite(f32::INFINITY);
     const LARGEST: Finite = Finite(f32::MAX);
     const SMALL: Finite = Finite(<f32 as Real>::SMALL);
+    fn from_f64(x: f64) -> Finite {
+        Finite::of(x as f32)
+    }
     fn sqrt(self) -> Finite {
         Finite::of(self.0.sqrt())
     }

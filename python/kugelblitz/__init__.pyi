@@ -118,9 +118,12 @@ class Picture:
     @property
     def id(self) -> NDArray[np.uint32]: ...
     @property
-    def t(self) -> NDArray[np.float32]: ...
+    def t(self) -> NDArray[np.float32]:
+        """Depths; like normals traced when they are first asked for, which takes a second trace of the same rays.
+        The scene's next pictures then have both from the start."""
     @property
-    def normal(self) -> NDArray[np.float32]: ...
+    def normal(self) -> NDArray[np.float32]:
+        """Unit normals that face the camera; traced as `t` is."""
     @property
     def level(self) -> NDArray[np.uint8]: ...
     @property

@@ -1,4 +1,4 @@
-//! Arguments of few numbers, out of any sequence.
+//! Arguments of few numbers, out of any sequence, and names of things.
 
 use pyo3::Borrowed;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -78,4 +78,24 @@ fn refuse_bytes(given: &Bound<'_, PyAny>) -> PyResult<()> {
         true => Err(PyTypeError::new_err("it is numbers, not bytes")),
         false => Ok(()),
     }
+}
+
+/// The one of `all` that is called `given`; `argument` is what the user gave it by.
+///
+/// # Errors
+/// `ValueError` names those that there are.
+pub fn named<T: Copy>(
+    argument: &str,
+    given: &str,
+    all: impl IntoIterator<Item = T>,
+    name: fn(T) -> &'static str,
+) -> PyResult<T> {
+    let all: Vec<T> = all.into_iter().collect();
+    all.iter().copied().find(|known| name(*known) == given).ok_or_else(|| {
+        let names: Vec<&str> = all.iter().copied().map(name).collect();
+        PyValueError::new_err(format!(
+            "{argument}: there is no {given:?}; give one of {}",
+            names.join(", ")
+        ))
+    })
 }

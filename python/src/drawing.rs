@@ -17,7 +17,8 @@ use pyo3::types::PyBytes;
 use crate::argument::Size;
 use crate::camera::Camera;
 use crate::error;
-use crate::scene::{Scene, pixels_of};
+use crate::rays::pixels_of;
+use crate::scene::Scene;
 use crate::work;
 
 /// A drawing in SVG. A notebook shows it; `str()` is its text.

@@ -1,11 +1,14 @@
-//! The library's errors as Python's exceptions.
+//! The library's errors as Python's exceptions, and warnings.
+
+use std::ffi::CString;
 
 use kugelblitz::Error;
-use pyo3::PyErr;
 use pyo3::create_exception;
 use pyo3::exceptions::{
-    PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyValueError,
+    PyAssertionError, PyKeyboardInterrupt, PyMemoryError, PyOSError, PyRuntimeError, PyUserWarning,
+    PyValueError,
 };
+use pyo3::prelude::*;
 
 create_exception!(
     kugelblitz,
@@ -44,4 +47,10 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
 /// For `map_err`.
 pub fn of(subject: &str) -> impl FnOnce(Error) -> PyErr {
     move |error| exception(error, subject)
+}
+
+/// Warns the user.
+pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)
 }

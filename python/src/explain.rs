@@ -1,10 +1,17 @@
 //! One ray in numbers.
 
+use std::sync::Arc;
+
+use kugelblitz::device::Device;
 use kugelblitz::explain::{self, Lang, latex, text};
-use pyo3::exceptions::PyValueError;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Kernel, Rays};
 use pyo3::prelude::*;
 
+use crate::argument::named;
+use crate::error::NoAdapterError;
 use crate::table::to_python;
+use crate::work;
 
 /// One ray in numbers: the lecture's formulas at work, and what f32 makes of them. `str()` is the text that
 /// `kugelblitz explain` prints, and a notebook shows the formulas.
@@ -51,10 +58,48 @@ impl Explanation {
     }
 }
 
+/// One ray in numbers; on a device as well, where there is one.
+pub fn explained(
+    py: Python<'_>,
+    scene: &Arc<Scene>,
+    ray: &Rays,
+    all: bool,
+    lang: &str,
+    digits: usize,
+    device: Option<&dyn Fn(Kernel) -> PyResult<Device>>,
+) -> PyResult<Explanation> {
+    let style = explain::Style {
+        limit: (!all).then_some(explain::DEFAULT_OBJECTS),
+        lang: self::lang(lang)?,
+        digits,
+    };
+    let mut devices = Vec::new();
+    for kernel in Kernel::ALL {
+        match device.map(|device| device(kernel)).transpose() {
+            Ok(device) => devices.extend(device.map(|device| (kernel, device))),
+            // A device may lack the types of a kernel.
+            Err(error)
+                if kernel != Kernel::Certified && error.is_instance_of::<NoAdapterError>(py) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    let of = work::run(py, None, 0, |control| {
+        let mut of = explain::explain_as(scene, ray, &style)?;
+        control.check()?;
+        of.add_device(scene, ray, |prepared, wants| {
+            match devices.iter().find(|(kernel, _)| *kernel == prepared.kernel) {
+                Some((_, device @ Device::Gpu(_))) => {
+                    Ok(Some(device.tracer(prepared, wants)?.tracer))
+                }
+                Some((_, Device::Cpu)) | None => Ok(None),
+            }
+        })?;
+        Ok(of)
+    })?;
+    Ok(Explanation { of })
+}
+
 /// The language of this name.
 pub fn lang(name: &str) -> PyResult<Lang> {
-    Lang::ALL.into_iter().find(|lang| lang.name() == name).ok_or_else(|| {
-        let names = Lang::ALL.map(Lang::name).join(", ");
-        PyValueError::new_err(format!("lang: there is no {name:?}; give one of {names}"))
-    })
+    named("lang", name, Lang::ALL, Lang::name)
 }

@@ -144,7 +144,7 @@ fn array_of<'py>(py: Python<'py>, image: &Image, samples: &Samples) -> PyResult<
 /// As [`channels`], and [`read_image`] for a path.
 pub fn image_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Image> {
     if let Ok(picture) = given.cast::<Picture>() {
-        return picture.get().image();
+        return picture.get().image(given.py());
     }
     if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
         let path: PathBuf = given.extract()?;

@@ -24,9 +24,10 @@ use crate::argument::{Crop, Pixel, Size};
 use crate::camera::Camera;
 use crate::drawing::Tinted;
 use crate::error;
-use crate::explain::Explanation;
+use crate::explain::{Explanation, explained};
 use crate::image::{Shape, channels, image_of, indices};
-use crate::scene::{Scene, explained, warn};
+use crate::rays::rays_of;
+use crate::scene::Scene;
 use crate::table::to_python;
 use crate::work;
 
@@ -331,7 +332,7 @@ impl Given<'_, '_> {
                 let message = "size, crop: they are of a picture; rays have none";
                 return Err(PyValueError::new_err(message));
             }
-            return Ok(Rays::List(crate::scene::rays_of(&origins, &directions)?));
+            return Ok(Rays::List(rays_of(&origins, &directions)?));
         }
         let camera = match self.camera_or_rays {
             None => None,
@@ -353,7 +354,7 @@ impl Given<'_, '_> {
             (None, Some(_)) if is_whole => None,
             (size, _) => Some(size.unwrap_or(Size(of_file))),
         };
-        let pixels = crate::scene::pixels_of(&scene.of, camera, size, self.crop)?;
+        let pixels = crate::rays::pixels_of(&scene.of, camera, size, self.crop)?;
         if self.crop.is_none() {
             if [pixels.image_width, pixels.image_height] != of_file {
                 return Err(PyValueError::new_err(format!(
@@ -399,7 +400,7 @@ impl Given<'_, '_> {
         let claims =
             Claims::new(image.clone(), &conventions, view.as_ref()).map_err(error::of(""))?;
         if let Some(warning) = check_colors(&scene.of, &claims, "color").map_err(error::of(""))? {
-            warn(py, &warning)?;
+            error::warn(py, &warning)?;
         }
         let session = scene.session(py, self.device, Kernel::Certified, n)?;
         let of_scene = Arc::clone(&scene.of);

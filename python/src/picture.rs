@@ -18,7 +18,8 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error;
-use crate::scene::{Scene, counts_of};
+use crate::rays::counts_of;
+use crate::scene::Scene;
 use crate::session::Shared;
 use crate::work;
 
@@ -36,6 +37,8 @@ pub struct Picture {
     kept: Kept,
     linear: PyOnceLock<Vec<[f32; 3]>>,
     srgb16: PyOnceLock<Vec<[u16; 3]>>,
+    /// The hits with `t` and normals, where `kept` has none.
+    traced: PyOnceLock<Hits>,
 }
 
 impl Picture {
@@ -56,7 +59,24 @@ impl Picture {
             kept,
             linear: PyOnceLock::new(),
             srgb16: PyOnceLock::new(),
+            traced: PyOnceLock::new(),
         }
+    }
+
+    /// The hits with `t` and normals: traced anew when they are first wanted, unless they were kept.
+    fn hits(&self, py: Python<'_>) -> PyResult<&Hits> {
+        self.scene.get().keep_surfaces();
+        let kept = &self.kept.hits;
+        if kept.t.len() == kept.id.len() {
+            return Ok(kept);
+        }
+        self.traced.get_or_try_init(py, || {
+            let wants = Wants { surface: true, level: true };
+            let session = self.session(py)?;
+            work::run_with_session(py, None, 0, &session, |session, control| {
+                session.hits(&self.pixels, wants, control)
+            })
+        })
     }
 
     fn session(&self, py: Python<'_>) -> PyResult<Shared> {
@@ -78,10 +98,10 @@ impl Picture {
     }
 
     /// Its colours, ids, depths and normals as channels.
-    pub fn image(&self) -> PyResult<Image> {
+    pub fn image(&self, py: Python<'_>) -> PyResult<Image> {
         let [height, width] = self.shape();
         let Colors::Srgb8(colors) = &self.kept.colors else { return Err(no_colors()) };
-        let Hits { id, t, normal, .. } = &self.kept.hits;
+        let Hits { id, t, normal, .. } = self.hits(py)?;
         let channel = |name: &str, samples| Channel { name: name.into(), samples };
         let byte = |c: usize| Samples::U8(colors.iter().map(|color| color[c]).collect());
         let part = |c: usize| Samples::F32(normal.iter().map(|normal| normal[c]).collect());
@@ -210,16 +230,17 @@ impl Picture {
         self.flat(py, self.kept.hits.id.clone())
     }
 
-    /// Depth along the view axis, +∞ on the background.
+    /// Depth along the view axis, +∞ on the background. Depths and normals are traced when they are first asked
+    /// for; the scene's next pictures have them from the start.
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        self.flat(py, self.kept.hits.t.clone())
+        self.flat(py, self.hits(py)?.t.clone())
     }
 
-    /// Unit normals that face the camera, 0 on the background; shape (height, width, 3).
+    /// Unit normals that face the camera, 0 on the background; shape (height, width, 3). Traced as `t` is.
     #[getter]
     fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        self.vectors(py, self.kept.hits.normal.clone())
+        self.vectors(py, self.hits(py)?.normal.clone())
     }
 
     /// The stage that decided each pixel: 0 f32, 1 f64, 2 exact arithmetic. It may differ between devices.
@@ -236,7 +257,7 @@ impl Picture {
 
     /// One hash of the picture's exact content, as `kugelblitz digest` prints it: the same on every device
     /// with the kernel `certified`.
-    fn digest(&self) -> PyResult<String> {
+    fn digest(&self, py: Python<'_>) -> PyResult<String> {
         let Colors::Srgb8(colors) = &self.kept.colors else {
             return Err(no_colors());
         };
@@ -245,7 +266,7 @@ impl Picture {
             return Err(PyValueError::new_err(message));
         }
         let mut digest = Digest::new(&self.pixels, self.style.n_samples);
-        digest.rows(&self.kept.hits, colors);
+        digest.rows(self.hits(py)?, colors);
         Ok(digest.finish())
     }
 

@@ -8,10 +8,11 @@ use std::sync::{Mutex, PoisonError};
 use kugelblitz::device::{Device, DeviceChoice};
 use kugelblitz::gpu::list_adapters;
 use kugelblitz::trace::Kernel;
-use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::argument::named;
 use crate::error;
 
 /// Devices by what was asked for.
@@ -63,11 +64,7 @@ pub fn device(
 /// # Errors
 /// `ValueError` names those that there are.
 pub fn kernel(name: &str) -> PyResult<Kernel> {
-    let found = Kernel::ALL.into_iter().find(|kernel| kernel.name() == name);
-    found.ok_or_else(|| {
-        let names = Kernel::ALL.map(Kernel::name).join(", ");
-        PyValueError::new_err(format!("kernel: there is no {name:?}; give one of {names}"))
-    })
+    named("kernel", name, Kernel::ALL, Kernel::name)
 }
 
 /// The Vulkan adapters of this machine, the best first: a dictionary each.

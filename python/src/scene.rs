@@ -1,48 +1,48 @@
 //! The scene, and what is done with it.
 
-use std::collections::{BTreeMap, HashMap};
-use std::ffi::CString;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::process;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::cost::Cost;
-use kugelblitz::device::{Device, rays_of_picture};
+use kugelblitz::device::rays_of_picture;
 use kugelblitz::digest::scene_hash;
-use kugelblitz::explain;
 use kugelblitz::export::{self, Language};
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::judge::Conventions;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::rays::{Pixels, View, hit_records};
+use kugelblitz::rays::{Pixels, hit_records};
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::{
-    self, Color, ColorMap, Coloring, DataWishes, ImageSize, Light, Paint, Plane, Sky, Spheres,
-    Wishes, compose_scene, is_cloud_file, parse_scene, read_scene_with, svg_of_colorings,
+    self, Color, Coloring, DataWishes, ImageSize, Wishes, compose_scene, is_cloud_file,
+    parse_scene, read_scene_with, svg_of_colorings,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::show::{self, Entry, Show};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::{Error, Session};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
-use toml::Value;
+use pyo3::types::PyDict;
 
-use crate::argument::{Crop, Pixel, Size, Vector};
-use crate::array::Numbers;
-use crate::camera::{Camera, direction, finite, lens, usable_margin, usable_size, viewpoint};
+use crate::argument::{Crop, Pixel, Size, Vector, named};
+use crate::camera::{Camera, direction, lens, usable_margin, usable_size, viewpoint};
 use crate::drawing::{Drawing, Tinted};
-use crate::error::{self, NoAdapterError};
-use crate::explain::Explanation;
+use crate::explain::{Explanation, explained};
+use crate::given::{
+    ambient_of, color_of, colored_by, lights_of, name_all, paint, planes_of, sky_of, spheres_of,
+    usable_radius, usable_samples,
+};
 use crate::judge::{self, Judgement};
+use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::session::Shared;
-use crate::table::{scene_of, to_python, value};
+use crate::rays::{counts_of, one_ray, pixels_of, rays_of};
+use crate::session::{Sessions, Shared};
+use crate::table::to_python;
 use crate::verify::{Asked, Verification};
 use crate::work;
 
@@ -79,23 +79,31 @@ pub struct Scene {
     pub of: Arc<scene::Scene>,
     /// How `color_by` became colours, where there is no file that it came from.
     coloring: Option<Coloring>,
-    sessions: Mutex<Sessions>,
-}
-
-/// Sessions by the device's name and the kernel, and the process that they are of.
-#[derive(Default)]
-struct Sessions {
-    process: u32,
-    of: HashMap<(String, Kernel), Shared>,
+    sessions: Sessions,
+    /// Whether depths or normals of a picture were asked for.
+    keeps_surfaces: AtomicBool,
 }
 
 impl From<scene::Scene> for Scene {
     fn from(scene: scene::Scene) -> Scene {
-        Scene { of: Arc::new(scene), coloring: None, sessions: Mutex::default() }
+        Scene::new_colored(scene, None)
     }
 }
 
 impl Scene {
+    /// A scene of spheres that got their colours so.
+    pub fn new_colored(scene: scene::Scene, coloring: Option<Coloring>) -> Scene {
+        let (of, sessions, keeps_surfaces) =
+            (Arc::new(scene), Sessions::default(), AtomicBool::new(false));
+        Scene { of, coloring, sessions, keeps_surfaces }
+    }
+
+    /// How numbers became colours, of files and of arrays.
+    pub fn colorings(&self) -> impl Iterator<Item = &Coloring> {
+        let of_files = self.of.clouds.iter().filter_map(|cloud| cloud.coloring.as_ref());
+        of_files.chain(&self.coloring)
+    }
+
     /// The session for so many rays.
     pub fn session(
         &self,
@@ -105,94 +113,20 @@ impl Scene {
         n_rays: usize,
     ) -> PyResult<Shared> {
         let device = place::device(py, device, kernel, self.of.spheres.len(), n_rays)?;
-        let mut sessions = self.sessions.lock().unwrap_or_else(PoisonError::into_inner);
-        if sessions.process != process::id() {
-            *sessions = Sessions { process: process::id(), of: HashMap::new() };
-        }
-        let name = match &device {
-            Device::Cpu => String::new(),
-            Device::Gpu(gpu) => gpu.facts.name.clone(),
-        };
-        let make = || Shared::new(Session::new(Arc::clone(&self.of), device, kernel));
-        Ok(sessions.of.entry((name, kernel)).or_insert_with(make).clone())
+        Ok(self.sessions.get(&self.of, device, kernel))
     }
-}
 
-/// The pixels of a picture, or of a part of it.
-pub fn pixels_of(
-    scene: &scene::Scene,
-    camera: Option<&Camera>,
-    size: Option<Size>,
-    crop: Option<Crop>,
-) -> PyResult<Pixels> {
-    let camera = match (camera, &scene.camera) {
-        (Some(camera), _) => &camera.of_scene,
-        (None, Some(camera)) => camera,
-        (None, None) => {
-            let message = "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or \
-                           Camera.frame(scene)";
-            return Err(PyValueError::new_err(message));
-        }
-    };
-    let of_scene = scene.image.map(|image| Size([image.width, image.height]));
-    let [width, height] = usable_size(size.or(of_scene).unwrap_or(Size([1280, 720])))?;
-    let whole = Pixels::whole(View::new(camera), width, height);
-    let Some(Crop([x, y, width, height])) = crop else { return Ok(whole) };
-    let part = Pixels { x, y, width, height, ..whole };
-    if part.is_empty() || !part.is_in_picture() {
-        return Err(PyValueError::new_err(format!(
-            "crop: ({x}, {y}, {width}, {height}) is not a part of the picture of {}x{} pixels",
-            part.image_width, part.image_height
-        )));
+    /// Has pictures keep depths and normals from now on: who wants them of one wants them of the next.
+    pub fn keep_surfaces(&self) {
+        self.keeps_surfaces.store(true, Ordering::Relaxed);
     }
-    Ok(part)
-}
 
-/// Warns the user.
-pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)
-}
-
-/// One ray in numbers; on a device as well, where there is one.
-pub fn explained(
-    py: Python<'_>,
-    scene: &Arc<scene::Scene>,
-    ray: &Rays,
-    all: bool,
-    lang: &str,
-    digits: usize,
-    device: Option<&dyn Fn(Kernel) -> PyResult<Device>>,
-) -> PyResult<Explanation> {
-    let style = explain::Style {
-        limit: (!all).then_some(explain::DEFAULT_OBJECTS),
-        lang: crate::explain::lang(lang)?,
-        digits,
-    };
-    let mut devices = Vec::new();
-    for kernel in Kernel::ALL {
-        match device.map(|device| device(kernel)).transpose() {
-            Ok(device) => devices.extend(device.map(|device| (kernel, device))),
-            // A device may lack the types of a kernel.
-            Err(error)
-                if kernel != Kernel::Certified && error.is_instance_of::<NoAdapterError>(py) => {}
-            Err(error) => return Err(error),
-        }
+    /// What pictures keep of their hits. Without a proof, only ids and depths of the same trace surely fit
+    /// together.
+    fn kept_of_hits(&self, kernel: Kernel) -> Wants {
+        let is_wanted = self.keeps_surfaces.load(Ordering::Relaxed);
+        Wants { surface: is_wanted || kernel != Kernel::Certified, level: true }
     }
-    let of = work::run(py, None, 0, |control| {
-        let mut of = explain::explain_as(scene, ray, &style)?;
-        control.check()?;
-        of.add_device(scene, ray, |prepared, wants| {
-            match devices.iter().find(|(kernel, _)| *kernel == prepared.kernel) {
-                Some((_, device @ Device::Gpu(_))) => {
-                    Ok(Some(device.tracer(prepared, wants)?.tracer))
-                }
-                Some((_, Device::Cpu)) | None => Ok(None),
-            }
-        })?;
-        Ok(of)
-    })?;
-    Ok(Explanation { of })
 }
 
 #[pymethods]
@@ -255,14 +189,14 @@ impl Scene {
             scene.background = color_of("background", background)?;
         }
         scene.camera = camera.map(|camera| camera.of_scene.clone());
-        Ok(Scene { coloring, ..scene.into() })
+        Ok(Scene::new_colored(scene, coloring))
     }
 
     /// Reads a scene file (.toml), or makes a scene of data (.npy, .csv, .xyz, .dump and others): with a camera
     /// that frames everything, light, and a radius where the data have none. `notes` says what was chosen.
     ///
     /// `radius`, `color`, `color_by` (a column), `colormap`, `range`, `columns` (a dictionary such as
-    /// {"radius": "R"}) and `frame` (from 1) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
+    /// {"radius": "R"}) and `frame` (from 0) are for data, or for a scene's only cloud. `view`, `up`, `fov`,
     /// `height` and `margin` are those of `Camera.frame`; `size` and `samples` win over the file's.
     #[staticmethod]
     #[pyo3(signature = (
@@ -306,7 +240,7 @@ impl Scene {
                 colormap,
                 range,
                 columns: columns.collect::<PyResult<_>>()?,
-                frame: frame.map(usable_frame).transpose()?,
+                frame,
             },
             ..Wishes::default()
         };
@@ -330,13 +264,7 @@ impl Scene {
     #[pyo3(signature = (count, distribution = "uniform", *, seed = 0))]
     fn generate(py: Python<'_>, count: u64, distribution: &str, seed: u64) -> PyResult<Scene> {
         let all = Distribution::ALL;
-        let found = all.into_iter().find(|known| known.name() == distribution);
-        let distribution = found.ok_or_else(|| {
-            let names = all.map(Distribution::name).join(", ");
-            let message =
-                format!("distribution: there is no {distribution:?}; give one of {names}");
-            PyValueError::new_err(message)
-        })?;
+        let distribution = named("distribution", distribution, all, Distribution::name)?;
         let recipe = Recipe { distribution, count, seed };
         work::run(py, None, 0, |control| recipe.scene(control)).map(Scene::from)
     }
@@ -382,7 +310,7 @@ impl Scene {
                 }
             }
         }
-        Ok(Scene { coloring: self.coloring.clone(), ..scene.into() })
+        Ok(Scene::new_colored(scene, self.coloring.clone()))
     }
 
     /// Reads the text of a scene file; clouds are looked for from the folder of `path`.
@@ -411,14 +339,14 @@ impl Scene {
 
     /// Centres and radii: a copy, of shape (N, 4).
     #[getter]
-    fn spheres<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    pub fn spheres<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.of.spheres.rows();
         PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), 4])
     }
 
     /// Linear colours of the spheres: a copy, of shape (N, 3).
     #[getter]
-    fn colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    pub fn colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let colors: Vec<[f64; 3]> = self.of.spheres.colors().map(|color| color.0).collect();
         let n = colors.len();
         PyArray1::from_vec(py, colors.into_flattened()).reshape([n, 3])
@@ -426,7 +354,7 @@ impl Scene {
 
     /// What the reader of its files chose or understood: sentences.
     #[getter]
-    fn notes(&self) -> Vec<String> {
+    pub fn notes(&self) -> Vec<String> {
         self.of.notes.clone()
     }
 
@@ -450,8 +378,7 @@ impl Scene {
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
     fn legend(&self) -> Option<Drawing> {
-        let of_files = self.of.clouds.iter().filter_map(|cloud| cloud.coloring.as_ref());
-        let svg = svg_of_colorings(of_files.chain(&self.coloring))?;
+        let svg = svg_of_colorings(self.colorings())?;
         Some(Drawing { svg })
     }
 
@@ -492,13 +419,7 @@ impl Scene {
         camera: Option<&Camera>,
         size: Option<Size>,
     ) -> PyResult<String> {
-        let found = Language::ALL.into_iter().find(|known| known.name() == language);
-        let language = found.ok_or_else(|| {
-            let names = Language::ALL.map(Language::name).join(", ");
-            PyValueError::new_err(format!(
-                "language: there is no {language:?}; give one of {names}"
-            ))
-        })?;
+        let language = named("language", language, Language::ALL, Language::name)?;
         let Pixels { view, width, height, .. } = pixels_of(&self.of, camera, size, None)?;
         let palette: Vec<Color> = self.of.colors().collect();
         work::run(py, None, 0, |control| {
@@ -533,34 +454,7 @@ impl Scene {
         digits: usize,
         device: &str,
     ) -> PyResult<Explanation> {
-        let rays = match (pixel, ray) {
-            (Some(Pixel([x, y])), None) => {
-                let whole = pixels_of(&self.of, camera, size, None)?;
-                let inside = |at: i64, n: u32| u32::try_from(at).ok().filter(|at| *at < n);
-                let (Some(x), Some(y)) = (inside(x, whole.width), inside(y, whole.height)) else {
-                    return Err(PyValueError::new_err(format!(
-                        "pixel: ({x}, {y}) is not in the picture of {}×{} pixels",
-                        whole.width, whole.height
-                    )));
-                };
-                Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole })
-            }
-            (None, Some((origin, direction))) => {
-                let point = |name: &str, given: &Bound<'_, PyAny>| {
-                    given.extract::<Vector>().map_err(|_| {
-                        PyTypeError::new_err(format!("ray: its {name} is three numbers"))
-                    })
-                };
-                let origin = finite("ray", point("origin", &origin)?)?;
-                let direction = crate::camera::direction("ray", point("direction", &direction)?)?;
-                Rays::List(vec![Ray { origin, direction }])
-            }
-            _ => {
-                let message =
-                    "give a pixel (column, row) of a camera, or a ray (origin, direction)";
-                return Err(PyTypeError::new_err(message));
-            }
-        };
+        let ray = one_ray(&self.of, camera, size, pixel, ray)?;
         let scene = match samples.map(usable_samples).transpose()? {
             Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
@@ -568,7 +462,7 @@ impl Scene {
             _ => Arc::clone(&self.of),
         };
         let open = |kernel| place::device(py, device, kernel, scene.spheres.len(), 1);
-        explained(py, &scene, &rays, all, lang, digits, Some(&open))
+        explained(py, &scene, &ray, all, lang, digits, Some(&open))
     }
 
     /// Holds results of others against exact arithmetic: arrays of a picture (height, width) of a camera, or of
@@ -722,11 +616,8 @@ impl Scene {
         kernel: &str,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Tinted> {
-        let all = || Show::ALL.into_iter().filter(|show| *show != Show::Color);
-        let show = all().find(|show| show.name() == what).ok_or_else(|| {
-            let names = all().map(Show::name).collect::<Vec<_>>().join(", ");
-            PyValueError::new_err(format!("what: there is no {what:?}; give one of {names}"))
-        })?;
+        let all = Show::ALL.into_iter().filter(|show| *show != Show::Color);
+        let show = named("what", what, all, Show::name)?;
         let kernel = place::kernel(kernel)?;
         let pixels = pixels_of(&self.of, camera, size, crop)?;
         let session = self.session(py, device, kernel, pixels.len())?;
@@ -828,7 +719,7 @@ impl Scene {
         let n_rays = rays_of_picture(&this.of, pixels.len(), n_samples);
         let session = this.session(py, device, kernel, n_rays)?;
         let n_steps = n_steps(&pixels, n_samples, this.of.is_lit());
-        let wants = Wants { surface: true, level: true };
+        let wants = this.kept_of_hits(kernel);
         let keep =
             |session: &mut Session, control: &Control| session.keep(&pixels, style, wants, control);
         let (kept, _) = work::run_with_session(py, progress, n_steps, &session, keep)?;
@@ -837,48 +728,13 @@ impl Scene {
 
     /// For pickle: rows, colours, names, the rest as the text of a scene file, and how numbers became colours.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
-        let spheres = &self.of.spheres;
-        let names = (0..spheres.len())
-            .filter_map(|index| Some((index as u32, spheres.name(index)?.to_string())));
-        let names = if spheres.has_names() { names.collect() } else { HashMap::new() };
-        let of_all = spheres.color(0).unwrap_or(Spheres::COLOR);
-        let colors = match spheres.colors().all(|color| color == of_all) {
-            true => PyArray1::from_slice(py, &of_all.0).into_any(),
-            false => self.colors(py)?.into_any(),
-        };
-        let of_files = self.of.clouds.iter().filter_map(|cloud| cloud.coloring.as_ref());
-        let mut colorings = of_files.chain(&self.coloring).map(|coloring| {
-            let Coloring { column, map, range, missing_color, n_missing } = coloring;
-            (column.clone(), map.name(), *range, missing_color.0, *n_missing)
-        });
-        let text = self.of.text_without_spheres();
-        let state = (self.spheres(py)?, colors, names, text, colorings.next_back(), self.notes());
-        Ok((py.import("kugelblitz._pickle")?.getattr("scene_of_state")?, state))
+        Ok((py.import("kugelblitz._pickle")?.getattr("scene_of_state")?, state_of(py, self)?))
     }
 
     /// A scene of what [`Scene::__reduce__`] gave.
     #[staticmethod]
-    fn _of_state(
-        py: Python<'_>,
-        rows: &Bound<'_, PyAny>,
-        colors: &Bound<'_, PyAny>,
-        names: HashMap<u32, String>,
-        text: &str,
-        coloring: Option<StateOfColoring>,
-        notes: Vec<String>,
-    ) -> PyResult<Scene> {
-        let mut scene = parse_scene(text, "a pickled scene".as_ref()).map_err(error::of(""))?;
-        scene.spheres = spheres_of(py, rows, None, Some(colors))?;
-        names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
-        scene.notes = notes;
-        let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {
-            column,
-            map: ColorMap::from_name(&map).unwrap_or_default(),
-            range,
-            missing_color: Color(missing_color),
-            n_missing,
-        });
-        Ok(Scene { coloring, ..scene.into() })
+    fn _of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+        of_state(py, state)
     }
 
     fn __repr__(&self) -> String {
@@ -886,260 +742,4 @@ impl Scene {
         let light = if scene.is_lit() { ", lit" } else { "" };
         format!("<Scene: {} spheres, {} planes{light}>", scene.spheres.len(), scene.planes.len())
     }
-}
-
-/// See [`Scene::__reduce__`].
-type State<'py> = (
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyAny>,
-    HashMap<u32, String>,
-    String,
-    Option<StateOfColoring>,
-    Vec<String>,
-);
-
-/// A [`Coloring`], its map by name.
-type StateOfColoring = (String, String, [f64; 2], [f64; 3], usize);
-
-fn planes_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Plane>> {
-    let mut planes = Vec::new();
-    for (n, plane) in each("planes", given)?.into_iter().enumerate() {
-        let subject = format!("planes[{n}]");
-        let table = Value::Array(vec![value(&subject, &plane)?]);
-        planes.extend(scene_of(&subject, "plane", table)?.planes);
-    }
-    Ok(planes)
-}
-
-fn lights_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Light>> {
-    let mut lights = Vec::new();
-    for (n, light) in each("lights", given)?.into_iter().enumerate() {
-        let subject = format!("lights[{n}]");
-        let table = Value::Array(vec![value(&subject, &light)?]);
-        lights.extend(scene_of(&subject, "light", table)?.lights);
-    }
-    Ok(lights)
-}
-
-fn sky_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Sky>> {
-    let Some(sky) = given else { return Ok(None) };
-    Ok(scene_of("sky", "sky", value("sky", sky)?)?.sky)
-}
-
-fn ambient_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Color>> {
-    let Some(ambient) = given else { return Ok(None) };
-    Ok(scene_of("ambient", "ambient", value("ambient", ambient)?)?.ambient)
-}
-
-/// A colour as wishes have it.
-fn paint(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Paint> {
-    let color = color_of(name, given)?;
-    Ok(match given.extract::<String>() {
-        Ok(text) => Paint::Text(text),
-        Err(_) => Paint::Linear(color.0),
-    })
-}
-
-fn usable_radius(radius: f64) -> PyResult<f64> {
-    match radius.is_finite() && radius > 0.0 {
-        true => Ok(radius),
-        false => {
-            Err(PyValueError::new_err(format!("radius: {radius:?} is no length greater than 0")))
-        }
-    }
-}
-
-fn usable_frame(frame: u32) -> PyResult<u32> {
-    match frame {
-        0 => Err(PyValueError::new_err("frame: 0, but frames are counted from 1")),
-        frame => Ok(frame),
-    }
-}
-
-fn usable_samples(samples: u32) -> PyResult<u32> {
-    let most = scene::Scene::MAX_SAMPLES;
-    match (1..=most).contains(&samples) {
-        true => Ok(samples),
-        false => Err(PyValueError::new_err(format!(
-            "samples: {samples}, but there are 1 to {most} across a pixel"
-        ))),
-    }
-}
-
-/// Names for some or all of the spheres: a list with a name or None for each, or a dictionary by row.
-fn name_all(spheres: &mut Spheres, names: &Bound<'_, PyAny>) -> PyResult<()> {
-    let n = spheres.len();
-    let rows: Vec<(usize, String)> = match names.extract::<HashMap<usize, String>>() {
-        Ok(by_row) => by_row.into_iter().collect(),
-        Err(_) => {
-            let list: Vec<Option<String>> = names.extract().map_err(|_| {
-                PyTypeError::new_err("names: give a name or None for each sphere, or {row: name}")
-            })?;
-            if list.len() != n {
-                let message = format!("names: {} of them for {n} spheres", list.len());
-                return Err(PyValueError::new_err(message));
-            }
-            list.into_iter().enumerate().filter_map(|(row, name)| Some((row, name?))).collect()
-        }
-    };
-    for (row, name) in rows {
-        if row >= n {
-            let message = format!("names: row {row} (counted from 0), but there are {n} spheres");
-            return Err(PyValueError::new_err(message));
-        }
-        spheres.set_name(row as u32, name);
-    }
-    Ok(())
-}
-
-/// Spheres with the colours of their numbers.
-fn colored_by(
-    spheres: Spheres,
-    numbers: &Bound<'_, PyAny>,
-    colormap: Option<&str>,
-    range: Option<[f64; 2]>,
-    missing_color: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(Spheres, Coloring)> {
-    let map = colormap.map_or(Ok(ColorMap::default()), |name| {
-        ColorMap::from_name(name).ok_or_else(|| {
-            let names = ColorMap::names().collect::<Vec<_>>().join(", ");
-            PyValueError::new_err(format!(
-                "colormap: there is no {name:?}; give one of {names}, each also with _r behind it"
-            ))
-        })
-    })?;
-    let missing_color = missing_color.map(|color| color_of("missing_color", color)).transpose()?;
-    // A series of pandas says what it is called.
-    let name = numbers.getattr("name").and_then(|name| name.extract::<String>());
-    let name = name.unwrap_or_else(|_| "color_by".into());
-    let numbers = Numbers::new("color_by", numbers)?.list("one number for each sphere")?;
-    let missing_color = missing_color.unwrap_or(Coloring::MISSING_COLOR);
-    spheres.with_numbers(&name, &numbers, map, range, missing_color).map_err(error::of("color_by"))
-}
-
-/// The entries of a list argument.
-fn each<'py>(name: &str, given: Option<&Bound<'py, PyAny>>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-    let Some(given) = given else { return Ok(Vec::new()) };
-    if given.is_instance_of::<PyDict>() || given.is_instance_of::<PyString>() {
-        let message = format!("{name}: give a list of dictionaries, also for one");
-        return Err(PyTypeError::new_err(message));
-    }
-    let entries = given
-        .try_iter()
-        .map_err(|_| PyTypeError::new_err(format!("{name}: give a list of dictionaries")))?;
-    entries.collect()
-}
-
-fn color_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Color> {
-    Ok(scene_of(name, "background", value(name, given)?)?.background)
-}
-
-fn spheres_of(
-    py: Python<'_>,
-    spheres: &Bound<'_, PyAny>,
-    radius: Option<&Bound<'_, PyAny>>,
-    color: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Spheres> {
-    let expected = "centres are (N, 3), and with radii (N, 4)";
-    let spheres = Numbers::new("spheres", spheres)?;
-    let n = spheres.shape().first().copied().unwrap_or(0);
-    let rows: Vec<[f64; 4]> = match (spheres.shape(), radius) {
-        ([_, 4], None) => spheres.table(4, expected)?.map(py, "spheres", |_, row| row)?,
-        ([_, 4], Some(_)) => {
-            return Err(PyValueError::new_err(
-                "radius: `spheres` has radii already, in its fourth column; leave one of them out",
-            ));
-        }
-        ([_, 3], Some(radius)) => {
-            let radii = Numbers::new("radius", radius)?;
-            let radii = match radii.shape() {
-                [] => Radii::One(radius.extract()?),
-                [length] if *length == n => Radii::Each(radii.list("one radius for each sphere")?),
-                _ => return Err(radii.wrong_shape(&format!("there are {n} spheres"))),
-            };
-            spheres
-                .table(3, expected)?
-                .map(py, "spheres", |row, [x, y, z]| [x, y, z, radii.of(row)])?
-        }
-        ([_, 3], None) => {
-            return Err(PyValueError::new_err(
-                "radius: `spheres` has three columns, so give the radius of all, or one of each",
-            ));
-        }
-        _ => return Err(spheres.wrong_shape(expected)),
-    };
-    let spheres = py.detach(|| Spheres::from_rows(rows)).map_err(error::of("spheres"))?;
-    let Some(color) = color else { return Ok(spheres) };
-    let one_for_all =
-        color.is_instance_of::<PyString>() || { Numbers::new("color", color)?.shape().len() == 1 };
-    if one_for_all {
-        return spheres.with_color(color_of("color", color)?).map_err(error::of("color"));
-    }
-    let colors = Numbers::new("color", color)?;
-    let is_bytes = colors.is_bytes;
-    let colors =
-        colors.table(3, "colours are (N, 3)")?.map(py, "color", |_, row| match is_bytes {
-            true => Color::from_srgb8(row.map(|byte| byte as u8)),
-            false => Color(row),
-        })?;
-    spheres.with_colors(colors).map_err(error::of("color"))
-}
-
-/// Radii of spheres.
-enum Radii {
-    One(f64),
-    Each(Vec<f64>),
-}
-
-impl Radii {
-    fn of(&self, row: usize) -> f64 {
-        match self {
-            Radii::One(radius) => *radius,
-            Radii::Each(radii) => radii[row],
-        }
-    }
-}
-
-/// Rays from two arrays.
-///
-/// # Errors
-/// `ValueError` names the first row that is no ray.
-pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyResult<Vec<Ray>> {
-    let py = origins.py();
-    let origins = Numbers::new("origins", origins)?;
-    let directions = Numbers::new("directions", directions)?;
-    let of_origins = origins.table(3, "origins are (N, 3)")?;
-    let of_directions = directions.table(3, "directions are (N, 3)")?;
-    if of_origins.len() != of_directions.len() {
-        let expected = format!("`origins` has {} rows", of_origins.len());
-        return Err(directions.wrong_shape(&expected));
-    }
-    let ray = |row, origin| {
-        let direction = of_directions.row(row);
-        Ray { origin: DVec3::from_array(origin), direction: DVec3::from_array(direction) }
-    };
-    let rays = of_origins.map(py, "rays", ray)?;
-    let is_ray = |ray: &Ray| {
-        ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != DVec3::ZERO
-    };
-    let Some(row) = rays.iter().position(|ray| !is_ray(ray)) else { return Ok(rays) };
-    let Ray { origin, direction } = rays[row];
-    let (name, numbers, why) = match (origin.is_finite(), direction.is_finite()) {
-        (false, _) => ("origins", origin, "not all numbers are finite"),
-        (_, false) => ("directions", direction, "not all numbers are finite"),
-        _ => ("directions", direction, "it points nowhere"),
-    };
-    let [x, y, z] = numbers.to_array();
-    Err(PyValueError::new_err(format!(
-        "{name}: row {row} (counted from 0) is ({x:?}, {y:?}, {z:?}): {why}"
-    )))
-}
-
-/// A dictionary of how many rays each stage decided.
-pub fn counts_of(py: Python<'_>, counts: StageCounts) -> PyResult<Bound<'_, PyDict>> {
-    let dict = PyDict::new(py);
-    dict.set_item("f32", counts.f32)?;
-    dict.set_item("f64", counts.f64)?;
-    dict.set_item("exact", counts.exact)?;
-    Ok(dict)
 }

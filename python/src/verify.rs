@@ -10,7 +10,8 @@ use crate::argument::{Crop, Size};
 use crate::camera::Camera;
 use crate::error;
 use crate::place;
-use crate::scene::{Scene, pixels_of, warn};
+use crate::rays::pixels_of;
+use crate::scene::Scene;
 use crate::table::to_python;
 use crate::work;
 
@@ -104,7 +105,7 @@ impl Asked<'_, '_> {
                         if kernels.len() > 1
                             && error.is_instance_of::<error::NoAdapterError>(py) =>
                     {
-                        warn(
+                        error::warn(
                             py,
                             &format!("{} on the CPU alone: {}", kernel.name(), error.value(py)),
                         )?;

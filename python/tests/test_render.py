@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 
 import kugelblitz as kb
 import numpy as np
@@ -82,6 +83,37 @@ def test_every_device_gives_the_same_bytes(camera):
     digests = {scene.render(camera, (80, 60), device=d).digest() for d in ["cpu", "gpu", "auto"]}
     assert len(digests) == 1 and digests.pop().startswith("kb1:")
     assert kb.adapters()[0]["name"]
+
+
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+@pytest.mark.parametrize("kernel", ["certified", "stable"])
+def test_depths_are_the_same_whenever_they_are_traced(camera, device, kernel):
+    scene = cloud(500, lights=[dict(position="eye")])
+    draw = partial(scene.render, camera, (64, 48), samples=2, device=device, kernel=kernel)
+    later, other = draw(), draw()
+    assert other.t.shape == (48, 64)
+    # From now on they are kept from the start.
+    at_once = draw()
+    assert later.counts == at_once.counts and (later.level == at_once.level).all()
+    for field in ["id", "rgb8", "t", "normal"]:
+        assert (getattr(later, field) == getattr(at_once, field)).all(), field
+    assert (np.isfinite(later.t) == (later.id > 0)).all()
+    del scene, draw
+    assert later.digest() == at_once.digest()
+
+
+def test_threads_and_a_fork_ask_for_depths(camera):
+    expected = cloud(3000).render(camera, (160, 120)).t
+    picture, found = cloud(3000).render(camera, (160, 120)), []
+    queue = multiprocessing.get_context("fork").Queue()
+    child = multiprocessing.get_context("fork").Process(target=lambda: queue.put(picture.t))
+    child.start()
+    threads = [threading.Thread(target=lambda: found.append(picture.t)) for _ in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    found.append(queue.get(timeout=60))
+    child.join(60)
+    assert len(found) == 5 and all((t == expected).all() for t in found)
 
 
 def test_rays_see_what_pixels_see(camera):

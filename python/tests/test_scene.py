@@ -130,3 +130,11 @@ def test_cameras():
     ]:
         with pytest.raises(kb.SceneError, match=word):
             kb.Camera(**given)
+
+
+def test_a_frame_is_counted_from_0(tmp_path):
+    (tmp_path / "steps.xyz").write_text("1\n\nC 1 0 0\n1\n\nC 2 0 0\n")
+    for frame, x in [(0, 1), (1, 2)]:
+        assert kb.Scene.open(tmp_path / "steps.xyz", frame=frame).spheres[0, 0] == x
+    with pytest.raises(kb.SceneError, match="no frame 2"):
+        kb.Scene.open(tmp_path / "steps.xyz", frame=2)

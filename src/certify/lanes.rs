@@ -248,6 +248,9 @@ impl<'a> Completer<'a> {
 
     /// Puts the hits of all runs into their queues.
     fn look_at_spheres<O: Output>(&mut self, part: &mut Part<O>) {
+        if self.spheres.n == 0 {
+            return;
+        }
         let (stage, open) = (self.stage, &mut self.open);
         self.spheres.find_sights(stage, part.first);
         for lane in 0..self.spheres.n {
@@ -266,7 +269,7 @@ impl<'a> Completer<'a> {
 }
 
 /// How many ids at the beginning are the same.
-fn run_length(ids: &[u32]) -> usize {
+pub fn run_length(ids: &[u32]) -> usize {
     // So many are compared at a time.
     const BLOCK: usize = 16;
     let Some(&id) = ids.first() else { return 0 };
@@ -406,8 +409,10 @@ impl<S: Sight, const N: usize> Queue<S, N> {
 
     /// Passes on all that it holds.
     fn complete<O: Output>(&mut self, stage: &Stage, part: &mut Part<O>, open: &mut Vec<usize>) {
-        part.out.take(stage, self, open);
-        self.n = 0;
+        if self.n > 0 {
+            part.out.take(stage, self, open);
+            self.n = 0;
+        }
     }
 
     /// Where the hits are in their part.

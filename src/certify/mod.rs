@@ -35,12 +35,13 @@ use decide::MOST_HELD;
 pub(crate) use decide::bits;
 use in_f64::is_ordinary;
 pub(crate) use in_f64::{InF64, ray_record, suits_device};
-pub(crate) use lanes::Completer;
+pub(crate) use lanes::{Completer, Run, run_length};
 use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, Pack, Points, registers};
+pub(crate) use point::{LANES, LengthsOfRays, Pack, Points, registers};
+pub(crate) use rows::{Finds, OfPicture, RowSight};
 #[cfg(feature = "gpu")]
 pub(crate) use shaders::light_key_in_f32;
 use surface::Bounds;

@@ -214,6 +214,11 @@ impl PlaneF64 {
         }
     }
 
+    /// A bound of the normal's length.
+    pub fn length(&self) -> f64 {
+        self.n_length
+    }
+
     /// `(a − o)·n` and a bound of its error, which is ∞ where the bounds don't hold.
     #[inline(always)]
     pub fn offset(&self, ray: &RayF64, input: InputError) -> (f64, f64) {

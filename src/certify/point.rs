@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::lanes::{self, Output, Part, Queue, Run};
-use super::rows::{Finds, RowSight};
+use super::rows::{Finds, OfPicture, RowSight};
 use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
 use super::{Completer, Stage, StageRays, nearness};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{InputError, ROOM, UNIT_F64};
+use crate::guard::{InputError, ROOM, UNIT_F64, steps};
 use crate::kernel::RayOf;
 use crate::rays::{CameraF64, Pixels};
 use crate::scene::Object;
@@ -15,7 +15,7 @@ use crate::vec3::{Vec3, dot3};
 use crate::wide::{Holds, SideBySide, WideF64};
 #[cfg(feature = "gpu")]
 use crate::{
-    guard::{LIST_F64, input_of_picture, steps},
+    guard::{LIST_F64, input_of_picture},
     rays::Bundle,
 };
 
@@ -128,12 +128,12 @@ fn origin_error(origin: Vec3<f64>, bounds: &Bounds) -> f64 {
 
 /// Of `t|d|` in a point's error, in units.
 fn of_point(input: InputError) -> f64 {
-    input.direction + 3.0
+    input.direction + steps::POINT
 }
 
 /// Of the length of its ray's origin.
 fn of_origin(input: InputError) -> f64 {
-    input.offset + 1.0
+    input.offset + steps::POINT_ORIGIN
 }
 
 /// The constants of the same in `shaders/lit.wgsl`, by their names there. A device's division is in the
@@ -155,8 +155,8 @@ pub struct Points {
     /// In the order of the rays.
     pub packs: Vec<Pack>,
     /// Objects as all rays see them, with their ids, each in the place that its id gives it.
-    sights: Vec<(u32, Option<RowSight>)>,
-    lengths: Option<Lengths>,
+    sights: Vec<(u32, Option<RowSight<f64>>)>,
+    lengths: Option<LengthsOfRays>,
 }
 
 impl Points {
@@ -195,7 +195,7 @@ impl Output for Found8<'_> {
         if kept.0 != run.id {
             *kept = (run.id, stage.point_sight(run.id));
         }
-        let lengths = *lengths.get_or_insert_with(|| Lengths::new(pixels, stage.bounds.input));
+        let lengths = *lengths.get_or_insert_with(|| LengthsOfRays::new::<f64>(stage, pixels));
         let arch = pulp::Arch::new();
         match &kept.1 {
             None => return false,
@@ -242,22 +242,23 @@ impl Output for Found8<'_> {
 
 /// What the errors of a picture's points share.
 #[derive(Clone, Copy)]
-struct Lengths {
+pub struct LengthsOfRays {
     /// No direction is longer.
-    longest: f64,
+    pub longest: f64,
     /// Of `t`, as a length.
-    of_t: f64,
+    pub of_t: f64,
     /// What no ray's origin adds more than.
-    of_origin: f64,
+    pub of_origin: f64,
 }
 
-impl Lengths {
-    fn new(pixels: &Pixels, input: InputError) -> Lengths {
-        let longest = pixels.longest_direction();
-        Lengths {
+impl LengthsOfRays {
+    /// Those of rays in numbers of `F`.
+    pub fn new<F: OfPicture>(stage: &Stage, pixels: &Pixels) -> LengthsOfRays {
+        let (longest, input) = (pixels.longest_direction(), F::input(stage));
+        LengthsOfRays {
             longest,
-            of_t: UNIT_F64 * of_point(input) * longest,
-            of_origin: ROOM * UNIT_F64 * of_origin(input) * pixels.spread(),
+            of_t: F::UNIT * of_point(input) * longest,
+            of_origin: ROOM * F::UNIT * of_origin(input) * pixels.spread(),
         }
     }
 }
@@ -270,18 +271,18 @@ struct FindRun<'a, T> {
     sight: &'a T,
     camera: &'a CameraF64,
     run: &'a Run,
-    lengths: Lengths,
+    lengths: LengthsOfRays,
     packs: &'a mut [Pack],
     open: &'a mut Vec<usize>,
 }
 
-impl<T: Finds> pulp::WithSimd for FindRun<'_, T> {
+impl<T: Finds<f64>> pulp::WithSimd for FindRun<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
         let FindRun { sight, camera, run, lengths, packs, open } = self;
-        let Lengths { longest, of_t, of_origin } = lengths;
+        let LengthsOfRays { longest, of_t, of_origin } = lengths;
         let like = |number: f64| WideF64::splat(simd, number);
         let lanes: [f64; LANES] = std::array::from_fn(|lane| lane as f64);
         let j = like(run.offset.1 as f64);
@@ -348,9 +349,9 @@ impl<S: Sight, const N: usize> pulp::WithSimd for FindPoints<'_, S, N> {
 }
 
 impl Stage<'_> {
-    /// Bound of the relative error of rays' directions.
-    pub(crate) fn direction_error(&self) -> f64 {
-        UNIT_F64 * self.bounds.input.direction
+    /// Bound of the relative error of a picture's directions in numbers of `F`.
+    pub(crate) fn direction_error<F: OfPicture>(&self) -> f64 {
+        F::UNIT * F::input(self).direction
     }
 
     /// Direction of a ray.
@@ -490,8 +491,8 @@ mod tests {
         }
     }
 
-    /// `t`'s bounds are those of the filter, of which `tests/guards.rs` tells how wide they are: wrong points
-    /// begin at a 32nd.
+    /// Roundings to the nearest hardly ever add up as the bounds grant: wrong points begin at a 32nd.
+    /// `tests/lemmas.rs` halves what each step is granted, with roundings that do.
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
         for width in WIDTHS {

@@ -8,14 +8,15 @@ use pulp::Simd;
 use super::nearness::PlaneF64;
 use super::surface::{NORMAL_TOLERANCE, Surface};
 use super::{Stage, StageRays};
-use crate::guard::rows::{ChordGuard, INVERSE, MOST_OF_SLOPE, QUOTIENT};
-use crate::guard::{self, UNIT_F64};
+use crate::guard::host::{Bounded, input_in_f32};
+use crate::guard::rows::{ACROSS, ChordGuard, INVERSE, MOST_OF_SLOPE, QUOTIENT};
+use crate::guard::{self, InputError};
 use crate::kernel::RayOf;
 use crate::kernel::certified::closest_approach;
 use crate::rays::{CameraF64, Lens, Pixels};
 use crate::scene::{Object, Sphere};
-use crate::vec3::{Vec3, dot3};
-use crate::wide::{Holds, MaskF64, SideBySide, WideF64};
+use crate::vec3::{Real, Vec3, dot3};
+use crate::wide::{Holds, SideBySide, WideF64};
 
 /// Part of `t` up to which an error is of use: f32 then leaves one of a thousand rays open.
 const MOST_ERROR: f64 = 1.0 / (1u64 << 36) as f64;
@@ -32,190 +33,294 @@ const MOST_LANES: usize = 8;
 
 /// What is found of rays: two numbers that `t` lies between, where the lower one is positive, and the
 /// normals.
-pub struct Found<S: Simd> {
-    low: WideF64<S>,
-    high: WideF64<S>,
-    normal: Vec3<WideF64<S>>,
+pub struct Found<R> {
+    low: R,
+    high: R,
+    normal: Vec3<R>,
 }
 
 /// Where rays meet what they hit, seen from their origins.
-pub struct Reached<S: Simd> {
+pub struct Reached<R: SideBySide> {
     /// Where the others are known.
-    pub is_known: MaskF64<S>,
-    pub t: WideF64<S>,
+    pub is_known: R::Mask,
+    pub t: R,
     /// What `t` is off by, as a length.
-    pub error: WideF64<S>,
+    pub error: R,
     /// Of about unit length, towards the origin.
-    pub normal: Vec3<WideF64<S>>,
-    pub normal_error: WideF64<S>,
+    pub normal: Vec3<R>,
+    pub normal_error: R,
 }
 
-/// An object as all rays of a picture see it.
-pub enum RowSight {
-    Sphere(SphereRow),
-    Plane(PlaneRow),
+/// An object as all rays of a picture see it, in numbers of `F`.
+pub enum RowSight<F> {
+    Sphere(SphereRow<F>),
+    Plane(PlaneRow<F>),
 }
 
 /// What rays that hit an object find.
-pub trait Finds {
+pub trait Finds<F> {
     /// True for a sphere that the rays start in.
     fn is_inside(&self) -> bool {
         false
     }
-    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S>;
+    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R>;
     /// The same with bounds for each ray; none is longer than `longest`.
-    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S>;
+    fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R>;
 }
 
 /// A sphere that all rays start outside of, or all inside.
-pub struct SphereRow {
+pub struct SphereRow<F> {
     /// From the camera's position.
-    center: Vec3<f64>,
-    r: f64,
+    center: Vec3<F>,
+    r: F,
     is_outside: bool,
     guard: ChordGuard,
 }
 
 /// A chord of a sphere.
-struct Chord<S: Simd> {
+struct Chord<R: SideBySide> {
     /// Whether its bounds hold.
-    is_known: MaskF64<S>,
-    half: WideF64<S>,
+    is_known: R::Mask,
+    half: R,
     /// At the visible end.
-    t: WideF64<S>,
-    radius: Vec3<WideF64<S>>,
+    t: R,
+    radius: Vec3<R>,
 }
 
-impl SphereRow {
+/// The nearest number in all places.
+#[inline(always)]
+fn like<R: SideBySide>(some: R, number: f64) -> R {
+    some.like(R::Plain::from_f64(number))
+}
+
+impl<F: Bounded> SphereRow<F> {
     /// The radius is [`crate::kernel::certified::half_chord_radius`], in the same steps.
     #[inline(always)]
-    fn chord<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Chord<S> {
+    fn chord<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Chord<R> {
         let &SphereRow { center, r, is_outside, guard: ChordGuard { least2, .. } } = self;
         let &RayOf { origin, direction, a, inv_a, .. } = rays;
         let l = a.like3(center) - origin;
         let (s, m) = closest_approach(direction, inv_a, l);
         let p = l - direction * s;
         let chord2 = a.like(r * r) - m;
-        let half = (chord2.max(a.like(0.0)) * inv_a).sqrt();
+        let half = (chord2.max(a.like(F::ZERO)) * inv_a).sqrt();
         let chord = direction * half;
         let (t, radius) = match is_outside {
             true => (s - half, -p - chord),
             false => (s + half, p - chord),
         };
-        Chord { is_known: a.like(least2).le(chord2), half, t, radius }
+        Chord { is_known: like(a, least2).le(chord2), half, t, radius }
     }
 }
 
-impl Finds for SphereRow {
+impl<F: Bounded> Finds<F> for SphereRow<F> {
     fn is_inside(&self) -> bool {
         !self.is_outside
     }
 
     #[inline(always)]
-    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
+    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
         let a = rays.a;
-        let error = a.like(self.guard.error);
+        let error = like(a, self.guard.error);
         let Chord { is_known, t, radius, .. } = self.chord(rays);
         Found {
-            low: is_known.select(t - error, a.like(0.0)),
+            low: R::select(is_known, t - error, a.like(F::ZERO)),
             high: t + error,
-            normal: radius * (a.like(1.0) / dot3(radius, radius).sqrt()),
+            normal: radius * (a.like(F::ONE) / dot3(radius, radius).sqrt()),
         }
     }
 
     #[inline(always)]
-    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S> {
-        let like = |number: f64| rays.a.like(number);
+    fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
+        let a = rays.a;
         let ChordGuard { slack, of_chord, of_normal, .. } = self.guard;
         let Chord { is_known, half, t, radius } = self.chord(rays);
-        let of_half = like(of_chord) / half;
+        let of_half = like(a, of_chord) / half;
         Reached {
-            is_known: is_known.and(like(0.0).lt(t)),
+            is_known: is_known.and(a.like(F::ZERO).lt(t)),
             t,
-            error: like(slack * longest) + of_half,
-            normal: radius * like(1.0 / self.r),
-            normal_error: (like(of_normal) + of_half) * like(1.01 / self.r),
+            error: like(a, slack * longest) + of_half,
+            normal: radius * a.like(F::ONE / self.r),
+            normal_error: (like(a, of_normal) + of_half) * a.like(F::from_f64(1.01) / self.r),
         }
     }
 }
 
 /// A plane.
-pub struct PlaneRow {
-    /// A point of it, from the camera's position.
-    point: Vec3<f64>,
-    normal: Vec3<f64>,
+pub struct PlaneRow<F> {
+    /// Its normal times a point of it, from the camera's position.
+    offset: F,
+    normal: Vec3<F>,
     /// Unit length, either way.
-    unit: Vec3<f64>,
+    unit: Vec3<F>,
+    unit_error: f64,
     /// Of `N`, and of `M`.
     offset_error: f64,
     slope_error: f64,
 }
 
 /// Where rays meet a plane.
-struct Crossing<S: Simd> {
-    is_known: MaskF64<S>,
-    t: WideF64<S>,
-    error: WideF64<S>,
-    normal: Vec3<WideF64<S>>,
+struct Crossing<R: SideBySide> {
+    is_known: R::Mask,
+    t: R,
+    error: R,
+    normal: Vec3<R>,
 }
 
-impl PlaneRow {
+impl<F: Bounded> PlaneRow<F> {
     #[inline(always)]
-    fn crossing<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Crossing<S> {
-        let &PlaneRow { point, normal, unit, offset_error, slope_error } = self;
+    fn crossing<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Crossing<R> {
+        let &PlaneRow { offset, normal, unit, offset_error, slope_error, .. } = self;
         let &RayOf { origin, direction, a, .. } = rays;
-        let (normal, unit) = (a.like3(normal), a.like3(unit));
+        let (normal, unit, zero) = (a.like3(normal), a.like3(unit), a.like(F::ZERO));
         let slope = dot3(direction, normal);
-        let inverse = a.like(1.0) / slope;
-        let t = dot3(a.like3(point) - origin, normal) * inverse;
-        let of_quotient = inverse.abs() * (a.like(offset_error) + t * a.like(slope_error));
-        let is_along = a.like(0.0).lt(dot3(unit, direction));
+        let inverse = a.like(F::ONE) / slope;
+        let t = (a.like(offset) - dot3(origin, normal)) * inverse;
+        let of_quotient = inverse.abs() * (like(a, offset_error) + t * like(a, slope_error));
+        let is_along = zero.lt(dot3(unit, direction));
         let [x, y, z] = unit.0;
+        let turned = |x: R| R::select(is_along, -x, x);
         Crossing {
-            is_known: a.like(slope_error).lt(slope.abs() * a.like(MOST_OF_SLOPE)),
+            is_known: like(a, slope_error).lt(slope.abs() * like(a, MOST_OF_SLOPE)),
             t,
-            error: of_quotient * a.like(QUOTIENT) + t * a.like(INVERSE * UNIT_F64),
-            normal: Vec3([is_along.select(-x, x), is_along.select(-y, y), is_along.select(-z, z)]),
+            error: of_quotient * like(a, QUOTIENT) + t * like(a, INVERSE * F::UNIT),
+            normal: Vec3([turned(x), turned(y), turned(z)]),
         }
     }
 }
 
-impl Finds for PlaneRow {
+impl<F: Bounded> Finds<F> for PlaneRow<F> {
     #[inline(always)]
-    fn find<S: Simd>(&self, rays: &RayOf<WideF64<S>>) -> Found<S> {
+    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
         let Crossing { is_known, t, error, normal } = self.crossing(rays);
-        Found { low: is_known.select(t - error, t.like(0.0)), high: t + error, normal }
+        let zero = t.like(F::ZERO);
+        Found { low: R::select(is_known, t - error, zero), high: t + error, normal }
     }
 
     #[inline(always)]
-    fn reach<S: Simd>(&self, rays: &RayOf<WideF64<S>>, longest: f64) -> Reached<S> {
+    fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
         let Crossing { is_known, t, error, normal } = self.crossing(rays);
         Reached {
-            is_known: is_known.and(t.like(0.0).lt(t)),
+            is_known: is_known.and(t.like(F::ZERO).lt(t)),
             t,
-            error: error * t.like(longest),
+            error: error * like(t, longest),
             normal,
-            normal_error: t.like(guard::steps::NORMALIZED * UNIT_F64),
+            normal_error: like(t, self.unit_error),
+        }
+    }
+}
+
+/// What rays of a picture are off by in numbers of `F`.
+pub trait OfPicture: Bounded {
+    /// Most that a sphere's normal may be off by.
+    const TOLERANCE: f64;
+    /// What the rays are off by.
+    fn input(stage: &Stage) -> InputError;
+    /// Whether objects at distance up to `l` keep it in range.
+    fn holds(pixels: &Pixels, l: f64) -> bool;
+    /// The same for a sphere of radius `r`.
+    fn holds_sphere(r: f64, l: f64) -> bool;
+    /// `N` of a plane and its error, and its normal.
+    fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<Self>;
+}
+
+impl OfPicture for f64 {
+    const TOLERANCE: f64 = NORMAL_TOLERANCE;
+
+    fn input(stage: &Stage) -> InputError {
+        stage.bounds.input
+    }
+
+    fn holds(_: &Pixels, l: f64) -> bool {
+        guard::plane_in_range_f64(l)
+    }
+
+    fn holds_sphere(r: f64, l: f64) -> bool {
+        guard::sphere_in_range_f64(r, l)
+    }
+
+    fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<f64> {
+        let point = plane.point - pixels.view.position;
+        let distance = guard::length_bound(point) + pixels.spread();
+        PlaneRow {
+            offset: dot3(point.into(), plane.normal),
+            normal: plane.normal,
+            unit: plane.unit,
+            unit_error: guard::steps::NORMALIZED * f64::UNIT,
+            offset_error: plane.offset_error(distance, stage.bounds.input),
+            slope_error: plane.direction_error * pixels.longest_direction(),
+        }
+    }
+}
+
+/// Most that the normal of a sphere may be off by in f32: a part of a byte.
+const TOLERANCE_F32: f64 = 1.0 / (1u64 << 10) as f64;
+
+/// Largest distance and longest direction for f32: with those of [`guard`], nothing that counts underflows.
+const LARGEST_F32: f64 = (1u64 << 40) as f64;
+const LONGEST_F32: f64 = (1u64 << 10) as f64;
+
+impl OfPicture for f32 {
+    const TOLERANCE: f64 = TOLERANCE_F32;
+
+    fn input(stage: &Stage) -> InputError {
+        let StageRays::Pixels { pixels, .. } = &stage.rays else { return guard::LIST };
+        input_in_f32(pixels.view.lens)
+    }
+
+    fn holds(pixels: &Pixels, l: f64) -> bool {
+        l <= LARGEST_F32 && pixels.longest_direction() <= LONGEST_F32
+    }
+
+    fn holds_sphere(r: f64, l: f64) -> bool {
+        l <= LARGEST_F32 && guard::sphere_in_range_f32(r, l)
+    }
+
+    fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<f32> {
+        let point = plane.point - pixels.view.position;
+        let scale = 1.0 / plane.length();
+        let offset = dot3(Vec3::from(point), plane.normal) * scale;
+        let of_point = plane.offset_error(guard::length_bound(point), stage.bounds.input) * scale;
+        let unit = Vec3(plane.unit.0.map(|x| x as f32));
+        let slope = guard::plane_direction_error(1.0, f32::UNIT, Self::input(stage));
+        PlaneRow {
+            offset: offset as f32,
+            normal: unit,
+            unit,
+            unit_error: 1.01 * f32::UNIT,
+            offset_error: 1.01 * of_point
+                + f32::UNIT * (2.02 * offset.abs() + ACROSS * pixels.spread())
+                + guard::TINY_F32,
+            slope_error: 1.01 * (slope + f32::UNIT) * pixels.longest_direction(),
         }
     }
 }
 
 impl Stage<'_> {
     /// An object as all rays of the picture see it; `None` for lists, and where that is of no use.
-    pub fn row_sight(&self, id: u32) -> Option<RowSight> {
+    pub fn row_sight(&self, id: u32) -> Option<RowSight<f64>> {
         self.sight_with(id, |sphere, least_t| sphere.guard.error <= MOST_ERROR * least_t)
     }
 
     /// The same, for those who want bounds for each ray.
-    pub fn point_sight(&self, id: u32) -> Option<RowSight> {
+    pub fn point_sight(&self, id: u32) -> Option<RowSight<f64>> {
         self.sight_with(id, |sphere, least_t| {
             let ChordGuard { slack, of_chord, .. } = sphere.guard;
             slack + of_chord / sphere.r <= MOST_OF_POINT * least_t
         })
     }
 
+    /// The same in f32.
+    pub fn narrow_sight(&self, id: u32) -> Option<RowSight<f32>> {
+        self.sight_with(id, |_, _| true)
+    }
+
     /// `is_of_use` is told of a sphere and of the least `t` that it is seen at.
-    fn sight_with(&self, id: u32, is_of_use: impl Fn(&SphereRow, f64) -> bool) -> Option<RowSight> {
+    fn sight_with<F: OfPicture>(
+        &self,
+        id: u32,
+        is_of_use: impl Fn(&SphereRow<F>, f64) -> bool,
+    ) -> Option<RowSight<F>> {
         let StageRays::Pixels { pixels, .. } = &self.rays else { return None };
         match self.scene.object(id)? {
             _ if !self.usable => None,
@@ -228,11 +333,16 @@ impl Stage<'_> {
     }
 
     /// A sphere, and the least `t` that it is seen at.
-    fn sphere_row(&self, pixels: &Pixels, id: u32, sphere: &Sphere) -> Option<(SphereRow, f64)> {
+    fn sphere_row<F: OfPicture>(
+        &self,
+        pixels: &Pixels,
+        id: u32,
+        sphere: &Sphere,
+    ) -> Option<(SphereRow<F>, f64)> {
         let (center, r) = (sphere.center - pixels.view.position, sphere.radius.abs());
         let from_position = guard::length_bound(center);
         let distance = from_position + pixels.spread();
-        if !guard::sphere_in_range_f64(r, distance) {
+        if !(F::holds(pixels, distance) && F::holds_sphere(r, distance)) {
             return None;
         }
         let (is_outside, least_t) = match pixels.view.lens {
@@ -249,25 +359,21 @@ impl Stage<'_> {
                 (depth > 1.01 * r, depth - r)
             }
         };
-        let guard = ChordGuard::new(r, distance, self.bounds.input, NORMAL_TOLERANCE)?;
+        let guard = ChordGuard::new(r, distance, F::UNIT, F::input(self), F::TOLERANCE)?;
         let is_known = is_outside || pixels.view.lens == Lens::Perspective;
-        is_known.then_some((SphereRow { center: center.into(), r, is_outside, guard }, least_t))
+        let center = Vec3(center.to_array().map(F::from_f64));
+        let row = SphereRow { center, r: F::from_f64(r), is_outside, guard };
+        is_known.then_some((row, least_t))
     }
 
-    fn plane_row(&self, pixels: &Pixels, plane: &PlaneF64) -> Option<PlaneRow> {
+    fn plane_row<F: OfPicture>(&self, pixels: &Pixels, plane: &PlaneF64) -> Option<PlaneRow<F>> {
         let point = plane.point - pixels.view.position;
         let distance = guard::length_bound(point) + pixels.spread();
-        guard::plane_in_range_f64(distance).then(|| PlaneRow {
-            point: point.into(),
-            normal: plane.normal,
-            unit: plane.unit,
-            offset_error: plane.offset_error(distance, self.bounds.input),
-            slope_error: plane.direction_error * pixels.longest_direction(),
-        })
+        F::holds(pixels, distance).then(|| F::plane(plane, pixels, self))
     }
 }
 
-impl RowSight {
+impl RowSight<f64> {
     /// Finds `t` and normals of neighbours that hit it, the first one at this
     /// [`crate::rays::Pixels::offset2`]: a `t` of 0 where they are open.
     pub fn find(
@@ -310,7 +416,7 @@ struct Row<'a, T> {
     normal: &'a mut [[f32; 3]],
 }
 
-impl<T: Finds> Row<'_, T> {
+impl<T: Finds<f64>> Row<'_, T> {
     #[inline(always)]
     fn find<S: Simd>(self, simd: S) {
         let Row { sight, camera, offset: (i, j), t, normal } = self;
@@ -354,7 +460,7 @@ fn put<T: Copy>(block: &[T; BLOCK], to: &mut [T]) {
     }
 }
 
-impl<T: Finds> pulp::WithSimd for Row<'_, T> {
+impl<T: Finds<f64>> pulp::WithSimd for Row<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -107,8 +107,8 @@ pub struct DataArgs {
     /// Which columns are which, where their names differ: radius=R,x=px
     #[arg(long, value_name = "KEY=NAME,…", value_delimiter = ',', value_parser = parse_column)]
     pub columns: Vec<(String, String)>,
-    /// Which frame of several in a file, from 1
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    /// Which frame of several in a file, from 0
+    #[arg(long, value_name = "N")]
     pub frame: Option<u32>,
 }
 

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Share, percent, ulp_distance};
+use super::{Share, ulp_distance};
+use crate::digits::percent;
 use crate::error::{Error, Result};
 use crate::picture::{Image, Samples};
 use crate::scene::Color;
@@ -182,7 +183,7 @@ impl PictureDifference {
             text += &match differing {
                 0 => format!("all {pixels} pixels are equal\n"),
                 _ => format!(
-                    "{differing} of {pixels} pixels differ ({} %), {beyond} by more than is allowed\n",
+                    "{differing} of {pixels} pixels differ ({}), {beyond} by more than is allowed\n",
                     percent(*differing, *pixels)
                 ),
             };

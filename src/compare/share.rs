@@ -55,16 +55,3 @@ impl FromStr for Share {
         })
     }
 }
-
-/// Two digits, or as many as it takes.
-pub fn percent(n: u64, all: u64) -> String {
-    let percent = 100.0 * n as f64 / all.max(1) as f64;
-    match percent {
-        0.0 => "0".into(),
-        large if large >= 10.0 => format!("{large:.0}"),
-        small => {
-            let digits = (1 - small.log10().floor() as i32).clamp(0, 12) as usize;
-            format!("{small:.digits$}")
-        }
-    }
-}

@@ -11,12 +11,18 @@
 //! is what [`super::most_width`] limits; as `|d| ≥ 1`, it is no less without.
 //!
 //! # Planes
-//! `t = N·(1/M)` with `|N̂ − N| ≤ e` and `|M̂ − M| ≤ e_d|d|`. Let `e_d|d| ≤ 2⁻²⁰|M̂|`. Then the quotient of the
-//! true numbers is off by at most `(e + |t|·e_d|d|)/(|M̂| − e_d|d|)`, `1 + 2⁻¹⁹` times what it would be with
+//! `t = N·(1/M)` with `|N̂ − N| ≤ e` and `|M̂ − M| ≤ e_d|d|`. Let `e_d|d| ≤ 2⁻⁷|M̂|`. Then the quotient of the
+//! true numbers is off by at most `(e + |t|·e_d|d|)/(|M̂| − e_d|d|)`, 1.008 times what it would be with
 //! `|M̂|` below: [`QUOTIENT`], with its own rounding. The inverse, the product and the sum with this error take
 //! one unit of `t` each: [`INVERSE`].
+//!
+//! `N = n·c − n·o` with a point `c` of the plane and a ray's origin `o`, both from the camera's position. In f64 the first
+//! product is off by `(3 + ½ + ½)ε|n||c|` and the second one by `(3 + ½)ε|n||o|` and what `o` is off by; with the difference,
+//! a unit of both, that is less than [`super::plane_offset_error`] has for `|c| + |o|`. In f32 the first one comes from f64, with
+//! its error there and `ε` of it, and the difference takes another. The second one and the difference take
+//! `(3 + 1 + 3.84 + 1)ε|n||o|`, see [`super::host::input_in_f32`]: [`ACROSS`]. `n` has unit length there, up to `ε`.
 
-use super::{Guard, InputError, UNIT_F64, most_width};
+use super::{Guard, InputError, most_width};
 
 /// Of `b·√(ι/(r² − m))`: how far half a chord may be off.
 pub const CHORD: f64 = 0.54;
@@ -28,7 +34,10 @@ pub const QUOTIENT: f64 = 1.01;
 pub const INVERSE: f64 = 3.01;
 
 /// Part of `|M|` that its error may be.
-pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 20) as f64;
+pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 7) as f64;
+
+/// Of `|n||o|` in the error of `N` in f32, in units.
+pub const ACROSS: f64 = 8.9;
 
 /// Part of `r²` that `r² − m` is at least. No bound: it weighs the rays at the silhouette that are left open
 /// against an error that grows towards it.
@@ -53,11 +62,11 @@ pub struct ChordGuard {
 }
 
 impl ChordGuard {
-    /// For a sphere of radius `r` at distance up to `l`, in f64. The normal is then off by at most
-    /// `tolerance`; `None` where that can't be.
-    pub fn new(r: f64, l: f64, input: InputError, tolerance: f64) -> Option<ChordGuard> {
-        let Guard { inner2, outer2, slack, .. } = Guard::new(r, l, UNIT_F64, input);
-        let most_width = most_width(r, l, UNIT_F64, input, tolerance);
+    /// For a sphere of radius `r` at distance up to `l`, in arithmetic of this unit on the host. The normal is then
+    /// off by at most `tolerance`; `None` where that can't be.
+    pub fn new(r: f64, l: f64, unit: f64, input: InputError, tolerance: f64) -> Option<ChordGuard> {
+        let Guard { inner2, outer2, slack, .. } = Guard::new(r, l, unit, input);
+        let most_width = most_width(r, l, unit, input, tolerance);
         if inner2 <= 0.0 || most_width <= 0.0 {
             return None;
         }

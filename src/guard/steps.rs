@@ -48,3 +48,9 @@ pub const NORMALIZED_WIDE: f64 = 9.6;
 
 /// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
 pub const NORMALIZED: f64 = 4.6;
+
+/// A point `o + t·d` for the middle of two bounds of `t`, of `t|d|`: the middle, the product and the sum.
+pub const POINT: f64 = 3.0;
+
+/// The same of `|o|`: the sum.
+pub const POINT_ORIGIN: f64 = 1.0;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::allowed::short;
 use super::{Allowed, Claims, Judgement, Part, Seen, Spread, alike, worst};
-use crate::compare::percent;
+use crate::digits::percent;
 use crate::error::{Error, Result};
 use crate::rays::Rays;
 use crate::scene::{Color, Scene, hex};
@@ -118,7 +118,7 @@ impl Case<'_> {
             }
             false => row("rays", cells(&|part| part.rays.to_string())),
         }
-        let share = |n: u64, part: &Part| format!("{n} ({} %)", percent(n, part.rays));
+        let share = |n: u64, part: &Part| format!("{n} ({})", percent(n, part.rays));
         row("wrong ids", cells(&|part| share(part.wrong_ids(), part)));
         row("  false hits", cells(&|part| part.false_hits.to_string()));
         row("  false misses", cells(&|part| part.false_misses.to_string()));

@@ -16,8 +16,6 @@ pub trait Arithmetic: Real {
     fn pixel_ray(camera: &Self::Camera, i: i64, j: i64) -> RayOf<Self>;
     /// A ray of a list, and what its `t` must be multiplied with.
     fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<Self>, f64);
-    /// The nearest number.
-    fn from_f64(x: f64) -> Self;
     /// The number itself.
     fn to_f64(self) -> f64;
     /// The hit as its caller sees it.
@@ -43,11 +41,6 @@ impl Arithmetic for f32 {
         let (record, exponent) = coordinates.ray_record(ray);
         let ray = RayOf::new(Vec3(record.origin), Vec3(record.origin_low), Vec3(record.direction));
         (ray, 2f64.powi(-exponent))
-    }
-
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x as f32
     }
 
     #[inline(always)]
@@ -82,11 +75,6 @@ impl Arithmetic for f64 {
     fn list_ray(coordinates: &Coordinates, ray: &Ray) -> (RayOf<f64>, f64) {
         let record = coordinates.ray_record_double(ray);
         (RayOf::new(Vec3(record.origin), Vec3::ZERO, Vec3(record.direction)), 1.0)
-    }
-
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x
     }
 
     #[inline(always)]

@@ -253,8 +253,8 @@ impl CameraF64 {
         i: WideF64<S>,
         j: WideF64<S>,
     ) -> RayOf<WideF64<S>> {
-        let [forward, right, true_up] =
-            [self.forward, self.right, self.true_up].map(|v| i.like3(v));
+        let (forward, right, true_up) =
+            (i.like3(self.forward), i.like3(self.right), i.like3(self.true_up));
         let (step, zero) = (i.like(self.step), i.like3(Vec3::ZERO));
         let (origin, direction) = match self.lens {
             Lens::Perspective => (zero, (forward + right * (step * i)) + true_up * (step * j)),
@@ -320,8 +320,8 @@ impl CameraF32 {
         i: WideF32<S>,
         j: WideF32<S>,
     ) -> RayOf<WideF32<S>> {
-        let [origin, forward, right_step, true_up_step] =
-            [self.origin, self.forward, self.right_step, self.true_up_step].map(|v| i.like3(v));
+        let (origin, forward) = (i.like3(self.origin), i.like3(self.forward));
+        let (right_step, true_up_step) = (i.like3(self.right_step), i.like3(self.true_up_step));
         let zero = i.like3(Vec3::ZERO);
         let (origin, direction) = match self.lens {
             Lens::Perspective => (origin, (forward + right_step * i) + true_up_step * j),

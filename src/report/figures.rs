@@ -1,33 +1,12 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
 use super::{Errors, Spread};
+pub use crate::digits::{NONE, digits, percent};
 use crate::plain::steers;
-
-/// Where there is no number.
-pub const NONE: &str = "–";
 
 /// Three digits that count; see [`digits`].
 pub fn figure(x: f64) -> String {
     digits(x, 3)
-}
-
-/// A number with `n` digits that count, whole numbers of up to five digits with all of theirs,
-/// and what is smaller than 0.001 or larger as in `1.2e-6`.
-pub fn digits(x: f64, n: usize) -> String {
-    match x {
-        0.0 => return "0".to_string(),
-        f64::INFINITY => return "∞".to_string(),
-        f64::NEG_INFINITY => return "-∞".to_string(),
-        _ if x.is_nan() => return NONE.to_string(),
-        _ => {}
-    }
-    // Rounded first: 9.996 has the exponent of 10.0.
-    let rounded = format!("{x:.*e}", n - 1);
-    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    match exponent {
-        -3..=4 => format!("{x:.*}", (n as i32 - 1 - exponent).max(0) as usize),
-        _ => format!("{x:.1e}"),
-    }
 }
 
 /// A range wider than this share of its median leaves no third digit: of some nine runs it is about seven
@@ -62,14 +41,6 @@ pub fn range(spread: &Spread) -> [String; 2] {
 pub fn quantity(x: f64) -> String {
     let shown = [x.to_string(), format!("{x:e}")];
     shown.into_iter().find(|text| text.len() <= 6).unwrap_or_else(|| figure(x))
-}
-
-/// A share in percent, `NONE` of nothing.
-pub fn percent(part: u64, whole: u64) -> String {
-    match whole {
-        0 => NONE.to_string(),
-        _ => format!("{} %", digits(100.0 * part as f64 / whole as f64, 2)),
-    }
 }
 
 /// The share of wrong ids, or `0 of N`.

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::measure::{IDS, Subject, of_first_device, picture};
+use super::pictures::worst_first;
 use super::scenes::Case;
 use super::{Contestant, Effort};
 use crate::control::Control;
@@ -347,10 +348,7 @@ fn worst<'a>(cases: &'a [Case], results: &[LightResult]) -> Vec<&'a Case> {
         let shown = result.rows.iter().filter(|row| row.contestant.kernel == SHOWN.name());
         shown.map(|row| row.errors.wrong_shadows()).sum()
     };
-    let mut ranked: Vec<_> = lit(cases).zip(results.iter().map(wrong)).collect();
-    ranked.retain(|(_, wrong)| *wrong > 0);
-    ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
-    ranked.into_iter().map(|(case, _)| case).take(MOST_SCENES).collect()
+    worst_first(lit(cases).zip(results.iter().map(wrong)), MOST_SCENES)
 }
 
 /// Pictures of the worst scenes: what `certified` shows, and [`SHOWN`] with each epsilon. The first is what

@@ -17,10 +17,17 @@ fn worst<'a>(cases: &'a [Case], results: &[SceneResult]) -> Vec<&'a Case> {
     let wrong = |result: &SceneResult| -> u64 {
         result.rows.iter().map(|row| row.errors.wrong_ids()).sum()
     };
-    let mut ranked: Vec<_> = timed(cases).into_iter().zip(results.iter().map(wrong)).collect();
-    ranked.retain(|(_, wrong)| *wrong > 0);
+    worst_first(timed(cases).into_iter().zip(results.iter().map(wrong)), MOST_SCENES)
+}
+
+/// The scenes with the most that is wrong, the worst first: at most so many, and none without an error.
+pub(super) fn worst_first<'a>(
+    scenes: impl Iterator<Item = (&'a Case, u64)>,
+    most: usize,
+) -> Vec<&'a Case> {
+    let mut ranked: Vec<_> = scenes.filter(|(_, wrong)| *wrong > 0).collect();
     ranked.sort_by_key(|(_, wrong)| std::cmp::Reverse(*wrong));
-    ranked.into_iter().map(|(case, _)| case).take(MOST_SCENES).collect()
+    ranked.into_iter().map(|(case, _)| case).take(most).collect()
 }
 
 /// Pictures of the worst scenes by the subjects of the first device.

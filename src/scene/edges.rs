@@ -4,9 +4,13 @@
 
 use std::sync::LazyLock;
 
+use pulp::Simd;
 use rayon::prelude::*;
 
 use super::linear_from_srgb;
+use crate::guard::round_up;
+use crate::vec3::Real;
+use crate::wide::{Holds, MaskF32, SideBySide, WideF32};
 
 /// The linear values at which sRGB numbers of 8 or of 16 bits end: between `b − 1` and `b` lies
 /// `linear_from_srgb((b − ½)/largest)` as f64, `largest` being 255 or 65535. A value on an edge
@@ -39,16 +43,58 @@ pub struct Edges {
 /// [`Edges::nearest`] and [`Edges::ends`] of bytes, in tables with a place for each number that a place in them
 /// can be made of; empty for others.
 #[derive(Debug)]
-struct OfBytes {
+pub(crate) struct OfBytes {
     nearest: [u8; 2 * BYTE_PARTS],
     ends: [f64; 512],
+    /// Rounded up: a number of f32 is below an end where it is below this.
+    narrow_ends: [f32; 512],
+    /// The same behind one that all numbers are above.
+    close_ends: [f32; 258 + CLOSE],
 }
+
+/// Most ends of ranges that are looked at for bytes that are close together.
+const CLOSE: usize = 8;
 
 /// Parts of `0..1` for bytes.
 const BYTE_PARTS: usize = 1 << 12;
 
-/// From here to twice as much, f64 has whole numbers alone.
-const WHOLE: f64 = (1u64 << 52) as f64;
+/// Linear values in f32 or f64.
+pub(crate) trait Linear: Real {
+    /// From here to twice as much there are whole numbers alone.
+    const WHOLE: Self;
+    /// The last bits of one of these.
+    fn last_bits(self) -> usize;
+    /// The ends of the ranges of bytes.
+    fn ends(of_bytes: &OfBytes) -> &[Self; 512];
+}
+
+impl Linear for f32 {
+    const WHOLE: f32 = (1u32 << 23) as f32;
+
+    #[inline(always)]
+    fn last_bits(self) -> usize {
+        self.to_bits() as usize
+    }
+
+    #[inline(always)]
+    fn ends(of_bytes: &OfBytes) -> &[f32; 512] {
+        &of_bytes.narrow_ends
+    }
+}
+
+impl Linear for f64 {
+    const WHOLE: f64 = (1u64 << 52) as f64;
+
+    #[inline(always)]
+    fn last_bits(self) -> usize {
+        self.to_bits() as u32 as usize
+    }
+
+    #[inline(always)]
+    fn ends(of_bytes: &OfBytes) -> &[f64; 512] {
+        &of_bytes.ends
+    }
+}
 
 impl Edges {
     /// Those of bytes.
@@ -80,9 +126,18 @@ impl Edges {
         nearest.resize(n_parts + 1, largest);
         let ends: Vec<f64> = above.iter().copied().chain([f64::INFINITY; 2]).collect();
         above.push(f64::NAN);
-        let mut of_bytes = OfBytes { nearest: [0; 2 * BYTE_PARTS], ends: [f64::INFINITY; 512] };
+        let mut of_bytes = OfBytes {
+            nearest: [0; 2 * BYTE_PARTS],
+            ends: [f64::INFINITY; 512],
+            narrow_ends: [f32::INFINITY; 512],
+            close_ends: [f32::INFINITY; 258 + CLOSE],
+        };
+        of_bytes.close_ends[0] = f32::NEG_INFINITY;
         if largest == 255 {
-            of_bytes.ends[..ends.len()].copy_from_slice(&ends);
+            for (at, &end) in ends.iter().enumerate().take(usize::from(largest)) {
+                (of_bytes.ends[at], of_bytes.narrow_ends[at]) = (end, round_up(end));
+                of_bytes.close_ends[1 + at] = round_up(end);
+            }
             for (byte, &number) in of_bytes.nearest.iter_mut().zip(&nearest) {
                 *byte = number as u8;
             }
@@ -112,7 +167,7 @@ impl Edges {
         let parts = places((nearest.len() - 1) as f64, low);
         let (mut numbers, mut are_same) = ([0; N], [false; N]);
         for at in 0..N {
-            let first = nearest[parts[at].to_bits() as u32 as usize];
+            let first = nearest[parts[at].last_bits()];
             let number = first + u16::from(ends[usize::from(first)] <= low[at]);
             numbers[at] = number;
             are_same[at] = high[at] < ends[usize::from(number)];
@@ -122,17 +177,63 @@ impl Edges {
 
     /// [`Edges::numbers`] of bytes.
     #[inline(always)]
-    pub(crate) fn bytes<const N: usize>(low: &[f64; N], high: &[f64; N]) -> ([u8; N], [bool; N]) {
-        let OfBytes { nearest, ends } = &*Edges::srgb8().of_bytes;
-        let parts = places(BYTE_PARTS as f64, low);
+    pub(crate) fn bytes<F: Linear, const N: usize>(
+        low: &[F; N],
+        high: &[F; N],
+    ) -> ([u8; N], [bool; N]) {
+        let of_bytes = &*Edges::srgb8().of_bytes;
+        let (nearest, ends) = (&of_bytes.nearest, F::ends(of_bytes));
+        let parts = places(F::from_f64(BYTE_PARTS as f64), low);
         let (mut bytes, mut are_same) = ([0; N], [false; N]);
         for at in 0..N {
-            let first = usize::from(nearest[parts[at].to_bits() as usize % (2 * BYTE_PARTS)]);
+            let first = usize::from(nearest[parts[at].last_bits() % (2 * BYTE_PARTS)]);
             let number = first + usize::from(ends[first] <= low[at]);
             bytes[at] = number as u8;
             are_same[at] = high[at] < ends[number];
         }
         (bytes, are_same)
+    }
+
+    /// [`Edges::bytes`] of values in a register, where `is_asked`: quicker where these bytes are close together.
+    #[inline(always)]
+    pub(crate) fn close_bytes<S: Simd>(
+        simd: S,
+        is_asked: MaskF32<S>,
+        low: WideF32<S>,
+        high: WideF32<S>,
+    ) -> (WideF32<S>, MaskF32<S>) {
+        const MOST_LANES: usize = 16;
+        let like = |number: f32| WideF32::splat(simd, number);
+        let of_bytes = &*Edges::srgb8().of_bytes;
+        let mut lows = [0.0; MOST_LANES];
+        low.store(&mut lows);
+        let [part] = places(BYTE_PARTS as f32, &[lows[WideF32::<S>::LANES / 2]]);
+        let middle = usize::from(of_bytes.nearest[part.last_bits() % (2 * BYTE_PARTS)]);
+        for n_ends in [2, CLOSE] {
+            // The first of the bytes that are looked at, which lie between the ends.
+            let first = middle.saturating_sub(n_ends / 2);
+            let ends: &[f32] = &of_bytes.close_ends[first..first + n_ends + 2];
+            let is_close = like(ends[0]).le(low).and(high.lt(like(ends[n_ends + 1])));
+            if is_close.bits() & is_asked.bits() == is_asked.bits() {
+                let (zero, one) = (like(0.0), like(1.0));
+                let (mut byte, mut last) = (like(first as f32), like(first as f32));
+                for &end in &ends[1..=n_ends] {
+                    byte = byte + like(end).le(low).select(one, zero);
+                    last = last + like(end).le(high).select(one, zero);
+                }
+                return (byte, last.le(byte));
+            }
+        }
+        let mut highs = [0.0; MOST_LANES];
+        high.store(&mut highs);
+        let (bytes, are_same) = Edges::bytes(&lows, &highs);
+        let (mut numbers, mut doubts) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
+        for lane in 0..MOST_LANES {
+            numbers[lane] = f32::from(bytes[lane]);
+            doubts[lane] = if are_same[lane] { 0.0 } else { 1.0 };
+        }
+        let is_same = WideF32::load(simd, &doubts).le(like(0.0));
+        (WideF32::load(simd, &numbers), is_same)
     }
 
     /// The ends of a number's range: it holds the linear values from the first to below the
@@ -148,13 +249,13 @@ impl Edges {
 
 /// The place of the nearest of so many parts, in the last bits of each number.
 #[inline(always)]
-fn places<const N: usize>(n_parts: f64, linear: &[f64; N]) -> [f64; N] {
-    let mut places = [0.0; N];
+fn places<F: Linear, const N: usize>(n_parts: F, linear: &[F; N]) -> [F; N] {
+    let mut places = [F::ZERO; N];
     for at in 0..N {
         let part = linear[at] * n_parts;
-        let part = if part > 0.0 { part } else { 0.0 };
+        let part = if part > F::ZERO { part } else { F::ZERO };
         // The sum is rounded to a whole number.
-        places[at] = (if part < n_parts { part } else { n_parts }) + WHOLE;
+        places[at] = (if part < n_parts { part } else { n_parts }) + F::WHOLE;
     }
     places
 }
@@ -225,6 +326,55 @@ mod tests {
                 assert_eq!(Edges::bytes(&[nothing], &[nothing]).1, [false]);
             }
         }
+    }
+
+    /// Values side by side, in steps that are far below a byte's range, about as large, and larger.
+    struct CloseBytes;
+
+    impl pulp::WithSimd for CloseBytes {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            let edges = Edges::srgb8();
+            let n = WideF32::<S>::LANES;
+            for first in 0..2000 {
+                let first = (first as f32 - 20.0) / 1900.0;
+                for step in [0.0, 1e-5, 3e-4, 2e-3, 0.05] {
+                    for width in [0.0, 1e-6, 1e-3] {
+                        let (mut low, mut high) = ([0.0; 16], [0.0; 16]);
+                        for lane in 0..16 {
+                            low[lane] = first + step * (lane % 5) as f32;
+                            high[lane] = low[lane] + width;
+                        }
+                        let (lows, highs) = (WideF32::load(simd, &low), WideF32::load(simd, &high));
+                        let all = lows.le(highs);
+                        let (bytes, are_same) = Edges::close_bytes(simd, all, lows, highs);
+                        let mut found = [0.0; 16];
+                        bytes.store(&mut found);
+                        for lane in 0..n {
+                            let number = edges.number(low[lane].into());
+                            let is_same = edges.number(high[lane].into()) == number;
+                            let case = (low[lane], high[lane]);
+                            assert_eq!(are_same.bits() >> lane & 1 != 0, is_same, "{case:?}");
+                            if is_same {
+                                assert_eq!(found[lane], f32::from(number), "{case:?}");
+                            }
+                        }
+                    }
+                }
+            }
+            // What is no number has no byte.
+            let nothing = WideF32::splat(simd, f32::NAN);
+            let zero = WideF32::splat(simd, 0.0);
+            let (_, are_same) = Edges::close_bytes(simd, zero.le(zero), nothing, nothing);
+            assert_eq!(are_same.bits(), 0);
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_close_are_those_of_each() {
+        pulp::Arch::new().dispatch(CloseBytes);
+        pulp::WithSimd::with_simd(CloseBytes, pulp::Scalar);
     }
 
     #[test]

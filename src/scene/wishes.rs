@@ -55,7 +55,7 @@ pub struct DataWishes {
     pub range: Option<[f64; 2]>,
     /// Which columns of the file are x, y, z, radius and so on.
     pub columns: Vec<(String, String)>,
-    /// Which of several frames.
+    /// Which of several frames, from 0.
     pub frame: Option<u32>,
 }
 

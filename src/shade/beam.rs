@@ -23,7 +23,15 @@
 //!   beam, up to `9.51ε|l|`, lengthens `q_min` by no more.
 //!
 //! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
-//! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`RELATIVE`] is more than both.
+//! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`OF_SQUARES`] is more than both, and one for the
+//! factor that has it.
+//!
+//! # In f32
+//! There the unit is what rounding to nearest takes, and numbers are rounded that come from f64 ([`Bounded`]): `c` and `L`,
+//! for which the `ε` of their differences stands; `r`, with `εr` more in `E`; a sun's direction, which turns its beam by `ε`
+//! at most and moves it by `ε|l|` up to the foot; a plane's normal, with `ε|n|` times `|l|`, `|w|` or both. So with
+//! [`Bounded::ROUNDED`] units more for each, and [`OF_PLANE`] and [`OF_SLOPE`] with one more for what f64 has by its larger unit: at a
+//! plane's end `|l| + 4|l − w|`, with the normal `|l| + 5|l − w|`.
 //!
 //! # Shells
 //! Where the beam starts on a sphere `(c₁, r₁)` and this one is nearly the same, `|p − c|² − r²` is known much better than
@@ -35,15 +43,19 @@
 //! - from outside, it is not in the way if the beam leaves: `l·w < 0`, which is off by `E|w|`, where `14ε|l|` is more than the
 //!   `3ε|l|` of the dot product, and by `|l|` times what the ends of `w` are off, `2E`.
 
+use crate::guard::host::Bounded;
 use crate::guard::{ROOM, UNIT_F64, steps};
-use crate::vec3::{Vec3, dot3};
+use crate::vec3::{Real, Vec3, dot3};
 use crate::wide::{Holds, SideBySide};
 
-/// What a squared distance and the square that it is compared with are off by together, relative.
-const RELATIVE: f64 = 8.0 * UNIT_F64;
+/// What a squared distance and the square that it is compared with are off by together, in units.
+const OF_SQUARES: f64 = 8.0;
+
+/// The same in f64.
+const RELATIVE: f64 = OF_SQUARES * UNIT_F64;
 
 /// Numbers up to this and above its inverse have squares in range.
-pub const LARGEST: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+pub const LARGEST: f64 = f64::LARGEST_ROOT;
 
 /// Of `|w|` in `E`.
 const OF_WAY: f64 = 4.0;
@@ -74,8 +86,8 @@ const OF_COSINE_WIDE: f64 = 13.0;
 #[cfg(feature = "gpu")]
 const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE < OF_COSINE_WIDE);
 
-/// Of the beam's error in the angle that its way is turned by: `|w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/|ŵ|`.
-const OF_TURN: f64 = 2.0;
+/// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
+const OF_TURN: f64 = 1.02;
 
 /// The constants of the twin in `shaders/beam.wgsl`, by their names there. A device rounds each sum and
 /// product to nearest as the host does. Its roots are parts of bounds alone, and its division is off by up
@@ -101,8 +113,6 @@ pub const FOR_DEVICE: [(&str, f64); 11] = [
 /// - The host rounds a lamp's place once, half a unit of the `ε|L|` that are granted, and a sun's direction, half a unit
 ///   more in its cosine. The cosine's bounds are a sum, 1 more.
 /// - What is in a beam's way [`super::narrow`] finds, with constants of its own for `|w|`.
-/// - Vectors of an inner product space have `|w/|w| − ŵ/|ŵ|| ≤ 2|w − ŵ|/(|w| + |ŵ|)` (Dunkl and Williams 1964). With `|ŵ|` four times the
-///   error, that is at most `2/1.75` of it, divided by `|ŵ|`.
 /// - Places and lamps that f32 has are below `2⁶⁰`; others are put beyond it, and their beams know nothing.
 #[cfg(feature = "gpu")]
 pub const FOR_DEVICE_IN_F32: [(&str, f64); 6] = [
@@ -111,7 +121,7 @@ pub const FOR_DEVICE_IN_F32: [(&str, f64); 6] = [
     ("OF_WAY", 0.0),
     ("OF_PLACE", OF_PLACE),
     ("OF_COSINE", OF_COSINE_IN_F32),
-    ("OF_TURN", 1.15),
+    ("OF_TURN", OF_TURN),
 ];
 
 /// [`LARGEST`] of f32.
@@ -143,6 +153,8 @@ pub struct Beam<R = f64> {
     pub square: R,
     /// `1/(way·way)`
     pub inverse: R,
+    /// `1/|way|`
+    pub inverse_length: R,
     /// The part of `E` that is the same for all objects.
     pub error: R,
     /// Whether it goes on for ever.
@@ -158,50 +170,68 @@ fn length<R: SideBySide>(v: Vec3<R>) -> R {
     dot3(v, v).sqrt()
 }
 
-impl<R: SideBySide<Plain = f64>> Beam<R> {
+/// What puts the nearest number in all places.
+#[inline(always)]
+fn likes<R: SideBySide>(some: R) -> impl Fn(f64) -> R {
+    move |number| some.like(R::Plain::from_f64(number))
+}
+
+#[inline(always)]
+fn like3<R: SideBySide>(some: R, v: Vec3<f64>) -> Vec3<R> {
+    let (like, Vec3([x, y, z])) = (likes(some), v);
+    Vec3([like(x), like(y), like(z)])
+}
+
+impl<R: SideBySide<Plain: Bounded>> Beam<R> {
     /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
     /// for f64, its bounds say nothing.
     #[inline(always)]
     pub fn to_point(start: Vec3<R>, error: R, position: Vec3<f64>) -> Beam<R> {
-        let like = |number: f64| error.like(number);
-        let way = error.like3(position) - start;
-        let distance = length(way);
-        let off = error + like(UNIT_F64) * (like(length(position)) + distance);
-        let is_far = like(1.0 / LARGEST).lt(distance).and(distance.lt(like(LARGEST)));
+        let (like, unit, largest) = (likes(error), R::Plain::UNIT, R::Plain::LARGEST_ROOT);
+        let way = like3(error, position) - start;
+        let beam = Beam::new(start, way, error, error);
+        let distance = beam.square.sqrt();
+        let off = error + like(unit) * (like(length(position)) + distance);
+        let is_far = like(1.0 / largest).lt(distance).and(distance.lt(like(largest)));
         let is_apart = (like(4.0) * off).lt(distance).and(is_far);
         let off = R::select(is_apart, off, like(f64::INFINITY));
-        let turned = like(OF_TURN) * off / distance;
-        Beam::new(start, way, off + like(OF_WAY * UNIT_F64) * distance, turned)
+        let turned = like(OF_TURN) * off * beam.inverse_length;
+        Beam { error: off + like(OF_WAY * unit) * distance, turned, ..beam }
     }
 
     /// The beam back along a ray whose direction is off by the relative error `turned`.
     #[inline(always)]
     pub fn to_eye(start: Vec3<R>, direction: Vec3<R>, turned: f64) -> Beam<R> {
         let [some, ..] = direction.0;
-        Beam::new(start, -direction, some.like(0.0), some.like(2.0 * turned))
+        let like = likes(some);
+        Beam::new(start, -direction, like(0.0), like(2.0 * turned))
     }
 
     /// The beam against the direction of a sun's light, whose largest component is from 1 to 2.
     #[inline(always)]
     pub fn to_sun(start: Vec3<R>, error: R, direction: Vec3<f64>) -> Beam<R> {
-        let way = error.like3(-direction);
-        Beam { is_endless: true, ..Beam::new(start, way, error, error.like(0.0)) }
+        let way = like3(error, -direction);
+        let turned = likes(error)(2.0 * R::Plain::ROUNDED * R::Plain::UNIT);
+        Beam { is_endless: true, ..Beam::new(start, way, error, turned) }
     }
 
     #[inline(always)]
     fn new(start: Vec3<R>, way: Vec3<R>, error: R, turned: R) -> Beam<R> {
         let square = dot3(way, way);
-        let (inverse, is_endless, unit) = (square.like(1.0) / square, false, UNIT_F64);
-        Beam { from: start, way, square, inverse, error, is_endless, turned, unit }
+        let one = likes(square)(1.0);
+        let (inverse, inverse_length) = (one / square, one / square.sqrt());
+        let (is_endless, unit) = (false, R::Plain::UNIT);
+        Beam { from: start, way, square, inverse, inverse_length, error, is_endless, turned, unit }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
     /// to be positive.
     #[inline(always)]
     pub fn cosine(&self, normal: Vec3<R>, normal_error: R) -> (R, R) {
-        let like = |number: f64| normal_error.like(number);
-        let cosine = dot3(normal, self.way) * (like(1.0) / self.square.sqrt());
-        let error = like(ROOM) * (normal_error + self.turned) + like(OF_COSINE * UNIT_F64);
+        let like = likes(normal_error);
+        let cosine = dot3(normal, self.way) * self.inverse_length;
+        let rounding = (OF_COSINE + 2.0 * R::Plain::ROUNDED) * R::Plain::UNIT;
+        let error = like(ROOM) * (normal_error + self.turned) + like(rounding);
         // What is not a number says nothing.
         let (low, high) = (cosine - error, cosine + error);
         let (zero, one) = (like(0.0), like(1.0));
@@ -212,23 +242,26 @@ impl<R: SideBySide<Plain = f64>> Beam<R> {
     /// Whether a sphere is in the way, its centre relative to the reference point.
     #[inline(always)]
     pub fn meets_sphere(&self, center: Vec3<R>, r: R) -> R {
-        let like = |number: f64| r.like(number);
+        let (like, rounded) = (likes(r), R::Plain::ROUNDED);
         let l = center - self.from;
         let Vec3([x, y, z]) = center;
         let [x, y, z] = [x.abs(), y.abs(), z.abs()];
         let (l2, far) = (dot3(l, l), x.max(y).max(z));
-        let last = if self.is_endless { f64::MAX } else { 1.0 };
-        let foot = (dot3(l, self.way) * self.inverse).max(like(0.0)).min(like(last));
+        let last = if self.is_endless { r.like(R::Plain::LARGEST) } else { like(1.0) };
+        let foot = (dot3(l, self.way) * self.inverse).max(like(0.0)).min(last);
         let q = l - self.way * foot;
-        let of_object = like(OF_PLACE) * far + like(OF_OFFSET) * l2.sqrt();
+        let of_object = like(OF_PLACE) * far + like(OF_OFFSET + rounded) * l2.sqrt();
+        let of_object = if rounded > 0.0 { of_object + r * like(rounded) } else { of_object };
         let e = self.error + like(self.unit) * of_object;
         let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
-        let of_inner = inner * inner * like(1.0 - RELATIVE);
+        let relative = OF_SQUARES * R::Plain::UNIT;
+        let of_inner = inner * inner * like(1.0 - relative);
         let inner2 = R::select(like(0.0).lt(inner), of_inner, like(-1.0));
-        let outer2 = outer * outer * like(1.0 + RELATIVE);
+        let outer2 = outer * outer * like(1.0 + relative);
         let end = l - self.way;
         let end2 = if self.is_endless { like(f64::INFINITY) } else { dot3(end, end) };
-        let (beyond, negligible) = (like(LARGEST), like(1.0 / LARGEST));
+        let largest = R::Plain::LARGEST_ROOT;
+        let (beyond, negligible) = (like(largest), like(1.0 / largest));
         let is_ordinary = r.lt(beyond).and(negligible.lt(r));
         let in_range = l2.lt(beyond).and(e.lt(beyond)).and(is_ordinary);
         let is_clear = outer2.lt(least2).or(l2.lt(inner2).and(end2.lt(inner2)));
@@ -245,24 +278,26 @@ impl<R: SideBySide<Plain = f64>> Beam<R> {
     /// beam surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> R {
-        let like = |number: f64| self.square.like(number);
+        let (like, more) = (likes(self.square), 2.0 * R::Plain::ROUNDED);
         let zero = like(0.0);
-        let l = zero.like3(point) - self.from;
+        let l = like3(zero, point) - self.from;
         let end = l - self.way;
         let (n, way, away) = (length(normal), self.square.sqrt(), length(point));
-        let normals = zero.like3(normal);
-        let e = self.error + like(self.unit) * (like(away) + like(OF_PLANE) * (length(l) + way));
+        let normals = like3(zero, normal);
+        let of_lengths = like(OF_PLANE + more) * (length(l) + way);
+        let e = self.error + like(self.unit) * (like(away) + of_lengths);
         let start = dot3(normals, l);
         let start_error = like(ROOM * n) * e;
-        let sun_error = like(OF_SLOPE * self.unit * n) * way;
+        let sun_error = like((OF_SLOPE + more) * self.unit * n) * way;
         let stop = if self.is_endless { -dot3(normals, self.way) } else { dot3(normals, end) };
         let stop_error = if self.is_endless { sun_error } else { start_error };
         let are_off = start_error.lt(start.abs()).and(stop_error.lt(stop.abs()));
-        let are_known = are_off.and(e.lt(like(LARGEST)));
+        let are_known = are_off.and(e.lt(like(R::Plain::LARGEST_ROOT)));
         let is_apart = zero.lt(start).and(stop.le(zero)).or(start.le(zero).and(zero.lt(stop)));
         let known = R::select(is_apart, like(in_the_way::YES), like(in_the_way::NO));
         let known = R::select(are_known, known, like(in_the_way::OPEN));
-        if !self.is_endless {
+        // What is 0 in f32 may have been less before.
+        if !self.is_endless || more > 0.0 {
             return known;
         }
         let is_zero = |axis: usize| match normal.0[axis] {
@@ -277,13 +312,19 @@ impl<R: SideBySide<Plain = f64>> Beam<R> {
     #[inline(always)]
     pub fn repeated<W: SideBySide<Plain = R>>(&self, some: W) -> Beam<W>
     where
-        R: crate::vec3::Real,
+        R: Real,
     {
-        let &Beam { from, way, square, inverse, error, is_endless, turned, unit } = self;
-        let (from, way) = (some.like3(from), some.like3(way));
-        let (square, inverse) = (some.like(square), some.like(inverse));
-        let (error, turned) = (some.like(error), some.like(turned));
-        Beam { from, way, square, inverse, error, is_endless, turned, unit }
+        Beam {
+            from: some.like3(self.from),
+            way: some.like3(self.way),
+            square: some.like(self.square),
+            inverse: some.like(self.inverse),
+            inverse_length: some.like(self.inverse_length),
+            error: some.like(self.error),
+            is_endless: self.is_endless,
+            turned: some.like(self.turned),
+            unit: self.unit,
+        }
     }
 }
 
@@ -334,6 +375,7 @@ mod tests {
 
     use super::*;
     use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+    use crate::kernel::arithmetic::Arithmetic;
     use crate::rays::Ray;
 
     /// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
@@ -358,7 +400,7 @@ mod tests {
     }
 
     /// Spheres and planes that a beam touches, begins at, or ends at, within some units of f64.
-    fn case(rng: &mut ChaCha8Rng) -> Case {
+    fn case(rng: &mut ChaCha8Rng, unit: f64) -> Case {
         let size = 2f64.powi(rng.random_range(-12..12));
         // x keeps its digits when 1 is taken away and added again.
         let from = DVec3::new(rng.random_range(-8..8).into(), 0.0, 0.0)
@@ -369,7 +411,7 @@ mod tests {
         let s = [0.0, 1.0, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
         let on_beam = from + way * s;
         let aside = way.cross(vector(rng)).normalize();
-        let near = 1.0 + f64::from(rng.random_range(-24..=24)) * UNIT_F64;
+        let near = 1.0 + f64::from(rng.random_range(-24..=24)) * unit;
         let shape = if rng.random_bool(0.7) {
             let radius = way.length() * rng.random_range(0.01..1.0);
             let across = if s > 0.0 && s < 1.0 { aside } else { vector(rng).normalize() };
@@ -383,25 +425,36 @@ mod tests {
         Case { from, lamp, is_sun, shape }
     }
 
-    /// Wrong statements about `n` cases with the bounds' unit `unit`, and statements at all.
-    fn statements(n: usize, unit: f64) -> (Vec<String>, usize) {
+    /// Wrong statements about `n` cases with this part of the bounds' unit, and statements at all.
+    fn statements<F>(n: usize, part: f64) -> (Vec<String>, usize)
+    where
+        F: Bounded + Arithmetic + SideBySide<Plain = F>,
+    {
         let mut rng = ChaCha8Rng::seed_from_u64(1404);
         let (mut wrong, mut n_said) = (Vec::new(), 0);
+        let unit = F::UNIT * part;
         for _ in 0..n {
-            let Case { from, lamp, is_sun, shape } = case(&mut rng);
+            let Case { from, lamp, is_sun, shape } = case(&mut rng, F::UNIT);
+            // The computed point is the true one.
+            let start = Vec3(from.to_array().map(F::from_f64));
+            let from = DVec3::from_array(start.0.map(F::to_f64));
             let beam = match is_sun {
-                true => Beam::to_sun(from.into(), 0.0, lamp.into()),
-                false => Beam::to_point(from.into(), 0.0, lamp.into()),
+                true => Beam::to_sun(start, F::ZERO, lamp.into()),
+                false => Beam::to_point(start, F::ZERO, lamp.into()),
             };
-            let error = beam.error * (unit / UNIT_F64);
+            let error = beam.error * F::from_f64(part);
             let beam = Beam { unit, error, ..beam };
             let said = match shape {
-                Shape::Sphere { center, radius } => beam.meets_sphere(center.into(), radius),
+                Shape::Sphere { center, radius } => {
+                    let center = Vec3(center.to_array().map(F::from_f64));
+                    beam.meets_sphere(center, F::from_f64(radius))
+                }
                 Shape::Plane { point, normal } => {
                     let largest = normal.abs().max_element().log2().floor() as i32;
                     beam.meets_plane(point.into(), (normal * 2f64.powi(-largest)).into())
                 }
             };
+            let said = said.to_f64();
             if said == in_the_way::OPEN {
                 continue;
             }
@@ -435,17 +488,19 @@ mod tests {
     }
 
     #[test]
-    fn what_f64_says_is_right() {
-        let (wrong, n_said) = statements(100_000, UNIT_F64);
-        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
-        assert!(n_said > 20_000, "{n_said}");
+    fn what_is_said_is_right() {
+        for (wrong, n_said) in [statements::<f64>(100_000, 1.0), statements::<f32>(100_000, 1.0)] {
+            assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+            assert!(n_said > 20_000, "{n_said}");
+        }
     }
 
-    /// The unit is twice what rounding to nearest takes, the largest errors of all steps don't meet in one
+    /// The unit of f64 is twice what rounding to nearest takes, the largest errors of all steps don't meet in one
     /// beam, and coordinates are rarely as large as their sums: wrong statements begin at a 24th.
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
-        assert!(!statements(100_000, UNIT_F64 / 48.0).0.is_empty());
+        assert!(!statements::<f64>(100_000, 1.0 / 48.0).0.is_empty());
+        assert!(!statements::<f32>(100_000, 1.0 / 24.0).0.is_empty());
     }
 
     /// Wrong statements about `n` cases of beams that start on a sphere and meet one that is nearly the same, or

@@ -9,7 +9,7 @@ use pulp::Simd;
 
 use super::beam::{Beam, in_the_way};
 use super::lamp::{Lamp, Lighting, Origin};
-use crate::certify::{LANES, Pack, Stage, registers};
+use crate::certify::{LANES, OfPicture, Pack, Stage, registers};
 use crate::exact::{ExactBeam, ExactPoint, is_outside};
 use crate::guard::UNIT_F64;
 use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
@@ -32,6 +32,8 @@ pub struct Finder<'a> {
     pub(super) listed: Vec<Listed>,
     /// The spheres of these.
     listed_spheres: Vec<Spheres>,
+    /// Where the planes are among them.
+    listed_planes: Vec<usize>,
     /// From the reference point to that of the tree.
     pub(super) to_tree: DVec3,
     /// Points of a pack within this distance share a walk through the tree. It is the radius of some
@@ -111,7 +113,7 @@ impl Given {
 #[derive(Default)]
 pub struct Room {
     /// Indices of the listed objects that may be in the way.
-    listed: Vec<usize>,
+    pub(super) listed: Vec<usize>,
     ahead: Ahead,
     /// For each lamp and each pack of a row, the place in the tree of what was in the way last.
     last: Vec<Option<usize>>,
@@ -127,8 +129,9 @@ impl Room {
 
 #[inline(always)]
 fn load3<S: Simd>(simd: S, rows: &[Row; 3], first: usize) -> Vec3<WideF64<S>> {
-    let [x, y, z] = rows.each_ref().map(|row| WideF64::load(simd, &row[first..]));
-    Vec3([x, y, z])
+    let [x, y, z] = rows;
+    let load = |row: &Row| WideF64::load(simd, &row[first..]);
+    Vec3([load(x), load(y), load(z)])
 }
 
 /// Beams side by side.
@@ -160,7 +163,7 @@ impl Beams {
         beam.error.store(&mut self.error[first..]);
     }
 
-    /// Those of a register; how far they are turned is not known any more.
+    /// Those of a register, but for what cosines are found of.
     #[inline(always)]
     fn get<S: Simd>(&self, simd: S, first: usize) -> Beam<WideF64<S>> {
         Beam {
@@ -168,6 +171,7 @@ impl Beams {
             way: load3(simd, &self.way, first),
             square: WideF64::load(simd, &self.square[first..]),
             inverse: WideF64::load(simd, &self.inverse[first..]),
+            inverse_length: WideF64::splat(simd, f64::INFINITY),
             error: WideF64::load(simd, &self.error[first..]),
             is_endless: self.is_endless,
             turned: WideF64::splat(simd, f64::INFINITY),
@@ -284,11 +288,16 @@ fn middle<'p, S: Simd>(
         lowest[axis] = least(low.0[axis]);
         highest[axis] = -least(-high.0[axis]);
     }
-    let (low, high) = (Vec3(lowest), Vec3(highest));
+    middle_of(Vec3(lowest), Vec3(highest), -least(-error))
+}
+
+/// The same of a box from `low` to `high` and the largest of the points' errors.
+#[inline(always)]
+pub(super) fn middle_of(low: Vec3<f64>, high: Vec3<f64>, error: f64) -> (Vec3<f64>, f64) {
     let half = (high - low) * 0.5;
     let middle = low + half;
     let reach = 1.01 * dot3(half, half).sqrt() + UNIT_F64 * dot3(middle, middle).sqrt();
-    let error = reach - least(-error);
+    let error = reach + error;
     if error < f64::INFINITY { (middle, error) } else { (Vec3::ZERO, f64::INFINITY) }
 }
 
@@ -329,6 +338,16 @@ fn n_asked<S: Simd>(simd: S, asked: &Row) -> u64 {
 }
 
 impl<'a> Finder<'a> {
+    /// Whether spheres are looked for in a tree.
+    pub fn has_tree(&self) -> bool {
+        self.prepared.hierarchy.is_some()
+    }
+
+    /// Number of objects.
+    pub fn n_objects(&self) -> u32 {
+        self.scene.n_objects() as u32
+    }
+
     pub fn new(prepared: &'a Prepared, rays: &'a Rays, lighting: &Lighting) -> Finder<'a> {
         let (scene, stage) = (&*prepared.scene, Stage::new(prepared, rays));
         let relative = |point: DVec3| Vec3::from(point - prepared.reference);
@@ -355,6 +374,8 @@ impl<'a> Finder<'a> {
         });
         let listed: Vec<Listed> = listed.collect();
         let listed_spheres = Spheres::of(&listed);
+        let is_plane = |place: &usize| matches!(listed[*place].shape, ListedShape::Plane(_));
+        let listed_planes = (0..listed.len()).filter(is_plane).collect();
         let together = prepared.hierarchy.as_ref().map_or(0.0, |hierarchy| {
             let order = &hierarchy.tree.order;
             let some = order.iter().step_by(order.len() / 64 + 1);
@@ -369,11 +390,21 @@ impl<'a> Finder<'a> {
             Origin::Sun(way) => LampF64::Sun(scale_by_power_of_two(way, -exponent_of(way)).into()),
         };
         let lamps = lighting.lamps.iter().map(lamp).collect();
-        Finder { stage, prepared, scene, listed, listed_spheres, to_tree, together, lamps }
+        Finder {
+            stage,
+            prepared,
+            scene,
+            listed,
+            listed_spheres,
+            listed_planes,
+            to_tree,
+            together,
+            lamps,
+        }
     }
 
     #[inline(always)]
-    fn beam<R: SideBySide<Plain = f64>>(
+    pub(super) fn beam<R: SideBySide<Plain: OfPicture>>(
         &self,
         lamp: LampF64,
         at: Vec3<R>,
@@ -382,7 +413,7 @@ impl<'a> Finder<'a> {
     ) -> Beam<R> {
         match lamp {
             // Against the ray, whose direction is better known than the point.
-            LampF64::Eye => Beam::to_eye(at, direction, self.stage.direction_error()),
+            LampF64::Eye => Beam::to_eye(at, direction, self.stage.direction_error::<R::Plain>()),
             LampF64::Point(position) => Beam::to_point(at, error, position),
             LampF64::Sun(way) => Beam::to_sun(at, error, way),
         }
@@ -489,7 +520,7 @@ impl<'a> Finder<'a> {
     /// the way of all. What is not in the way of the thick beam is in the way of none, and what is in its way is
     /// in that of all but those that start on it: `own` is the object where all start, if it is one.
     #[inline(always)]
-    fn look_around<S: Simd>(
+    pub(super) fn look_around<S: Simd>(
         &self,
         simd: S,
         around: &Beam,
@@ -498,29 +529,39 @@ impl<'a> Finder<'a> {
     ) -> bool {
         let mut is_dark = false;
         room.listed.clear();
-        let mut take = |place: usize, met: f64| {
-            if met != in_the_way::NO && Some(self.listed[place].id) != own {
-                is_dark |= met == in_the_way::YES && own.is_some();
+        let mut take = |place: usize, is_met: bool| {
+            if Some(self.listed[place].id) != own {
+                is_dark |= is_met && own.is_some();
                 room.listed.push(place);
             }
         };
-        let beams = around.repeated(WideF64::splat(simd, 0.0));
+        let like = |number: f64| WideF64::splat(simd, number);
+        let beams = around.repeated(like(0.0));
         for spheres in &self.listed_spheres {
-            let mut met = [in_the_way::NO; LANES];
             for first in registers::<S>() {
                 let center = load3(simd, &spheres.center, first);
                 let radius = WideF64::load(simd, &spheres.radius[first..]);
-                beams.meets_sphere(center, radius).store(&mut met[first..]);
-            }
-            if met != [in_the_way::NO; LANES] {
-                spheres.places.iter().zip(met).for_each(|(&place, met)| take(place, met));
+                let met = beams.meets_sphere(center, radius);
+                let (mut some, crossed) =
+                    (like(in_the_way::NO).lt(met).bits(), like(in_the_way::YES).le(met).bits());
+                while some != 0 {
+                    let lane = some.trailing_zeros();
+                    some &= some - 1;
+                    if let Some(&place) = spheres.places.get(first + lane as usize) {
+                        take(place, crossed >> lane & 1 != 0);
+                    }
+                }
             }
         }
-        for (place, object) in self.listed.iter().enumerate() {
+        for &place in &self.listed_planes {
+            let object = &self.listed[place];
             if let ListedShape::Plane(normal) = object.shape
                 && Some(object.id) != own
             {
-                take(place, around.meets_plane(object.at, normal));
+                let met = around.meets_plane(object.at, normal);
+                if met != in_the_way::NO {
+                    take(place, met == in_the_way::YES);
+                }
             }
         }
         is_dark

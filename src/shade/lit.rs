@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::bytes::{ByteFinder, ByteRoom};
 use super::finder::{Finder, Given, PACKS, Room, Row};
 use super::in_f64::n_terms;
 use super::lamp::Lighting;
@@ -86,7 +87,7 @@ impl Lit {
         }
         let rays = Rays::Pixels(*samples);
         let finder = Finder::new(prepared, &rays, &self.lighting);
-        let counts = Certified { job, finder: &finder }.run(control, colors)?;
+        let counts = Certified { job, finder: &finder }.run(samples, control, colors)?;
         Ok((ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() }, counts))
     }
 }
@@ -126,7 +127,7 @@ impl Job<'_> {
     }
 
     /// True where no sample of a pixel sees an object; its first one is `first`.
-    fn is_background(&self, first: usize) -> bool {
+    pub fn is_background(&self, first: usize) -> bool {
         let n = self.lit.style.n_samples as usize;
         let mut rows = (0..n).map(|row| &self.ids[first + row * self.row..][..n]);
         rows.all(|row| row.iter().all(|&id| id == 0))
@@ -161,7 +162,7 @@ impl Job<'_> {
     }
 
     /// Index of a pixel's first sample.
-    fn first_sample(&self, pixel: usize) -> usize {
+    pub fn first_sample(&self, pixel: usize) -> usize {
         let (n, n_columns) =
             (self.lit.style.n_samples as usize, self.row / self.lit.style.n_samples as usize);
         pixel / n_columns * n * self.row + pixel % n_columns * n
@@ -191,11 +192,19 @@ pub(super) struct Certified<'a> {
 
 impl Certified<'_> {
     /// Fills `out` with the colours of all pixels.
-    fn run<T: Written>(&self, control: &Control, out: &mut [T]) -> Result<StageCounts> {
-        let Certified { job, .. } = *self;
+    fn run<T: Written>(
+        &self,
+        samples: &Pixels,
+        control: &Control,
+        out: &mut [T],
+    ) -> Result<StageCounts> {
+        let Certified { ref job, finder } = *self;
         let n_samples = job.lit.style.n_samples as usize;
         let (row, part) = (job.row / n_samples, job.part());
-        let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
+        let mut background = [T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default()];
+        let bytes = T::as_bytes(&mut background)
+            .and_then(|background| ByteFinder::new(finder, job, samples, background[0]));
+        let [background] = background;
         let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
             control.check()?;
             host::check()?;
@@ -203,6 +212,13 @@ impl Certified<'_> {
             let first_sample = job.first_sample(first);
             if n_samples == 1 && job.is_background_to(first_sample, out.len()) {
                 out.fill(background);
+                return Ok(());
+            }
+            if let Some(bytes) = &bytes
+                && let Some(out) = T::as_bytes(out)
+            {
+                bytes.find(first, out, &mut work.bytes, &mut work.counts);
+                work.write_open(first, out);
                 return Ok(());
             }
             work.find(first, out.len(), number);
@@ -295,6 +311,7 @@ pub(super) struct Work<'a> {
     colors: Vec<[[Row; 2]; 3]>,
     /// Pixels of a part whose colour is not found side by side.
     open: Vec<usize>,
+    bytes: ByteRoom,
     room: Room,
     /// What the sum of a pixel's bounds may be off by, relative.
     error: f64,
@@ -314,6 +331,7 @@ impl<'a> Work<'a> {
             points: Points::default(),
             colors: Vec::new(),
             open: Vec::new(),
+            bytes: ByteRoom::default(),
             room: Room::new(n_lamps, job.row.div_ceil(part) * part.div_ceil(LANES)),
             error: n_terms as f64 * UNIT_F64,
             counts: StageCounts::default(),
@@ -323,6 +341,17 @@ impl<'a> Work<'a> {
     /// Finds the colours of the samples of `n` pixels from `first` on, which are the part of a row with this
     /// number.
     pub fn find(&mut self, first: usize, n: usize, number: usize) {
+        self.find_some(first, n, number, |_| true);
+    }
+
+    /// The same of those that are asked for; the others have the light of none.
+    fn find_some(
+        &mut self,
+        first: usize,
+        n: usize,
+        number: usize,
+        is_asked: impl Fn(usize) -> bool,
+    ) {
         let Certified { job, finder } = self.certified;
         self.colors.clear();
         let n_samples = job.lit.style.n_samples as usize;
@@ -330,12 +359,31 @@ impl<'a> Work<'a> {
             let start = job.first_sample(first) + row * job.row;
             let ids = &job.ids[start..start + n * n_samples];
             self.points.find(&mut self.completer, start, ids);
+            for at in (0..n * n_samples).filter(|at| !is_asked(at / n_samples)) {
+                self.points.packs[at / LANES].is_object[at % LANES] = 0.0;
+            }
             let (colors, packs) = (&mut self.colors, &self.points.packs[..]);
             let (room, counts) = (&mut self.room, &mut self.counts);
             let column = number * (job.part() * n_samples).div_ceil(LANES);
             let find = FindColors { finder, job, packs, column, colors, room, counts };
             pulp::Arch::new().dispatch(find);
         }
+    }
+
+    /// Writes those bytes that f32 left open, of pixels from `first` on.
+    fn write_open<T: Written>(&mut self, first: usize, out: &mut [T]) {
+        let open = std::mem::take(&mut self.bytes.open);
+        for some in open.chunk_by(|a, b| a / LANES == b / LANES) {
+            // With their neighbours, as these mostly see the same object.
+            let start = some[0] / LANES * LANES;
+            let n = LANES.min(out.len() - start);
+            self.find_some(first + start, n, 0, |at| some.contains(&(start + at)));
+            for &at in some {
+                out[at] = self.color(first + at, at - start);
+            }
+        }
+        self.bytes.open = open;
+        self.bytes.open.clear();
     }
 
     /// Writes the colours of pixels with one sample each, from `first` on.
@@ -347,6 +395,12 @@ impl<'a> Work<'a> {
         for at in std::mem::take(&mut self.open) {
             out[at] = self.color(first + at, at);
         }
+    }
+
+    /// Bounds of a channel of the sample at a place of the row.
+    #[cfg(test)]
+    pub fn bounds(&self, at: usize, channel: usize) -> [f64; 2] {
+        self.colors[at / LANES][channel].map(|bound| bound[at % LANES])
     }
 
     /// The colour of `pixel`, the one `at` in a part.

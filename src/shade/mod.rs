@@ -1,6 +1,7 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
 mod beam;
+mod bytes;
 mod exactly;
 mod finder;
 mod in_f32;

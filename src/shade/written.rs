@@ -25,6 +25,10 @@ impl Interval {
 pub trait Written: Copy + Default + Send + Sync {
     /// The one that all means within these bounds have, if they do have one.
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self>;
+    /// The pixels, where they are bytes, which f32 is good enough for.
+    fn as_bytes(_: &mut [Self]) -> Option<&mut [[u8; 3]]> {
+        None
+    }
     /// The same of means side by side, each channel with the lower bounds and the upper ones, and whether they
     /// do.
     #[inline(always)]
@@ -62,6 +66,10 @@ fn exact_codes(mean: &ExactMean, edges: &Edges, most: u16, bounds: &[Interval; 3
 }
 
 impl Written for [u8; 3] {
+    fn as_bytes(out: &mut [Self]) -> Option<&mut [[u8; 3]]> {
+        Some(out)
+    }
+
     #[inline(always)]
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
         codes(Edges::srgb8(), bounds).map(|codes| codes.map(|code| code as u8))

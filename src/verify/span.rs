@@ -219,6 +219,10 @@ impl Real for Span {
     const LARGEST: Span = Span { low: f32::MAX as f64, high: f32::MAX as f64 };
     const SMALL: Span = Span { low: <f64 as Real>::SMALL, high: <f64 as Real>::SMALL };
 
+    fn from_f64(x: f64) -> Span {
+        Span::new(x as f32)
+    }
+
     /// Of the part that is not below 0. The root of a subnormal is at most `2⁻⁶³`.
     fn sqrt(self) -> Span {
         match self.not_below_zero() {

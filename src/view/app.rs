@@ -1,41 +1,35 @@
 //! The event loop.
 
+mod device;
+mod events;
 mod frame;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use egui::ViewportId;
 use winit::application::ApplicationHandler;
-use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-use super::ask::{self, Answer, Question};
-use super::bar::Widths;
+use self::device::Open;
+use super::ask::Answer;
 use super::display::{display_lost, no_display};
-use super::look::Look;
 use super::notice::Notice;
-use super::painter::{self, Painted, Painting};
-use super::panels::{self, LINES};
-use super::recent::{add_recent, recent};
+use super::painter::Painted;
+use super::recent::recent;
 use super::reload::watch;
-use super::save::{Halves, Save, Saving, free_name};
-use super::screen::{Panels, Screen};
-use super::state::{Command, Explained, State};
-use super::tracing::{self, Backend, Order, Traced};
+use super::save::Save;
+use super::state::State;
+use super::tracing::Traced;
 use super::worker::Worker;
 use super::x11;
 use crate::control::Control;
-use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Pick, Pool, Words};
-use crate::scene::{Camera, ImageSize, Scene, camera_text};
-use crate::session::Session;
-use crate::show::Show;
+use crate::gpu::Pick;
+use crate::scene::{Camera, ImageSize, Scene};
 use crate::trace::Kernel;
 
 /// Reads a scene file, or another that makes a scene with a camera.
@@ -66,18 +60,6 @@ pub struct Options {
     /// Gives the device up after so many frames, as if it had been lost: for tests.
     pub lose_device_after: Option<u64>,
 }
-
-/// Size of the picture where neither the options nor the scene file has one.
-const DEFAULT_SIZE: [u32; 2] = [1280, 720];
-
-/// Part of the screen that the window takes at most.
-const SCREEN_PART: f64 = 0.92;
-
-/// Devices that may be lost one soon after the other before the window gives up.
-const MOST_LOSSES: usize = 4;
-
-/// Losses within this time count as one soon after the other.
-const SOON: Duration = Duration::from_secs(20);
 
 /// A message of another thread.
 enum Event {
@@ -118,7 +100,7 @@ enum Said {
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
 /// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
 /// and again, [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
-/// cancelled; those of [`Session::render_to_file`] where a picture was still being saved.
+/// cancelled; those of [`Session::render_to_file`](crate::Session::render_to_file) where a picture was still being saved.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
     let path = options.path.clone();
@@ -213,14 +195,6 @@ fn start_reader(options: &Options, proxy: &EventLoopProxy<Event>) -> Result<Work
     })
 }
 
-/// An error in as many lines as it takes.
-fn in_words(error: Error) -> String {
-    match error {
-        Error::Scene(wrong) => format!("{wrong}\n{}", wrong.help),
-        other => other.to_string(),
-    }
-}
-
 fn style(context: &egui::Context) {
     // A second pass over the same input would carry it out twice.
     context.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
@@ -232,28 +206,6 @@ fn style(context: &egui::Context) {
         style.visuals.window_shadow = egui::Shadow::NONE;
         style.visuals.popup_shadow = egui::Shadow::NONE;
     });
-}
-
-/// All that is there while a device is open.
-struct Open {
-    window: Arc<Window>,
-    input: egui_winit::State,
-    screen: Screen,
-    backend: Backend,
-    trace: Worker<Order>,
-    paint: Worker<Painting>,
-    hover: Worker<Question>,
-    explain: Worker<Question>,
-    panels: Panels,
-    /// Colours by id, with the picture and the mode that they are for.
-    palette: Option<((u64, Show), Arc<Words>)>,
-    palettes: Pool,
-    ordered: Option<Order>,
-    painting: Option<(u64, Look)>,
-    /// The last pixel that was asked for.
-    hovered: Option<Question>,
-    /// The time of the last frame, and the picture in it.
-    drawn: Option<(Instant, u64)>,
 }
 
 struct App<N> {
@@ -361,283 +313,5 @@ impl<N: FnMut(&Notice)> App<N> {
     fn title(&self) -> String {
         let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
         format!("{} · Kugelblitz", name.display())
-    }
-
-    fn window(&self, event_loop: &ActiveEventLoop) -> Result<Arc<Window>> {
-        let [width, height] = self.full_size().unwrap_or(DEFAULT_SIZE);
-        let monitor = event_loop
-            .primary_monitor()
-            .or_else(|| event_loop.available_monitors().next())
-            .filter(|monitor| monitor.size().width > 0);
-        let scale = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
-        let bar = Widths::default().height(false, width as f32 / scale as f32);
-        let bars = (f64::from(bar + LINES) * scale).round() as u32;
-        let fits = |wanted: u32, there: u32| wanted.min((f64::from(there) * SCREEN_PART) as u32);
-        let size = match monitor.map(|monitor| monitor.size()) {
-            Some(there) => {
-                PhysicalSize::new(fits(width, there.width), fits(height + bars, there.height))
-            }
-            None => PhysicalSize::new(width, height + bars),
-        };
-        let attributes =
-            Window::default_attributes().with_title(self.title()).with_inner_size(size);
-        event_loop.create_window(attributes).map(Arc::new).map_err(|error| {
-            Error::NoAdapter(format!(
-                "the window can't be opened: {error}; use `kugelblitz render`"
-            ))
-        })
-    }
-
-    /// Opens a device for the window, and the threads that work with it.
-    fn open(&mut self, window: Arc<Window>) -> Result<()> {
-        (self.notify)(&Notice::Opening);
-        let pick = self.options.device.as_ref();
-        let screen = Screen::open(pick.unwrap_or(&Pick::Best), &window)?;
-        let gpu = Device::Gpu(Arc::clone(&screen.gpu));
-        let (device, name) = match pick {
-            Some(_) => (gpu.clone(), gpu.label()),
-            None => (Device::Cpu, format!("the CPU, shown by {}", gpu.label())),
-        };
-        self.state.device = name;
-        self.state.offered = device.kernels();
-        let backend = Backend { screen: Arc::clone(&screen.gpu), device };
-        let closing = Arc::clone(&self.closing);
-        let trace = tracing::start(backend.clone(), closing, self.say(Said::Traced))?;
-        let paint = painter::start(backend.clone(), self.say(Said::Painted))?;
-        let hover = ask::start_hover(backend.device.clone(), self.say(Said::Hover))?;
-        let explain = ask::start_explain(backend.device.clone(), self.say(Said::Explained))?;
-        let input = egui_winit::State::new(
-            self.context.clone(),
-            ViewportId::ROOT,
-            &window,
-            Some(window.scale_factor() as f32),
-            window.theme(),
-            Some(screen.max_texture_side()),
-        );
-        let facts = &screen.gpu.facts;
-        (self.notify)(&Notice::Opened { adapter: &facts.name, software: facts.is_software() });
-        window.request_redraw();
-        self.open = Some(Open {
-            window,
-            input,
-            screen,
-            backend,
-            trace,
-            paint,
-            hover,
-            explain,
-            panels: Panels::default(),
-            palette: None,
-            palettes: Pool::default(),
-            ordered: None,
-            painting: None,
-            hovered: None,
-            drawn: None,
-        });
-        Ok(())
-    }
-
-    /// Passes messages of a thread that works with the device to the window.
-    fn say<T: 'static>(&self, said: fn(T) -> Said) -> impl Fn(Result<T>) + Send + 'static {
-        let (proxy, epoch) = (self.proxy.clone(), self.epoch);
-        // The event loop is gone only when nobody is interested any more.
-        move |message| drop(proxy.send_event(Event::Said(epoch, message.map(said))))
-    }
-
-    /// Gives up the device. What its threads have said is not heard any more.
-    fn close(&mut self) {
-        self.open = None;
-        self.epoch += 1;
-        self.state.explained.take_if(|explained| explained.text.is_none());
-    }
-
-    /// Tells what went wrong, and has a device opened anew after one was lost.
-    fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
-        if !matches!(error, Error::Device(_)) {
-            let message = error.to_string();
-            (self.notify)(&Notice::Trouble { message: &message });
-            self.state.tell(message);
-            return;
-        }
-        self.losses.retain(|at| at.elapsed() < SOON);
-        self.losses.push(Instant::now());
-        let Some(window) = self.open.as_ref().map(|open| Arc::clone(&open.window)) else { return };
-        // The old surface must be gone before the window can have another.
-        self.close();
-        self.state.picture = None;
-        self.state.painted = [None, None];
-        if self.losses.len() > MOST_LOSSES {
-            return self.fail(event_loop, error);
-        }
-        self.lost = Some((window, error));
-        // Not at once: what was lost may be the window, and that is heard before.
-        let _ = self.proxy.send_event(Event::Reopen);
-    }
-
-    fn reopen(&mut self, event_loop: &ActiveEventLoop) {
-        let Some((window, error)) = self.lost.take() else { return };
-        // Textures of the panels are gone with the device.
-        self.context = self.fresh_context();
-        let message = format!("The device was opened anew: {error}");
-        (self.notify)(&Notice::Trouble { message: &message });
-        self.state.tell(message);
-        if let Err(error) = self.open(window) {
-            self.fail(event_loop, error);
-        }
-    }
-
-    /// A context without textures, with the old one's theme.
-    fn fresh_context(&self) -> egui::Context {
-        let context = egui::Context::default();
-        style(&context);
-        context.set_theme(self.context.options(|options| options.theme_preference));
-        context
-    }
-
-    fn hear(&mut self, event_loop: &ActiveEventLoop, event: Event) -> Result<()> {
-        match event {
-            Event::Said(epoch, said) if epoch == self.epoch => self.hear_of_device(said?),
-            // By a thread whose device is gone.
-            Event::Said(..) => {}
-            Event::Saved(path) => {
-                if let Some(at) = self.saves.iter().position(|save| save.path == path) {
-                    let save = self.saves.swap_remove(at);
-                    return self.saved(save);
-                }
-            }
-            // Of the scene before this one.
-            Event::Scene(path, _) if path != self.state.path => {}
-            Event::Scene(_, Ok((scene, camera))) => {
-                self.state.reload(scene, camera);
-                (self.notify)(&Notice::Reloaded);
-            }
-            Event::Scene(_, Err(error)) => {
-                let error = in_words(error);
-                (self.notify)(&Notice::SceneWrong { error: &error });
-                self.state.scene_error = Some(error);
-            }
-            Event::Opened(path, Ok((scene, camera))) => {
-                self.watch = watch_scene(&path, &self.options, &self.proxy)?;
-                self.state.open(path, scene, camera);
-                if let Some(open) = &self.open {
-                    open.window.set_title(&self.title());
-                }
-                let path = self.state.path.clone();
-                (self.notify)(&Notice::SceneOpened { path: &path });
-                self.remember();
-            }
-            Event::Opened(path, Err(error)) => {
-                let error = in_words(error);
-                (self.notify)(&Notice::SceneWrong { error: &error });
-                match &mut self.state.opening {
-                    Some(dialog) => dialog.answer = Some(Err(error)),
-                    None => self.state.tell(format!("{} can't be opened: {error}", path.display())),
-                }
-            }
-            Event::Reopen => self.reopen(event_loop),
-            Event::Interrupted => self.fail(event_loop, Error::Interrupted),
-        }
-        Ok(())
-    }
-
-    fn hear_of_device(&mut self, said: Said) {
-        match said {
-            Said::Traced(Traced::Picture(picture)) => self.state.picture = Some(picture),
-            Said::Traced(Traced::More) => {}
-            Said::Painted(painted) => {
-                let place = painted.place;
-                self.state.painted[place] = Some(painted);
-            }
-            Said::Hover(answer) => {
-                self.state.answer(answer);
-                let text = panels::hover_text(&self.state);
-                (self.notify)(&Notice::Hover { text: &text });
-            }
-            Said::Explained((pixel, text)) => {
-                if let Some(shown) = &mut self.state.explained
-                    && [shown.question.x, shown.question.y] == pixel
-                {
-                    (self.notify)(&Notice::Explained { pixel, text: &text });
-                    shown.text = Some(text);
-                }
-            }
-        }
-    }
-
-    fn carry_out(&mut self, event_loop: &ActiveEventLoop, command: Command) {
-        match command {
-            Command::PrintCamera => {
-                let toml = camera_text(&self.state.rig.camera);
-                self.state.tell("The camera is copied as TOML, and printed on standard output");
-                (self.notify)(&Notice::Camera { toml: &toml });
-            }
-            Command::Save => self.save(),
-            Command::Open(path) => self.reader.ask(path),
-            Command::Explain(question) => {
-                self.asked += 1;
-                let serial = self.asked;
-                let asked = question.clone();
-                self.state.explained = Some(Explained { question: asked, text: None, serial });
-                if let Some(open) = &self.open {
-                    open.explain.ask(question);
-                }
-            }
-            Command::Hover(question) => self.hover(question),
-            Command::Quit => event_loop.exit(),
-        }
-    }
-
-    fn hover(&mut self, question: Question) {
-        let Some(open) = &mut self.open else { return };
-        let is_known = |last: &Question| {
-            Arc::ptr_eq(&last.scene, &question.scene)
-                && (last.pixels, last.kernel, last.x, last.y)
-                    == (question.pixels, question.kernel, question.x, question.y)
-        };
-        if !open.hovered.as_ref().is_some_and(is_known) {
-            open.hovered = Some(question.clone());
-            open.hover.ask(question);
-        }
-    }
-
-    fn save(&mut self) {
-        let Some(open) = &self.open else { return };
-        let state = &self.state;
-        let size = self.full_size().unwrap_or([state.area.width, state.area.height]);
-        let (scene, device) = (state.saved_scene(), open.backend.device.clone());
-        let mut session = Session::new(scene, device, state.kernels[1]);
-        session.set_camera(state.rig.camera.clone());
-        let halves =
-            state.compares.then_some(Halves { kernels: state.kernels, divider: state.divider });
-        let path = free_name(Path::new("."), &state.path, state.show, halves, &self.saves);
-        let control = Arc::clone(&self.options.control);
-        let saving = Saving { session, size, show: state.show, halves, control };
-        let proxy = self.proxy.clone();
-        let done = move |path| drop(proxy.send_event(Event::Saved(path)));
-        match Save::start(saving, path, done) {
-            Ok(save) => self.saves.push(save),
-            Err(error) => self.state.tell(format!("The picture can't be saved: {error}")),
-        }
-    }
-
-    /// Keeps that the scene was opened.
-    fn remember(&mut self) {
-        let Some(list) = &self.options.recent else { return };
-        match add_recent(list, &self.state.path) {
-            Ok(recent) => self.state.recent = recent,
-            Err(error) => {
-                let message = format!("Recent files can't be kept: {error}");
-                (self.notify)(&Notice::Trouble { message: &message });
-            }
-        }
-    }
-
-    /// Tells that a picture was saved.
-    fn saved(&mut self, save: Save) -> Result<()> {
-        let (path, size) = (save.path.clone(), save.size);
-        save.end()?;
-        (self.notify)(&Notice::Saved { path: &path, size });
-        self.state.tell(format!("Saved {}: {} × {}", path.display(), size[0], size[1]));
-        Ok(())
     }
 }

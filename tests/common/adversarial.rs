@@ -207,6 +207,10 @@ impl Real for Adversarial {
     const LARGEST: Self = Adversarial(f32::MAX);
     const SMALL: Self = Adversarial(<f32 as Real>::SMALL);
 
+    fn from_f64(x: f64) -> Self {
+        Adversarial(x as f32)
+    }
+
     fn sqrt(self) -> Self {
         let nearest = self.0.sqrt();
         if !nearest.is_finite() || nearest == 0.0 {

@@ -1,0 +1,61 @@
+//! A scene as pickle keeps it: rows, colours, names, the rest as the text of a scene file, and how numbers became
+//! colours.
+
+use std::collections::HashMap;
+
+use kugelblitz::scene::{Color, ColorMap, Coloring, Spheres, parse_scene};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::given::spheres_of;
+use crate::scene::Scene;
+
+/// What [`of_state`] takes.
+pub type State<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyAny>,
+    HashMap<u32, String>,
+    String,
+    Option<StateOfColoring>,
+    Vec<String>,
+);
+
+/// A [`Coloring`], its map by name.
+type StateOfColoring = (String, String, [f64; 2], [f64; 3], usize);
+
+/// What pickle keeps of a scene.
+pub fn state_of<'py>(py: Python<'py>, scene: &Scene) -> PyResult<State<'py>> {
+    let spheres = &scene.of.spheres;
+    let names = (0..spheres.len())
+        .filter_map(|index| Some((index as u32, spheres.name(index)?.to_string())));
+    let names = if spheres.has_names() { names.collect() } else { HashMap::new() };
+    let of_all = spheres.color(0).unwrap_or(Spheres::COLOR);
+    let colors = match spheres.colors().all(|color| color == of_all) {
+        true => PyArray1::from_slice(py, &of_all.0).into_any(),
+        false => scene.colors(py)?.into_any(),
+    };
+    let colorings = scene.colorings().map(|coloring| {
+        let Coloring { column, map, range, missing_color, n_missing } = coloring;
+        (column.clone(), map.name(), *range, missing_color.0, *n_missing)
+    });
+    let text = scene.of.text_without_spheres();
+    Ok((scene.spheres(py)?, colors, names, text, colorings.last(), scene.notes()))
+}
+
+/// The scene of what [`state_of`] gave.
+pub fn of_state(py: Python<'_>, state: State<'_>) -> PyResult<Scene> {
+    let (rows, colors, names, text, coloring, notes) = state;
+    let mut scene = parse_scene(&text, "a pickled scene".as_ref()).map_err(error::of(""))?;
+    scene.spheres = spheres_of(py, &rows, None, Some(&colors))?;
+    names.into_iter().for_each(|(index, name)| scene.spheres.set_name(index, name));
+    scene.notes = notes;
+    let coloring = coloring.map(|(column, map, range, missing_color, n_missing)| Coloring {
+        column,
+        map: ColorMap::from_name(&map).unwrap_or_default(),
+        range,
+        missing_color: Color(missing_color),
+        n_missing,
+    });
+    Ok(Scene::new_colored(scene, coloring))
+}

@@ -1,0 +1,46 @@
+//! What the host's own floats are off by.
+//!
+//! The host rounds to nearest ([`crate::host`]), so that in f32 the unit `ε` of [`super`] may be half a faithful one:
+//! each operation then is off by one unit at most, and so is each number that comes from f64, of which the
+//! derivations for devices count a half. In f64 the unit is a faithful one, of which the host's operations take
+//! half, and what comes from f64 is what it is.
+
+use super::{InputError, UNIT_F64};
+use crate::rays::Lens;
+use crate::vec3::Real;
+
+/// A float that the host finds bounds in.
+pub trait Bounded: Real {
+    /// `ε`
+    const UNIT: f64;
+    /// What a number that comes from f64 is off by, in units.
+    const ROUNDED: f64;
+    /// Numbers up to this and above its inverse have squares in range, and these inverses.
+    const LARGEST_ROOT: f64;
+}
+
+impl Bounded for f32 {
+    const UNIT: f64 = 1.0 / (1u64 << 24) as f64;
+    const ROUNDED: f64 = 1.0;
+    const LARGEST_ROOT: f64 = (1u64 << 50) as f64;
+}
+
+impl Bounded for f64 {
+    const UNIT: f64 = UNIT_F64;
+    const ROUNDED: f64 = 0.0;
+    const LARGEST_ROOT: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+}
+
+/// [`super::input_of`] for pixels in the host's f32, in its units: [`super::PIXELS`] and [`super::PARALLEL`] with 1 for
+/// each ½.
+///
+/// - A direction has `|e| ≤ ε(2|f| + 3|iR| + 2|jT| + |d|)`, by Cauchy's inequality at most `(√(2² + 3² + 2²) + 1)ε|d|`; the
+///   offset is rounded once.
+/// - Parallel rays start at an `o` that is off by `ε(2|iR| + 2|jT| + |o|)`, at most `(2·√2·1.0005 + 1)ε|o| = 3.84ε|o|`:
+///   `λ·ℓ = |c| + 3.84|o| + 1.001(|c| + |o|) ≤ 4.85ℓ`. Their direction is rounded once.
+pub fn input_in_f32(lens: Lens) -> InputError {
+    match lens {
+        Lens::Perspective => InputError { offset: 1.001, direction: 5.2 },
+        Lens::Orthographic => InputError { offset: 4.85, direction: 1.001 },
+    }
+}
