@@ -1,53 +1,53 @@
-// Twin of src/shade/beam.rs, where the bounds are derived. BEYOND stands for ∞.
+// Twin of src/shade/beam.rs, where the bounds are derived. BEYOND stands for ∞. In f32, narrow.wgsl looks at objects.
 
 // The way from a point to a lamp.
 struct Beam {
     start: Vec3,
     way: Vec3,
-    square: f64,
+    square: Real,
     // Of the way, and its inverse; 1 for no way at all.
-    length: f64,
-    inverse_length: f64,
-    error: f64,
+    length: Real,
+    inverse_length: Real,
+    error: Real,
     is_endless: bool,
-    turned: f64,
+    turned: Real,
 }
 
 // Bounds of a number.
 struct Bounds {
-    low: f64,
-    high: f64,
+    low: Real,
+    high: Real,
 }
 
-fn beam_from(start: Vec3, way: Vec3, error: f64, turned: f64) -> Beam {
+fn beam_from(start: Vec3, way: Vec3, error: Real, turned: Real) -> Beam {
     let square = dot3(way, way);
     let length = sqrt(select(1.0, square, square > 0.0));
     return Beam(start, way, square, length, 1.0 / length, error, false, turned);
 }
 
-fn to_point(start: Vec3, error: f64, position: Vec3) -> Beam {
+fn to_point(start: Vec3, error: Real, position: Vec3) -> Beam {
     var beam = beam_from(start, position - start, 0.0, 0.0);
     let distance = select(0.0, beam.length, beam.square > 0.0);
     let far = max(max(abs(position.x), abs(position.y)), abs(position.z));
     let off = error + UNIT * (OF_PLACE * far + distance);
     let is_apart = (distance > 4.0 * off) & (distance > NEGLIGIBLE) & (distance < BEYOND);
     beam.error = select(BEYOND, off + OF_WAY * UNIT * distance, is_apart);
-    beam.turned = select(BEYOND, 2.0 * off * beam.inverse_length, is_apart);
+    beam.turned = select(BEYOND, OF_TURN * off * beam.inverse_length, is_apart);
     return beam;
 }
 
-fn to_eye(start: Vec3, direction: Vec3, turned: f64) -> Beam {
+fn to_eye(start: Vec3, direction: Vec3, turned: Real) -> Beam {
     return beam_from(start, -direction, 0.0, 2.0 * turned);
 }
 
-fn to_sun(start: Vec3, error: f64, direction: Vec3) -> Beam {
+fn to_sun(start: Vec3, error: Real, direction: Vec3) -> Beam {
     var beam = beam_from(start, -direction, error, 0.0);
     beam.is_endless = true;
     return beam;
 }
 
 // Bounds of n·ω. Both are 0 where it is certain not to be positive.
-fn cosine(beam: Beam, normal: Vec3, normal_error: f64) -> Bounds {
+fn cosine(beam: Beam, normal: Vec3, normal_error: Real) -> Bounds {
     let cosine = dot3(normal, beam.way) * beam.inverse_length;
     let error = ROOM * (normal_error + beam.turned) + OF_COSINE * UNIT;
     let low = cosine - error;
@@ -55,6 +55,7 @@ fn cosine(beam: Beam, normal: Vec3, normal_error: f64) -> Bounds {
     return Bounds(select(0.0, low, low > 0.0), select(0.0, min(high, 1.0), high > 0.0));
 }
 
+//#if double
 //#if of_scene
 // NO, OPEN or YES: the largest of several wins.
 fn meets_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
@@ -142,4 +143,5 @@ fn meets_plane(beam: Beam, point: Vec3, normal: Vec3) -> u32 {
     let known = select(OPEN, select(NO, YES, are_apart), are_known);
     return select(known, NO, runs_along);
 }
+//#end
 //#end

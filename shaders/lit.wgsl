@@ -1,12 +1,12 @@
-// Colours of pixels whose samples' objects are known, in f64: numbers where each is the one that it must be,
-// OPEN_COLOR where that is left to the CPU. Points are those of src/certify/point.rs, and means those of
-// src/shade/lit.rs, where their bounds are derived.
+// Colours of pixels whose samples' objects are known, in f32 or f64: numbers where each is the one that it must be,
+// OPEN_COLOR where that is left to f64, or to the CPU. Points are those of src/certify/point.rs in f64, of
+// src/shade/point.rs in f32, and means those of src/shade/lit.rs, where their bounds are derived.
 
 // Member order is checked against src/gpu/layout.rs by a test.
 struct LightOfAll {
-    ambient: vec3<f64>,
-    mean_error: f64,
-    to_tree: vec3<f64>,
+    ambient: Vec3,
+    mean_error: Real,
+    to_tree: Vec3,
     n_lamps: u32,
     n_samples: u32,
     n_listed_spheres: u32,
@@ -18,58 +18,78 @@ struct LightOfAll {
 }
 
 struct Lamp {
-    at: vec3<f64>,
+    at: Vec3,
     kind: u32,
     shadows: u32,
-    weight: vec3<f64>,
+    weight: Vec3,
 }
 
 //#if planes
+//#if double
 struct InTheWayPlane {
     point: vec3<f64>,
     id: u32,
     normal: vec3<f64>,
     narrow: NarrowPlane,
 }
+//#else
+struct InTheWayPlane {
+    narrow: NarrowPlane,
+    id: u32,
+}
+//#end
 //#end
 
+//#if double
+//#else
+@group(0) @binding(next) var<storage, read> ids: array<u32>;
+//#end
 @group(0) @binding(next) var<uniform> light_of_all: LightOfAll;
 @group(0) @binding(next) var<storage, read> lamps: array<Lamp>;
-@group(0) @binding(next) var<storage, read> palette: array<vec3<f64>>;
+@group(0) @binding(next) var<storage, read> palette: array<Vec3>;
 //#if floats
 //#else
-@group(0) @binding(next) var<storage, read> edges: array<f64>;
+@group(0) @binding(next) var<storage, read> edges: array<Real>;
 //#end
 //#if of_scene
 // Of all spheres, by their indices.
 @group(0) @binding(next) var<storage, read> narrow_spheres: array<NarrowSphere>;
+//#if double
+//#else
+@group(0) @binding(next) var<storage, read> seen_spheres: array<SeenSphere>;
+//#end
 // The ids of those that are looked at one after the other.
 @group(0) @binding(next) var<storage, read> listed_spheres: array<u32>;
 //#end
 //#if planes
+//#if double
+//#else
+@group(0) @binding(next) var<storage, read> seen_planes: array<SeenPlane>;
+//#end
 @group(0) @binding(next) var<storage, read> listed_planes: array<InTheWayPlane>;
 //#end
 //#if hierarchy
 // The spheres' own indices are in the leaves.
 @group(0) @binding(next) var<storage, read> boxes: array<Box>;
 //#end
-// Bytes in one word a pixel, or three words.
+// Bytes in one word a pixel, or three words. Of bytes, f64 finds those that f32 has left open.
 @group(0) @binding(next) var<storage, read_write> colors: array<u32>;
 // Ways to lamps that were looked at for those pixels whose colours are not left open: all, and those where f32
-// was not enough.
-@group(0) @binding(next) var<storage, read_write> n_ways: array<atomic<u32>, 2>;
+// was not enough; and pixels whose colours took no f64.
+@group(0) @binding(next) var<storage, read_write> n_ways: array<atomic<u32>, 3>;
 
 // Where a ray meets its object.
 struct Point {
     at: Vec3,
-    error: f64,
+    error: Real,
     normal: Vec3,
-    normal_error: f64,
+    normal_error: Real,
     is_known: bool,
     // Of a sphere around the ray's origin.
     is_inside: bool,
 }
 
+//#if double
 fn point_on(ray: Ray, root: Nearness, facing: Facing) -> Point {
     let is_hit = root.low > 0.0;
     let low = NARROWER / select(1.0, ray.a * root.high, is_hit);
@@ -91,7 +111,7 @@ fn point_on(ray: Ray, root: Nearness, facing: Facing) -> Point {
     //#end
 }
 
-fn point_of(ray: Ray, id: u32) -> Point {
+fn point_of(ray: Ray, i: Real, j: Real, id: u32) -> Point {
     //#if of_scene
     if id <= params.n_spheres {
         let sphere = record_of(id);
@@ -108,7 +128,23 @@ fn point_of(ray: Ray, id: u32) -> Point {
     return Point(Vec3(0.0), 0.0, Vec3(0.0), 0.0, false, false);
     //#end
 }
+//#else
+fn point_of(ray: Ray, i: Real, j: Real, id: u32) -> Point {
+    //#if of_scene
+    if id <= params.n_spheres {
+        let sphere = seen_spheres[id - 1u];
+        return sphere_point(ray, sphere_aside(sphere, i, j), sphere, narrow_spheres[id - 1u]);
+    }
+    //#end
+    //#if planes
+    return plane_point(ray, seen_planes[id - params.n_spheres - 1u], i, j);
+    //#else
+    return Point(Vec3(0.0), 0.0, Vec3(0.0), 0.0, false, false);
+    //#end
+}
+//#end
 
+//#if double
 //#if of_scene
 // Whether a beam that starts on the inside of a sphere leaves it: a ball is convex, so that its end says
 // so, whose distance is known like that of any sphere.
@@ -129,6 +165,7 @@ fn leaves_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
     return select(OPEN, select(select(OPEN, YES, is_outside), NO, is_inside), in_range);
 }
 //#end
+//#end
 
 // What is known of objects in the way, and whether that took f64.
 struct Met {
@@ -143,6 +180,7 @@ fn worse(met: Met, other: Met) -> Met {
 //#if of_scene
 fn look_at_sphere(beam: Beam, narrow: NarrowBeam, index: u32, own: u32) -> Met {
     let known = meets_narrow_sphere(narrow, narrow_spheres[index]);
+    //#if double
     if known != OPEN {
         return Met(known, 0u);
     }
@@ -157,6 +195,9 @@ fn look_at_sphere(beam: Beam, narrow: NarrowBeam, index: u32, own: u32) -> Met {
     let own_center = on.center - seen_from.reference;
     let apart = on.center - sphere.center;
     return Met(meets_shell(beam, center, r, own_center, abs(on.radius), apart), 1u);
+    //#else
+    return Met(known, 0u);
+    //#end
 }
 //#end
 
@@ -164,14 +205,19 @@ fn look_at_sphere(beam: Beam, narrow: NarrowBeam, index: u32, own: u32) -> Met {
 fn look_at_plane(beam: Beam, narrow: NarrowBeam, index: u32) -> Met {
     let plane = listed_planes[index];
     let known = meets_narrow_plane(narrow, plane.narrow);
-    if known != OPEN {
-        return Met(known, 0u);
+    //#if double
+    if known == OPEN {
+        return Met(meets_plane(beam, plane.point, plane.normal), 1u);
     }
-    return Met(meets_plane(beam, plane.point, plane.normal), 1u);
+    return Met(known, 0u);
+    //#else
+    let across = (plane.narrow.normal == Vec3(0.0)) | (beam.way == Vec3(0.0));
+    return Met(select(known, NO, beam.is_endless && all(across)), 0u);
+    //#end
 }
 //#end
 
-fn largest(v: Vec3) -> f64 {
+fn largest(v: Vec3) -> Real {
     return max(max(abs(v.x), abs(v.y)), abs(v.z));
 }
 
@@ -217,8 +263,12 @@ fn in_the_way(beam: Beam, id: u32, is_inside: bool) -> Met {
     var met = Met(NO, 0u);
     //#if of_scene
     if is_inside {
+        //#if double
         let own = scene_spheres[id - 1u];
         met = Met(leaves_sphere(beam, own.center - seen_from.reference, abs(own.radius)), 1u);
+        //#else
+        met = Met(leaves_narrow_sphere(narrow, narrow_spheres[id - 1u]), 0u);
+        //#end
     }
     for (var i = 0u; i < light_of_all.n_listed_spheres && met.state != YES; i++) {
         let index = listed_spheres[i] - 1u;
@@ -259,21 +309,27 @@ struct Light {
     n_ways: vec2u,
 }
 
+//#if double
 // Half of a sky's suns are behind a surface, which f32 sees. Their directions are at most 2√3 long; the normal and they are
 // rounded once, and the dot product is off by 3 units.
 fn is_behind(normal: vec3f, error: f32, lamp: Lamp) -> bool {
     return lamp.kind == LAMP_SUN && dot3f(normal, vec3f(lamp.at)) > 3.5f * (NARROW_SLOPE + error);
 }
+//#end
 
 fn light_on(ray: Ray, point: Point, id: u32) -> Light {
     var sum = Light(light_of_all.ambient, light_of_all.ambient, vec2u(0u));
+    //#if double
     let normal = vec3f(point.normal);
     let normal_error = f32(ROOM * point.normal_error);
+    //#end
     for (var i = 0u; i < light_of_all.n_lamps; i++) {
         let lamp = lamps[i];
+        //#if double
         if is_behind(normal, normal_error, lamp) {
             continue;
         }
+        //#end
         let beam = beam_to(lamp, ray, point);
         var given = cosine(beam, point.normal, point.normal_error);
         if lamp.shadows != 0u && given.high > 0.0 {
@@ -298,7 +354,7 @@ struct Mean {
 
 //#if floats
 // The word of the one f32 that both bounds of a channel round to, or OPEN_COLOR.
-fn word_of(low: f64, high: f64) -> u32 {
+fn word_of(low: Real, high: Real) -> u32 {
     let is_held = low > SMALLEST_T && high < LARGEST_T;
     let word = f32(select(1.0, low, is_held));
     let is_one = is_held && word == f32(select(1.0, high, is_held));
@@ -306,7 +362,7 @@ fn word_of(low: f64, high: f64) -> u32 {
 }
 //#else
 // The one number whose range has both bounds of a channel, or OPEN_COLOR.
-fn word_of(low: f64, high: f64) -> u32 {
+fn word_of(low: Real, high: Real) -> u32 {
     let largest = arrayLength(&edges);
     var number = 0u;
     for (var step = (largest + 1u) >> 1u; step > 0u; step >>= 1u) {
@@ -335,7 +391,7 @@ fn add_sample(sum: ptr<function, Mean>, place: vec2u, id: u32) -> bool {
     //#else
     let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
     //#end
-    let point = point_of(ray, id);
+    let point = point_of(ray, i, j, id);
     if !point.is_known {
         return false;
     }
@@ -353,6 +409,13 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     if pixel.x >= params.width || index >= params.n_rays {
         return;
     }
+    //#if bytes
+    //#if double
+    if colors[index] != OPEN_COLOR {
+        return;
+    }
+    //#end
+    //#end
     let n = light_of_all.n_samples;
     var sum = Mean(Vec3(0.0), Vec3(0.0), vec2u(0u), 0u);
     var is_known = true;
@@ -378,6 +441,10 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#end
     if !is_open {
         atomicAdd(&n_ways[0], sum.n_ways.x);
+        //#if double
         atomicAdd(&n_ways[1], sum.n_ways.y);
+        //#else
+        atomicAdd(&n_ways[2], 1u);
+        //#end
     }
 }

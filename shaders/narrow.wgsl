@@ -27,8 +27,12 @@ fn narrowed(beam: Beam) -> NarrowBeam {
     let start = select(Vec3(0.0), beam.start, in_range);
     let direction = beam.way * beam.inverse_length;
     let way = select(direction, beam.way, in_range & !is_endless);
+    //#if double
     // Of 24 bits each.
     let high = start * SPLITTER - (start * SPLITTER - start);
+    //#else
+    let high = start;
+    //#end
     return NarrowBeam(
         vec3f(high),
         vec3f(start - high),
@@ -80,6 +84,21 @@ fn meets_narrow_sphere(beam: NarrowBeam, sphere: NarrowSphere) -> u32 {
     let is_crossed = (least2 < inner2) & ((l2 > outer2) | ends_outside);
     let known = select(select(OPEN, YES, is_crossed), NO, is_clear);
     return select(OPEN, known, in_range);
+}
+
+// Whether a beam that starts on the inside of a sphere leaves it: a ball is convex, so that its end says so.
+fn leaves_narrow_sphere(beam: NarrowBeam, sphere: NarrowSphere) -> u32 {
+    let l = offset_to(beam, sphere.center, sphere.center_low);
+    let r = sphere.radius;
+    let end = l - beam.way;
+    let end2 = dot3f(end, end);
+    let e = beam.error + NARROW_OFFSET * sqrt(dot3f(l, l));
+    let inner = r - e;
+    let outer = r + e;
+    let is_inside = !beam.is_endless & (inner > 0.0f) & (end2 < inner * inner * NARROW_INSIDE);
+    let is_outside = beam.is_endless | (end2 > outer * outer * NARROW_OUTSIDE);
+    let in_range = beam.is_known & (r > 0.0f);
+    return select(OPEN, select(select(OPEN, YES, is_outside), NO, is_inside), in_range);
 }
 //#end
 

@@ -179,6 +179,7 @@ use glam::DVec3;
 use crate::kernel::certified::Widening;
 use crate::rays::{Bundle, Lens, Pixels, View};
 use crate::vec3::{Vec3, dot3};
+pub use crate::vec3::{round_down, round_up};
 use crate::wide::SideBySide;
 pub use squares::{LARGEST_TURN, Reach};
 
@@ -567,20 +568,6 @@ pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
 #[inline(always)]
 pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
     1.001 * (error + UNIT_F64 * (k.abs() + 20.0 * from * (l + from)))
-}
-
-/// The largest f32 not above `x`.
-#[inline(always)]
-pub fn round_down(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
-}
-
-/// The smallest f32 not below `x`.
-#[inline(always)]
-pub fn round_up(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
 }
 
 /// The relative factors of the filter for arithmetic of unit `unit`, rounded by `down` and `up`.

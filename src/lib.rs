@@ -122,15 +122,16 @@
 //!    ([`exact::nearest`]) the rest; `certify/rows.rs` fills in `t` and normals of neighbours that see
 //!    one object, and the points where light falls on them, `certify/lanes.rs` those of others, or `shaders/surface.wgsl` on a GPU where it is
 //!    sure of each byte.
-//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, lit ones by
-//!    `shade/lit.rs`, in f64 with bounds (`shade/beam.rs`, `shade/finder.rs`) and else exactly
-//!    (`exact/light.rs`, `shade/mean.rs`), means of unlit samples by `shade/unlit.rs`. A GPU proposes lit
-//!    ones by the same bounds (`shaders/beam.wgsl`, `shaders/lit.wgsl`, `gpu/light.rs`), shadows first in
-//!    f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]), and the CPU shades what that leaves open.
-//!    Kernels without a proof shade plainly: `shade/plain.rs`, on a device its twin
-//!    `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
-//!    [`tracer::Tracer::trace_samples`] finds these, on the CPU after `cpu/squares/` has proven which
-//!    pixels show one object alone.
+//! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
+//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after `cpu/squares/` has proven
+//!    which pixels show one object alone. Lit ones come of `shade/lit.rs`: bytes of few objects first in f32
+//!    (`shade/bytes.rs`), all others and what that leaves open in f64 (`shade/finder.rs`), both by the bounds of
+//!    `shade/beam.rs`, and else exactly (`exact/light.rs`, `shade/mean.rs`). A GPU proposes them
+//!    (`shaders/lit.wgsl`, `gpu/light.rs`): bytes first in f32 (`shaders/point.wgsl`, bounds in
+//!    [`shade::point`]), what that leaves open and other numbers in f64 by the CPU's bounds
+//!    (`shaders/beam.wgsl`), shadows in both first in f32 (`shaders/narrow.wgsl`, bounds in [`shade::narrow`]).
+//!    The CPU shades what is still open. Kernels without a proof shade plainly: `shade/plain.rs`, on a device its
+//!    twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!

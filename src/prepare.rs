@@ -32,8 +32,9 @@ pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
 pub use in_space::InSpace;
 pub use light::{
-    ColorInF64, ColorWords, LampInF64, LightInF64, LightKey, LightOfAll, NarrowPlane, NarrowSphere,
-    OPEN_COLOR, PlaneInTheWay, lamp_kind,
+    ColorInF32, ColorInF64, ColorWords, LampInF32, LampInF64, LightInF32, LightInF64, LightKey,
+    LightOfAll, LightOfAllInF32, NarrowPlane, NarrowPlaneInTheWay, NarrowSphere, OPEN_COLOR,
+    PlaneInTheWay, SeenPlane, SeenSphere, lamp_kind,
 };
 pub use plain_light::{Lamps, PlainLamp, PlainLighting};
 
@@ -45,7 +46,7 @@ use first_stage::is_left_open;
 pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
-    /// The arithmetic: the kernel's, or f64 for what its f32 left undecided.
+    /// The arithmetic: the kernel's, or f64 for what its f32 left undecided. Of light, f32 or f64.
     pub float: Float,
     /// How the rays lie to each other.
     pub bundle: Bundle,

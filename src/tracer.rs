@@ -94,11 +94,11 @@ pub trait Tracer: Send {
         trace_all_samples(self, pixels, n, control, hits, samples)
     }
 
-    /// What shades in f64, where a device does that for this scene.
+    /// What shades, where a device does that for this scene.
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device failed.
-    fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
+    fn shades(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
         Ok(None)
     }
 
@@ -131,15 +131,32 @@ pub trait Tracer: Send {
     fn use_device_clock(&mut self) {}
 }
 
-/// A device that shades in f64.
+/// What a device did for the colours that it proposes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ProposedColors {
+    /// How many ways to lamps it looked along, in f32 alone and also in f64.
+    pub ways: StageCounts,
+    /// How many colours took f32 alone.
+    pub n_in_f32: u64,
+}
+
+impl ProposedColors {
+    /// Adds those of other pixels.
+    pub fn add(&mut self, other: ProposedColors) {
+        self.ways.add(other.ways);
+        self.n_in_f32 += other.n_in_f32;
+    }
+}
+
+/// A device that shades, in f32 with bounds and in f64.
 pub trait ProposeColors {
     /// Replaces `colors` by the [words](crate::prepare::ColorWords) of pixels, the first one
     /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. They are at the rays of their
     /// samples, a rectangle of whole pixels, with the ids of what these see. `make` gives the numbers for `key`, of
     /// the scene that this traces, where the device doesn't have them yet.
     ///
-    /// Returns how many ways to lamps it looked along, in f32 alone and also in f64, for the colours that it
-    /// proposes; `None` where there are no numbers, and nothing is proposed.
+    /// Returns what that took; `None` where there are no numbers, or the device has no arithmetic for them, and nothing
+    /// is proposed.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -150,5 +167,5 @@ pub trait ProposeColors {
         at: (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<Option<StageCounts>>;
+    ) -> Result<Option<ProposedColors>>;
 }

@@ -80,6 +80,20 @@ macro_rules! real {
 real!(f32, 1.0 / (1u128 << 100) as f32);
 real!(f64, 1.0 / (1u128 << 100) as f64);
 
+/// The largest f32 not above `x`.
+#[inline(always)]
+pub fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// The smallest f32 not below `x`.
+#[inline(always)]
+pub fn round_up(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+}
+
 /// Three components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3<R>(pub [R; 3]);

@@ -20,6 +20,7 @@ use kugelblitz::prepare::split;
 use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::shade::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
+use kugelblitz::shade::point::{self, PointFinder, PointRoom, SeenSphereOf};
 use kugelblitz::tree::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
@@ -885,4 +886,201 @@ fn planes_before_narrow_beams() {
         Some(error / (UNIT_F32 * normal.length()))
     });
     assert_tight("SLOPE", narrow::SLOPE, found);
+}
+
+fn room_of_points() -> PointRoom<Adversarial> {
+    let PointRoom { foot, across, square, half, chord, normal, .. } = PointRoom::f32(PIXELS);
+    let PointRoom { sum, slope, apart, ray, origin, room, unit, least, reach, .. } =
+        PointRoom::f32(PIXELS);
+    let of = |x: f32| Adversarial(x);
+    PointRoom {
+        foot: of(foot),
+        across: of(across),
+        square: of(square),
+        half: of(half),
+        chord: of(chord),
+        normal: of(normal),
+        sum: of(sum),
+        slope: of(slope),
+        apart: of(apart),
+        ray: of(ray),
+        origin: of(origin),
+        room: of(room),
+        unit: of(unit),
+        least: of(least),
+        reach: of(reach),
+    }
+}
+
+/// A frame whose steps to the right and up are some part of a unit, and it in f32.
+fn frame_of_points(x: &[f64]) -> Option<(PointFinder<Adversarial>, [DVec3; 3])> {
+    let forward = DVec3::from_slice(x).normalize();
+    let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
+    let step = 2f64.powi(-6) * (1.0 + x[6].abs().fract());
+    let true_up = right.cross(forward);
+    let steps = [right * step, true_up * step];
+    let [right_step, true_up_step] = steps.map(|v| in_two(v)[0]);
+    let lens = Lens::Perspective;
+    let finder = PointFinder { right_step, true_up_step, lens, room: room_of_points() };
+    (right.is_finite() && true_up.is_finite()).then_some((finder, [forward, steps[0], steps[1]]))
+}
+
+fn split_number(x: f64) -> [f32; 2] {
+    let ([high, ..], [low, ..]) = split(DVec3::X * x);
+    [high, low]
+}
+
+/// What a sphere's place in the picture takes beyond what its ray does.
+#[test]
+fn places_of_spheres() {
+    let found = worst(10, |x, choices| {
+        let (finder, [_, right, up]) = frame_of_points(x)?;
+        let place = [x[7] * 8.0, x[8] * 8.0];
+        let pixel = [(place[0] + x[9]).round(), (place[1] - x[9]).round()];
+        let of_place = place.map(split_number);
+        let sphere = SeenSphereOf {
+            place: of_place.map(|[high, _]| Adversarial(high)),
+            place_low: of_place.map(|[_, low]| Adversarial(low)),
+            depth: Adversarial(x[9] as f32),
+            error: Adversarial(0.0),
+            inverse_radius: Adversarial(1.0),
+            side: Adversarial(1.0),
+        };
+        let held = of_place.map(|[high, low]| f64::from(high) + f64::from(low));
+        let exact = (right * (pixel[0] - held[0]) + up * (pixel[1] - held[1])) * x[9];
+        let [i, j] = pixel.map(|x| Adversarial(x as f32));
+        set_choices(choices, true);
+        let l = finder.sphere_aside(&sphere, i, j) * sphere.depth;
+        (exact.length() > 1e-3).then(|| to_f64(l).distance(exact) / (UNIT_F32 * exact.length()))
+    });
+    assert_tight("PLACE", point::PLACE, found);
+}
+
+#[test]
+fn feet_of_spheres() {
+    let room = room_of_points();
+    let zero = Vec3([Adversarial(0.0); 3]);
+    let lens = Lens::Perspective;
+    let finder = PointFinder { right_step: zero, true_up_step: zero, lens, room };
+    for is_across in [true, false] {
+        let found = worst(6, |x, choices| {
+            let ((d, exact_d), (l, exact_l)) = (vector(x), vector(&x[3..]));
+            set_choices(choices, true);
+            let p = to_f64(finder.across_ray(&ray(d), l));
+            let off = p - (exact_l - exact_d * (exact_d.dot(exact_l) / exact_d.length_squared()));
+            let across = match is_across {
+                true => distance(off, exact_d),
+                false => off.length(),
+            };
+            Some(across / (UNIT_F32 * exact_l.length()))
+        });
+        match is_across {
+            true => assert_tight("ROUNDED", point::ROUNDED, found),
+            false => assert_tight("of FOOT", point::FOOT - point::PLACE, found),
+        }
+    }
+}
+
+/// The slope of a plane, and its offset for parallel rays.
+#[test]
+fn slopes_of_planes() {
+    let found = worst(5, |x, choices| {
+        let slope: [f64; 3] = [x[0], x[1], x[2]];
+        let narrow = slope.map(|x| Adversarial(x as f32));
+        let [i, j] = [x[3], x[4]].map(|x| (x * 16.0).round());
+        set_choices(choices, true);
+        let [across, up] = [narrow[1] * Adversarial(i as f32), narrow[2] * Adversarial(j as f32)];
+        let exact = slope[0] + slope[1] * i + slope[2] * j;
+        let size = slope[0].abs() + (slope[1] * i).abs() + (slope[2] * j).abs();
+        let sum = (narrow[0] + across) + up;
+        Some((f64::from(sum.0) - exact).abs() / (UNIT_F32 * size))
+    });
+    assert_tight("SUM", point::SUM, found);
+}
+
+/// A beam whose way to a lamp is found in f32, and that way.
+fn beam_in_f32(start: &[f64], lamp: &[f64]) -> (NarrowBeam<Adversarial>, DVec3) {
+    let ((start, exact_start), (lamp, exact_lamp)) = (vector(start), vector(lamp));
+    let way = lamp - start;
+    let distance = dot3(way, way).sqrt();
+    let beam = NarrowBeam {
+        start,
+        start_low: Vec3([Adversarial(0.0); 3]),
+        direction: way * (Adversarial(1.0) / distance),
+        way,
+        distance,
+        error: Adversarial(0.0),
+        is_endless: false,
+        is_known: true,
+    };
+    (beam, exact_lamp - exact_start)
+}
+
+/// As `distances_from_narrow_beams`.
+#[test]
+fn distances_from_beams_in_f32() {
+    let found = worst(9, |x, choices| {
+        set_choices(choices, true);
+        let (beam, way) = beam_in_f32(x, &x[3..]);
+        let place = DVec3::from_slice(&x[6..]);
+        let l = place - to_f64(beam.start);
+        let [high, low] = in_two(place);
+        let root = f64::from(beam.nearest2(beam.offset_to(high, low)).0).sqrt();
+        let (exact, eta) = (distance_from_beam(l, way), UNIT_F32 * l.length());
+        let rest = steps::SQUARE / 2.0 * UNIT_F32 * root
+            + narrow::START * UNIT_F32 * UNIT_F32 * to_f64(beam.start).abs().max_element()
+            + UNIT_F32 * way.length();
+        Some((exact - root - rest) / eta)
+    });
+    assert_tight("OFFSET_IN_F32", narrow::OFFSET_IN_F32, found);
+}
+
+#[test]
+fn beams_in_f32_through_the_centre() {
+    let found = worst(7, |x, choices| {
+        let lamp = DVec3::from_slice(x);
+        set_choices(choices, true);
+        let (beam, _) = beam_in_f32(&[0.0; 3], &lamp.to_array());
+        let direction = to_f64(beam.direction);
+        let aside = DVec3::from_slice(&x[3..]) * UNIT_F32;
+        let size = x[6].abs().min(0.5 * lamp.length());
+        let (l, exact_l) = vector(&((direction + aside) * size).to_array());
+        let square = f64::from(beam.nearest2(l).0);
+        let eta = UNIT_F32 * exact_l.length();
+        let reach = distance(exact_l, direction) + steps::FOOT * eta;
+        Some((square * (1.0 - steps::SQUARE * UNIT_F32) - reach * reach) / (eta * eta))
+    });
+    assert_tight("ASIDE_IN_F32", narrow::ASIDE_IN_F32, found);
+}
+
+#[test]
+fn slopes_of_suns_in_f32() {
+    let found = worst(6, |x, choices| {
+        let (sun, normal) = (DVec3::from_slice(x), DVec3::from_slice(&x[3..]));
+        let [way, n] = [sun, normal].map(|v| in_two(v)[0]);
+        set_choices(choices, true);
+        let direction = way * (Adversarial(1.0) / dot3(way, way).sqrt());
+        let error = (f64::from(dot3(n, direction).0) - normal.dot(sun.normalize())).abs();
+        Some(error / (UNIT_F32 * normal.length()))
+    });
+    assert_tight("SLOPE_IN_F32", narrow::SLOPE_IN_F32, found);
+}
+
+/// As `slabs_of_rays`, with a direction that is itself a product.
+#[test]
+fn slabs_of_beams_in_f32() {
+    let room = room_of_slabs();
+    let found = worst(3, |x, choices| {
+        let [side, sun, scale] = [x[0].abs(), x[1].abs(), x[2].abs()];
+        set_choices(choices, true);
+        let direction = Adversarial(sun as f32) * Adversarial(scale as f32);
+        let exact = f64::from(side as f32) / (sun * f64::from(scale as f32));
+        let zero = Adversarial(0.0);
+        let slab = slab_of(zero, direction, zero, &room);
+        let t = stretch(&slab, Adversarial(side as f32), Adversarial(side as f32));
+        let later = f64::from(t.enter.0) / exact / f64::from(room.nearer.0) - 1.0;
+        let sooner = 1.0 - f64::from(t.leave.0) / exact / f64::from(room.farther.0);
+        Some(later.max(sooner) / UNIT_F32)
+    });
+    assert_tight("SLAB_IN_F32", slabs::SLAB_IN_F32, found);
 }

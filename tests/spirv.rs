@@ -164,15 +164,13 @@ fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
 
 /// The shaders for the light on hits.
 fn keys_of_light() -> impl Iterator<Item = ShaderKey> {
+    use ColorWords::{Bytes, Floats, Shorts};
     let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
     keys.flat_map(|key| {
         let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
-        [ColorWords::Bytes, ColorWords::Shorts, ColorWords::Floats].map(|words| ShaderKey {
-            light: Some(words),
-            n_spheres,
-            n_planes,
-            ..key
-        })
+        [(Float::F32, Bytes), (Float::F64, Bytes), (Float::F64, Shorts), (Float::F64, Floats)].map(
+            |(float, words)| ShaderKey { float, light: Some(words), n_spheres, n_planes, ..key },
+        )
     })
 }
 
@@ -435,6 +433,14 @@ fn light_only_where_it_is_asked_for() {
         assert_eq!(has(&whole, "box"), is_tree, "{key:?}");
         assert_eq!(has(&whole, "look_in_tree"), is_tree, "{key:?}");
         assert_eq!(has(&whole, "edges"), key.light != Some(ColorWords::Floats), "{key:?}");
+        // f32 needs no device with f64, and bytes no other record of an object than where it is seen.
+        let is_double = key.float == Float::F64;
+        let of_f64 = naga::Scalar { kind: naga::ScalarKind::Float, width: 8 };
+        let mut types = whole.module.types.iter();
+        let has_f64 = types.any(|(_, kind)| kind.inner.scalar() == Some(of_f64));
+        assert_eq!(has_f64, is_double, "{key:?}");
+        assert_eq!(has(&whole, "seen_spheres"), !is_double && (key.n_spheres > 0 || is_tree));
+        assert_eq!(has(&whole, "seen_planes"), !is_double && key.n_planes > 0);
     }
 }
 

@@ -42,6 +42,8 @@ use nearness::{Foot, K, PlaneF64};
 pub(crate) use point::factors_of_points;
 pub(crate) use point::{LANES, LengthsOfRays, Pack, Points, registers};
 pub(crate) use rows::{Finds, OfPicture, RowSight};
+#[cfg(feature = "gpu")]
+pub(crate) use shaders::light_key_in_f32;
 use surface::Bounds;
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified

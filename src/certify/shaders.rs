@@ -1,4 +1,4 @@
-//! The shaders for f64 on a device, and what they need beyond [`InF64::lists`].
+//! The shaders for f64 and for light on a device, and what they need beyond [`InF64::lists`].
 
 use super::in_f64::{Frame, InF64};
 use super::nearness::PlaneF64;
@@ -7,6 +7,25 @@ use crate::kernel::{Float, Kernel};
 use crate::prepare::{ColorWords, Finding, Prepared, ShaderKey};
 use crate::rays::Bundle;
 use crate::scene::Plane;
+
+/// The shader for the light on hits in f32.
+pub fn light_key_in_f32(prepared: &Prepared, words: ColorWords) -> ShaderKey {
+    ShaderKey {
+        kernel: Kernel::Certified,
+        float: Float::F32,
+        bundle: prepared.bundle(),
+        some: false,
+        spheres: match &prepared.hierarchy {
+            Some(_) => Finding::Hierarchy,
+            None => Finding::Listed,
+        },
+        n_spheres: prepared.scene.spheres.len().min(1),
+        n_planes: prepared.scene.planes.len().min(1),
+        surface: false,
+        light: Some(words),
+        plain_light: None,
+    }
+}
 
 impl InF64 {
     /// The shader for all rays, or for some pixels that come as a list.

@@ -14,7 +14,10 @@ use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
 use crate::prepare::{ColorWords, Finding, Lamps, OPEN_COLOR, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
-use crate::shade::{BEAM_CONSTANTS, NARROW_CONSTANTS, narrow_constants_in_f32};
+use crate::shade::narrow::NarrowRoom;
+use crate::shade::{
+    BEAM_CONSTANTS, BEAM_CONSTANTS_IN_F32, NARROW_CONSTANTS, narrow_constants_in_f32, point,
+};
 use crate::tree::SEGMENT_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
 use crate::tree::slabs::{self, SlabRoom};
@@ -27,6 +30,8 @@ const RENDER: Part = part!("render.wgsl");
 const SURFACE: Part = part!("surface.wgsl");
 const BEAM: Part = part!("beam.wgsl", "src/shade/beam.rs");
 const NARROW: Part = part!("narrow.wgsl", "src/shade/narrow.rs");
+const POINT: Part = part!("point.wgsl", "src/shade/point.rs");
+const SLABS: Part = part!("slabs.wgsl", "src/tree/slabs.rs");
 const LIT: Part = part!("lit.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
 const WALK: Part = part!("walk.wgsl");
@@ -66,6 +71,10 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     let mut parts = vec![ray, vec];
     if key.bundle != Bundle::Free {
         parts.push(camera);
+    }
+    if is_lit_in_f32(key) {
+        parts.extend([PARAMS, SLABS, BEAM, NARROW, POINT, LIT]);
+        return compile_parts(&parts, &Choices { edit, ..Choices::new(key) });
     }
     parts.extend(key.kernel.about().wgsl.parts);
     parts.push(PARAMS);
@@ -133,6 +142,11 @@ impl Choices<'_> {
     }
 }
 
+/// Whether the shader shades hits in f32, which has no use for what finds them.
+fn is_lit_in_f32(key: &ShaderKey) -> bool {
+    key.light.is_some() && key.float == Float::F32
+}
+
 /// Whether the shader completes hits that are known, or shades them.
 fn is_complete(key: &ShaderKey) -> bool {
     (key.surface || key.light.is_some()) && key.kernel == Kernel::Certified
@@ -149,7 +163,7 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
     let is_double = key.float == Float::F64;
     // The scene's own numbers of spheres.
     let is_of_scene = key.kernel == Kernel::Certified
-        && is_double
+        && (is_double || is_lit_in_f32(key))
         && (is_by_hierarchy || is_complete(key) && key.n_spheres > 0);
     // The host has made the numbers for rays from one point.
     let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
@@ -204,7 +218,7 @@ fn constants(key: &ShaderKey) -> String {
     let About { wgsl, .. } = key.kernel.about();
     let mut text = workgroup() + &aliases(float.name());
     for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
-        if count > 0 {
+        if count > 0 && !is_lit_in_f32(key) {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
@@ -222,7 +236,11 @@ fn constants(key: &ShaderKey) -> String {
         constants.push(("BORROW", format!("{BORROW}u")));
     }
     if has_slabs(key) {
-        let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
+        let room = match is_lit_in_f32(key) {
+            true => SlabRoom::of_beams_in_f32(),
+            false => SlabRoom::f32(),
+        };
+        let SlabRoom { aside, least_slack, flat, nearer, farther } = room;
         let is_of_beams = key.light.is_some();
         let flat = if is_of_beams { slabs::FLAT_OF_BEAMS as f32 } else { flat };
         let room = [
@@ -265,7 +283,7 @@ fn has_slabs(key: &ShaderKey) -> bool {
     key.spheres == Finding::Tree || key.spheres == Finding::Hierarchy && key.light.is_some()
 }
 
-/// The constants of `beam.wgsl`, `narrow.wgsl` and `lit.wgsl`.
+/// The constants of `beam.wgsl`, `narrow.wgsl`, `point.wgsl` and `lit.wgsl`.
 fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
     let unsigned = [
         ("NO", 0),
@@ -276,16 +294,30 @@ fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
         ("LAMP_SUN", lamp_kind::SUN),
     ];
     let mut constants: Vec<_> = unsigned.map(|(name, value)| (name, format!("{value}u"))).into();
-    let of_points = certify::factors_of_points(key.bundle);
-    let in_f64 = BEAM_CONSTANTS.iter().chain(&NARROW_CONSTANTS).chain(&of_points);
-    let in_f64 = in_f64.map(|&(name, value)| (name, Float::F64.literal(value)));
-    let in_f32 = narrow_constants_in_f32();
-    constants.extend(in_f32.map(|(name, value)| (name, Float::F32.literal(value.into()))));
-    constants.extend(in_f64.chain([("ROOM", Float::F64.literal(guard::ROOM))]));
-    if key.spheres == Finding::Hierarchy {
-        let in_f64 = SEGMENT_CONSTANTS.map(|(name, value)| (name, Float::F64.literal(value)));
-        constants.extend(in_f64);
+    let mut in_f32: Vec<(&str, f32)> = Vec::new();
+    let mut in_real: Vec<(&str, f64)> = NARROW_CONSTANTS.into();
+    in_real.push(("ROOM", guard::ROOM));
+    match key.float {
+        Float::F64 => {
+            in_f32.extend(narrow_constants_in_f32(&NarrowRoom::f32()));
+            in_real.extend(BEAM_CONSTANTS);
+            in_real.extend(certify::factors_of_points(key.bundle));
+        }
+        Float::F32 => {
+            in_f32.extend(narrow_constants_in_f32(&NarrowRoom::of_beams_in_f32()));
+            let input = guard::input_of_picture(key.bundle).unwrap_or(guard::LIST);
+            in_f32.extend(point::constants(input));
+            in_real.extend(BEAM_CONSTANTS_IN_F32);
+            in_real.push(("UNIT", guard::UNIT_F32));
+        }
     }
+    if key.spheres == Finding::Hierarchy {
+        in_real.extend(SEGMENT_CONSTANTS);
+    }
+    let real = |(name, value)| (name, key.float.literal(value));
+    constants.extend(in_real.into_iter().map(real));
+    let narrow = |(name, value): (&'static str, f32)| (name, Float::F32.literal(value.into()));
+    constants.extend(in_f32.into_iter().map(narrow));
     constants
 }
 

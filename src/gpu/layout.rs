@@ -99,13 +99,24 @@ mod tests {
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
     use crate::prepare::{
-        ColorWords, Finding, LampInF64, Lamps, LightOfAll, NarrowPlane, NarrowSphere,
-        PlaneInTheWay, ShaderKey,
+        ColorWords, Finding, LampInF32, LampInF64, Lamps, LightOfAll, LightOfAllInF32, NarrowPlane,
+        NarrowPlaneInTheWay, NarrowSphere, PlaneInTheWay, SeenPlane, SeenSphere, ShaderKey,
     };
     use crate::rays::Bundle;
     use crate::scene::Sphere;
     use crate::trace::Kernel;
     use crate::tree::BoxOnDevice;
+
+    /// Structs of the shader for light in f32.
+    const LIT_IN_F32: [&str; 7] = [
+        "LightOfAll",
+        "Lamp",
+        "NarrowSphere",
+        "NarrowPlane",
+        "InTheWayPlane",
+        "SeenSphere",
+        "SeenPlane",
+    ];
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
@@ -128,7 +139,9 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: !is_certified,
-            light: (is_certified && float == Float::F64 && bundle != Bundle::Free)
+            light: (is_certified
+                && (float == Float::F64 || LIT_IN_F32.contains(&name))
+                && bundle != Bundle::Free)
                 .then_some(ColorWords::Bytes),
             plain_light: (!is_certified && bundle != Bundle::Free).then_some(Lamps::Few),
         };
@@ -319,6 +332,46 @@ mod tests {
             id,
             normal,
             narrow
+        );
+        check!(
+            Certified in Float::F32,
+            Point,
+            LightOfAllInF32,
+            "LightOfAll",
+            ambient,
+            mean_error,
+            to_tree,
+            n_lamps,
+            n_samples,
+            n_listed_spheres,
+            n_listed_planes,
+            n_boxes,
+            leaves_out,
+            least_slack
+        );
+        check!(Certified in Float::F32, Point, LampInF32, "Lamp", at, kind, shadows, weight);
+        check!(Certified in Float::F32, Point, NarrowPlaneInTheWay, "InTheWayPlane", narrow, id);
+        check!(
+            Certified in Float::F32,
+            Point,
+            SeenSphere,
+            "SeenSphere",
+            place,
+            place_low,
+            depth,
+            error,
+            inverse_radius,
+            side
+        );
+        check!(
+            Certified in Float::F32,
+            Point,
+            SeenPlane,
+            "SeenPlane",
+            slope,
+            offset,
+            unit,
+            error
         );
         check!(Certified in Float::F64, Point, BoxOnDevice, "Box", low, high, link);
         check!(Certified in Float::F64, Free, RayRecordDouble, "RayRecord", origin, direction);

@@ -1,23 +1,24 @@
-//! Shading in f64: the colours of pixels whose samples' objects are known.
+//! Shading: the colours of pixels whose samples' objects are known, bytes in f32 first, and in f64 what that leaves open.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::compile::WORKGROUP;
 use super::hierarchy::{DeviceHierarchy, uniform};
-use super::layout::ParamsDouble;
-use super::objects::{params_buffer, storage_in_f64};
+use super::layout::{Params, ParamsDouble};
+use super::objects::{bytes, params_buffer, storage_in_f64};
 use super::open::Gpu;
 use super::pipeline::bind_resources;
 use super::program::Program;
-use crate::certify::InF64;
+use crate::certify::{self, InF64};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::Float;
 use crate::memory;
-use crate::prepare::{LightInF64, LightKey, Prepared};
-use crate::rays::{CameraF64, Pixels};
+use crate::prepare::{LightInF32, LightInF64, LightKey, Prepared};
+use crate::rays::{CameraF32, CameraF64, Pixels};
 use crate::trace::StageCounts;
+use crate::tracer::ProposedColors;
 use crate::tree::BoxOnDevice;
 
 /// Aim for the time of a dispatch, as for that of rays.
@@ -36,9 +37,9 @@ const MOST_WAYS: usize = 1 << 31;
 const FIRST_WAYS: usize = 1 << 14;
 
 /// Words of the shader's `n_ways`.
-const COUNTS: usize = 2;
+const COUNTS: usize = 3;
 
-/// Storage buffers of the shader; of a scene that has no use for some it binds fewer.
+/// Storage buffers of the shader in f64, which has the most; of a scene that has no use for some it binds fewer.
 const N_STORAGE_BUFFERS: u32 = 14;
 
 /// Shades one scene.
@@ -47,14 +48,21 @@ pub struct DeviceLight {
     pub key: LightKey,
     /// Ways to lamps, at least 1.
     n_ways_of_pixel: usize,
-    program: Arc<Program>,
-    params: wgpu::Buffer,
-    /// In the order of the shader's bindings, between the ids and the colours.
-    objects: Vec<wgpu::Buffer>,
+    /// In the order in which they look at a pixel.
+    stages: Vec<Stage>,
     n_ways: wgpu::Buffer,
     room: Option<Room>,
     /// Pixels of a dispatch.
     n_tile_pixels: usize,
+}
+
+/// A shader with what it sees of the scene.
+struct Stage {
+    float: Float,
+    program: Arc<Program>,
+    params: wgpu::Buffer,
+    /// In the order of the shader's bindings, between the ids and the colours.
+    objects: Vec<wgpu::Buffer>,
 }
 
 /// The buffers whose size depends on the tile's.
@@ -63,7 +71,15 @@ struct Room {
     ids: wgpu::Buffer,
     colors: wgpu::Buffer,
     staging: wgpu::Buffer,
-    bind_group: wgpu::BindGroup,
+    /// One for each stage.
+    bind_groups: Vec<wgpu::BindGroup>,
+}
+
+/// What the stages share.
+struct Shared {
+    narrow: wgpu::Buffer,
+    listed: wgpu::Buffer,
+    boxes: Option<wgpu::Buffer>,
 }
 
 /// Consecutive pixels of one dispatch: whole rows, or a part of one.
@@ -86,56 +102,51 @@ impl DeviceLight {
         gpu.facts.max_storage_buffers >= N_STORAGE_BUFFERS && bytes as u64 <= most
     }
 
-    /// Compiles the shader and uploads the scene.
+    /// Compiles the shaders and uploads the scene; `None` where there is nothing that the device can do of these
+    /// colours. It has f64 where `has_f64`.
     ///
     /// # Errors
-    /// [`Error::Shader`] when the device refuses the shader, [`Error::TooLarge`] where there is no memory
+    /// [`Error::Shader`] when the device refuses a shader, [`Error::TooLarge`] where there is no memory
     /// to hand the scene over, [`Error::Device`] when the device fails.
     pub fn new(
         gpu: &Gpu,
         prepared: &Prepared,
         hierarchy: Option<&DeviceHierarchy>,
-        key: LightKey,
+        (key, has_f64): (LightKey, bool),
         light: &LightInF64,
-    ) -> Result<DeviceLight> {
-        let numbers = InF64::new(prepared);
-        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
-        let bytes = size_of_val(&light.palette[..])
-            + size_of_val(&light.narrow[..])
-            + size_of_val(&prepared.scene.spheres[..]);
+    ) -> Result<Option<DeviceLight>> {
+        let of_f32 = light.in_f32.as_ref().map_or(0, |light| {
+            size_of_val(&light.palette[..]) + size_of_val(&light.seen_spheres[..])
+        });
+        let of_f64 = size_of_val(&light.palette[..]) + size_of_val(&prepared.scene.spheres[..]);
+        let of_f64 = if has_f64 { of_f64 } else { 0 };
+        let bytes = size_of_val(&light.narrow[..]) + of_f32 + of_f64;
         let what = format!("handing the scene's light to `{}`", gpu.facts.name);
         memory::require(what, bytes as u64, "use fewer objects, or `--device cpu`")?;
-        let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
-        objects.push(uniform(gpu, "light of all", &light.all));
-        objects.push(list(gpu, "lamps", &light.lamps));
-        objects.push(list(gpu, "palette", &light.palette));
-        if !light.edges.is_empty() {
-            objects.push(list(gpu, "edges", &light.edges));
+        let shared = Shared::new(gpu, prepared, light);
+        let mut stages = Vec::new();
+        if let Some(light) = &light.in_f32 {
+            stages.push(Stage::in_f32(gpu, prepared, &shared, key, light)?);
         }
-        if !prepared.scene.spheres.is_empty() {
-            objects.push(list(gpu, "spheres in f32", &light.narrow));
-            objects.push(list(gpu, "spheres in the way", &light.spheres));
+        if has_f64 {
+            stages.push(Stage::in_f64(gpu, prepared, hierarchy, &shared, key, light)?);
         }
-        if !prepared.scene.planes.is_empty() {
-            objects.push(list(gpu, "planes in the way", &light.planes));
+        if stages.is_empty() {
+            return Ok(None);
         }
-        objects.extend(tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())));
-        let program = gpu.program(&numbers.light_key(prepared, key.words))?;
         let of_count = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_DST
             | wgpu::BufferUsages::COPY_SRC;
         let n_ways_of_pixel = light.lamps.len().max(1) * (key.n_samples as usize).pow(2);
         gpu.check()?;
-        Ok(DeviceLight {
+        Ok(Some(DeviceLight {
             key,
             n_ways_of_pixel,
-            program,
-            params: params_buffer(gpu, Float::F64),
-            objects,
+            stages,
             n_ways: gpu.buffer("ways", COUNTS * size_of::<u32>(), of_count),
             room: None,
             n_tile_pixels: (FIRST_WAYS / n_ways_of_pixel).max(WORKGROUP[0] as usize),
-        })
+        }))
     }
 
     /// Bytes on the device.
@@ -144,8 +155,16 @@ impl DeviceLight {
             .room
             .as_ref()
             .map_or(0, |room| room.ids.size() + room.colors.size() + room.staging.size());
-        let objects: u64 = self.objects.iter().map(wgpu::Buffer::size).sum();
-        objects + self.params.size() + self.n_ways.size() + room
+        let mut buffers: Vec<&wgpu::Buffer> = vec![&self.n_ways];
+        for buffer in
+            self.stages.iter().flat_map(|stage| stage.objects.iter().chain([&stage.params]))
+        {
+            // The stages share some.
+            if !buffers.contains(&buffer) {
+                buffers.push(buffer);
+            }
+        }
+        buffers.into_iter().map(wgpu::Buffer::size).sum::<u64>() + room
     }
 
     /// See [`ProposeColors::propose_colors`](crate::tracer::ProposeColors::propose_colors).
@@ -160,22 +179,22 @@ impl DeviceLight {
         ids: &[u32],
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<StageCounts> {
+    ) -> Result<ProposedColors> {
         let n = self.key.n_samples as usize;
         let (columns, rows) = (samples.width as usize / n, samples.height as usize / n);
         let n_pixels = columns * rows;
         colors.clear();
         colors.reserve(n_pixels * self.key.words.per_pixel());
-        let (mut counts, mut first) = (StageCounts::default(), 0);
+        let (mut proposed, mut first) = (ProposedColors::default(), 0);
         while first < n_pixels {
             control.check()?;
             let start = Instant::now();
             let tile = self.tile(first, columns, rows);
             first += tile.width * tile.height;
-            counts.add(self.propose_tile(gpu, prepared, samples, ids, tile, colors)?);
+            proposed.add(self.propose_tile(gpu, prepared, samples, ids, tile, colors)?);
             self.adapt(tile.width * tile.height, start.elapsed());
         }
-        Ok(counts)
+        Ok(proposed)
     }
 
     fn tile(&self, first: usize, columns: usize, rows: usize) -> Tile {
@@ -205,10 +224,10 @@ impl DeviceLight {
         ids: &[u32],
         tile: Tile,
         colors: &mut Vec<u32>,
-    ) -> Result<StageCounts> {
+    ) -> Result<ProposedColors> {
         let n_pixels = tile.width * tile.height;
         self.make_room(gpu, n_pixels)?;
-        let Some(room) = &self.room else { return Ok(StageCounts::default()) };
+        let Some(room) = &self.room else { return Ok(ProposedColors::default()) };
         let n = self.key.n_samples as usize;
         let columns = samples.width as usize / n;
         let first_sample =
@@ -224,32 +243,38 @@ impl DeviceLight {
                 gpu.queue.write_buffer(&room.ids, offset, bytemuck::cast_slice(ids));
             }
         }
-        let params = params(prepared, samples, first_sample, tile);
-        gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
         let mut encoder = gpu.encoder();
         encoder.clear_buffer(&self.n_ways, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&self.program.pipeline);
-        pass.set_bind_group(0, &room.bind_group, &[]);
-        let [across, down] = WORKGROUP;
-        pass.dispatch_workgroups(
-            (tile.width as u32).div_ceil(across),
-            (tile.height as u32).div_ceil(down),
-            1,
-        );
+        for (stage, bind_group) in self.stages.iter().zip(&room.bind_groups) {
+            let params = match stage.float {
+                Float::F32 => bytes(&params(prepared, samples, first_sample, tile)),
+                Float::F64 => bytes(&params_double(prepared, samples, first_sample, tile)),
+            };
+            gpu.queue.write_buffer(&stage.params, 0, &params);
+            pass.set_pipeline(&stage.program.pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            let [across, down] = WORKGROUP;
+            pass.dispatch_workgroups(
+                (tile.width as u32).div_ceil(across),
+                (tile.height as u32).div_ceil(down),
+                1,
+            );
+        }
         drop(pass);
         let word = size_of::<u32>() as u64;
         let n_words = n_pixels * self.key.words.per_pixel();
-        let bytes = n_words as u64 * word;
+        let n_bytes = n_words as u64 * word;
         let of_counts = COUNTS as u64 * word;
         encoder.copy_buffer_to_buffer(&self.n_ways, 0, &room.staging, 0, Some(of_counts));
-        encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, of_counts, Some(bytes));
+        encoder.copy_buffer_to_buffer(&room.colors, 0, &room.staging, of_counts, Some(n_bytes));
         gpu.submit(encoder.finish());
         let words: Vec<u32> =
             gpu.read(&room.staging, n_words + COUNTS, TILE_TIMEOUT, "shade some pixels")?;
         colors.extend_from_slice(&words[COUNTS..]);
-        let [all, in_f64] = [words[0], words[1]].map(u64::from);
-        Ok(StageCounts { f32: all - in_f64, f64: in_f64, exact: 0 })
+        let [all, in_f64, n_in_f32] = [words[0], words[1], words[2]].map(u64::from);
+        let ways = StageCounts { f32: all - in_f64, f64: in_f64, exact: 0 };
+        Ok(ProposedColors { ways, n_in_f32 })
     }
 
     /// Sees to it that tiles of so many pixels fit.
@@ -265,14 +290,85 @@ impl DeviceLight {
         let colors = gpu.buffer("colors", n_words * word, Usage::STORAGE | Usage::COPY_SRC);
         let staging =
             gpu.buffer("staging", (n_words + COUNTS) * word, Usage::MAP_READ | Usage::COPY_DST);
-        let buffers = [&self.params, &ids].into_iter().chain(&self.objects);
-        let buffers = buffers.chain([&colors, &self.n_ways]);
-        let resources = buffers.map(wgpu::Buffer::as_entire_binding);
-        let layout = &self.program.bind_group_layout;
-        let bind_group = bind_resources(&gpu.device, layout, resources);
+        let bind_groups = self.stages.iter().map(|stage| {
+            let buffers = [&stage.params, &ids].into_iter().chain(&stage.objects);
+            let buffers = buffers.chain([&colors, &self.n_ways]);
+            let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+            bind_resources(&gpu.device, &stage.program.bind_group_layout, resources)
+        });
+        let bind_groups = bind_groups.collect();
         gpu.check()?;
-        self.room = Some(Room { n_pixels, ids, colors, staging, bind_group });
+        self.room = Some(Room { n_pixels, ids, colors, staging, bind_groups });
         Ok(())
+    }
+}
+
+impl Shared {
+    fn new(gpu: &Gpu, prepared: &Prepared, light: &LightInF64) -> Shared {
+        let tree = prepared.hierarchy.as_ref().map(|hierarchy| &hierarchy.tree);
+        Shared {
+            narrow: list(gpu, "spheres in f32", &light.narrow),
+            listed: list(gpu, "spheres in the way", &light.spheres),
+            boxes: tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())),
+        }
+    }
+}
+
+impl Stage {
+    fn in_f32(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        shared: &Shared,
+        key: LightKey,
+        light: &LightInF32,
+    ) -> Result<Stage> {
+        let mut objects = vec![
+            uniform(gpu, "light of all in f32", &light.all),
+            list(gpu, "lamps in f32", &light.lamps),
+            list(gpu, "palette in f32", &light.palette),
+            list(gpu, "edges in f32", &light.edges),
+        ];
+        if !prepared.scene.spheres.is_empty() {
+            objects.push(shared.narrow.clone());
+            objects.push(list(gpu, "spheres as seen", &light.seen_spheres));
+            objects.push(shared.listed.clone());
+        }
+        if !prepared.scene.planes.is_empty() {
+            objects.push(list(gpu, "planes as seen", &light.seen_planes));
+            objects.push(list(gpu, "planes in the way", &light.planes));
+        }
+        objects.extend(shared.boxes.clone());
+        let program = gpu.program(&certify::light_key_in_f32(prepared, key.words))?;
+        let params = params_buffer(gpu, Float::F32);
+        Ok(Stage { float: Float::F32, program, params, objects })
+    }
+
+    fn in_f64(
+        gpu: &Gpu,
+        prepared: &Prepared,
+        hierarchy: Option<&DeviceHierarchy>,
+        shared: &Shared,
+        key: LightKey,
+        light: &LightInF64,
+    ) -> Result<Stage> {
+        let numbers = InF64::new(prepared);
+        let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
+        objects.push(uniform(gpu, "light of all", &light.all));
+        objects.push(list(gpu, "lamps", &light.lamps));
+        objects.push(list(gpu, "palette", &light.palette));
+        if !light.edges.is_empty() {
+            objects.push(list(gpu, "edges", &light.edges));
+        }
+        if !prepared.scene.spheres.is_empty() {
+            objects.extend([shared.narrow.clone(), shared.listed.clone()]);
+        }
+        if !prepared.scene.planes.is_empty() {
+            objects.push(list(gpu, "planes in the way", &light.planes));
+        }
+        objects.extend(shared.boxes.clone());
+        let program = gpu.program(&numbers.light_key(prepared, key.words))?;
+        let params = params_buffer(gpu, Float::F64);
+        Ok(Stage { float: Float::F64, program, params, objects })
     }
 }
 
@@ -284,7 +380,27 @@ fn list<T: bytemuck::Pod>(gpu: &Gpu, label: &str, values: &[T]) -> wgpu::Buffer 
     }
 }
 
-fn params(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> ParamsDouble {
+fn params(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> Params {
+    let (x, y) = samples.xy(first);
+    let (offset_i, offset_j) = samples.offset2(x, y);
+    let camera = CameraF32::new(samples);
+    Params {
+        forward: camera.forward.0,
+        n_spheres: prepared.scene.spheres.len() as u32,
+        n_planes: prepared.scene.planes.len() as u32,
+        right_step: camera.right_step.0,
+        true_up_step: camera.true_up_step.0,
+        infinity: f32::INFINITY,
+        origin: prepared.coordinates().camera_origin().as_vec3().to_array(),
+        n_rays: (tile.width * tile.height) as u32,
+        offset_i: offset_i as i32,
+        offset_j: offset_j as i32,
+        width: tile.width as u32,
+        padding: 0,
+    }
+}
+
+fn params_double(prepared: &Prepared, samples: &Pixels, first: usize, tile: Tile) -> ParamsDouble {
     let (x, y) = samples.xy(first);
     let (offset_i, offset_j) = samples.offset2(x, y);
     let camera = CameraF64::new(samples);
@@ -315,9 +431,9 @@ mod tests {
 
     #[test]
     fn no_shader_binds_more_buffers_than_are_asked_for() {
-        let key = ShaderKey {
+        let key = |float| ShaderKey {
             kernel: Kernel::Certified,
-            float: Float::F64,
+            float,
             bundle: Bundle::Point,
             some: false,
             spheres: Finding::Hierarchy,
@@ -327,10 +443,13 @@ mod tests {
             light: Some(ColorWords::Bytes),
             plain_light: None,
         };
-        let shader = compile(&key).unwrap();
         let is_storage = |space| matches!(space, naga::AddressSpace::Storage { .. });
-        let globals = shader.module.global_variables.iter();
-        let n = globals.filter(|(_, variable)| is_storage(variable.space)).count();
-        assert_eq!(n, N_STORAGE_BUFFERS as usize);
+        let [of_f32, of_f64] = [Float::F32, Float::F64].map(|float| {
+            let shader = compile(&key(float)).unwrap();
+            let globals = shader.module.global_variables.iter();
+            globals.filter(|(_, variable)| is_storage(variable.space)).count()
+        });
+        assert!(of_f32 < of_f64);
+        assert_eq!(of_f64, N_STORAGE_BUFFERS as usize);
     }
 }

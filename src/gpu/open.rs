@@ -134,11 +134,17 @@ impl Gpu {
         Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
     }
 
-    /// Whether pixels are shaded here, by the same rule.
+    /// Whether pixels are shaded here, by the same rule: bytes in f32, if that suits the filter, and what
+    /// [`Gpu::shades_in_f64`].
+    pub(super) fn shades(&self) -> bool {
+        !self.facts.is_software() || self.always_in_f64
+    }
+
+    /// Whether what f32 leaves open, and other numbers than bytes, are found here.
     ///
     /// # Errors
     /// Those of [`Gpu::arithmetic_f64`].
-    pub(super) fn shades(&self) -> Result<bool> {
+    pub(super) fn shades_in_f64(&self) -> Result<bool> {
         self.completes()
     }
 

@@ -28,8 +28,8 @@ use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Ray, Rays, StageCounts, Timing, Wants};
-use crate::tracer::{ProposeColors, Tracer};
+use crate::trace::{Hits, Ray, Rays, Timing, Wants};
+use crate::tracer::{ProposeColors, ProposedColors, Tracer};
 
 /// A dispatch that takes longer than this is given up.
 const TILE_TIMEOUT: Duration = Duration::from_secs(60);
@@ -247,13 +247,13 @@ impl Tracer for GpuTracer {
         certify::resolve(&prepared, rays, wants, control, Some(self), hits, timing)
     }
 
-    fn shades_in_f64(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
+    fn shades(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
         let (gpu, prepared) = (&self.gpu, &*self.prepared);
         let suits = prepared.kernel == Kernel::Certified
             && self.cpu_fallback.is_none()
             && certify::suits_device(prepared)
             && DeviceLight::fits(gpu, prepared)
-            && gpu.shades()?;
+            && gpu.shades();
         Ok(suits.then_some(self))
     }
 
@@ -371,17 +371,19 @@ impl ProposeColors for GpuTracer {
         (samples, ids): (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
-    ) -> Result<Option<StageCounts>> {
+    ) -> Result<Option<ProposedColors>> {
         let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
         let made = match kept.take().filter(|made| made.key == key) {
             Some(made) => made,
             None => match make() {
                 None => return Ok(None),
                 Some(light) => {
-                    match DeviceLight::new(gpu, prepared, hierarchy.as_ref(), key, &light) {
+                    let how = (key, gpu.shades_in_f64()?);
+                    match DeviceLight::new(gpu, prepared, hierarchy.as_ref(), how, &light) {
                         // The device binds too little at once, or has too little room.
-                        Err(Error::TooLarge(_)) => return Ok(None),
-                        made => Box::new(made?),
+                        Err(Error::TooLarge(_)) | Ok(None) => return Ok(None),
+                        Ok(Some(made)) => Box::new(made),
+                        Err(error) => return Err(error),
                     }
                 }
             },

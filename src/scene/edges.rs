@@ -8,8 +8,7 @@ use pulp::Simd;
 use rayon::prelude::*;
 
 use super::linear_from_srgb;
-use crate::guard::round_up;
-use crate::vec3::Real;
+use crate::vec3::{Real, round_up};
 use crate::wide::{Holds, MaskF32, SideBySide, WideF32};
 
 /// The linear values at which sRGB numbers of 8 or of 16 bits end: between `b − 1` and `b` lies

@@ -86,12 +86,15 @@ const OF_COSINE_WIDE: f64 = 13.0;
 #[cfg(feature = "gpu")]
 const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE < OF_COSINE_WIDE);
 
+/// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
+const OF_TURN: f64 = 1.02;
+
 /// The constants of the twin in `shaders/beam.wgsl`, by their names there. A device rounds each sum and
 /// product to nearest as the host does. Its roots are parts of bounds alone, and its division is off by up
 /// to 2.5 units where the host's is by a half: step 2 of [`crate::guard`] has room for that, and so has
 /// [`ROOM`]. Only the cosine has a bound of its own.
 #[cfg(feature = "gpu")]
-pub const FOR_DEVICE: [(&str, f64); 10] = [
+pub const FOR_DEVICE: [(&str, f64); 11] = [
     ("RELATIVE", RELATIVE),
     ("BEYOND", LARGEST),
     ("NEGLIGIBLE", 1.0 / LARGEST),
@@ -102,7 +105,32 @@ pub const FOR_DEVICE: [(&str, f64); 10] = [
     ("OF_SLOPE", OF_SLOPE),
     ("OF_SHELL", OF_SHELL),
     ("OF_COSINE", OF_COSINE_WIDE),
+    ("OF_TURN", OF_TURN),
 ];
+
+/// The same where the twin is in f32, for [`Beam::to_point`], [`Beam::to_eye`], [`Beam::to_sun`] and [`Beam::cosine`], whose
+/// errors are those of f64 in another unit:
+/// - The host rounds a lamp's place once, half a unit of the `ε|L|` that are granted, and a sun's direction, half a unit
+///   more in its cosine. The cosine's bounds are a sum, 1 more.
+/// - What is in a beam's way [`super::narrow`] finds, with constants of its own for `|w|`.
+/// - Places and lamps that f32 has are below `2⁶⁰`; others are put beyond it, and their beams know nothing.
+#[cfg(feature = "gpu")]
+pub const FOR_DEVICE_IN_F32: [(&str, f64); 6] = [
+    ("BEYOND", LARGEST_IN_F32),
+    ("NEGLIGIBLE", 1.0 / LARGEST_IN_F32),
+    ("OF_WAY", 0.0),
+    ("OF_PLACE", OF_PLACE),
+    ("OF_COSINE", OF_COSINE_IN_F32),
+    ("OF_TURN", OF_TURN),
+];
+
+/// [`LARGEST`] of f32.
+pub const LARGEST_IN_F32: f64 = (1u64 << 60) as f64;
+
+#[cfg(feature = "gpu")]
+const OF_COSINE_IN_F32: f64 = 14.5;
+#[cfg(feature = "gpu")]
+const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE + 0.501 + 1.0 < OF_COSINE_IN_F32);
 
 /// What f64 knows of an object in the way, as numbers of which the largest wins.
 pub mod in_the_way {
@@ -167,8 +195,7 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let is_far = like(1.0 / largest).lt(distance).and(distance.lt(like(largest)));
         let is_apart = (like(4.0) * off).lt(distance).and(is_far);
         let off = R::select(is_apart, off, like(f64::INFINITY));
-        // With ρ = |w − ŵ|/|ŵ| up to ¼ the angle is at most asin ρ.
-        let turned = like(1.02) * off * beam.inverse_length;
+        let turned = like(OF_TURN) * off * beam.inverse_length;
         Beam { error: off + like(OF_WAY * unit) * distance, turned, ..beam }
     }
 

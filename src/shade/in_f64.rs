@@ -1,10 +1,11 @@
-//! The numbers of a picture's light for a device that shades it in f64, and what is made of the colours
+//! The numbers of a picture's light for a device that shades it, and what is made of the colours
 //! that it proposes.
 
 use rayon::prelude::*;
 
 use super::beam::LARGEST;
 use super::finder::{Finder, LampF64, ListedShape};
+use super::in_f32::in_f32;
 use super::lamp::{Lamp, Lighting, Origin};
 use super::lit::{Certified, Job, Lit, Work};
 use super::narrow::{narrow_plane, narrow_sphere};
@@ -22,7 +23,7 @@ use crate::prepare::{
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Sphere};
 use crate::trace::{Rays, StageCounts};
-use crate::tracer::ProposeColors;
+use crate::tracer::{ProposeColors, ProposedColors};
 use crate::tree::slabs::least_slack_of_beams;
 
 impl Lit {
@@ -108,12 +109,20 @@ impl Lit {
                 ColorWords::Shorts => edges(Edges::srgb16(), u16::MAX),
                 ColorWords::Floats => Vec::new(),
             },
+            in_f32: None,
         };
-        is_in_range(&light).then_some(light)
+        if !is_in_range(&light) {
+            return None;
+        }
+        let in_f32 = match words {
+            ColorWords::Bytes => Some(in_f32(&light, prepared, samples)?),
+            ColorWords::Shorts | ColorWords::Floats => None,
+        };
+        Some(LightInF64 { in_f32, ..light })
     }
 
-    /// Has a device propose the words of pixels, at the rays of their samples and the ids that these see. Returns how
-    /// many ways to lamps it looked along; `None` where it has no part in it.
+    /// Has a device propose the words of pixels, at the rays of their samples and the ids that these see. Returns what
+    /// that took; `None` where it has no part in it.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`](crate::tracer::Tracer::trace).
@@ -123,7 +132,7 @@ impl Lit {
         device: &mut dyn ProposeColors,
         control: &Control,
         proposed: &mut Vec<u32>,
-    ) -> Result<Option<StageCounts>> {
+    ) -> Result<Option<ProposedColors>> {
         let make = || self.in_f64(prepared, samples);
         device.propose_colors(self.light_key(), &make, (samples, ids), control, proposed)
     }

@@ -80,15 +80,15 @@ impl Lit {
         if prepared.kernel != Kernel::Certified {
             let is_lit_there = plain::shade(&job, (prepared, samples), device, control, colors)?;
             let colors = match is_lit_there {
-                true => ColorCounts { device: n_pixels as u64, cpu: 0 },
-                false => ColorCounts { device: 0, cpu: n_pixels as u64 },
+                true => ColorCounts { device: n_pixels as u64, ..ColorCounts::default() },
+                false => ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() },
             };
             return Ok((colors, plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double)));
         }
         let rays = Rays::Pixels(*samples);
         let finder = Finder::new(prepared, &rays, &self.lighting);
         let counts = Certified { job, finder: &finder }.run(samples, control, colors)?;
-        Ok((ColorCounts { device: 0, cpu: n_pixels as u64 }, counts))
+        Ok((ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() }, counts))
     }
 }
 

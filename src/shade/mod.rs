@@ -4,6 +4,7 @@ mod beam;
 mod bytes;
 mod exactly;
 mod finder;
+mod in_f32;
 mod in_f64;
 mod lamp;
 mod lit;
@@ -11,6 +12,7 @@ mod mean;
 pub mod narrow;
 mod painter;
 mod plain;
+pub mod point;
 mod unlit;
 mod written;
 
@@ -20,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 #[cfg(feature = "gpu")]
-pub(crate) use beam::FOR_DEVICE as BEAM_CONSTANTS;
+pub(crate) use beam::{FOR_DEVICE as BEAM_CONSTANTS, FOR_DEVICE_IN_F32 as BEAM_CONSTANTS_IN_F32};
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
 pub(crate) use mean::ExactMean;

@@ -30,6 +30,18 @@
 //! `½ε|w|` and a rounding, `|w| ≤ |l| + |end|`: `(2.01 + 0.501)η + (1 + 3.01 + 2·0.501)ε|end|`. Both are less than `|n|(e +` [`PLANE`]
 //! `ε(|l| + |end|))`. For a sun `n·d` is off by `3.01 + 2·0.501` units of `|n|`: [`SLOPE`].
 //!
+//! # Beams that are made in f32
+//! They start at a point of f32, whose low part is 0, and their way `w` to a lamp is computed there: its own rounding is in
+//! the beam's `e`, which is both ends'. `D` is the root of `w·w`, off by `1½ + 4.5`, and `d = w·(1/D)`: its components are off
+//! by 2.5 and those 6 together, which does not turn it, and by 1 each for the product, and ½ more of a sun's, which the host rounds.
+//! - So up to the foot `d` moves the beam aside by `1.52η`. At the end `D·d` is `w` but for the quotient: `2.51η`. In all `E = e +
+//!   (2.01 + 1.01 + 1.52 + 2.51)η` ([`OFFSET_IN_F32`]).
+//! - `d·d` is off by `2·9.52`: `τ = (3.01 + 19.1)η`. Cut off at `D` or not, the foot is along the beam no farther off than that, as the end is not.
+//!   So [`ASIDE_IN_F32`] is above `(22.2² + 2·1.01·22.2)η²`.
+//! - A sun's `n·d` is off by `3.01 + 0.501 + 0.501 + `[`steps::NORMALIZED_WIDE`]: [`SLOPE_IN_F32`].
+//!
+//! The rest is granted as above.
+//!
 //! # Range
 //! Where a beam starts, its error, centres and radii are below `REACH`; beams that are longer than `END` go on for ever:
 //! from no sphere in reach can the end be told otherwise. So squares are below `2¹²⁴`. What underflows is, under a root,
@@ -60,6 +72,16 @@ pub const PLANE: f64 = 5.6;
 /// Of `n·d`, in the same.
 pub const SLOPE: f64 = 4.1;
 
+/// [`OFFSET`] of beams that are made in f32.
+pub const OFFSET_IN_F32: f64 = 7.2;
+const _: () = assert!(LIST.offset + steps::FOOT + (1.01 + LIST.direction) + 2.51 < OFFSET_IN_F32);
+
+/// [`ASIDE`] of those.
+pub const ASIDE_IN_F32: f64 = 540.0;
+
+/// [`SLOPE`] of those.
+pub const SLOPE_IN_F32: f64 = 13.8;
+
 /// Least error of a beam: the root of what a square loses.
 const LEAST: f64 = 1.0 / (1u64 << 62) as f64;
 
@@ -84,8 +106,8 @@ pub const IN_F64: [(&str, f64); 5] = [
 
 /// The others, in f32.
 #[cfg(feature = "gpu")]
-pub fn constants_in_f32() -> [(&'static str, f32); 6] {
-    let NarrowRoom { offset, aside, inside, outside, plane, slope } = NarrowRoom::f32();
+pub fn constants_in_f32(room: &NarrowRoom<f32>) -> [(&'static str, f32); 6] {
+    let &NarrowRoom { offset, aside, inside, outside, plane, slope } = room;
     [
         ("NARROW_OFFSET", offset),
         ("NARROW_ASIDE", aside),
@@ -123,6 +145,16 @@ impl NarrowRoom<f32> {
             outside: round_up(1.0 + SQUARES * UNIT_F32),
             plane: round_up(PLANE * UNIT_F32),
             slope: round_up(SLOPE * UNIT_F32),
+        }
+    }
+
+    /// The same for beams that are made in f32.
+    pub fn of_beams_in_f32() -> NarrowRoom<f32> {
+        NarrowRoom {
+            offset: round_up(OFFSET_IN_F32 * UNIT_F32),
+            aside: round_up(ASIDE_IN_F32 * UNIT_F32 * UNIT_F32),
+            slope: round_up(SLOPE_IN_F32 * UNIT_F32),
+            ..NarrowRoom::f32()
         }
     }
 }
@@ -275,6 +307,21 @@ impl<R: Real> NarrowBeam<R> {
         let is_crossed = (least2 < inner2) & ((l2 > outer2) | ends_outside);
         let known = if is_crossed { in_the_way::YES } else { in_the_way::OPEN };
         let known = if is_clear { in_the_way::NO } else { known };
+        if self.is_known & (r > R::ZERO) { known } else { in_the_way::OPEN }
+    }
+
+    /// Whether a beam that starts on the inside of a sphere leaves it: a ball is convex, so that its end says so.
+    pub fn leaves_narrow_sphere(&self, sphere: &NarrowSphereOf<R>, room: &NarrowRoom<R>) -> f64 {
+        let l = self.offset_to(sphere.center, sphere.center_low);
+        let r = sphere.radius;
+        let end = l - self.way;
+        let end2 = dot3f(end, end);
+        let e = self.error + room.offset * dot3f(l, l).sqrt();
+        let (inner, outer) = (r - e, r + e);
+        let is_near = (inner > R::ZERO) & (end2 < inner * inner * room.inside);
+        let is_outside = self.is_endless | (end2 > outer * outer * room.outside);
+        let known = if is_outside { in_the_way::YES } else { in_the_way::OPEN };
+        let known = if is_near & !self.is_endless { in_the_way::NO } else { known };
         if self.is_known & (r > R::ZERO) { known } else { in_the_way::OPEN }
     }
 

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::trace::{Coverage, Hits, Rays, Samples, StageCounts, Timing};
-use crate::tracer::Tracer;
+use crate::tracer::{ProposedColors, Tracer};
 
 /// How pixels get their colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,8 @@ pub enum Background {
 pub struct ColorCounts {
     /// The device.
     pub device: u64,
+    /// Of those, the device's f32 alone.
+    pub device_f32: u64,
     /// The CPU: in f64, and exactly where that is not enough.
     pub cpu: u64,
 }
@@ -57,6 +59,7 @@ impl ColorCounts {
     /// Adds another part of the same picture.
     pub fn add(&mut self, other: ColorCounts) {
         self.device += other.device;
+        self.device_f32 += other.device_f32;
         self.cpu += other.cpu;
     }
 }
@@ -274,20 +277,21 @@ impl SamplePainter<'_> {
                 start = Instant::now();
                 let at = (&**prepared, &samples, &ids[..]);
                 let mut device = device;
-                let in_f64 = match &mut device {
-                    Some(tracer) => tracer.shades_in_f64()?,
+                let shades = match &mut device {
+                    Some(tracer) => tracer.shades()?,
                     None => None,
                 };
-                let ways = match (in_f64, &canvas) {
-                    (Some(in_f64), Canvas::One(_)) => lit.propose(at, in_f64, control, proposed)?,
+                let by_device = match (shades, &canvas) {
+                    (Some(shades), Canvas::One(_)) => lit.propose(at, shades, control, proposed)?,
                     _ => None,
                 };
-                (painted.colors, painted.shadow_rays) = match (ways, canvas) {
-                    (Some(ways), Canvas::One(colors)) => {
+                (painted.colors, painted.shadow_rays) = match (by_device, canvas) {
+                    (Some(ProposedColors { ways, n_in_f32 }), Canvas::One(colors)) => {
                         let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
                         let (n_open, mut counts) = lit.shade_open(at, proposed, control, colors)?;
                         counts.add(ways);
-                        (ColorCounts { device: n_pixels - n_open, cpu: n_open }, counts)
+                        let device = n_pixels - n_open;
+                        (ColorCounts { device, device_f32: n_in_f32, cpu: n_open }, counts)
                     }
                     (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, device, control, out)?,
                     (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, device, control, out)?,

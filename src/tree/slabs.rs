@@ -20,6 +20,12 @@
 //! the origin and the tree's largest coordinate, `f`, the beam leaves the tree at `t ≤ 2·2f`, as its largest component
 //! is above ½, and by then has moved by less than `2⁻⁵⁸f`: [`least_slack_of_beams`].
 
+//!
+//! A beam that is made in f32 has a direction whose components are off by 1½ instead of ½, from each other: by a product, and
+//! a sun's by the host's rounding. So a slab takes `7ε` ([`SLAB_IN_F32`]). What all components share only
+//! moves `t`, and is 3.5 of the beam's length with its own product and quotient, for which the end has 6.5. The origin is a
+//! sum of two numbers of f32, of which one is rounded, and the walk adds that to the slack.
+
 use crate::guard::{UNIT_F32, round_down, round_up};
 use crate::vec3::{Real, Vec3};
 
@@ -28,6 +34,9 @@ use super::flat::REACH;
 
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;
+
+/// The same for beams that are made in f32.
+pub const SLAB_IN_F32: f64 = 7.5;
 
 /// How far a ray may lie beside the true one, in units `ε` of its origin's largest component.
 pub const ASIDE: f64 = 1.75;
@@ -72,6 +81,15 @@ impl SlabRoom<f32> {
             flat: round_up(FLAT),
             nearer: round_down(1.0 - SLAB * UNIT_F32),
             farther: round_up(1.0 + SLAB * UNIT_F32),
+        }
+    }
+
+    /// The same for beams that are made in f32.
+    pub fn of_beams_in_f32() -> SlabRoom<f32> {
+        SlabRoom {
+            nearer: round_down(1.0 - SLAB_IN_F32 * UNIT_F32),
+            farther: round_up(1.0 + SLAB_IN_F32 * UNIT_F32),
+            ..SlabRoom::f32()
         }
     }
 }

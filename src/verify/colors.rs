@@ -49,10 +49,10 @@ impl Shown {
         control: &Control,
     ) -> Result<Shown> {
         let device = match &mut tracer {
-            Some(tracer) => tracer.shades_in_f64()?,
-            None => of_pixels.shades_in_f64()?,
+            Some(tracer) => tracer.shades()?,
+            None => of_pixels.shades()?,
         };
-        // A device that shades in f64 gives one encoding at a time, and flat colours are looked up.
+        // A device that shades gives one encoding at a time, and flat colours are looked up.
         if device.is_none() {
             let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
             let painter = Painter::new(prepared, style, band, tracer.as_deref_mut());
