@@ -247,6 +247,9 @@ pub fn is_far(guard: &Guard, k: f64, longest: f64) -> bool {
 /// For what is of higher order in a bound in f64.
 pub const ROOM: f64 = 1.01;
 
+/// Longest direction of a picture whose light is found in f32.
+pub const LONGEST_IN_F32: f64 = 1024.0;
+
 /// Unit of a faithful rounding of f32.
 pub const UNIT_F32: f64 = 1.0 / (1u64 << 23) as f64;
 

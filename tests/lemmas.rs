@@ -305,6 +305,18 @@ fn rays_of_the_host() {
     println!("λ: {found:.4}");
     let input = input_in_f32(Lens::Orthographic);
     assert!(found <= input.offset && found > input.offset / 3.0, "{found}");
+    let found = worst(11, |x, choices| {
+        let (camera, _, right, up) = camera(x, Lens::Orthographic);
+        let (i, j) = offsets(choices);
+        let exact_o = right * i + up * j;
+        let (normal, offset) = (DVec3::from_slice(&x[7..]).normalize(), x[10] as f32);
+        let origin = camera.camera_ray(i as f32, j as f32).origin;
+        let found = offset - dot3(origin, Vec3::<f32>::from(normal));
+        let error = (f64::from(found) - (f64::from(offset) - normal.dot(exact_o))).abs();
+        Some((error - unit * f64::from(offset).abs()) / (unit * exact_o.length().max(1e-30)))
+    });
+    println!("ACROSS: {found:.4}");
+    assert!(found <= rows::ACROSS && found > rows::ACROSS / 4.0, "{found}");
 }
 
 /// A vector, and the same off by at most `by` of a length.

@@ -78,6 +78,23 @@ fn scene(rng: &mut ChaCha8Rng, lens: Lens) -> (Pixels, Sphere, Plane) {
     (Pixels::whole(view, 640, 480), Sphere { center, radius }, plane)
 }
 
+/// Where `up` is nearly along the view axis, the picture's plane leans, and its rays may start in a sphere that lies
+/// before its middle.
+#[test]
+fn leaning_planes_of_pictures_may_lie_in_spheres() {
+    let forward = DVec3::new(0.3, 0.5, -1.0).normalize();
+    let up = forward + DVec3::new(0.2, -0.9, 0.4) * 1e-11;
+    let camera = Camera { up, ..Camera::new(DVec3::ZERO, forward) };
+    let view = View { lens: Lens::Orthographic, h: 1.0, ..View::new(&camera) };
+    let pixels = Pixels::whole(view, 640, 480);
+    let seen = SeenFrom::new(&pixels, DVec3::ZERO);
+    let sphere = |before: f64| Sphere { center: forward * (0.1 + before), radius: 0.1 };
+    let leans = view.forward.dot(view.right).abs().max(view.forward.dot(view.true_up).abs());
+    assert!(leans > 1e-8, "{leans:e}");
+    assert_eq!(seen.sphere(&sphere(5e-7)).side, 0.0);
+    assert_eq!(seen.sphere(&sphere(1e-2)).side, 1.0);
+}
+
 /// What is wrong of a point.
 fn fault(point: &PointOf<Adversarial>, exact: &ExactPoint, shape: &Shape) -> Option<String> {
     let (at, normal) = (to_f64(point.at), to_f64(point.normal));

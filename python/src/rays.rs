@@ -1,4 +1,4 @@
-//! Rays and pixels out of Python's arguments.
+//! Rays and pixels out of Python's arguments, and counts of rays for Python.
 
 use glam::DVec3;
 use kugelblitz::rays::{Pixels, View};

@@ -1,5 +1,5 @@
-//! `t` and normals of neighbours in a row of pixels that see one object, side by side. Their bounds are those of
-//! [`crate::guard::rows`]; what these leave open goes to [`super::surface`].
+//! `t` and normals of neighbours in a row of pixels that see one object, side by side, in f64 or f32. Their bounds are
+//! those of [`crate::guard::rows`]; what these leave open goes to [`super::surface`].
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
@@ -10,7 +10,7 @@ use super::surface::{NORMAL_TOLERANCE, Surface};
 use super::{Stage, StageRays};
 use crate::guard::host::{Bounded, input_in_f32};
 use crate::guard::rows::{ACROSS, ChordGuard, INVERSE, MOST_OF_SLOPE, QUOTIENT};
-use crate::guard::{self, InputError};
+use crate::guard::{self, InputError, ROOM};
 use crate::kernel::RayOf;
 use crate::kernel::certified::closest_approach;
 use crate::rays::{CameraF64, Lens, Pixels};
@@ -141,7 +141,7 @@ impl<F: Bounded> Finds<F> for SphereRow<F> {
             t,
             error: like(a, slack * longest) + of_half,
             normal: radius * a.like(F::ONE / self.r),
-            normal_error: (like(a, of_normal) + of_half) * a.like(F::from_f64(1.01) / self.r),
+            normal_error: (like(a, of_normal) + of_half) * a.like(F::from_f64(ROOM) / self.r),
         }
     }
 }
@@ -256,24 +256,29 @@ impl OfPicture for f64 {
 /// Most that the normal of a sphere may be off by in f32: a part of a byte.
 const TOLERANCE_F32: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// Largest distance and longest direction for f32: with those of [`guard`], nothing that counts underflows.
-const LARGEST_F32: f64 = (1u64 << 40) as f64;
-const LONGEST_F32: f64 = (1u64 << 10) as f64;
+/// Largest distance for f32. With radii from `2⁻⁴⁰` and directions up to [`guard::LONGEST_IN_F32`], what is under a root is
+/// above `2⁻⁹⁴·2⁻²⁰`, and squares are below `2⁸⁰·2²⁰`.
+const FARTHEST: f64 = (1u64 << 40) as f64;
+
+/// What says nothing.
+const UNKNOWN: InputError = InputError { offset: f64::INFINITY, direction: f64::INFINITY };
 
 impl OfPicture for f32 {
     const TOLERANCE: f64 = TOLERANCE_F32;
 
     fn input(stage: &Stage) -> InputError {
-        let StageRays::Pixels { pixels, .. } = &stage.rays else { return guard::LIST };
-        input_in_f32(pixels.view.lens)
+        match &stage.rays {
+            StageRays::Pixels { pixels, .. } => input_in_f32(pixels.view.lens),
+            StageRays::List(_) => UNKNOWN,
+        }
     }
 
     fn holds(pixels: &Pixels, l: f64) -> bool {
-        l <= LARGEST_F32 && pixels.longest_direction() <= LONGEST_F32
+        l <= FARTHEST && pixels.longest_direction() <= guard::LONGEST_IN_F32
     }
 
     fn holds_sphere(r: f64, l: f64) -> bool {
-        l <= LARGEST_F32 && guard::sphere_in_range_f32(r, l)
+        l <= FARTHEST && guard::sphere_in_range_f32(r, l)
     }
 
     fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<f32> {
@@ -287,11 +292,11 @@ impl OfPicture for f32 {
             offset: offset as f32,
             normal: unit,
             unit,
-            unit_error: 1.01 * f32::UNIT,
-            offset_error: 1.01 * of_point
-                + f32::UNIT * (2.02 * offset.abs() + ACROSS * pixels.spread())
+            unit_error: ROOM * f32::UNIT,
+            offset_error: ROOM * of_point
+                + f32::UNIT * (2.0 * ROOM * offset.abs() + ACROSS * pixels.spread())
                 + guard::TINY_F32,
-            slope_error: 1.01 * (slope + f32::UNIT) * pixels.longest_direction(),
+            slope_error: ROOM * (slope + f32::UNIT) * pixels.longest_direction(),
         }
     }
 }

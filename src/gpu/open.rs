@@ -134,8 +134,7 @@ impl Gpu {
         Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
     }
 
-    /// Whether pixels are shaded here, by the same rule: bytes in f32, if that suits the filter, and what
-    /// [`Gpu::shades_in_f64`].
+    /// Whether pixels are shaded here: a device in software is no quicker at it than the CPU.
     pub(super) fn shades(&self) -> bool {
         !self.facts.is_software() || self.always_in_f64
     }

@@ -47,8 +47,6 @@ pub(crate) struct OfBytes {
     ends: [f64; 512],
     /// Rounded up: a number of f32 is below an end where it is below this.
     narrow_ends: [f32; 512],
-    /// The same behind one that all numbers are above.
-    close_ends: [f32; 258 + CLOSE],
 }
 
 /// Most ends of ranges that are looked at for bytes that are close together.
@@ -129,13 +127,10 @@ impl Edges {
             nearest: [0; 2 * BYTE_PARTS],
             ends: [f64::INFINITY; 512],
             narrow_ends: [f32::INFINITY; 512],
-            close_ends: [f32::INFINITY; 258 + CLOSE],
         };
-        of_bytes.close_ends[0] = f32::NEG_INFINITY;
         if largest == 255 {
             for (at, &end) in ends.iter().enumerate().take(usize::from(largest)) {
                 (of_bytes.ends[at], of_bytes.narrow_ends[at]) = (end, round_up(end));
-                of_bytes.close_ends[1 + at] = round_up(end);
             }
             for (byte, &number) in of_bytes.nearest.iter_mut().zip(&nearest) {
                 *byte = number as u8;
@@ -209,14 +204,16 @@ impl Edges {
         let [part] = places(BYTE_PARTS as f32, &[lows[WideF32::<S>::LANES / 2]]);
         let middle = usize::from(of_bytes.nearest[part.last_bits() % (2 * BYTE_PARTS)]);
         for n_ends in [2, CLOSE] {
-            // The first of the bytes that are looked at, which lie between the ends.
+            // The first of the bytes that are looked at, and where they end.
             let first = middle.saturating_sub(n_ends / 2);
-            let ends: &[f32] = &of_bytes.close_ends[first..first + n_ends + 2];
-            let is_close = like(ends[0]).le(low).and(high.lt(like(ends[n_ends + 1])));
+            let ends = &of_bytes.narrow_ends[first..=first + n_ends];
+            let below =
+                first.checked_sub(1).map_or(f32::NEG_INFINITY, |at| of_bytes.narrow_ends[at]);
+            let is_close = like(below).le(low).and(high.lt(like(ends[n_ends])));
             if is_close.bits() & is_asked.bits() == is_asked.bits() {
                 let (zero, one) = (like(0.0), like(1.0));
                 let (mut byte, mut last) = (like(first as f32), like(first as f32));
-                for &end in &ends[1..=n_ends] {
+                for &end in &ends[..n_ends] {
                     byte = byte + like(end).le(low).select(one, zero);
                     last = last + like(end).le(high).select(one, zero);
                 }

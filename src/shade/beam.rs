@@ -1,4 +1,4 @@
-//! The way from a point to a lamp in f64, with bounds: how steep the light falls, and what is in its
+//! The way from a point to a lamp in f64 or f32, with bounds: how steep the light falls, and what is in its
 //! way.
 //!
 //! # What is in the way of a beam
@@ -124,7 +124,7 @@ pub const FOR_DEVICE_IN_F32: [(&str, f64); 6] = [
     ("OF_TURN", OF_TURN),
 ];
 
-/// [`LARGEST`] of f32.
+/// Largest place that a device has in f32.
 pub const LARGEST_IN_F32: f64 = (1u64 << 60) as f64;
 
 #[cfg(feature = "gpu")]
@@ -132,7 +132,7 @@ const OF_COSINE_IN_F32: f64 = 14.5;
 #[cfg(feature = "gpu")]
 const _: () = assert!(steps::DOT + steps::NORMALIZED_WIDE + 0.501 + 1.0 < OF_COSINE_IN_F32);
 
-/// What f64 knows of an object in the way, as numbers of which the largest wins.
+/// What is known of an object in the way, as numbers of which the largest wins.
 pub mod in_the_way {
     /// It is not.
     pub const NO: f64 = 0.0;
@@ -184,7 +184,7 @@ fn like3<R: SideBySide>(some: R, v: Vec3<f64>) -> Vec3<R> {
 
 impl<R: SideBySide<Plain: Bounded>> Beam<R> {
     /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
-    /// for f64, its bounds say nothing.
+    /// to each other, its bounds say nothing.
     #[inline(always)]
     pub fn to_point(start: Vec3<R>, error: R, position: Vec3<f64>) -> Beam<R> {
         let (like, unit, largest) = (likes(error), R::Plain::UNIT, R::Plain::LARGEST_ROOT);

@@ -15,10 +15,12 @@ use pulp::Simd;
 use super::Background;
 use super::beam::{Beam, in_the_way};
 use super::finder::{Finder, LampF64, ListedShape, Room, middle_of};
-use super::lamp::Origin;
+use super::lamp::MOST_IN_F32;
 use super::lit::Job;
+use super::written::{Interval, Written};
 use crate::certify::{Finds, LengthsOfRays, RowSight, Run, run_length};
 use crate::guard::host::Bounded;
+use crate::guard::{ROOM, round_up};
 use crate::rays::{CameraF32, Pixels};
 use crate::scene::Edges;
 use crate::trace::StageCounts;
@@ -135,22 +137,28 @@ pub struct ByteRoom {
     /// Of a row of samples, and of pixels.
     samples: Vec<Colors>,
     pixels: Vec<Colors>,
-    /// Places in the part that are left open.
+    /// Places in the last part that were left open.
     pub open: Vec<usize>,
 }
 
 impl<'a> ByteFinder<'a> {
-    /// For the pixels with these samples; `None` for many spheres.
+    /// For the pixels with these samples; `None` for many spheres, and where weights or colours are out of f32's range.
     pub fn new(
         finder: &'a Finder<'a>,
         job: &'a Job<'a>,
         samples: &'a Pixels,
-        background: [u8; 3],
     ) -> Option<ByteFinder<'a>> {
         if finder.has_tree() {
             return None;
         }
         let n_objects = finder.n_objects();
+        let lighting = &job.lit.lighting;
+        let weights = lighting.lamps.iter().map(|lamp| lamp.weight);
+        let mut numbers =
+            weights.chain((0..=n_objects).map(|id| job.color(id))).chain([lighting.ambient]);
+        if !numbers.all(|parts| parts.iter().all(|part| (0.0..MOST_IN_F32).contains(part))) {
+            return None;
+        }
         let n_terms = finder.lamps.len() as f64 + f64::from(job.lit.style.n_samples).powi(2);
         Some(ByteFinder {
             finder,
@@ -160,7 +168,7 @@ impl<'a> ByteFinder<'a> {
             lengths: LengthsOfRays::new::<f32>(&finder.stage, samples),
             sights: (0..=n_objects).map(|id| finder.stage.narrow_sight(id)).collect(),
             colors: (0..=n_objects).map(|id| job.color(id).map(|part| part as f32)).collect(),
-            background,
+            background: Written::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default(),
             rounding: ((n_terms + OF_COLOR) * f32::UNIT) as f32,
         })
     }
@@ -191,6 +199,7 @@ impl pulp::WithSimd for FindBytes<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let FindBytes { bytes, first, out, room, counts } = self;
+        room.open.clear();
         let (job, n) = (bytes.job, bytes.job.lit.style.n_samples as usize);
         let n_packs = (out.len() * n).div_ceil(LANES);
         room.seen.resize(bytes.finder.lamps.len(), None);
@@ -283,7 +292,7 @@ impl ByteFinder<'_> {
                 for channel in 0..3 {
                     let light = load(simd, &pack.light[channel], first);
                     put(&mut colors.parts[channel], light * like(color[channel]));
-                    let doubt = doubt * like(1.01 * color[channel]);
+                    let doubt = doubt * like(ROOM as f32 * color[channel]);
                     put(&mut colors.doubts[channel], is_known.select(doubt, infinite));
                 }
                 put(&mut colors.n_ways, load(simd, &pack.n_ways, first));
@@ -319,7 +328,7 @@ impl ByteFinder<'_> {
                 let is_in_run = start.le(column).and(column.lt(end));
                 let is_known = found.is_known.and(is_in_run);
                 let place = rays.origin + rays.direction * found.t;
-                let error = like(1.01) * (found.error + found.t * of_t) + of_origin;
+                let error = like(ROOM as f32) * (found.error + found.t * of_t) + of_origin;
                 for axis in 0..3 {
                     let (at, low, high) = (place.0[axis], &mut low.0[axis], &mut high.0[axis]);
                     *low = is_known.select(at.min(*low), *low);
@@ -360,7 +369,7 @@ impl ByteFinder<'_> {
         let (zero, one) = (like(0.0), like(1.0));
         let lamps = self.job.lit.lighting.lamps.iter().zip(&finder.lamps);
         for ((lamp, &place), seen) in lamps.zip(seen) {
-            let has_shadows = lamp.shadows && lamp.origin != Origin::Eye;
+            let has_shadows = lamp.casts_shadows();
             let way = if has_shadows { one } else { zero };
             let mut is_any = zero.lt(zero);
             for pack in &mut *packs {
@@ -396,7 +405,7 @@ impl ByteFinder<'_> {
             }
             let [r, g, b] = lamp.weight;
             let weight = [r as f32, g as f32, b as f32];
-            let largest = weight[0].max(weight[1]).max(weight[2]) * 1.0001;
+            let largest = round_up(r.max(g).max(b));
             for pack in &mut *packs {
                 for first in registers::<S>() {
                     let low = load(simd, &pack.given[0], first);
@@ -408,7 +417,7 @@ impl ByteFinder<'_> {
                         sum.store(&mut light[first..]);
                     }
                     let doubt = load(simd, &pack.doubt, first);
-                    let half = (high - low) * like(0.505);
+                    let half = (high - low) * like(0.5 * ROOM as f32);
                     (doubt + half * like(largest)).store(&mut pack.doubt[first..]);
                 }
             }
@@ -431,8 +440,8 @@ impl ByteFinder<'_> {
             && seen.id == id
         {
             let apart = from - seen.from;
-            let left = seen.reach - 1.01 * reach;
-            if left > 0.0 && 1.01 * dot3(apart, apart) < left * left {
+            let left = seen.reach - ROOM * reach;
+            if left > 0.0 && ROOM * dot3(apart, apart) < left * left {
                 room.listed.clear();
                 return seen.is_dark;
             }
@@ -523,13 +532,15 @@ impl ByteFinder<'_> {
     ) {
         let like = |number: f32| WideF32::splat(simd, number);
         let (rounding, most) = (like(self.rounding), like(f32::MAX));
-        let mut n_ways = like(0.0);
+        let (mut n_ways, columns) = (like(0.0), columns());
         for (number, (colors, out)) in colors.iter().zip(out.chunks_mut(LANES)).enumerate() {
             let mut words = [0.0; LANES];
             let mut known = 0;
             for first in registers::<S>() {
                 let doubt = load(simd, &colors.doubts[0], first);
-                let mut is_known = doubt.lt(most);
+                // Other places have what an earlier part left there.
+                let is_here = load(simd, &columns, first).lt(like(out.len() as f32));
+                let mut is_known = doubt.lt(most).and(is_here);
                 let mut word = like(0.0);
                 for (channel, place) in [1.0, 256.0, 65536.0].into_iter().enumerate() {
                     let part = load(simd, &colors.parts[channel], first);
@@ -544,6 +555,7 @@ impl ByteFinder<'_> {
                 n_ways = n_ways + is_known.select(ways, like(0.0));
                 known |= is_known.bits() << first;
             }
+            // Each word's last byte is written over by the next word: shorter pieces take longer.
             let mut bytes = [0; 3 * LANES + 1];
             for lane in 0..LANES {
                 let word = (words[lane] as u32).to_le_bytes();
@@ -693,7 +705,7 @@ mod tests {
         let lit = Lit::new(Arc::clone(scene), lighting, style);
         let finder = Finder::new(&prepared, &rays, &lit.lighting);
         let job = Job { lit: &lit, ids: &hits.id, row: pixels.width as usize };
-        let bytes = ByteFinder::new(&finder, &job, &pixels, [0; 3]).unwrap();
+        let bytes = ByteFinder::new(&finder, &job, &pixels).unwrap();
         run(&Certified { job, finder: &finder }, &bytes, &pixels);
     }
 
@@ -783,7 +795,6 @@ mod tests {
                 let (mut room, mut out) = (ByteRoom::default(), vec![[0; 3]; n]);
                 for row in 0..(pixels.height / n_samples) as usize {
                     let counts = &mut StageCounts::default();
-                    room.open.clear();
                     bytes.find(row * n, &mut out, &mut room, counts);
                     work.find(row * n, n, 0);
                     for (at, &found) in out.iter().enumerate() {

@@ -462,7 +462,7 @@ impl<'a> Finder<'a> {
         for (pack, given) in packs.iter().zip(&mut given) {
             *given = self.cosines(simd, self.lamps[index], pack);
         }
-        if !lamp.shadows || lamp.origin == Origin::Eye {
+        if !lamp.casts_shadows() {
             return given;
         }
         let mut n = 0;
@@ -697,7 +697,7 @@ impl<'a> Finder<'a> {
         id: u32,
         counts: &mut StageCounts,
     ) -> bool {
-        if !lamp.shadows || lamp.origin == Origin::Eye {
+        if !lamp.casts_shadows() {
             return true;
         }
         let is_in_the_way = |id: &u32| {

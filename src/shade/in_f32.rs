@@ -4,11 +4,12 @@
 //! [`super::beam`]. Of the relative error of a pixel's mean, weights, colours and light from nowhere take half a unit
 //! each, a lamp's product and a colour's 1, the quotient 2½, and the last products with their factors 2: less
 //! than the 9 that [`n_terms`](super::in_f64::n_terms) has beside a unit for each sum. So many units may have a square that counts. What is flushed to 0 is a small part of a
-//! unit of the smallest edge, as no factor is above [`MOST`].
+//! unit of the smallest edge, as no factor is above [`MOST_IN_F32`].
 
 use rayon::prelude::*;
 
 use super::beam::LARGEST_IN_F32;
+use super::lamp::MOST_IN_F32;
 use super::point::SeenFrom;
 use crate::guard::{UNIT_F32, UNIT_F64, round_up};
 use crate::prepare::{
@@ -17,15 +18,12 @@ use crate::prepare::{
 };
 use crate::rays::Pixels;
 
-/// Most of a weight or a colour.
-const MOST: f64 = (1u64 << 40) as f64;
-
 /// The numbers of f32; `None` where weights or colours are out of its range.
 pub fn in_f32(light: &LightInF64, prepared: &Prepared, samples: &Pixels) -> Option<LightInF32> {
     let LightOfAll { ambient, mean_error, to_tree, .. } = light.all;
     let lamps = light.lamps.iter().flat_map(|lamp| &lamp.weight);
     let colors = light.palette.iter().flat_map(|color| &color.parts);
-    if !lamps.chain(colors).chain(&ambient).all(|part| (0.0..MOST).contains(part)) {
+    if !lamps.chain(colors).chain(&ambient).all(|part| (0.0..MOST_IN_F32).contains(part)) {
         return None;
     }
     let units = mean_error / UNIT_F64 * UNIT_F32;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::beam::LARGEST;
 use super::finder::{Finder, LampF64, ListedShape};
 use super::in_f32::in_f32;
-use super::lamp::{Lamp, Lighting, Origin};
+use super::lamp::{Lamp, Lighting};
 use super::lit::{Certified, Job, Lit, Work};
 use super::narrow::{narrow_plane, narrow_sphere};
 use super::written::Written;
@@ -115,6 +115,7 @@ impl Lit {
             return None;
         }
         let in_f32 = match words {
+            // A device begins with them in f32; where it can't, all is left to the CPU.
             ColorWords::Bytes => Some(in_f32(&light, prepared, samples)?),
             ColorWords::Shorts | ColorWords::Floats => None,
         };
@@ -225,7 +226,7 @@ fn lamp_in_f64((lamp, here): (&Lamp, &LampF64)) -> LampInF64 {
         LampF64::Point(position) => (position.0, lamp_kind::POINT),
         LampF64::Sun(way) => (way.0, lamp_kind::SUN),
     };
-    let shadows = u32::from(lamp.shadows && lamp.origin != Origin::Eye);
+    let shadows = u32::from(lamp.casts_shadows());
     LampInF64 { at, kind, shadows, weight: lamp.weight, padding: 0.0 }
 }
 

@@ -6,6 +6,9 @@ use crate::exact::{Real, exact, integer};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
+/// Most of a weight or a colour for light in f32.
+pub const MOST_IN_F32: f64 = (1u64 << 40) as f64;
+
 /// Where a lamp's light comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Origin {
@@ -30,6 +33,13 @@ pub struct Lamp {
     pub exact_weight: [Real; 3],
     /// Whether objects are in its way.
     pub shadows: bool,
+}
+
+impl Lamp {
+    /// Whether something may be in its way: what is seen from the eye is lit from there.
+    pub fn casts_shadows(&self) -> bool {
+        self.shadows && self.origin != Origin::Eye
+    }
 }
 
 /// All that lights a scene.

@@ -1,5 +1,6 @@
 //! Hits → colours where a scene has light: every number that of exact arithmetic. f64 with bounds decides
-//! nearly all pixels, each by the interval of its mean; the rest are decided exactly.
+//! nearly all pixels, each by the interval of its mean, where f32 has not decided them before ([`super::bytes`]); the rest
+//! are decided exactly.
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
@@ -201,10 +202,9 @@ impl Certified<'_> {
         let Certified { ref job, finder } = *self;
         let n_samples = job.lit.style.n_samples as usize;
         let (row, part) = (job.row / n_samples, job.part());
-        let mut background = [T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default()];
-        let bytes = T::as_bytes(&mut background)
-            .and_then(|background| ByteFinder::new(finder, job, samples, background[0]));
-        let [background] = background;
+        let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
+        let are_bytes = T::as_bytes(&mut []).is_some();
+        let bytes = are_bytes.then(|| ByteFinder::new(finder, job, samples)).flatten();
         let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
             control.check()?;
             host::check()?;
@@ -383,7 +383,6 @@ impl<'a> Work<'a> {
             }
         }
         self.bytes.open = open;
-        self.bytes.open.clear();
     }
 
     /// Writes the colours of pixels with one sample each, from `first` on.

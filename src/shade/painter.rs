@@ -51,7 +51,7 @@ pub struct ColorCounts {
     pub device: u64,
     /// Of those, the device's f32 alone.
     pub device_f32: u64,
-    /// The CPU: in f64, and exactly where that is not enough.
+    /// The CPU: in f32 or f64, and exactly where that is not enough.
     pub cpu: u64,
 }
 

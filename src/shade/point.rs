@@ -1,5 +1,5 @@
 //! Where rays meet their objects, in f32 with bounds: a device finds the colours of pixels here first, and in f64 where
-//! that leaves a byte open. Twin of `shaders/point.wgsl`; beams from these points are those of [`super::beam`] and
+//! that leaves a byte open. Twin of `shaders/point.wgsl`; beams from these points are those of `beam.rs` and
 //! [`super::narrow`].
 //!
 //! Which object a ray meets is known, and that it meets it. Let `ε` be the unit of [`crate::guard`] in f32,
@@ -46,7 +46,7 @@
 //! length, which is itself off by [`InputError::offset`] of it.
 //!
 //! # Beams and cosines
-//! The host rounds lamps, weights and colours to nearest; [`super::beam`] and [`super::narrow`] say what is granted for that.
+//! The host rounds lamps, weights and colours to nearest; `beam.rs` and [`super::narrow`] say what is granted for that.
 //!
 //! # Range
 //! Spheres lie within `2⁵⁸`, `r·|d| ≤ 2⁶⁰`, `r ≥ 2⁻³⁰`, and no direction of the picture is longer than `2¹⁰`: so squares of `l`
@@ -56,10 +56,10 @@
 use glam::DVec3;
 
 use super::narrow::NarrowSphereOf;
-use crate::guard::{InputError, ROOM, UNIT_F32, input_of, round_up, steps};
+use crate::guard::{InputError, LONGEST_IN_F32, ROOM, UNIT_F32, round_up, steps};
 use crate::kernel::RayOf;
 use crate::prepare::{SeenPlane, SeenSphere, exponent_of, scale_by_power_of_two, split};
-use crate::rays::{CameraF32, CameraF64, Lens, Pixels};
+use crate::rays::{CameraF64, Lens, Pixels};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::{Real, Vec3, dot3};
 
@@ -102,9 +102,6 @@ const REACH: f64 = (1u64 << 58) as f64;
 /// Least of what is divided by.
 pub const LEAST: f64 = 1.0 / (1u64 << 60) as f64;
 
-/// Longest direction.
-const LONGEST: f64 = 1024.0;
-
 /// Largest place of a centre in the picture, in halves of a pixel.
 const FARTHEST: f64 = (1u64 << 23) as f64;
 
@@ -139,7 +136,7 @@ pub struct PointRoom<R> {
     pub unit: R,
     /// [`LEAST`]
     pub least: R,
-    /// [`REACH`]
+    /// Most of a plane's distance.
     pub reach: R,
 }
 
@@ -168,7 +165,7 @@ impl PointRoom<f32> {
     }
 }
 
-/// The constants of the twin, by their names there; others are those of [`super::beam`] and [`super::narrow`].
+/// The constants of the twin, by their names there; others are those of `beam.rs` and [`super::narrow`].
 #[cfg(feature = "gpu")]
 pub fn constants(input: InputError) -> [(&'static str, f32); 12] {
     let room = PointRoom::f32(input);
@@ -260,15 +257,6 @@ pub struct PointFinder<R> {
     pub lens: Lens,
     /// The bounds.
     pub room: PointRoom<R>,
-}
-
-impl PointFinder<f32> {
-    /// That of a picture.
-    pub fn new(pixels: &Pixels) -> PointFinder<f32> {
-        let CameraF32 { right_step, true_up_step, .. } = CameraF32::new(pixels);
-        let lens = pixels.view.lens;
-        PointFinder { right_step, true_up_step, lens, room: PointRoom::f32(input_of(lens)) }
-    }
 }
 
 impl<R: Real> PointFinder<R> {
@@ -376,7 +364,7 @@ impl SeenFrom {
         let unknown = SeenSphere::default();
         let (l, r) = (sphere.center - self.reference, sphere.radius.abs());
         let is_far = l.abs().max_element() > REACH / 2.0 || r * self.longest > 1.0 / LEAST;
-        if is_far || self.longest > LONGEST || r < LEAST.sqrt() {
+        if is_far || self.longest > LONGEST_IN_F32 || r < LEAST.sqrt() {
             return unknown;
         }
         let CameraF64 { forward, right, true_up, step, lens } = self.camera;
@@ -387,15 +375,19 @@ impl SeenFrom {
                 let (k, error) = (l.length_squared() - r * r, LOST * (l.length_squared() + r * r));
                 (ahead, if k.abs() > error { k.signum() as f32 } else { 0.0 })
             }
-            // The picture's plane lies outside of it.
-            Lens::Orthographic => (1.0, if ahead > r + 2.0 * lost + LOST * r { 1.0 } else { 0.0 }),
+            // The picture's plane, which is across the axis up to `2⁻¹⁰`, lies outside of it.
+            Lens::Orthographic => {
+                let depth = ahead - self.spread / 512.0;
+                (1.0, if depth > r + 2.0 * lost + LOST * r { 1.0 } else { 0.0 })
+            }
         };
         if side == 0.0 {
             return unknown;
         }
         let inverse_radius = (1.0 / r) as f32;
         let place = [l.dot(right), l.dot(true_up)].map(|x| x / (scale * step));
-        let is_ahead = scale * LONGEST > if lens == Lens::Perspective { l.length() } else { 1.0 };
+        let is_ahead =
+            scale * LONGEST_IN_F32 > if lens == Lens::Perspective { l.length() } else { 1.0 };
         if !(is_ahead && place.iter().all(|x| x.abs() < FARTHEST)) {
             let is_known = lens == Lens::Perspective;
             let numbers = SeenSphere { error: round_up(lost), inverse_radius, side, ..unknown };

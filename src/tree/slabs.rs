@@ -19,7 +19,6 @@
 //! a direction below [`FLAT_OF_BEAMS`] counts as 0: no slab reaches `2⁶²·2⁶⁰·2 = 2¹²³`. With the farther one of
 //! the origin and the tree's largest coordinate, `f`, the beam leaves the tree at `t ≤ 2·2f`, as its largest component
 //! is above ½, and by then has moved by less than `2⁻⁵⁸f`: [`least_slack_of_beams`].
-
 //!
 //! A beam that is made in f32 has a direction whose components are off by 1½ instead of ½, from each other: by a product, and
 //! a sun's by the host's rounding. So a slab takes `7ε` ([`SLAB_IN_F32`]). What all components share only

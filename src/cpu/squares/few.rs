@@ -142,6 +142,6 @@ impl<'a> Few<'a> {
         }
         let (widening, near) = (guard::widening_f32(), self.prepared.near);
         SeenObjects { lists, widening, camera: &camera, near }.decide(places, ids);
-        (mixed, ids.clone())
+        (mixed, std::mem::take(ids))
     }
 }
