@@ -813,4 +813,25 @@ mod tests {
         }
         assert!(n_known > n_all / 2 && n_all > 10_000, "{n_known} of {n_all}");
     }
+
+    /// What an earlier part of a row left in the room counts for nothing.
+    #[test]
+    fn ways_are_counted_where_they_are() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1433);
+        let mut n_ways = 0;
+        for _ in 0..20 {
+            let scene = scene(&mut rng);
+            with_finder(&scene, 1, &mut |_, bytes, pixels| {
+                let mut out = vec![[0; 3]; pixels.width as usize];
+                let (mut used, mut fresh) = (ByteRoom::default(), ByteRoom::default());
+                let [mut of_used, mut of_fresh] = [StageCounts::default(); 2];
+                bytes.find(0, &mut out, &mut used, &mut StageCounts::default());
+                bytes.find(0, &mut out[..5], &mut used, &mut of_used);
+                bytes.find(0, &mut out[..5], &mut fresh, &mut of_fresh);
+                assert_eq!(of_used, of_fresh);
+                n_ways += of_fresh.f32;
+            });
+        }
+        assert!(n_ways > 50, "{n_ways}");
+    }
 }
