@@ -28,7 +28,7 @@ pub use lamp::{Lamp, Lighting, Origin};
 pub(crate) use mean::ExactMean;
 #[cfg(feature = "gpu")]
 pub(crate) use narrow::{IN_F64 as NARROW_CONSTANTS, constants_in_f32 as narrow_constants_in_f32};
-pub use painter::{Background, ColorCounts, Every, Painted, Painter, SamplePainter, Style};
+pub use painter::{Background, ColorCounts, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 
 /// The numbers that a picture's colours are written as.

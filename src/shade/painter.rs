@@ -115,9 +115,6 @@ impl Colorist {
     }
 }
 
-/// A pixel's colour in every encoding.
-pub type Every = ([u8; 3], [u16; 3], [f32; 3]);
-
 impl<'a> Painter<'a> {
     /// Paints pixels. `prepared` is of the picture whose pixels are their samples, [`Pixels::samples`],
     /// and `tracer` traces it; with one sample a pixel it is the picture itself, which needs no second
@@ -201,43 +198,20 @@ impl<'a> Painter<'a> {
                 if colors.encoding() != encoding {
                     *colors = Colors::new(encoding);
                 }
-                painter.paint(of_pixels, band, hits, control, Canvas::One(colors))
+                painter.paint(of_pixels, band, hits, control, colors)
             }
         }
     }
 }
 
-/// Where colours go.
-enum Canvas<'c> {
-    /// In the style's encoding.
-    One(&'c mut Colors),
-    Every(&'c mut Vec<Every>),
-}
-
 impl SamplePainter<'_> {
-    /// The colours of a band of pixels in every encoding, as [`Painter::paint_with`] gives them in one.
-    ///
-    /// # Errors
-    /// Those of [`Painter::paint`].
-    pub fn paint_every(
-        &mut self,
-        of_pixels: Option<&mut dyn Tracer>,
-        band: &Pixels,
-        hits: &Hits,
-        control: &Control,
-    ) -> Result<Vec<Every>> {
-        let mut every = Vec::new();
-        self.paint(of_pixels, band, hits, control, Canvas::Every(&mut every))?;
-        Ok(every)
-    }
-
     fn paint(
         &mut self,
         of_pixels: Option<&mut dyn Tracer>,
         band: &Pixels,
         hits: &Hits,
         control: &Control,
-        canvas: Canvas,
+        colors: &mut Colors,
     ) -> Result<Painted> {
         let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples, proposed } =
             self;
@@ -255,10 +229,7 @@ impl SamplePainter<'_> {
                     }
                 }
                 start = Instant::now();
-                match canvas {
-                    Canvas::One(colors) => unlit.shade(samples, control, colors)?,
-                    Canvas::Every(out) => unlit.shade_as(samples, control, out)?,
-                }
+                unlit.shade(samples, control, colors)?;
                 if let Some(coverage) = coverage {
                     *coverage = samples.coverage();
                 }
@@ -281,22 +252,21 @@ impl SamplePainter<'_> {
                     Some(tracer) => tracer.shades()?,
                     None => None,
                 };
-                let by_device = match (shades, &canvas) {
-                    (Some(shades), Canvas::One(_)) => lit.propose(at, shades, control, proposed)?,
-                    _ => None,
+                let by_device = match shades {
+                    Some(shades) => lit.propose(at, shades, control, proposed)?,
+                    None => None,
                 };
-                (painted.colors, painted.shadow_rays) = match (by_device, canvas) {
-                    (Some(ProposedColors { ways, n_in_f32 }), Canvas::One(colors)) => {
+                (painted.colors, painted.shadow_rays) = match (by_device, colors) {
+                    (Some(ProposedColors { ways, n_in_f32 }), colors) => {
                         let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
                         let (n_open, mut counts) = lit.shade_open(at, proposed, control, colors)?;
                         counts.add(ways);
                         let device = n_pixels - n_open;
                         (ColorCounts { device, device_f32: n_in_f32, cpu: n_open }, counts)
                     }
-                    (_, Canvas::One(Colors::Srgb8(out))) => lit.shade(at, device, control, out)?,
-                    (_, Canvas::One(Colors::Srgb16(out))) => lit.shade(at, device, control, out)?,
-                    (_, Canvas::One(Colors::Linear(out))) => lit.shade(at, device, control, out)?,
-                    (_, Canvas::Every(out)) => lit.shade(at, device, control, out)?,
+                    (None, Colors::Srgb8(out)) => lit.shade(at, device, control, out)?,
+                    (None, Colors::Srgb16(out)) => lit.shade(at, device, control, out)?,
+                    (None, Colors::Linear(out)) => lit.shade(at, device, control, out)?,
                 };
                 if let Some(coverage) = coverage {
                     *coverage = lit.coverage(&samples, ids);

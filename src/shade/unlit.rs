@@ -68,19 +68,6 @@ impl Unlit {
         }
     }
 
-    /// The same written in any way.
-    ///
-    /// # Errors
-    /// As [`Unlit::shade`].
-    pub fn shade_as<T: Written>(
-        &self,
-        samples: &Samples,
-        control: &Control,
-        out: &mut Vec<T>,
-    ) -> Result<()> {
-        self.run(samples, |id| self.mean(&[id]), control, out)
-    }
-
     fn run<T: Written>(
         &self,
         samples: &Samples,

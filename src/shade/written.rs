@@ -143,24 +143,3 @@ impl Written for [f32; 3] {
         mean.map(|part| part as f32)
     }
 }
-
-/// A colour in every encoding.
-impl Written for ([u8; 3], [u16; 3], [f32; 3]) {
-    fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
-        let (srgb8, srgb16, linear): (Option<_>, Option<_>, Option<_>) =
-            (Written::of_bounds(bounds), Written::of_bounds(bounds), Written::of_bounds(bounds));
-        Some((srgb8?, srgb16?, linear?))
-    }
-
-    fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {
-        (
-            Written::of_exact(mean, bounds),
-            Written::of_exact(mean, bounds),
-            Written::of_exact(mean, bounds),
-        )
-    }
-
-    fn of_plain(mean: [f64; 3]) -> Self {
-        (Written::of_plain(mean), Written::of_plain(mean), Written::of_plain(mean))
-    }
-}

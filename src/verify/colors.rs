@@ -48,23 +48,6 @@ impl Shown {
         mut tracer: Option<&mut (dyn Tracer + 'static)>,
         control: &Control,
     ) -> Result<Shown> {
-        let device = match &mut tracer {
-            Some(tracer) => tracer.shades()?,
-            None => of_pixels.shades()?,
-        };
-        // A device that shades gives one encoding at a time, and flat colours are looked up.
-        if device.is_none() {
-            let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
-            let painter = Painter::new(prepared, style, band, tracer.as_deref_mut());
-            if let Painter::Sampled(mut painter) = painter {
-                let every = painter.paint_every(Some(of_pixels), band, hits, control)?;
-                return Ok(Shown {
-                    srgb8: every.iter().map(|every| every.0).collect(),
-                    srgb16: every.iter().map(|every| every.1).collect(),
-                    linear: every.iter().map(|every| every.2).collect(),
-                });
-            }
-        }
         let mut shown = Shown::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let style = Style { n_samples, ..Style::new(encoding) };
