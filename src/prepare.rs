@@ -26,7 +26,7 @@ use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::{
-    RayRecord, RayRecordDouble, exponent_of, power_of_two, scale_by_power_of_two, split,
+    RayRecord, RayRecordDouble, Scaled, exponent_of, power_of_two, split,
 };
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};

@@ -252,8 +252,7 @@ fn on_surface_case(rng: &mut ChaCha8Rng) -> Case {
 /// A power of two brings the largest component into 1..2, after any length.
 fn stretched(rng: &mut ChaCha8Rng, direction: DVec3) -> DVec3 {
     let direction = direction * rng.random_range(1.0..2.0);
-    let exponent = kugelblitz::prepare::exponent_of(direction);
-    kugelblitz::prepare::scale_by_power_of_two(direction, -exponent)
+    kugelblitz::prepare::Scaled::new(direction).rounded()
 }
 
 /// A plane that the ray meets head-on, or grazes by a few `ε`, or that passes near the origin.

@@ -13,9 +13,7 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::kernel::certified::SphereFar;
-use kugelblitz::prepare::{
-    FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Seen, exponent_of, scale_by_power_of_two,
-};
+use kugelblitz::prepare::{FEW_SPHERES, Hierarchy, LISTED_SPHERES, Prepared, Scaled, Seen};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
@@ -430,7 +428,7 @@ fn rays_that_touch_a_sphere_meet_its_box() {
                 continue;
             }
             n_hits += 1;
-            let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+            let direction = Scaled::new(ray.direction).rounded();
             let mut seen = vec![];
             tree.visit(&TreeRay { origin: ray.origin - tree.reference, direction }, |place| {
                 seen.push(tree.order[place] + 1);

@@ -100,6 +100,28 @@ fn hard_scenes_are_lit_right() {
     assert!(n > 10, "{n} hard scenes");
 }
 
+/// The scenes whose light is hard, numbers at the ends of f64's range among them.
+#[test]
+fn scenes_of_hard_light_are_lit_right() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/lit/hard");
+    let gpu = Device::Gpu(gpu());
+    let mut n = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let scene = read_scene(&path).unwrap_or_else(|error| panic!("{error}"));
+        let view = View::new(scene.camera.as_ref().expect("a camera"));
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        for (size, n_samples) in [([12, 8], 1), ([5, 4], 2)] {
+            let pixels = Pixels::whole(view, size[0], size[1]);
+            let case = LightCase::new(scene.clone(), pixels, n_samples);
+            assert_right(&name, &case, CPU, 1);
+            assert_right(&name, &case, &gpu, 3);
+        }
+        n += 1;
+    }
+    assert!(n >= 19, "{n} scenes");
+}
+
 /// A ball on a floor and a ball on it, seen so that the contacts are at `10⁻⁹` of the radius; moved and
 /// scaled.
 #[test]

@@ -117,7 +117,7 @@ fn lit_scenes_have_light() {
             n_scenes += 1;
         }
     }
-    assert!(n_scenes >= 12, "{n_scenes}");
+    assert!(n_scenes >= 22, "{n_scenes}");
 }
 
 /// The spheres that must touch do so within the rounding of their coordinates.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{in_cube, plane, scene, sphere};
 use glam::{DVec3, dvec3};
 use kugelblitz::exact::{ExactRay, nearest};
-use kugelblitz::prepare::{exponent_of, scale_by_power_of_two};
+use kugelblitz::prepare::{Scaled, exponent_of, power_of_two};
 use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use rand::{RngExt, SeedableRng};
@@ -17,7 +17,11 @@ use rand_chacha::ChaCha8Rng;
 
 fn subnormal(rng: &mut ChaCha8Rng, direction: DVec3) -> DVec3 {
     let exponent = rng.random_range(-1073..=-1022);
-    scale_by_power_of_two(direction, exponent - exponent_of(direction))
+    times_power_of_two(direction, exponent - exponent_of(direction))
+}
+
+fn times_power_of_two(v: DVec3, exponent: i32) -> DVec3 {
+    v * power_of_two(exponent / 2) * power_of_two(exponent - exponent / 2)
 }
 
 /// `1 ≤ |d|`, as the bounds of the slack assume, whatever the length was; and exactly.
@@ -30,12 +34,12 @@ fn directions_are_scaled_to_at_least_one() {
         if direction == DVec3::ZERO {
             continue;
         }
-        let exponent = exponent_of(direction);
-        let scaled = scale_by_power_of_two(direction, -exponent);
+        let scaled = Scaled::new(direction);
+        let (scaled, exponent) = (scaled.rounded(), scaled.exponent());
         let largest = scaled.abs().max_element();
         assert!((1.0..2.0).contains(&largest), "{direction:?}: 2^{exponent}, {scaled:?}");
         if exponent < 0 {
-            assert_eq!(scale_by_power_of_two(scaled, exponent), direction);
+            assert_eq!(times_power_of_two(scaled, exponent), direction);
         }
     }
     assert_eq!(

@@ -12,7 +12,7 @@ use crate::kernel::certified::{
     LISTED_SPHERES, PlaneCertified, SeenFrom, SphereCertified, k_in_range, offset_in_range,
 };
 use crate::kernel::{Kernel, Lists};
-use crate::prepare::{Prepared, RayRecordDouble, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Prepared, RayRecordDouble, Scaled, exponent_of};
 use crate::rays::{Bundle, Ray};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::dot3;
@@ -50,7 +50,7 @@ pub fn is_ordinary(ray: &Ray) -> bool {
 
 /// A ray of a list, which must be ordinary: its direction scaled as in [`crate::prepare::RayRecord`].
 pub fn ray_record(ray: &Ray) -> RayRecordDouble {
-    let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+    let direction = Scaled::new(ray.direction).rounded();
     RayRecordDouble {
         origin: ray.origin.to_array(),
         pad0: 0.0,
@@ -150,7 +150,7 @@ impl Frame {
             return PlaneCertified { offset: here, ..PlaneCertified::never() };
         }
         let open = PlaneCertified { offset: here, ..PlaneCertified::open() };
-        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let normal = Scaled::new(plane.normal).rounded();
         let n_length = guard::length_bound(normal);
         let l = plane.point - reference;
         let distance = guard::length_bound(l) + farthest_origin;

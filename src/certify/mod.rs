@@ -26,7 +26,7 @@ use crate::guard;
 use crate::host;
 use crate::kernel::RayOf;
 use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
-use crate::prepare::{Hierarchy, Prepared, exponent_of, power_of_two, scale_by_power_of_two};
+use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
@@ -419,10 +419,9 @@ impl<'a> Stage<'a> {
             }
             StageRays::List(rays) => {
                 let Ray { origin, direction } = rays[index];
-                let exponent = exponent_of(direction);
-                let direction = scale_by_power_of_two(direction, -exponent);
-                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction.into());
-                RayF64 { reference: origin, ray, exponent }
+                let scaled = Scaled::new(direction);
+                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, scaled.rounded().into());
+                RayF64 { reference: origin, ray, exponent: scaled.exponent() }
             }
         }
     }

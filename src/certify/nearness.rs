@@ -9,7 +9,7 @@ use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{
     GuardOf, Nearness, Widening, normalized, plane_nearness_at, sphere_nearness,
 };
-use crate::prepare::{exponent_of, scale_by_power_of_two};
+use crate::prepare::Scaled;
 use crate::scene::{Object, Plane, Sphere};
 use crate::trace::Ray;
 use crate::vec3::{Vec3, dot3};
@@ -203,7 +203,7 @@ pub struct PlaneF64 {
 
 impl PlaneF64 {
     pub fn new(plane: &Plane, input: InputError) -> PlaneF64 {
-        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let normal = Scaled::new(plane.normal).rounded();
         let n_length = guard::length_bound(normal);
         PlaneF64 {
             point: plane.point,

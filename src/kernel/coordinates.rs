@@ -50,13 +50,13 @@ impl Coordinates {
             Space::World => (ray.origin.as_vec3().to_array(), [0.0; 3], ray.direction, 0),
             Space::Reference => {
                 let (high, low) = split(ray.origin - self.reference);
-                let exponent = exponent_of(ray.direction);
+                let scaled = Scaled::new(ray.direction);
                 let direction = match self.kernel {
                     // No ray, and undecided; but 1/d² stays finite.
                     Kernel::Certified if ray.direction == DVec3::ZERO => DVec3::X,
-                    _ => scale_by_power_of_two(ray.direction, -exponent),
+                    _ => scaled.rounded(),
                 };
-                (high, low, direction, exponent)
+                (high, low, direction, scaled.exponent())
             }
         };
         let direction = direction.as_vec3().to_array();
@@ -116,10 +116,41 @@ pub fn exponent_of(v: DVec3) -> i32 {
     }
 }
 
-/// `v · 2^exponent`, exact unless the result leaves f64's normal range.
-pub fn scale_by_power_of_two(v: DVec3, exponent: i32) -> DVec3 {
-    let half = exponent / 2;
-    v * power_of_two(half) * power_of_two(exponent - half)
+/// A vector times the power of two that brings its largest component into `1..2`; the zero vector as it is.
+///
+/// Components that are far below the largest may leave f64's normal range: these are rounded, away from 0, to
+/// `±2⁻¹⁰²²`. So it is not exact, but a component is 0 only where the vector's is, and no other is off by
+/// more than `2⁻¹⁰²²`, less than a thousandth of what every bound grants a single rounding.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled {
+    vector: DVec3,
+    exponent: i32,
+}
+
+impl Scaled {
+    /// Of any finite vector.
+    pub fn new(v: DVec3) -> Scaled {
+        let exponent = exponent_of(v);
+        let half = -exponent / 2;
+        let scaled = v * power_of_two(half) * power_of_two(-exponent - half);
+        let away = |of: f64, x: f64| match of {
+            0.0 => of,
+            _ if x.abs() < f64::MIN_POSITIVE => f64::MIN_POSITIVE.copysign(of),
+            _ => x,
+        };
+        let vector = DVec3::new(away(v.x, scaled.x), away(v.y, scaled.y), away(v.z, scaled.z));
+        Scaled { vector, exponent }
+    }
+
+    /// The vector times `2^−exponent`, but for what is rounded.
+    pub fn rounded(self) -> DVec3 {
+        self.vector
+    }
+
+    /// [`exponent_of`] the vector.
+    pub fn exponent(self) -> i32 {
+        self.exponent
+    }
 }
 
 /// `2^exponent`

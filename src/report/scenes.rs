@@ -90,6 +90,16 @@ scenes! {
     Lit "lit/hard/shells.toml",
     Lit "lit/hard/terminator.toml",
     Lit "lit/hard/low_sun.toml",
+    Lit "lit/hard/along_subnormal.toml",
+    Lit "lit/hard/along_1e-324.toml",
+    Lit "lit/hard/along_1e-400.toml",
+    Lit "lit/hard/along_leaning.toml",
+    Lit "lit/hard/bright_eyes.toml",
+    Lit "lit/hard/bright_sky.toml",
+    Lit "lit/hard/faint_light.toml",
+    Lit "lit/hard/byte_edge.toml",
+    Lit "lit/hard/far_light.toml",
+    Lit "lit/hard/coincident_floor.toml",
 }
 
 #[cfg(test)]

@@ -26,6 +26,13 @@
 //! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: [`OF_SQUARES`] is more than both, and one for the
 //! factor that has it.
 //!
+//! # Far lamps
+//! What is `b = ε(|L| + 4|w|)` at the beam's end is `s·b` on the way there. At the foot `s ≤ 1.01|l|/|w|`. Farther on, at
+//! `s + x`, the beam is `√(q² + x²|w|²)` from the centre and off by `x·b` more, of which the least difference is
+//! `q√(1 − (b/|w|)²)`. As a beam is used where `b ≤ |w|/4` alone, that is `q` less at most `0.52(b/|w|)²q ≤ 0.13·b|l|/|w|`. So but
+//! for `q₁`, `b` counts with `1.2|l|/|w|`, [`OF_LEVER`], where that is less than 1. An object near a point is so judged as
+//! well whether its lamp is near or `10²⁵` away.
+//!
 //! # In f32
 //! There the unit is what rounding to nearest takes, and numbers are rounded that come from f64 ([`Bounded`]): `c` and `L`,
 //! for which the `ε` of their differences stands; `r`, with `εr` more in `E`; a sun's direction, which turns its beam by `ε`
@@ -59,6 +66,9 @@ pub const LARGEST: f64 = f64::LARGEST_ROOT;
 
 /// Of `|w|` in `E`.
 const OF_WAY: f64 = 4.0;
+
+/// Of `|l|/|w|` in the share of a beam's end in `E`.
+const OF_LEVER: f64 = 1.2;
 
 /// Of `|l|` in `E`.
 const OF_OFFSET: f64 = 14.0;
@@ -155,8 +165,12 @@ pub struct Beam<R = f64> {
     pub inverse: R,
     /// `1/|way|`
     pub inverse_length: R,
-    /// The part of `E` that is the same for all objects.
+    /// The part of `E` that is the same for all objects, and all along.
     pub error: R,
+    /// What its end is off by beside that; 0 where it goes on for ever.
+    pub end_error: R,
+    /// What that is at an object, for each unit of the object's distance from the start.
+    pub bend: R,
     /// Whether it goes on for ever.
     pub is_endless: bool,
     /// Bound of the angle between the true and the computed way.
@@ -182,6 +196,16 @@ fn like3<R: SideBySide>(some: R, v: Vec3<f64>) -> Vec3<R> {
     Vec3([like(x), like(y), like(z)])
 }
 
+/// Squares of `r − e`, −1 where that is negative, and of `r + e`: what a squared distance must be below, or above, to be
+/// surely inside, or outside.
+#[inline(always)]
+fn squares<R: SideBySide<Plain: Bounded>>(r: R, e: R) -> (R, R) {
+    let (like, relative) = (likes(r), OF_SQUARES * R::Plain::UNIT);
+    let (inner, outer) = (r - e, r + e);
+    let inner2 = inner * inner * like(1.0 - relative);
+    (R::select(like(0.0).lt(inner), inner2, like(-1.0)), outer * outer * like(1.0 + relative))
+}
+
 impl<R: SideBySide<Plain: Bounded>> Beam<R> {
     /// The beam from a point that is off by `error` to a lamp at `position`. Where the two are too close
     /// to each other, its bounds say nothing.
@@ -196,7 +220,10 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let is_apart = (like(4.0) * off).lt(distance).and(is_far);
         let off = R::select(is_apart, off, like(f64::INFINITY));
         let turned = like(OF_TURN) * off * beam.inverse_length;
-        Beam { error: off + like(OF_WAY * unit) * distance, turned, ..beam }
+        let at_end = like(unit) * (like(length(position)) + like(1.0 + OF_WAY) * distance);
+        let bend = like(OF_LEVER) * at_end * beam.inverse_length;
+        let error = R::select(is_apart, error, like(f64::INFINITY));
+        Beam { error, end_error: at_end, bend, turned, ..beam }
     }
 
     /// The beam back along a ray whose direction is off by the relative error `turned`.
@@ -221,7 +248,20 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let one = likes(square)(1.0);
         let (inverse, inverse_length) = (one / square, one / square.sqrt());
         let (is_endless, unit) = (false, R::Plain::UNIT);
-        Beam { from: start, way, square, inverse, inverse_length, error, is_endless, turned, unit }
+        let [end_error, bend] = [likes(square)(0.0); 2];
+        Beam {
+            from: start,
+            way,
+            square,
+            inverse,
+            inverse_length,
+            error,
+            end_error,
+            bend,
+            is_endless,
+            turned,
+            unit,
+        }
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
@@ -250,22 +290,21 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let last = if self.is_endless { r.like(R::Plain::LARGEST) } else { like(1.0) };
         let foot = (dot3(l, self.way) * self.inverse).max(like(0.0)).min(last);
         let q = l - self.way * foot;
-        let of_object = like(OF_PLACE) * far + like(OF_OFFSET + rounded) * l2.sqrt();
+        let distance = l2.sqrt();
+        let of_object = like(OF_PLACE) * far + like(OF_OFFSET + rounded) * distance;
         let of_object = if rounded > 0.0 { of_object + r * like(rounded) } else { of_object };
-        let e = self.error + like(self.unit) * of_object;
-        let (least2, inner, outer) = (dot3(q, q), r - e, r + e);
-        let relative = OF_SQUARES * R::Plain::UNIT;
-        let of_inner = inner * inner * like(1.0 - relative);
-        let inner2 = R::select(like(0.0).lt(inner), of_inner, like(-1.0));
-        let outer2 = outer * outer * like(1.0 + relative);
-        let end = l - self.way;
+        let here = self.error + like(self.unit) * of_object;
+        let e = here + (self.bend * distance).min(self.end_error);
+        let e_of_end = if self.is_endless { e } else { here + self.end_error };
+        let (least2, end) = (dot3(q, q), l - self.way);
         let end2 = if self.is_endless { like(f64::INFINITY) } else { dot3(end, end) };
+        let ((inner2, outer2), (end_inner2, end_outer2)) = (squares(r, e), squares(r, e_of_end));
         let largest = R::Plain::LARGEST_ROOT;
         let (beyond, negligible) = (like(largest), like(1.0 / largest));
         let is_ordinary = r.lt(beyond).and(negligible.lt(r));
         let in_range = l2.lt(beyond).and(e.lt(beyond)).and(is_ordinary);
-        let is_clear = outer2.lt(least2).or(l2.lt(inner2).and(end2.lt(inner2)));
-        let is_crossed = least2.lt(inner2).and(outer2.lt(l2).or(outer2.lt(end2)));
+        let is_clear = outer2.lt(least2).or(l2.lt(inner2).and(end2.lt(end_inner2)));
+        let is_crossed = least2.lt(inner2).and(outer2.lt(l2).or(end_outer2.lt(end2)));
         let known = R::select(is_crossed, like(in_the_way::YES), like(in_the_way::OPEN));
         let known = R::select(is_clear, like(in_the_way::NO), known);
         R::select(in_range, known, like(in_the_way::OPEN))
@@ -273,8 +312,8 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
 
     /// Whether a plane is in the way: `point` relative to the reference point, and a normal of largest
     /// component from 1 to 2. `N = n·(a − p)` at the beam's start and `N₁ = n·(a − L)` at its end; it is in the
-    /// way where their signs differ. They are off by `|n|·E`, and `3ε` of the product of the lengths for
-    /// the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are exact; so its
+    /// way where their signs differ. They are off by `|n|·E`, without the end's part where the beam starts, and `3ε` of the
+    /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are exact; so its
     /// beam surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     pub fn meets_plane(&self, point: Vec3<f64>, normal: Vec3<f64>) -> R {
@@ -284,13 +323,14 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let end = l - self.way;
         let (n, way, away) = (length(normal), self.square.sqrt(), length(point));
         let normals = like3(zero, normal);
-        let of_lengths = like(OF_PLANE + more) * (length(l) + way);
-        let e = self.error + like(self.unit) * (like(away) + of_lengths);
+        let (of_lengths, unit) = (like(OF_PLANE + more), like(self.unit));
+        let here = self.error + unit * (like(away) + of_lengths * length(l));
+        let e = here + self.end_error + unit * (of_lengths * way);
         let start = dot3(normals, l);
-        let start_error = like(ROOM * n) * e;
+        let start_error = like(ROOM * n) * here;
         let sun_error = like((OF_SLOPE + more) * self.unit * n) * way;
         let stop = if self.is_endless { -dot3(normals, self.way) } else { dot3(normals, end) };
-        let stop_error = if self.is_endless { sun_error } else { start_error };
+        let stop_error = if self.is_endless { sun_error } else { like(ROOM * n) * e };
         let are_off = start_error.lt(start.abs()).and(stop_error.lt(stop.abs()));
         let are_known = are_off.and(e.lt(like(R::Plain::LARGEST_ROOT)));
         let is_apart = zero.lt(start).and(stop.le(zero)).or(start.le(zero).and(zero.lt(stop)));
@@ -321,6 +361,8 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
             inverse: some.like(self.inverse),
             inverse_length: some.like(self.inverse_length),
             error: some.like(self.error),
+            end_error: some.like(self.end_error),
+            bend: some.like(self.bend),
             is_endless: self.is_endless,
             turned: some.like(self.turned),
             unit: self.unit,
@@ -342,7 +384,7 @@ impl Beam {
         let l = center - self.from;
         let far = |v: Vec3<f64>| v.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
         let far = f64::max(far(center), far(own_center));
-        let e = self.error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
+        let e = self.error + self.end_error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
         let way = self.square.sqrt();
         let v = self.from - own_center;
         let a = length(apart);
@@ -501,6 +543,77 @@ mod tests {
     fn sabotage_smaller_bounds_are_noticed() {
         assert!(!statements::<f64>(100_000, 1.0 / 48.0).0.is_empty());
         assert!(!statements::<f32>(100_000, 1.0 / 24.0).0.is_empty());
+    }
+
+    /// Wrong statements about spheres that touch beams, where lamp and centre are off by as much as their differences to the
+    /// reference point may be, `ε|L|` and `ε|c|` with their own rounding, with this part of what is granted.
+    fn statements_of_moved_lamps(n: usize, part: f64) -> Vec<String> {
+        let mut rng = ChaCha8Rng::seed_from_u64(1431);
+        let mut wrong = Vec::new();
+        for _ in 0..n {
+            // Along a diagonal, where the largest component says least of the length.
+            let lamp =
+                DVec3::splat(2f64.powi(rng.random_range(-6..48))) * rng.random_range(0.5..1.0);
+            let way = vector(&mut rng) * lamp.length() * 2f64.powi(rng.random_range(-20..0));
+            let from = exact_start(lamp - way);
+            let way = lamp - from;
+            let aside = way.cross(vector(&mut rng)).normalize();
+            let off = 0.7 * UNIT_F64 * [1.0, -1.0][rng.random_range(0..2)];
+            let s = [0.99, 1e-6, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
+            let radius = way.length() * s * rng.random_range(0.01..1.0);
+            let near = 1.0 + rng.random_range(-1.0..1.0) * 4.0 * UNIT_F64 * lamp.length() / radius;
+            let center = from + way * s + aside * radius * near;
+            let moved_lamp = lamp + aside * off * lamp.length();
+            let moved_center = center - aside * off * center.length();
+            let beam = Beam::to_point(Vec3(from.to_array()), 0.0, moved_lamp.into());
+            let (end_error, bend) = (beam.end_error * part, beam.bend * part);
+            let beam = Beam { end_error, bend, unit: part * UNIT_F64, ..beam };
+            let said = beam.meets_sphere(moved_center.into(), radius);
+            if said == in_the_way::OPEN {
+                continue;
+            }
+            let point = exact_point(from);
+            let exact = ExactBeam::to_position(&point, lamp).unwrap();
+            let shape = Shape::Sphere { center, radius };
+            if exact.is_blocked_by(&shape) != (said == in_the_way::YES) {
+                wrong.push(format!("{from:?} {lamp:?} {off:e} {shape:?}: {said}"));
+            }
+        }
+        wrong
+    }
+
+    /// A point near this one that [`exact_point`] takes: its x keeps its digits when 1 is taken away and added again.
+    fn exact_start(at: DVec3) -> DVec3 {
+        DVec3::new((at.x - 1.0) + 1.0, at.y, at.z)
+    }
+
+    #[test]
+    fn what_is_said_of_far_lamps_is_right() {
+        let wrong = statements_of_moved_lamps(100_000, 1.0);
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+    }
+
+    #[test]
+    fn sabotage_half_of_what_far_lamps_are_granted_is_noticed() {
+        assert!(!statements_of_moved_lamps(100_000, 0.5).is_empty());
+    }
+
+    /// A ball near a floor is as open as its distance says, however far its lamp is.
+    #[test]
+    fn near_objects_are_judged_as_well_in_the_light_of_far_lamps() {
+        for far in [1e1, 1e8, 1e25, 1e60] {
+            let lamp = Vec3([0.4 * far, 0.8 * far, 0.3 * far]);
+            let beam = Beam::to_point(Vec3([0.1, 0.0, 0.2]), 1e-15, lamp);
+            for (center, known) in [
+                (Vec3([0.9, 1.6, 0.8]), in_the_way::YES),
+                (Vec3([-0.9, 1.6, 0.8]), in_the_way::NO),
+                (Vec3([-0.4, -0.8, -0.3]), in_the_way::NO),
+            ] {
+                assert_eq!(beam.meets_sphere(center, 0.5), known, "{far:e} {center:?}");
+            }
+            let floor = (Vec3([0.0, -1.0, 0.0]), Vec3([0.0, 1.0, 0.0]));
+            assert_eq!(beam.meets_plane(floor.0, floor.1), in_the_way::NO, "{far:e}");
+        }
     }
 
     /// Wrong statements about `n` cases of beams that start on a sphere and meet one that is nearly the same, or

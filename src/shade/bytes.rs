@@ -5,8 +5,8 @@
 //! [`crate::guard::host`]. A colour is `c·(A + Σ wᵢgᵢ)` with the light `A` from nowhere, the lamps' weights and what is given
 //! of them, and all of it is positive: relative to its sum, of `n` lamps, the numbers `c`, `A` and `w` are rounded once,
 //! `g` is the middle of two bounds, products and sums take `n + 2`. So do the sum of `s` samples with `s`, the quotient by
-//! their number with 2, and the bounds of the result with one: `n + s + ` [`OF_COLOR`]. What the `g` are off by adds
-//! `c·Σ max(wᵢ)·(gᵢ's half width)`.
+//! their number with 2, and the bounds of the result with one: `n + s + ` [`OF_COLOR`] roundings, see [`of_roundings`]. What the
+//! `g` are off by adds `c·Σ max(wᵢ)·(gᵢ's half width)`.
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
@@ -30,7 +30,7 @@ use crate::wide::{Holds, SideBySide, WideF32};
 /// Numbers side by side.
 const LANES: usize = 16;
 
-/// Units of a colour's rounding beside one for each lamp and each sample.
+/// Roundings of a colour beside one for each lamp and each sample.
 const OF_COLOR: f64 = 10.0;
 
 /// How much larger than some points a ball around them is that later ones may lie in, too.
@@ -142,7 +142,8 @@ pub struct ByteRoom {
 }
 
 impl<'a> ByteFinder<'a> {
-    /// For the pixels with these samples; `None` for many spheres, and where weights or colours are out of f32's range.
+    /// For the pixels with these samples; `None` for many spheres, where weights or colours are out of f32's range, and
+    /// where there are so many terms that f32 knows nothing of their sum.
     pub fn new(
         finder: &'a Finder<'a>,
         job: &'a Job<'a>,
@@ -160,6 +161,7 @@ impl<'a> ByteFinder<'a> {
             return None;
         }
         let n_terms = finder.lamps.len() as f64 + f64::from(job.lit.style.n_samples).powi(2);
+        let rounding = of_roundings(n_terms + OF_COLOR)?;
         Some(ByteFinder {
             finder,
             job,
@@ -169,7 +171,7 @@ impl<'a> ByteFinder<'a> {
             sights: (0..=n_objects).map(|id| finder.stage.narrow_sight(id)).collect(),
             colors: (0..=n_objects).map(|id| job.color(id).map(|part| part as f32)).collect(),
             background: Written::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default(),
-            rounding: ((n_terms + OF_COLOR) * f32::UNIT) as f32,
+            rounding,
         })
     }
 
@@ -183,6 +185,14 @@ impl<'a> ByteFinder<'a> {
     ) {
         pulp::Arch::new().dispatch(FindBytes { bytes: self, first, out, room, counts });
     }
+}
+
+/// How far the true sum of positive terms may be from one that took `n` roundings, relative to that one; `None` where it
+/// may be any. The computed sum is the true one times `1 + θ` with `|θ| ≤ γ = nu/(1 − nu)` (Higham 2002, Accuracy and
+/// Stability of Numerical Algorithms, lemma 3.1). So the true one is off by at most `γ/(1 − γ) = nu/(1 − 2nu)` of it.
+fn of_roundings(n: f64) -> Option<f32> {
+    let first_order = n * f32::UNIT;
+    (first_order < 0.25).then(|| round_up(first_order / (1.0 - 2.0 * first_order)))
 }
 
 struct FindBytes<'a> {
@@ -833,5 +843,17 @@ mod tests {
             });
         }
         assert!(n_ways > 50, "{n_ways}");
+    }
+
+    /// By the worst sum, whose every rounding goes down by a whole unit.
+    #[test]
+    fn as_many_roundings_as_a_colour_takes_are_granted() {
+        for n in [1.0, 2.0, 10.0, 300.0, 4096.0, 1e5, 1e6, 4e6] {
+            let granted = f64::from(of_roundings(n).unwrap());
+            let worst = (-n * (-f32::UNIT).ln_1p()).exp_m1();
+            assert!(granted >= worst && granted <= 2.0 * worst, "{n}: {granted} {worst}");
+            assert!(n * f32::UNIT < worst, "{n}: the first order alone would do");
+        }
+        assert_eq!(of_roundings(0.25 / f32::UNIT), None);
     }
 }

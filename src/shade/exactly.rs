@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::lamp::{Lamp, Lighting, Origin};
 use super::mean::ExactMean;
 use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, exact, integer};
-use crate::prepare::{exponent_of, scale_by_power_of_two};
+use crate::prepare::Scaled;
 use crate::rays::Ray;
 use crate::scene::{Object, Scene};
 
@@ -70,7 +70,7 @@ impl LitPoint {
             Origin::Sun(direction) => (-direction, 0.0),
         };
         let turned = GRANTED * (1.0 + reach / way.length());
-        let way = scale_by_power_of_two(way, -exponent_of(way));
+        let way = Scaled::new(way).rounded();
         Line { eye: self.eye, from_eye: self.from_eye, way, turned }
     }
 }

@@ -12,7 +12,7 @@ use super::lamp::{Lamp, Lighting, Origin};
 use crate::certify::{LANES, OfPicture, Pack, Stage, registers};
 use crate::exact::{ExactBeam, ExactPoint, is_outside};
 use crate::guard::UNIT_F64;
-use crate::prepare::{Prepared, exponent_of, scale_by_power_of_two};
+use crate::prepare::{Prepared, Scaled};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene};
 use crate::trace::StageCounts;
@@ -141,6 +141,8 @@ struct Beams {
     square: Row,
     inverse: Row,
     error: Row,
+    end_error: Row,
+    bend: Row,
     is_endless: bool,
 }
 
@@ -148,8 +150,8 @@ impl Beams {
     #[inline(always)]
     fn new(is_endless: bool) -> Beams {
         let (zero, zero3) = ([0.0; LANES], [[0.0; LANES]; 3]);
-        let [square, inverse, error] = [zero; 3];
-        Beams { from: zero3, way: zero3, square, inverse, error, is_endless }
+        let [square, inverse, error, end_error, bend] = [zero; 5];
+        Beams { from: zero3, way: zero3, square, inverse, error, end_error, bend, is_endless }
     }
 
     #[inline(always)]
@@ -161,6 +163,8 @@ impl Beams {
         beam.square.store(&mut self.square[first..]);
         beam.inverse.store(&mut self.inverse[first..]);
         beam.error.store(&mut self.error[first..]);
+        beam.end_error.store(&mut self.end_error[first..]);
+        beam.bend.store(&mut self.bend[first..]);
     }
 
     /// Those of a register, but for what cosines are found of.
@@ -173,6 +177,8 @@ impl Beams {
             inverse: WideF64::load(simd, &self.inverse[first..]),
             inverse_length: WideF64::splat(simd, f64::INFINITY),
             error: WideF64::load(simd, &self.error[first..]),
+            end_error: WideF64::load(simd, &self.end_error[first..]),
+            bend: WideF64::load(simd, &self.bend[first..]),
             is_endless: self.is_endless,
             turned: WideF64::splat(simd, f64::INFINITY),
             unit: UNIT_F64,
@@ -387,7 +393,7 @@ impl<'a> Finder<'a> {
         let lamp = |lamp: &Lamp| match lamp.origin {
             Origin::Eye => LampF64::Eye,
             Origin::Point(position) => LampF64::Point(relative(position)),
-            Origin::Sun(way) => LampF64::Sun(scale_by_power_of_two(way, -exponent_of(way)).into()),
+            Origin::Sun(way) => LampF64::Sun(Scaled::new(way).rounded().into()),
         };
         let lamps = lighting.lamps.iter().map(lamp).collect();
         Finder {
@@ -618,7 +624,7 @@ impl<'a> Finder<'a> {
                 }
                 !ways.are_blocked(simd, &some)
             };
-            tree.walk_segment(simd, &self.segment(&around), &mut room.ahead, look_at);
+            tree.walk_segment(simd, &self.segment(tree, &around), &mut room.ahead, look_at);
         }
     }
 
@@ -633,13 +639,15 @@ impl<'a> Finder<'a> {
         met.contains(&in_the_way::YES)
     }
 
-    /// A beam in the tree.
+    /// A beam in the tree, all of whose spheres lie within a distance from the beam's start.
     #[inline(always)]
-    fn segment(&self, beam: &Beam) -> Segment {
+    fn segment(&self, tree: &Tree, beam: &Beam) -> Segment {
         let from = DVec3::from_array(beam.from.0);
         let origin = from + self.to_tree;
         let rounding = 4.0 * UNIT_F64 * (from.length() + self.to_tree.length());
-        let (way, slack) = (DVec3::from_array(beam.way.0), beam.error + rounding);
+        let farthest = 1.01 * (origin.length() + 1.74 * tree.largest_coordinate());
+        let error = beam.error + beam.end_error.min(beam.bend * farthest);
+        let (way, slack) = (DVec3::from_array(beam.way.0), error + rounding);
         Segment { origin, way, is_endless: beam.is_endless, slack }
     }
 
@@ -674,7 +682,7 @@ impl<'a> Finder<'a> {
             }
             state != in_the_way::YES
         };
-        tree.visit_segment(&self.segment(beam), look_at);
+        tree.visit_segment(&self.segment(tree, beam), look_at);
         state
     }
 

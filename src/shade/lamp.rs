@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::exact::{Real, exact, integer};
+use crate::exact::{Real, exact, integer, signum};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
@@ -27,7 +27,8 @@ pub struct Lamp {
     pub light: Option<usize>,
     /// Where its light comes from.
     pub origin: Origin,
-    /// Linear light that a surface across its rays gets, within 2 units `2⁻⁵²`.
+    /// Linear light that a surface across its rays gets: within 2 units `2⁻⁵²` of it, or `2⁻¹⁰⁷⁴` where it is
+    /// subnormal; infinite where f64 does not have it.
     pub weight: [f64; 3],
     /// The same exactly, times [`Lighting::n_shares`].
     pub exact_weight: [Real; 3],
@@ -80,7 +81,8 @@ impl Lighting {
                 shadows: true,
             })
         });
-        let gives_light = |lamp: &Lamp| lamp.weight != [0.0; 3];
+        // In exact numbers: a product of small ones may be 0 in f64.
+        let gives_light = |lamp: &Lamp| lamp.exact_weight.iter().any(|part| signum(part) != 0);
         Some(Lighting {
             lamps: lights.chain(suns).filter(gives_light).collect(),
             ambient: scene.ambient.unwrap_or(Color::BLACK).0,

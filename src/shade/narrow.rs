@@ -209,7 +209,7 @@ pub fn narrow_plane(point: [f64; 3], normal: [f64; 3]) -> NarrowPlane {
 pub fn narrowed(beam: &Beam) -> NarrowBeam<f32> {
     let length = beam.square.sqrt();
     let far = beam.from.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
-    let error = ROOM * (beam.error + START * UNIT_F32 * UNIT_F32 * far) + LEAST;
+    let error = ROOM * (beam.error + beam.end_error + START * UNIT_F32 * UNIT_F32 * far) + LEAST;
     let in_range =
         far < REACH && error < REACH && length > 1.0 / REACH && length < super::beam::LARGEST;
     let is_endless = beam.is_endless || length > END;

@@ -58,7 +58,7 @@ use glam::DVec3;
 use super::narrow::NarrowSphereOf;
 use crate::guard::{InputError, LONGEST_IN_F32, ROOM, UNIT_F32, round_up, steps};
 use crate::kernel::RayOf;
-use crate::prepare::{SeenPlane, SeenSphere, exponent_of, scale_by_power_of_two, split};
+use crate::prepare::{Scaled, SeenPlane, SeenSphere, split};
 use crate::rays::{CameraF64, Lens, Pixels};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::{Real, Vec3, dot3};
@@ -412,7 +412,7 @@ impl SeenFrom {
         if plane.normal == DVec3::ZERO || l.abs().max_element() > REACH / 2.0 {
             return SeenPlane::default();
         }
-        let unit = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal)).normalize();
+        let unit = Scaled::new(plane.normal).rounded().normalize();
         let CameraF64 { forward, right, true_up, step, .. } = self.camera;
         let of = |v: Vec3<f64>| unit.dot(DVec3::from_array(v.0));
         SeenPlane {

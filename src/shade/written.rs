@@ -23,7 +23,7 @@ impl Interval {
 
 /// A pixel's colour as a picture has it.
 pub trait Written: Copy + Default + Send + Sync {
-    /// The one that all means within these bounds have, if they do have one.
+    /// The one that all means within these bounds have, if they do have one; none for infinite bounds.
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self>;
     /// The pixels, where they are bytes, which f32 is good enough for.
     fn as_bytes(_: &mut [Self]) -> Option<&mut [[u8; 3]]> {
@@ -132,7 +132,9 @@ impl Written for [f32; 3] {
     #[inline(always)]
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
         let low = bounds.map(|b| b.low as f32);
-        (low == bounds.map(|b| b.high as f32)).then_some(low)
+        // Infinite bounds are those of a sum that f64 does not have, and prove nothing.
+        let are_finite = bounds.iter().all(|b| b.high < f64::INFINITY);
+        (are_finite && low == bounds.map(|b| b.high as f32)).then_some(low)
     }
 
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {

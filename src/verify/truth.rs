@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape, Side};
-use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
+use crate::kernel::coordinates::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Pixels, Rays};
 use crate::scene::{Object, Scene};
@@ -187,7 +187,7 @@ fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
     let l = from_reference - ray.origin;
     let distance = from_reference.length() + ray.origin.length();
     let reach = sphere.radius.abs() * (1.0 + GRANTED) + distance * GRANTED;
-    let direction = scale_by_power_of_two(ray.direction, -exponent_of(ray.direction));
+    let direction = Scaled::new(ray.direction).rounded();
     let (passed, reached) = (l.cross(direction).length(), reach * direction.length());
     const LEAST: f64 = 1e-140;
     passed > reached && reach > LEAST && passed.is_finite()

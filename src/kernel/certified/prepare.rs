@@ -9,7 +9,7 @@ use super::records::{PlaneCertified, SphereCertified, SphereFar};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
-use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
+use crate::kernel::coordinates::{Scaled, split};
 use crate::rays::{Bundle, Lens, Pixels, Ray, Rays, look_at_all};
 use crate::scene::{Plane, Scene, Sphere};
 use crate::vec3::{Vec3, dot3};
@@ -279,8 +279,8 @@ impl Frame {
         if plane.normal == DVec3::ZERO {
             return PlaneCertified::never();
         }
-        let exponent = exponent_of(plane.normal);
-        let normal = scale_by_power_of_two(plane.normal, -exponent);
+        let scaled = Scaled::new(plane.normal);
+        let (normal, exponent) = (scaled.rounded(), scaled.exponent());
         let n_length = guard::length_bound(normal);
         let l = plane.point - self.reference;
         let distance = guard::length_bound(l) + self.farthest_origin;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{PlaneDouble, SphereDouble};
 use crate::kernel::Lists;
-use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two};
+use crate::kernel::coordinates::Scaled;
 use crate::scene::{Plane, Scene, Sphere};
 
 /// The objects of a scene, relative to `reference`.
@@ -28,7 +28,7 @@ impl SphereDouble {
 impl PlaneDouble {
     fn new(plane: &Plane, reference: DVec3) -> PlaneDouble {
         let l = plane.point - reference;
-        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let normal = Scaled::new(plane.normal).rounded();
         PlaneDouble {
             offset: l.to_array(),
             n_offset: l.dot(normal),

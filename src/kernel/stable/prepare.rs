@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{PlaneStable, SphereStable};
 use crate::kernel::Lists;
-use crate::kernel::coordinates::{exponent_of, scale_by_power_of_two, split};
+use crate::kernel::coordinates::{Scaled, split};
 use crate::scene::{Plane, Scene, Sphere};
 
 /// The objects of a scene, relative to `reference`.
@@ -25,7 +25,7 @@ impl SphereStable {
 impl PlaneStable {
     fn new(plane: &Plane, reference: DVec3) -> PlaneStable {
         let l = plane.point - reference;
-        let normal = scale_by_power_of_two(plane.normal, -exponent_of(plane.normal));
+        let normal = Scaled::new(plane.normal).rounded();
         let (offset, offset_low) = split(l);
         PlaneStable {
             offset,
