@@ -6,11 +6,13 @@ mod in_space;
 mod light;
 mod plain_light;
 
+use std::collections::HashSet;
 use std::iter;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -22,6 +24,7 @@ use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::rays::{Bundle, Pixels, Ray, Rays, View, look_at_all};
 use crate::scene::{Scene, Sphere};
+use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
@@ -108,6 +111,8 @@ pub struct Prepared {
     pub hierarchy: Option<Hierarchy>,
     starts_in_f64: bool,
     made_for: MadeFor,
+    /// By planes, made when it is first asked.
+    plane_repeats: OnceLock<Vec<bool>>,
 }
 
 /// The rays that the numbers of a [`Prepared`] hold for.
@@ -216,7 +221,24 @@ impl Prepared {
             hierarchy,
             starts_in_f64,
             made_for,
+            plane_repeats: OnceLock::new(),
         })
+    }
+
+    /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
+    /// it is in the way of nothing that the earlier one is not in.
+    pub(crate) fn repeats_a_plane(&self, index: usize) -> bool {
+        let planes = &self.scene.planes;
+        if planes.len() < 2 {
+            return false;
+        }
+        let repeats = self.plane_repeats.get_or_init(|| {
+            let places: Vec<_> =
+                planes.par_iter().map(|plane| PlanePlace::new(plane.point, plane.normal)).collect();
+            let mut seen = HashSet::new();
+            places.iter().map(|place| place.is_some() && !seen.insert(place)).collect()
+        });
+        repeats.get(index).copied().unwrap_or(false)
     }
 
     /// Checks that this was made for `rays`: pixels of the same picture and within it, or rays with origins no

@@ -36,7 +36,7 @@ use kugelblitz::scene::{
     Color, Light, Plane, Scene, Sky, Source, Sphere, linear_from_srgb, parse_scene, read_scene,
 };
 use kugelblitz::shade::Background;
-use kugelblitz::trace::Kernel;
+use kugelblitz::trace::{Kernel, StageCounts};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -120,6 +120,44 @@ fn scenes_of_hard_light_are_lit_right() {
         n += 1;
     }
     assert!(n >= 19, "{n} scenes");
+}
+
+/// What is near a point is as well known in the light of a lamp 10²⁵ away as in that of one at hand.
+#[test]
+fn far_lamps_need_no_exact_arithmetic() {
+    let scene = read_scene(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/scenes/lit/hard/far_light.toml"
+    )));
+    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    let view = View::new(scene.camera.as_ref().unwrap());
+    let case = LightCase::new(scene, Pixels::whole(view, 48, 27), 4);
+    let StageCounts { f64, exact, .. } = case.paint(CPU).shadow_rays;
+    assert!(f64 > 10_000 && exact < 10, "{f64} in f64, {exact} exactly");
+}
+
+/// A thousand planes in one place, whose normals have other lengths: the first one is seen, and f64 knows it.
+#[test]
+fn planes_in_one_place_are_one() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2404);
+    let planes = (0..1000)
+        .map(|_| {
+            let across = dvec3(rng.random_range(-4.0..4.0), 0.0, rng.random_range(-4.0..4.0));
+            plane(across, DVec3::Y * rng.random_range(-9.0..9.0))
+        })
+        .collect();
+    let scene = Scene {
+        planes,
+        spheres: [sphere(DVec3::Y, 1.0)].into_iter().collect(),
+        lights: vec![light(Source::Point(dvec3(4.0, 6.0, 3.0)), 0.9)],
+        ..Scene::default()
+    };
+    let view = View::new(&camera(dvec3(3.0, 3.0, 8.0), DVec3::Y));
+    let case = LightCase::new(scene, Pixels::whole(view, 24, 18), 1);
+    let painted = case.paint(CPU);
+    assert_eq!(painted.shadow_rays.exact, 0);
+    assert!(painted.ids.iter().all(|id| *id <= 2) && painted.ids.contains(&2));
+    assert_right("planes in one place", &case, CPU, 29);
 }
 
 /// A ball on a floor and a ball on it, seen so that the contacts are at `10⁻⁹` of the radius; moved and

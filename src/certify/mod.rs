@@ -40,7 +40,7 @@ use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, LengthsOfRays, Pack, Points, registers};
+pub(crate) use point::{LANES, LengthsOfRays, Pack, PointF64, Points, registers};
 pub(crate) use rows::{Finds, OfPicture, RowSight};
 #[cfg(feature = "gpu")]
 pub(crate) use shaders::light_key_in_f32;
@@ -376,7 +376,12 @@ impl<'a> Stage<'a> {
         };
         let has_one_origin = prepared.bundle() == Bundle::Point;
         let bounds = Bounds { widening: guard::widening_f64(), input };
-        let planes = scene.planes.iter().map(|plane| PlaneF64::new(plane, input)).collect();
+        let plane = |(index, plane)| {
+            let mut plane = PlaneF64::new(plane, input);
+            plane.is_repeated = prepared.repeats_a_plane(index);
+            plane
+        };
+        let planes = scene.planes.iter().enumerate().map(plane).collect();
         let mut stage = Stage {
             scene,
             rays,

@@ -20,6 +20,7 @@ impl Stage<'_> {
             _ if !self.usable => Nearness::OPEN,
             Object::Sphere(sphere) if sphere.radius == 0.0 => Nearness::MISS,
             Object::Plane(plane) if plane.normal == DVec3::ZERO => Nearness::MISS,
+            Object::Plane(_) if self.plane(id).is_repeated => Nearness::MISS,
             Object::Sphere(sphere) => match self.sphere_foot(ray, id, sphere) {
                 Some(Foot { l, k, guard, .. }) => {
                     let Guard { inner2, outer2, slack, .. } = guard;
@@ -199,6 +200,8 @@ pub struct PlaneF64 {
     n_length: f64,
     pub unit: Vec3<f64>,
     pub direction_error: f64,
+    /// Whether an earlier plane is the same: then nothing sees this one.
+    pub is_repeated: bool,
 }
 
 impl PlaneF64 {
@@ -211,6 +214,7 @@ impl PlaneF64 {
             n_length,
             unit: normalized(normal.into()),
             direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
+            is_repeated: false,
         }
     }
 

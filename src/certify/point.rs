@@ -94,8 +94,8 @@ impl Pack {
 pub struct PointF64 {
     pub at: Vec3<f64>,
     pub error: f64,
-    normal: Vec3<f64>,
-    normal_error: f64,
+    pub normal: Vec3<f64>,
+    pub normal_error: f64,
 }
 
 impl PointF64 {

@@ -10,6 +10,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 use glam::DVec3;
 
 use super::enclosure::Enclosure;
+use super::fraction::{Fraction, dyadic_root};
 use super::number::{Real, product3, real, real3, signum};
 use super::root::sign_of_sum;
 use super::{ExactHit, ExactRay, Root, Shape, Side};
@@ -41,6 +42,11 @@ impl<'a> Surd<'a> {
     fn over(&self, divisor: &Real) -> Root {
         let square = &self.y * &self.y * self.radicand;
         Root::new(self.x.clone(), signum(&self.y), square, divisor.clone(), 1)
+    }
+
+    /// The number, where it has no root.
+    fn rational(&self) -> Option<&Real> {
+        (signum(&self.y) == 0 || signum(self.radicand) == 0).then_some(&self.x)
     }
 
     /// Bounds of a number that is at least 0.
@@ -116,11 +122,22 @@ impl ExactPoint {
         let base = |axis: usize| {
             &origin[axis] * root.denominator() + &direction[axis] * root.rational_part()
         };
+        let base: [Real; 3] = std::array::from_fn(base);
         let sign = Real::new(root.sign().into(), 0);
+        let part = |axis: usize| &direction[axis] * &sign;
+        // A point with rational coordinates has no root.
+        let (base, root_part, radicand) = match dyadic_root(root.radicand()) {
+            Some(known) => (
+                std::array::from_fn(|axis| &base[axis] + part(axis) * &known),
+                std::array::from_fn(|_| Real::zero()),
+                Real::zero(),
+            ),
+            None => (base, std::array::from_fn(part), root.radicand().clone()),
+        };
         ExactPoint {
-            base: std::array::from_fn(base),
-            root: std::array::from_fn(|axis| &direction[axis] * &sign),
-            radicand: root.radicand().clone(),
+            base,
+            root: root_part,
+            radicand,
             scale: ray.to_scale(root.denominator().clone()),
             side: hit.side,
         }
@@ -341,6 +358,12 @@ pub struct ExactCosine<'a> {
 }
 
 impl ExactCosine<'_> {
+    /// The number where it is rational: that of a point without a root and a way of rational length.
+    pub fn fraction(&self) -> Option<Fraction> {
+        let numerator = self.numerator.rational()?;
+        Some(Fraction::new(numerator, &dyadic_root(self.denominator2.rational()?)?))
+    }
+
     /// Bounds, computed with `n_bits` bits.
     pub fn enclose(&self, n_bits: usize) -> Enclosure {
         let divisor = self.denominator2.enclose(n_bits).sqrt(n_bits);

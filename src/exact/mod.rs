@@ -10,6 +10,7 @@
 //! [`ExactHit`] what is seen there, with `t` and the normal correctly rounded.
 
 mod enclosure;
+mod fraction;
 mod light;
 mod number;
 mod ray;
@@ -18,9 +19,10 @@ mod root;
 use std::cmp::Ordering;
 
 pub use enclosure::Enclosure;
+pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};
 pub use number::{Real, real, signum};
-pub(crate) use number::{double, exact, integer, product3, real3};
+pub(crate) use number::{double, exact, integer, primitive, product3, real3};
 pub use ray::{ExactPixels, ExactRay};
 pub use root::Root;
 pub(crate) use root::layout;

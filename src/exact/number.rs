@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use dashu_float::Repr;
+use dashu_int::ops::Gcd;
 use dashu_int::{IBig, Sign};
 use glam::DVec3;
 
@@ -84,6 +85,14 @@ impl Real {
 
     fn is_zero(&self) -> bool {
         self.mantissa.is_zero()
+    }
+
+    /// Mantissa and exponent, the same for equal numbers: the mantissa is odd, or both are 0.
+    pub(crate) fn shortest(&self) -> (IBig, isize) {
+        match self.mantissa.trailing_zeros() {
+            None => (IBig::ZERO, 0),
+            Some(zeros) => (&self.mantissa >> zeros, self.exponent + zeros as isize),
+        }
     }
 }
 
@@ -194,6 +203,28 @@ pub(crate) fn real3(v: DVec3) -> Option<[Real; 3]> {
 /// An integer.
 pub(crate) fn integer(value: i64) -> Real {
     Real::new(IBig::from(value), 0)
+}
+
+/// Whole numbers without a common divisor in the ratio of these, the first of which that is not 0 is positive; `None` where all
+/// are 0.
+pub(crate) fn primitive(numbers: &[Real; 3]) -> Option<[IBig; 3]> {
+    let exponent = numbers.iter().filter(|x| !x.is_zero()).map(|x| x.exponent).min()?;
+    let whole = numbers.each_ref().map(|x| match x.is_zero() {
+        true => IBig::ZERO,
+        false => &x.mantissa << (x.exponent - exponent) as usize,
+    });
+    let [x, y, z] = &whole;
+    let divisor =
+        IBig::from(if x.is_zero() && y.is_zero() { z.gcd(z) } else { IBig::from(x.gcd(y)).gcd(z) });
+    let first = numbers.iter().map(signum).find(|sign| *sign != 0)?;
+    let divisor = if first < 0 { -divisor } else { divisor };
+    Some(whole.map(|x| x / &divisor))
+}
+
+impl From<IBig> for Real {
+    fn from(x: IBig) -> Real {
+        Real::new(x, 0)
+    }
 }
 
 /// `2^exponent`.

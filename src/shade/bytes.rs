@@ -644,7 +644,9 @@ mod tests {
     use crate::kernel::Kernel;
     use crate::prepare::Prepared;
     use crate::rays::{Rays, View};
-    use crate::scene::{Camera, Color, Light, Plane, Projection, Scene, Source, Sphere};
+    use crate::scene::{
+        Camera, Color, Light, Plane, Projection, Scene, Source, Sphere, parse_scene,
+    };
     use crate::trace::{Hits, Wants};
     use crate::tracer::Tracer;
 
@@ -719,6 +721,25 @@ mod tests {
         run(&Certified { job, finder: &finder }, &bytes, &pixels);
     }
 
+    /// A floor whose every byte is on an edge, in a sun's light: each kind of pixel is decided exactly once.
+    #[test]
+    fn equal_questions_are_asked_once() {
+        let text = std::fs::read_to_string(
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/lit/hard/byte_edge.toml"),
+        );
+        let scene = Arc::new(parse_scene(&text.unwrap(), "byte_edge.toml".as_ref()).unwrap());
+        for n_samples in [1, 3] {
+            with_finder(&scene, n_samples, &mut |certified, _, _| {
+                let mut work: Work<[u8; 3]> = Work::new(certified);
+                for pixel in 0..37 * 11 {
+                    work.find(pixel, 1, 0);
+                    assert_eq!(work.color(pixel, 0), [5; 3]);
+                }
+                assert_eq!(work.n_known(), 1, "{n_samples} samples");
+            });
+        }
+    }
+
     struct FindRow<'a, 'b> {
         bytes: &'a ByteFinder<'b>,
         first: usize,
@@ -746,7 +767,7 @@ mod tests {
             let scene = scene(&mut rng);
             with_finder(&scene, 1, &mut |certified, bytes, pixels| {
                 let (mut room, n) = (ByteRoom::default(), pixels.width as usize);
-                let mut work = Work::new(certified);
+                let mut work: Work<[u8; 3]> = Work::new(certified);
                 for row in 0..pixels.height as usize {
                     let first = row * n;
                     let find = FindRow { bytes, first, n, room: &mut room };
@@ -800,7 +821,7 @@ mod tests {
             let scene = scene(&mut rng);
             let n_samples = 1 + number % 3;
             with_finder(&scene, n_samples, &mut |certified, bytes, pixels| {
-                let mut work = Work::new(certified);
+                let mut work: Work<[u8; 3]> = Work::new(certified);
                 let n = (pixels.width / n_samples) as usize;
                 let (mut room, mut out) = (ByteRoom::default(), vec![[0; 3]; n]);
                 for row in 0..(pixels.height / n_samples) as usize {
@@ -815,7 +836,7 @@ mod tests {
                                 .is_background(certified.job.first_sample(row * n + at))
                         {
                             n_known += 1;
-                            assert_eq!(found, work.color::<[u8; 3]>(row * n + at, at), "{scene:?}");
+                            assert_eq!(found, work.color(row * n + at, at), "{scene:?}");
                         }
                     }
                 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use std::cell::OnceCell;
 use std::collections::HashSet;
 
 use glam::DVec3;
@@ -9,8 +10,8 @@ use pulp::Simd;
 
 use super::beam::{Beam, in_the_way};
 use super::lamp::{Lamp, Lighting, Origin};
-use crate::certify::{LANES, OfPicture, Pack, Stage, registers};
-use crate::exact::{ExactBeam, ExactPoint, is_outside};
+use crate::certify::{LANES, OfPicture, Pack, PointF64, Stage, registers};
+use crate::exact::{ExactBeam, ExactPoint, Shape, is_outside};
 use crate::guard::UNIT_F64;
 use crate::prepare::{Prepared, Scaled};
 use crate::rays::Rays;
@@ -375,7 +376,10 @@ impl<'a> Finder<'a> {
                 Object::Sphere(sphere) => (sphere.center, ListedShape::Sphere(sphere.radius.abs())),
                 Object::Plane(plane) => (plane.point, ListedShape::Plane(stage.plane(id).normal)),
             };
-            let is_first = seen.insert(crate::certify::bits(object));
+            let is_first = match object {
+                Object::Sphere(_) => seen.insert(crate::certify::bits(object)),
+                Object::Plane(_) => !stage.plane(id).is_repeated,
+            };
             is_first.then(|| Listed { id, at: relative(at), shape })
         });
         let listed: Vec<Listed> = listed.collect();
@@ -695,41 +699,102 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether the light of the lamp with index `index` reaches a sample's point exactly.
+    /// Whether the light of the lamp with index `index` reaches a point that faces it: in f64, and exactly where that does not
+    /// tell.
     pub fn is_seen(
         &self,
-        index: usize,
-        lamp: &Lamp,
-        exact: &ExactBeam,
-        sample: usize,
-        id: u32,
+        (index, lamp): (usize, &Lamp),
+        sample: &SamplePoint,
         counts: &mut StageCounts,
     ) -> bool {
         if !lamp.casts_shadows() {
             return true;
         }
-        let is_in_the_way = |id: &u32| {
-            self.scene.object(*id).is_some_and(|object| exact.is_blocked_by(&object.into()))
-        };
-        // The own sphere counts by its exact numbers, like the others.
-        let mut candidates: Vec<u32> = self.listed.iter().map(|listed| listed.id).collect();
-        if self.prepared.hierarchy.is_some() {
-            candidates.push(id);
-            let direction = self.stage.direction(sample);
-            match self.stage.point_f64(sample, id) {
-                Some((point, _)) => {
-                    let beam = self.beam(self.lamps[index], point.at, point.error, direction);
-                    let push = |id| candidates.push(id);
-                    if self.look_in_tree(&beam, id, push) == in_the_way::YES {
-                        return false;
-                    }
-                }
-                None => candidates.extend(1..=self.scene.spheres.len() as u32),
-            }
+        let (state, open) = self.look((index, lamp), sample);
+        if state != in_the_way::OPEN {
+            return state == in_the_way::NO;
         }
         counts.exact += 1;
         counts.f64 = counts.f64.saturating_sub(1);
-        !candidates.iter().any(is_in_the_way)
+        let Some((point, _)) = sample.exactly(self) else { return true };
+        let Some(beam) = self.exact_beam(lamp, point) else { return true };
+        !open.into_iter().any(|id| {
+            self.scene.object(id).is_some_and(|object| beam.is_blocked_by(&object.into()))
+        })
+    }
+
+    /// The side of a plane that a point of it is seen from, 0 or 1; `None` for a sphere.
+    pub fn side_of_plane(&self, id: u32, point: &PointF64) -> Option<u32> {
+        let is_plane = id as usize > self.scene.spheres.len();
+        is_plane.then(|| u32::from(dot3(point.normal, self.stage.plane(id).normal) > 0.0))
+    }
+
+    /// Whether a lamp shines on the side of a plane that this point of it is seen from, where that is the same for all of the
+    /// plane: for suns. `None` for others, and where f64 does not tell.
+    pub fn is_lit_evenly(&self, lamp: &Lamp, point: &PointF64) -> Option<bool> {
+        let Origin::Sun(way) = lamp.origin else { return None };
+        let beam: Beam = Beam::to_sun(point.at, point.error, Scaled::new(way).rounded().into());
+        match beam.cosine(point.normal, point.normal_error) {
+            (low, _) if low > 0.0 => Some(true),
+            (_, high) if high <= 0.0 => Some(false),
+            _ => None,
+        }
+    }
+
+    /// What f64 knows of what is in the way to a lamp from a point that faces it, and the ids of what may be.
+    fn look(&self, (index, lamp): (usize, &Lamp), sample: &SamplePoint) -> (f64, Vec<u32>) {
+        let (own, n_spheres) = (sample.id, self.scene.spheres.len() as u32);
+        let mut open: Vec<u32> = Vec::new();
+        let Some((point, is_inside)) = &sample.in_f64 else {
+            open.extend(self.listed.iter().map(|listed| listed.id));
+            open.extend(1..=if self.has_tree() { n_spheres } else { 0 });
+            open.push(own);
+            return (in_the_way::OPEN, open);
+        };
+        if *is_inside && self.own_is_in_the_way(lamp, own) {
+            return (in_the_way::YES, open);
+        }
+        let beam: Beam = self.beam(self.lamps[index], point.at, point.error, Vec3::ZERO);
+        let mut state = in_the_way::NO;
+        for &Listed { id, at, ref shape } in self.listed.iter().filter(|listed| listed.id != own) {
+            let met = match *shape {
+                ListedShape::Sphere(r) => beam.meets_sphere(at, r),
+                ListedShape::Plane(normal) => beam.meets_plane(at, normal),
+            };
+            if met == in_the_way::YES {
+                return (met, open);
+            }
+            if met == in_the_way::OPEN {
+                open.push(id);
+            }
+            state = state.max(met);
+        }
+        state = state.max(self.look_in_tree(&beam, own, |id| open.push(id)));
+        (state, open)
+    }
+}
+
+/// The point that a sample sees, as well as it is known so far.
+pub struct SamplePoint {
+    /// Index of its ray.
+    pub at: usize,
+    /// The object's id.
+    pub id: u32,
+    /// In f64, and whether it is on a sphere around the ray's origin; `None` where nothing is known.
+    pub in_f64: Option<(PointF64, bool)>,
+    exact: OnceCell<Option<(ExactPoint, Shape)>>,
+}
+
+impl SamplePoint {
+    /// Of a ray that sees this object.
+    pub fn new(finder: &Finder, at: usize, id: u32) -> SamplePoint {
+        let in_f64 = finder.stage.point_f64(at, id);
+        SamplePoint { at, id, in_f64, exact: OnceCell::new() }
+    }
+
+    /// The point exactly, found when it is first asked for, and the shape of its object.
+    pub fn exactly(&self, finder: &Finder) -> Option<&(ExactPoint, Shape)> {
+        self.exact.get_or_init(|| finder.stage.exact_point(self.at, self.id)).as_ref()
     }
 }
 

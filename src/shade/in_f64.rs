@@ -191,7 +191,7 @@ impl Certified<'_> {
         let open: Vec<usize> = (0..proposed.len()).filter(is_open).collect();
         self.job.advance(control, proposed.len() - open.len());
         let some = |open: &[usize]| {
-            let mut work = Work::new(self);
+            let mut work: Work<T> = Work::new(self);
             let mut found = Vec::with_capacity(open.len());
             for &at in open {
                 control.check()?;

@@ -4,12 +4,13 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::bytes::{ByteFinder, ByteRoom};
-use super::finder::{Finder, Given, PACKS, Room, Row};
+use super::finder::{Finder, Given, PACKS, Room, Row, SamplePoint};
 use super::in_f64::n_terms;
 use super::lamp::Lighting;
 use super::mean::ExactMean;
@@ -18,7 +19,7 @@ use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
 use crate::certify::{Completer, LANES, Pack, Points, registers};
 use crate::control::Control;
 use crate::error::Result;
-use crate::exact::{ExactPoint, Shape, exact, integer};
+use crate::exact::{exact, integer};
 use crate::guard::UNIT_F64;
 use crate::host;
 use crate::kernel::Kernel;
@@ -95,6 +96,9 @@ impl Lit {
 
 /// Rows whose parts follow each other: what is in the way of one row is in the cache for the next one.
 const STRIP_ROWS: usize = 8;
+
+/// Most colours that one thread keeps of pixels that were decided exactly.
+const MOST_KNOWN: usize = 1 << 12;
 
 /// Most pixels of a row that are painted before the next row.
 const MOST_COLUMNS: usize = 128;
@@ -205,35 +209,38 @@ impl Certified<'_> {
         let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
         let are_bytes = T::as_bytes(&mut []).is_some();
         let bytes = are_bytes.then(|| ByteFinder::new(finder, job, samples)).flatten();
-        let paint = |work: &mut Work, first: usize, number: usize, out: &mut [T]| -> Result<()> {
-            control.check()?;
-            host::check()?;
-            job.advance(control, out.len());
-            let first_sample = job.first_sample(first);
-            if n_samples == 1 && job.is_background_to(first_sample, out.len()) {
-                out.fill(background);
-                return Ok(());
-            }
-            if let Some(bytes) = &bytes
-                && let Some(out) = T::as_bytes(out)
-            {
-                bytes.find(first, out, &mut work.bytes, &mut work.counts);
-                work.write_open(first, out);
-                return Ok(());
-            }
-            work.find(first, out.len(), number);
-            if n_samples == 1 {
-                work.write(first, background, out);
-                return Ok(());
-            }
-            for (at, out) in out.iter_mut().enumerate() {
-                *out = match job.is_background(first_sample + at * n_samples) {
-                    true => background,
-                    false => work.color(first + at, at),
-                };
-            }
-            Ok(())
-        };
+        let paint =
+            |work: &mut Work<T>, first: usize, number: usize, out: &mut [T]| -> Result<()> {
+                control.check()?;
+                host::check()?;
+                job.advance(control, out.len());
+                let first_sample = job.first_sample(first);
+                if n_samples == 1 && job.is_background_to(first_sample, out.len()) {
+                    out.fill(background);
+                    return Ok(());
+                }
+                if let Some(bytes) = &bytes
+                    && let Some(out) = T::as_bytes(out)
+                {
+                    bytes.find(first, out, &mut work.bytes, &mut work.counts);
+                }
+                if bytes.is_some() {
+                    work.write_open(first, out);
+                    return Ok(());
+                }
+                work.find(first, out.len(), number);
+                if n_samples == 1 {
+                    work.write(first, background, out);
+                    return Ok(());
+                }
+                for (at, out) in out.iter_mut().enumerate() {
+                    *out = match job.is_background(first_sample + at * n_samples) {
+                        true => background,
+                        false => work.color(first + at, at),
+                    };
+                }
+                Ok(())
+            };
         out.par_chunks_mut(row.max(1) * STRIP_ROWS)
             .enumerate()
             .try_fold(
@@ -249,52 +256,100 @@ impl Certified<'_> {
                     Ok(work)
                 },
             )
-            .map(|work: Result<Work>| work.map(|work| work.counts))
+            .map(|work: Result<Work<T>>| work.map(|work| work.counts))
             .try_reduce(StageCounts::default, |mut sum, other| {
                 sum.add(other);
                 Ok(sum)
             })
     }
 
-    /// Decides a pixel exactly.
+    /// Decides a pixel exactly. `known` has the colours of pixels that were decided before, by what their samples see, where that
+    /// says all.
     fn exact<T: Written>(
         &self,
         pixel: usize,
         bounds: &[Interval; 3],
+        known: &mut HashMap<Vec<u32>, T>,
+        counts: &mut StageCounts,
+    ) -> T {
+        let sample = |at: usize| SamplePoint::new(self.finder, at, self.job.ids[at]);
+        let samples: Vec<SamplePoint> = self.job.samples(pixel).map(sample).collect();
+        let Some(seen) = self.seen_evenly(&samples, counts) else {
+            return self.exact_mean(pixel, &samples, bounds, counts);
+        };
+        if let Some(color) = known.get(&seen) {
+            return *color;
+        }
+        let color = self.exact_mean(pixel, &samples, bounds, counts);
+        if known.len() < MOST_KNOWN {
+            known.insert(seen, color);
+        }
+        color
+    }
+
+    /// What says all of the colour of samples that see planes in the light of suns, or nothing: how many of them see which plane
+    /// in which suns' light. On one side of a plane each sun's is the same everywhere. `None` for others.
+    fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u32>> {
+        let (lamps, finder) = (&self.job.lit.lighting.lamps, self.finder);
+        // For each kind of sample its object, its side with its suns, and how often it is there.
+        let n_words = 3 + lamps.len() / 32;
+        let (mut seen, mut one): (Vec<u32>, Vec<u32>) = Default::default();
+        for sample in samples {
+            one.clear();
+            one.resize(n_words, 0);
+            one[0] = sample.id;
+            if sample.id != 0 {
+                let (point, _) = sample.in_f64.as_ref()?;
+                one[1] = finder.side_of_plane(sample.id, point)?;
+                for (index, lamp) in lamps.iter().enumerate() {
+                    let gives = finder.is_lit_evenly(lamp, point)?
+                        && finder.is_seen((index, lamp), sample, counts);
+                    let bit = index + 1;
+                    one[1 + bit / 32] |= u32::from(gives) << (bit % 32);
+                }
+            }
+            let is_alike = |kind: &&mut [u32]| kind[..n_words - 1] == one[..n_words - 1];
+            match seen.chunks_mut(n_words).find(is_alike) {
+                Some(kind) => kind[n_words - 1] += 1,
+                None => {
+                    one[n_words - 1] = 1;
+                    seen.extend_from_slice(&one);
+                }
+            }
+        }
+        Some(seen)
+    }
+
+    fn exact_mean<T: Written>(
+        &self,
+        pixel: usize,
+        samples: &[SamplePoint],
+        bounds: &[Interval; 3],
         counts: &mut StageCounts,
     ) -> T {
         let lighting = &self.job.lit.lighting;
-        let sample = |at: usize| {
-            let id = self.job.ids[at];
-            let point: Option<(ExactPoint, Shape)> = self.finder.stage.exact_point(at, id);
-            (at, id, point)
-        };
-        let samples: Vec<_> = self.job.samples(pixel).map(sample).collect();
         let mut mean = ExactMean::new(self.job.n_counted(pixel) * u64::from(lighting.n_shares));
         let shares = integer(lighting.n_shares.into());
-        for (at, id, point) in &samples {
-            let color = self.job.color(*id).map(exact);
-            match point {
-                Some((point, shape)) => {
-                    for channel in 0..3 {
-                        let ambient = exact(lighting.ambient[channel]) * &shares;
-                        mean.add(channel, &(ambient * &color[channel]));
-                    }
-                    for (index, lamp) in lighting.lamps.iter().enumerate() {
-                        if let Some(beam) = self.finder.exact_beam(lamp, point)
-                            && let Some(cosine) = beam.cosine(shape)
-                            && self.finder.is_seen(index, lamp, &beam, *at, *id, counts)
-                        {
-                            let weight = &lamp.exact_weight;
-                            let weights = std::array::from_fn(|k| &weight[k] * &color[k]);
-                            mean.add_light(cosine, weights);
-                        }
-                    }
+        for sample in samples {
+            let color = self.job.color(sample.id).map(exact);
+            let Some((point, shape)) = sample.exactly(self.finder) else {
+                for channel in 0..3 {
+                    mean.add(channel, &(&color[channel] * &shares));
                 }
-                None => {
-                    for channel in 0..3 {
-                        mean.add(channel, &(&color[channel] * &shares));
-                    }
+                continue;
+            };
+            for channel in 0..3 {
+                let ambient = exact(lighting.ambient[channel]) * &shares;
+                mean.add(channel, &(ambient * &color[channel]));
+            }
+            for (index, lamp) in lighting.lamps.iter().enumerate() {
+                if let Some(beam) = self.finder.exact_beam(lamp, point)
+                    && let Some(cosine) = beam.cosine(shape)
+                    && self.finder.is_seen((index, lamp), sample, counts)
+                {
+                    let weight = &lamp.exact_weight;
+                    let weights = std::array::from_fn(|k| &weight[k] * &color[k]);
+                    mean.add_light(cosine, weights);
                 }
             }
         }
@@ -303,7 +358,7 @@ impl Certified<'_> {
 }
 
 /// Samples side by side on their way to bounds.
-pub(super) struct Work<'a> {
+pub(super) struct Work<'a, T> {
     certified: &'a Certified<'a>,
     completer: Box<Completer<'a>>,
     points: Points,
@@ -313,13 +368,15 @@ pub(super) struct Work<'a> {
     open: Vec<usize>,
     bytes: ByteRoom,
     room: Room,
+    /// See [`Certified::exact`].
+    known: HashMap<Vec<u32>, T>,
     /// What the sum of a pixel's bounds may be off by, relative.
     error: f64,
     pub counts: StageCounts,
 }
 
-impl<'a> Work<'a> {
-    pub fn new(certified: &'a Certified<'a>) -> Work<'a> {
+impl<'a, T: Written> Work<'a, T> {
+    pub fn new(certified: &'a Certified<'a>) -> Work<'a, T> {
         let Certified { job, finder } = certified;
         let n_lamps = job.lit.lighting.lamps.len();
         let part = job.part() * job.lit.style.n_samples as usize;
@@ -332,6 +389,7 @@ impl<'a> Work<'a> {
             colors: Vec::new(),
             open: Vec::new(),
             bytes: ByteRoom::default(),
+            known: HashMap::new(),
             room: Room::new(n_lamps, job.row.div_ceil(part) * part.div_ceil(LANES)),
             error: n_terms as f64 * UNIT_F64,
             counts: StageCounts::default(),
@@ -371,7 +429,7 @@ impl<'a> Work<'a> {
     }
 
     /// Writes those bytes that f32 left open, of pixels from `first` on.
-    fn write_open<T: Written>(&mut self, first: usize, out: &mut [T]) {
+    fn write_open(&mut self, first: usize, out: &mut [T]) {
         let open = std::mem::take(&mut self.bytes.open);
         for some in open.chunk_by(|a, b| a / LANES == b / LANES) {
             // With their neighbours, as these mostly see the same object.
@@ -386,7 +444,7 @@ impl<'a> Work<'a> {
     }
 
     /// Writes the colours of pixels with one sample each, from `first` on.
-    fn write<T: Written>(&mut self, first: usize, background: T, out: &mut [T]) {
+    fn write(&mut self, first: usize, background: T, out: &mut [T]) {
         let (packs, colors, error) = (&self.points.packs[..], &self.colors[..], self.error);
         let open = &mut self.open;
         let write = WriteColors { packs, colors, error, background, out: &mut *out, open };
@@ -396,6 +454,12 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// Kinds of pixels that were decided exactly.
+    #[cfg(test)]
+    pub fn n_known(&self) -> usize {
+        self.known.len()
+    }
+
     /// Bounds of a channel of the sample at a place of the row.
     #[cfg(test)]
     pub fn bounds(&self, at: usize, channel: usize) -> [f64; 2] {
@@ -403,7 +467,7 @@ impl<'a> Work<'a> {
     }
 
     /// The colour of `pixel`, the one `at` in a part.
-    pub fn color<T: Written>(&mut self, pixel: usize, at: usize) -> T {
+    pub fn color(&mut self, pixel: usize, at: usize) -> T {
         let Certified { job, .. } = self.certified;
         let n_samples = job.lit.style.n_samples as usize;
         let packs_of_row = self.colors.len() / n_samples;
@@ -428,8 +492,8 @@ impl<'a> Work<'a> {
                 (*low, *high) = (*low / n_counted, *high / n_counted);
             }
         }
-        T::of_bounds(&bounds)
-            .unwrap_or_else(|| self.certified.exact(pixel, &bounds, &mut self.counts))
+        let Work { known, counts, .. } = self;
+        T::of_bounds(&bounds).unwrap_or_else(|| self.certified.exact(pixel, &bounds, known, counts))
     }
 }
 

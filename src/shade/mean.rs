@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::cmp::Ordering;
 
-use crate::exact::{Enclosure, ExactCosine, Real, Root, integer, real};
+use crate::exact::{Enclosure, ExactCosine, Fraction, Real, Root, integer, real};
 
 /// Bits of the first enclosure.
 const FEWEST_BITS: usize = 64;
@@ -13,10 +13,15 @@ const FEWEST_BITS: usize = 64;
 const MOST_BITS: usize = 4096;
 
 /// A mean of colours, each an exact part and cosines times weights.
+///
+/// Where all cosines are rational, so is the mean, and its order to another number is found at once, equality too. Else bounds
+/// are narrowed until they tell.
 #[derive(Debug)]
 pub struct ExactMean<'a> {
     divisor: Real,
-    known: [Real; 3],
+    /// The sum of what is rational.
+    known: [Fraction; 3],
+    /// The other cosines, with their weights.
     terms: Vec<(ExactCosine<'a>, [Real; 3])>,
     /// The sums enclosed so far, with their bits, ever narrower.
     enclosed: RefCell<Vec<[Enclosure; 3]>>,
@@ -27,7 +32,7 @@ impl<'a> ExactMean<'a> {
     pub fn new(divisor: u64) -> ExactMean<'a> {
         ExactMean {
             divisor: integer(divisor as i64),
-            known: std::array::from_fn(|_| Real::zero()),
+            known: std::array::from_fn(|_| Fraction::zero()),
             terms: Vec::new(),
             enclosed: RefCell::default(),
         }
@@ -35,12 +40,19 @@ impl<'a> ExactMean<'a> {
 
     /// Adds what is known exactly.
     pub fn add(&mut self, channel: usize, value: &Real) {
-        self.known[channel] = &self.known[channel] + value;
+        self.known[channel] = self.known[channel].plus(&value.into());
     }
 
     /// Adds a cosine times its weights, which are at least 0.
     pub fn add_light(&mut self, cosine: ExactCosine<'a>, weights: [Real; 3]) {
-        self.terms.push((cosine, weights));
+        match cosine.fraction() {
+            Some(cosine) => {
+                for (known, weight) in self.known.iter_mut().zip(&weights) {
+                    *known = known.plus(&cosine.times(weight));
+                }
+            }
+            None => self.terms.push((cosine, weights)),
+        }
     }
 
     /// The order of a channel and `x`, which is at least 0: equal also where [`MOST_BITS`] bits don't
@@ -49,7 +61,7 @@ impl<'a> ExactMean<'a> {
         let Some(x) = real(x) else { return Ordering::Less };
         let x = x * &self.divisor;
         if self.terms.is_empty() {
-            return self.known[channel].cmp(&x);
+            return self.known[channel].cmp_real(&x);
         }
         let mut n_bits = FEWEST_BITS;
         for step in 0.. {
@@ -73,7 +85,7 @@ impl<'a> ExactMean<'a> {
     }
 
     fn enclose(&self, n_bits: usize) -> [Enclosure; 3] {
-        let mut sums = std::array::from_fn(|channel| Enclosure::of(&self.known[channel]));
+        let mut sums = std::array::from_fn(|channel| self.known[channel].enclose(n_bits));
         for (cosine, weights) in &self.terms {
             let cosine = cosine.enclose(n_bits);
             for (sum, weight) in sums.iter_mut().zip(weights) {

@@ -6,7 +6,7 @@ mod sphere;
 
 use glam::DVec3;
 
-pub use plane::{PlaneNumbers, plane_numbers};
+pub use plane::{PlaneNumbers, PlanePlace, plane_numbers};
 pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
 
 use crate::exact::{ExactRay, Root, signum};

@@ -1,9 +1,10 @@
 //! A plane, exactly.
 
+use dashu_int::IBig;
 use glam::DVec3;
 
 use super::Side;
-use crate::exact::{ExactRay, Real, Root, product3, real3, signum};
+use crate::exact::{ExactRay, Real, Root, primitive, product3, real3, signum};
 
 /// Numerator `N = (p − o)·n` and denominator `M = d·n` of a plane, for the ray's own (scaled)
 /// origin and direction.
@@ -60,4 +61,21 @@ pub fn plane_numbers(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<Plan
         denominator: Root::ratio(m, ray.direction_scale()),
         root,
     })
+}
+
+/// The points of a plane, however long its normal is, and whichever of its points is named: the same for planes that are one.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub struct PlanePlace {
+    /// Whole numbers without a common divisor, the first of which that is not 0 is positive.
+    normal: [IBig; 3],
+    offset: (IBig, isize),
+}
+
+impl PlanePlace {
+    /// `None` for a normal of 0 and where a number is not finite.
+    pub fn new(point: DVec3, normal: DVec3) -> Option<PlanePlace> {
+        let normal = primitive(&real3(normal)?)?;
+        let n = normal.each_ref().map(|x| Real::from(x.clone()));
+        Some(PlanePlace { offset: product3(&real3(point)?, &n).shortest(), normal })
+    }
 }
