@@ -289,6 +289,17 @@ impl Prepared {
         is_same && self.check_reach(rays, farthest_here).is_ok()
     }
 
+    /// Makes what looking for the shadows of many spheres needs: boxes for any rays.
+    ///
+    /// # Errors
+    /// Those of [`Tree::prepare_visits`](crate::tree::Tree::prepare_visits).
+    pub(crate) fn prepare_shadows(&self, control: &Control) -> Result<()> {
+        match &self.hierarchy {
+            Some(hierarchy) => hierarchy.tree.prepare_visits(control),
+            None => Ok(()),
+        }
+    }
+
     /// How the rays lie to each other.
     pub fn bundle(&self) -> Bundle {
         match self.made_for {

@@ -126,6 +126,9 @@ fn million() -> &'static Path {
         let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
         let made = finish(program.args(args.split(' ')).current_dir(folder.path()));
         assert_eq!(whole(args, &made).0, 0);
+        let path = |name: &str| folder.path().join(name);
+        let scene = fs::read_to_string(path("s.toml")).unwrap();
+        fs::write(path("lit.toml"), scene + "[sky]\nintensity = 0.8\ndirections = 4\n").unwrap();
         folder
     });
     folder.path()
@@ -143,6 +146,11 @@ fn a_million_spheres_fit_or_are_refused_with_numbers() {
         (
             "render s.toml -o d.png --size 16x9 --kernel double --device cpu",
             [150, 220, 300, 400, 900],
+        ),
+        ("render lit.toml -o e.png --size 320x180 --device cpu", [150, 400, 450, 500, 600]),
+        (
+            "render lit.toml -o f.png --size 320x180 --samples 2 --device cpu",
+            [150, 450, 500, 550, 700],
         ),
         ("check s.toml", [150, 300, 400, 500, 1200]),
         ("explain s.toml --pixel 9,9 --size 320x180 --device cpu", [150, 300, 400, 500, 1200]),
@@ -201,9 +209,15 @@ fn threads_that_make_no_sense_or_can_not_be_started_are_refused() {
     for threads in ["", "0", "1", "7"] {
         assert_eq!(run("unlimited", threads).0, 0, "{threads}");
     }
-    let (code, said) = run("500000", "1000");
-    assert_eq!(code, 7, "{said}");
-    assert!(said.contains("1000 threads can't be started"), "{said}");
+    // However often: a thread that starts and has no room to handle signals would end the process.
+    for (kib, threads) in [("500000", "1000"), ("800000", "1000"), ("500000", "64")] {
+        for _ in 0..8 {
+            let (code, said) = run(kib, threads);
+            assert_eq!(code, 7, "{said}");
+            assert!(said.contains(&format!("starting {threads} threads needs")), "{said}");
+            assert!(said.contains("RAYON_NUM_THREADS"), "{said}");
+        }
+    }
 }
 
 /// Files that never end, or that are no files, as scenes and as clouds.

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use kugelblitz::memory::address_space;
+use kugelblitz::memory::{Available, Limit, address_space};
 use kugelblitz::{Error, Result};
 
 /// The variable that tells their number, as in every program that uses rayon.
@@ -11,20 +11,29 @@ const VARIABLE: &str = "RAYON_NUM_THREADS";
 /// More than any machine has use for.
 const MOST: usize = 1024;
 
-/// Address space of a thread: its stack, and the range that glibc's allocator sets aside for it.
-const ADDRESSES: u64 = (2 + 64) << 20;
+/// Address space of a thread: its stack, and what it gets to handle signals on, with guards.
+const STACK: u64 = (2 << 20) + (1 << 17);
+
+/// What glibc's allocator sets aside for a thread, of which there are eight a processor at most.
+const ARENA: u64 = 64 << 20;
+const ARENAS_PER_PROCESSOR: usize = 8;
 
 /// Starts them.
 ///
 /// # Errors
 /// [`Error::Usage`] for a number in the variable that is none or makes no sense,
-/// [`Error::TooLarge`] where the system starts no more.
+/// [`Error::TooLarge`] where the address space has no room for them, before any is started: one that has no room to handle signals
+/// ends the process. The same where the system starts no more.
 pub fn start() -> Result<()> {
     let n = match std::env::var_os(VARIABLE) {
         Some(text) if !text.is_empty() => parse(&text.to_string_lossy())?,
         _ => None,
     };
     let n = n.map_or_else(automatic, NonZeroUsize::get);
+    let available =
+        Available { bytes: address_space().unwrap_or(u64::MAX), limit: Limit::AddressSpace };
+    let advice = format!("set {VARIABLE} to fewer, or raise the limit");
+    available.require(format!("starting {n} threads"), addresses(n), &advice)?;
     // A first allocation sets a thread's range aside before anything is measured.
     let touch = |_| drop(std::hint::black_box(vec![0_u8; 64]));
     rayon::ThreadPoolBuilder::new().num_threads(n).start_handler(touch).build_global().map_err(
@@ -40,9 +49,17 @@ pub fn start() -> Result<()> {
 /// As many as there are processors; within a limit of the address space, no more than take a
 /// quarter of it.
 fn automatic() -> usize {
-    let n = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    let most = address_space().map_or(u64::MAX, |left| left / 4 / ADDRESSES);
-    n.min(usize::try_from(most).unwrap_or(usize::MAX)).max(1)
+    let quarter = address_space().map_or(u64::MAX, |left| left / 4);
+    (2..=n_processors()).rev().find(|&n| addresses(n) <= quarter).unwrap_or(1)
+}
+
+fn n_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
+/// Address space that so many threads take.
+fn addresses(n: usize) -> u64 {
+    n as u64 * STACK + n.min(ARENAS_PER_PROCESSOR * n_processors()) as u64 * ARENA
 }
 
 /// `None` is rayon's 0: as many as suit the machine.

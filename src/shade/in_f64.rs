@@ -151,6 +151,7 @@ impl Lit {
         colors: &mut Colors,
     ) -> Result<(u64, StageCounts)> {
         let rays = Rays::Pixels(*samples);
+        prepared.prepare_shadows(control)?;
         let finder = Finder::new(prepared, &rays, &self.lighting);
         let job = Job { lit: self, ids, row: samples.width as usize };
         let job = Certified { job, finder: &finder };

@@ -88,6 +88,7 @@ impl Lit {
             return Ok((colors, plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double)));
         }
         let rays = Rays::Pixels(*samples);
+        prepared.prepare_shadows(control)?;
         let finder = Finder::new(prepared, &rays, &self.lighting);
         let counts = Certified { job, finder: &finder }.run(samples, control, colors)?;
         Ok((ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() }, counts))

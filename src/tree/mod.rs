@@ -35,7 +35,7 @@ pub(crate) use segment::Ahead;
 pub use segment::Segment;
 pub(crate) use walk::Company;
 pub use walk::TreeRay;
-use wide::{WIDE_BYTES, Wide};
+use wide::{Wide, WidePlan};
 
 /// Set in a leaf's link, on the device too.
 pub const IS_LEAF: u32 = 1 << 31;
@@ -100,7 +100,7 @@ impl Tree {
     /// The nodes for rays from anywhere, made when they are first needed.
     #[inline]
     fn wide(&self) -> &Wide {
-        self.wide.get_or_init(|| Wide::new(self))
+        self.wide.get_or_init(|| WidePlan::new(self).make())
     }
 
     /// Makes what [`Tree::visit`] needs, which takes longer than a ray.
@@ -110,13 +110,12 @@ impl Tree {
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn prepare_visits(&self, control: &Control) -> Result<()> {
         control.check()?;
-        let n_spheres = self.order.len();
-        memory::require(
-            format!("boxes of {n_spheres} spheres for any rays"),
-            n_spheres as u64 * WIDE_BYTES,
-            "free some, or split the scene",
-        )?;
-        self.wide();
+        if self.wide.get().is_none() {
+            let plan = WidePlan::new(self);
+            let what = format!("boxes of {} spheres for any rays", self.order.len());
+            memory::require(what, plan.bytes(), "free some, or split the scene")?;
+            self.wide.get_or_init(|| plan.make());
+        }
         control.check()
     }
 

@@ -1,5 +1,8 @@
 //! The tree for rays from anywhere: nodes of up to sixteen boxes, which a ray meets side by side.
 
+use std::ops::Range;
+
+use bytemuck::{Zeroable, zeroed_vec};
 use glam::DVec3;
 use pulp::Simd;
 use rayon::prelude::*;
@@ -14,7 +17,7 @@ pub(super) const WIDTH: usize = 16;
 type Lanes<T> = [T; WIDTH];
 
 /// Boxes, and what is in each. Where there are fewer, the others are empty: no ray meets them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct WideNode {
     low: [Lanes<f32>; 3],
@@ -38,64 +41,148 @@ pub(super) struct Wide {
     pub root: usize,
 }
 
-/// Most bytes a sphere while the nodes are made: each has two boxes or more, and parts are put together
-/// once they are made.
-pub(super) const WIDE_BYTES: u64 = 2 * size_of::<WideNode>() as u64;
-
 /// Nodes of a subtree that one thread widens at a time.
 const PART: usize = 1 << 14;
 
-impl Wide {
-    /// Takes boxes from several levels of a tree together, the largest first.
-    pub fn new(tree: &Tree) -> Wide {
+/// How many nodes there will be, found before there is room for them.
+pub(super) struct WidePlan<'a> {
+    tree: &'a Tree,
+    parts: Vec<Range<usize>>,
+    /// Where the nodes of each part begin, and where those above all parts do.
+    firsts: Vec<usize>,
+    n_nodes: usize,
+}
+
+impl<'a> WidePlan<'a> {
+    /// Of boxes from several levels of a tree taken together, the largest first.
+    pub fn new(tree: &'a Tree) -> WidePlan<'a> {
         let (parts, above) = tree.cut(PART);
-        let widen_part = |part: &std::ops::Range<usize>| {
-            let mut nodes = Vec::new();
-            widen(tree, part.start, |_| None, &mut nodes);
-            nodes
+        let count = |part: &Range<usize>| {
+            let mut n_nodes = 0;
+            widen(tree, part.start, &|_| None, |_, _| n_nodes += 1);
+            n_nodes
         };
-        let widened: Vec<Vec<WideNode>> = parts.par_iter().map(widen_part).collect();
-        let mut nodes = Vec::with_capacity(widened.iter().map(Vec::len).sum());
-        let mut firsts = Vec::with_capacity(parts.len());
-        for part in widened {
-            let first = nodes.len() as u32;
-            firsts.push(first);
-            nodes.extend(part.into_iter().map(|mut node| {
-                let inner = node.links.iter_mut().filter(|link| **link & IS_LEAF == 0);
-                inner.for_each(|link| *link += first);
-                node
-            }));
+        let counts: Vec<usize> = parts.par_iter().map(count).collect();
+        let mut n_nodes = 0;
+        let mut firsts = Vec::with_capacity(parts.len() + 1);
+        for count in counts {
+            firsts.push(n_nodes);
+            n_nodes += count;
         }
-        let mut root = 0;
+        firsts.push(n_nodes);
+        let mut plan = WidePlan { tree, parts, firsts, n_nodes };
         if !above.is_empty() {
-            root = nodes.len();
-            let part = |at: usize| parts.binary_search_by_key(&at, |part| part.start).ok();
-            widen(tree, 0, |at| part(at).map(|part| firsts[part]), &mut nodes);
+            let mut n_above = 0;
+            widen(tree, 0, &|at| plan.part_at(at), |_, _| n_above += 1);
+            plan.n_nodes += n_above;
         }
-        Wide { nodes, root }
+        plan
     }
 
+    /// The number of the node that there is already for the subtree below a node of the tree.
+    fn part_at(&self, at: usize) -> Option<usize> {
+        let part = self.parts.binary_search_by_key(&at, |part| part.start).ok();
+        part.map(|part| self.firsts[part])
+    }
+
+    /// Bytes of the nodes.
+    pub fn bytes(&self) -> u64 {
+        (self.n_nodes * size_of::<WideNode>()) as u64
+    }
+
+    /// The nodes.
+    pub fn make(&self) -> Wide {
+        let tree = self.tree;
+        let mut nodes: Vec<WideNode> = zeroed_vec(self.n_nodes);
+        let (below, above) = nodes.split_at_mut(self.firsts[self.parts.len()]);
+        let mut left = below;
+        let mut of_parts = Vec::with_capacity(self.parts.len());
+        for (part, ends) in self.parts.iter().zip(self.firsts.windows(2)) {
+            let (nodes, others) = left.split_at_mut(ends[1] - ends[0]);
+            of_parts.push((part.start, ends[0], nodes));
+            left = others;
+        }
+        of_parts.into_par_iter().for_each(|(root, first, nodes)| {
+            widen(tree, root, &|_| None, |at, node| nodes[at] = node.numbered_from(first));
+        });
+        let first = self.firsts[self.parts.len()];
+        let has_above = !above.is_empty();
+        if has_above {
+            // Below them are nodes of parts, whose numbers are what they are.
+            let done = |at| self.part_at(at);
+            widen(tree, 0, &done, |at, node| above[at] = node.numbered_from(first));
+        }
+        Wide { nodes, root: if has_above { first } else { 0 } }
+    }
+}
+
+impl Wide {
     /// Bytes of the nodes.
     pub fn bytes(&self) -> u64 {
         size_of_val(&self.nodes[..]) as u64
     }
 }
 
-/// Adds the nodes of a subtree, its root first; `done` gives the number of a node that there is
-/// already for what is below `at`.
-fn widen(tree: &Tree, root: usize, done: impl Fn(usize) -> Option<u32>, nodes: &mut Vec<WideNode>) {
+/// A node before all are numbered.
+struct Below<'a> {
+    tree: &'a Tree,
+    /// The subtrees that it has the boxes of, and what these hold.
+    below: &'a [(usize, Number)],
+}
+
+#[derive(Clone, Copy)]
+enum Number {
+    /// A sphere at this place.
+    Sphere(u32),
+    /// The node with this number, counted from the first one of all that are made together.
+    Here(usize),
+    /// One that there was before.
+    Done(usize),
+}
+
+impl Below<'_> {
+    fn numbered_from(&self, first: usize) -> WideNode {
+        let mut wide = WideNode::EMPTY;
+        for (lane, &(at, number)) in self.below.iter().enumerate() {
+            let node = &self.tree.nodes[at];
+            for axis in 0..3 {
+                wide.low[axis][lane] = node.low[axis];
+                wide.high[axis][lane] = node.high[axis];
+            }
+            wide.links[lane] = match number {
+                Number::Sphere(place) => place | IS_LEAF,
+                Number::Here(number) => (first + number) as u32,
+                Number::Done(number) => number as u32,
+            };
+        }
+        wide
+    }
+}
+
+/// Hands over the nodes of a subtree with their numbers, its root first; `done` gives the number of a node that there is already
+/// for what is below `at`. A subtree whose spheres fit into one node gets one, as long as others can be opened: nodes are fuller
+/// so, and fewer.
+fn widen(
+    tree: &Tree,
+    root: usize,
+    done: &impl Fn(usize) -> Option<usize>,
+    mut take: impl FnMut(usize, &Below),
+) {
+    let is_small = |at: usize| tree.after(at) - at < 2 * WIDTH;
     // The surface of an inner node's box; below 0 for what stays as it is.
-    let area = |at: usize| {
-        if tree.place(at).is_some() || done(at).is_some() {
+    let area = |at: usize, opens_small: bool| {
+        let stays = tree.place(at).is_some() || done(at).is_some();
+        if stays || is_small(at) && !opens_small {
             return -1.0;
         }
         let node = &tree.nodes[at];
         let [x, y, z] = std::array::from_fn(|k| node.high[k] - node.low[k]);
         x * y + y * z + z * x
     };
-    nodes.push(WideNode::EMPTY);
-    let mut open = vec![(root, nodes.len() - 1)];
+    let (mut open, mut n_nodes) = (vec![(root, 0)], 1);
     while let Some((at, number)) = open.pop() {
+        let opens_small = is_small(at);
+        let area = |at| area(at, opens_small);
         let (mut below, mut areas, mut n_boxes) = ([at; WIDTH], [area(at); WIDTH], 1);
         while n_boxes < WIDTH {
             let largest = (1..n_boxes).fold(0, |a, b| if areas[b] > areas[a] { b } else { a });
@@ -107,25 +194,19 @@ fn widen(tree: &Tree, root: usize, done: impl Fn(usize) -> Option<u32>, nodes: &
             (below[n_boxes], areas[n_boxes]) = (second, area(second));
             n_boxes += 1;
         }
-        let below = &below[..n_boxes];
-        let mut wide = WideNode::EMPTY;
-        for (lane, &at) in below.iter().enumerate() {
-            let node = &tree.nodes[at];
-            for axis in 0..3 {
-                wide.low[axis][lane] = node.low[axis];
-                wide.high[axis][lane] = node.high[axis];
-            }
-            wide.links[lane] = match (tree.place(at), done(at)) {
-                (Some(place), _) => place as u32 | IS_LEAF,
-                (None, Some(number)) => number,
+        let mut numbered = Vec::with_capacity(WIDTH);
+        for &at in &below[..n_boxes] {
+            numbered.push(match (tree.place(at), done(at)) {
+                (Some(place), _) => (at, Number::Sphere(place as u32)),
+                (None, Some(number)) => (at, Number::Done(number)),
                 (None, None) => {
-                    nodes.push(WideNode::EMPTY);
-                    open.push((at, nodes.len() - 1));
-                    nodes.len() as u32 - 1
+                    open.push((at, n_nodes));
+                    n_nodes += 1;
+                    (at, Number::Here(n_nodes - 1))
                 }
-            };
+            });
         }
-        nodes[number] = wide;
+        take(number, &Below { tree, below: &numbered });
     }
 }
 
