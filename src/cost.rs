@@ -11,7 +11,7 @@ use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions};
-use crate::prepare::{Prepared, record_bytes};
+use crate::prepare::{Hierarchy, Prepared, record_bytes};
 use crate::rays::{Pixels, Ray, Rays};
 use crate::render::plan;
 use crate::scene::{Cloud, Scene};
@@ -89,6 +89,9 @@ pub struct PictureCost {
     pub rays: u64,
     /// Memory for hits and writing, by format.
     pub bytes_memory: BTreeMap<&'static str, u64>,
+    /// Memory beside that: the objects, the hierarchy over many spheres with what the picture and its samples see of it, and the
+    /// boxes for shadow rays.
+    pub bytes_held: u64,
 }
 
 impl Cost {
@@ -111,10 +114,11 @@ impl Cost {
             bytes: hierarchy.bytes(),
             ms_build: hierarchy.build_time.as_secs_f64() * 1e3,
         });
+        let samples = scene.samples.unwrap_or(1);
+        let held = held_bytes(scene, prepared.hierarchy.as_ref(), samples);
         let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
         bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
         drop(tracer);
-        let samples = scene.samples.unwrap_or(1);
         let file = |cloud: &Cloud| CloudFile {
             file: cloud.path.display().to_string(),
             spheres: cloud.n_spheres,
@@ -127,13 +131,15 @@ impl Cost {
             bytes_scene: scene.bytes(),
             bytes_device,
             hierarchy,
-            picture: pixels.map(|pixels| PictureCost::new(scene, pixels, samples)).transpose()?,
+            picture: pixels
+                .map(|pixels| PictureCost::new(scene, pixels, samples, held))
+                .transpose()?,
         })
     }
 }
 
 impl PictureCost {
-    fn new(scene: &Scene, pixels: &Pixels, samples: u32) -> Result<PictureCost> {
+    fn new(scene: &Scene, pixels: &Pixels, samples: u32, held: u64) -> Result<PictureCost> {
         let (options, available) = (PictureOptions::default(), Available::now());
         let mut bytes_memory = BTreeMap::new();
         for format in Format::ALL {
@@ -145,6 +151,17 @@ impl PictureCost {
             }
         }
         let size = [pixels.width, pixels.height];
-        Ok(PictureCost { size, rays: pixels.len() as u64, bytes_memory })
+        Ok(PictureCost { size, rays: pixels.len() as u64, bytes_memory, bytes_held: held })
     }
+}
+
+/// [`PictureCost::bytes_held`]
+fn held_bytes(scene: &Scene, hierarchy: Option<&Hierarchy>, samples: u32) -> u64 {
+    let has_shadows = scene.sky.is_some() || scene.lights.iter().any(|light| light.shadows);
+    let of_hierarchy = |hierarchy: &Hierarchy| {
+        let views = if samples > 1 { 2 } else { 1 };
+        let shadows = if has_shadows { hierarchy.tree.visit_bytes() } else { 0 };
+        hierarchy.tree.bytes() + views * hierarchy.bytes() + shadows
+    };
+    scene.bytes() + hierarchy.map_or(0, of_hierarchy)
 }

@@ -134,6 +134,34 @@ fn million() -> &'static Path {
     folder.path()
 }
 
+/// What `check` says of the memory that is held for a lit picture with samples is most of what it takes.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_picture_holds_is_counted() {
+    let scene = fs::read_to_string(million().join("lit.toml")).unwrap();
+    let path = million().join("sampled.toml");
+    fs::write(&path, scene + "[image]\nwidth = 320\nheight = 180\nsamples = 2\n").unwrap();
+    let run = |args: &[&str]| {
+        let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+        let output = finish(program.args(args).current_dir(million()));
+        assert_eq!(whole("check", &output).0, 0);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said: serde_json::Value =
+        serde_json::from_str(&run(&["check", "sampled.toml", "--json"])).unwrap();
+    let held = said["picture"]["bytes_held"].as_u64().unwrap() / 1024;
+    let args = ["render", "sampled.toml", "-o", "g.ppm", "--device", "cpu"];
+    // Within a limit on its data: what the program asks for, without the ranges that are only set aside.
+    let within_data = |kib: u64| {
+        let program = &mut Command::new("sh");
+        let limited = "ulimit -c 0; ulimit -d \"$0\"; exec \"$@\"";
+        program.args(["-c", limited, &kib.to_string(), env!("CARGO_BIN_EXE_kugelblitz")]);
+        whole("render", &finish(program.args(args).current_dir(million()))).0
+    };
+    assert_eq!(within_data(held), 7, "{held} KiB");
+    assert_eq!(within_data(held + held / 4 + 250_000), 0, "{held} KiB");
+}
+
 /// What is too much is refused with what it needs, what there is, and what sets the limit.
 #[test]
 fn a_million_spheres_fit_or_are_refused_with_numbers() {

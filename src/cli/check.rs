@@ -56,8 +56,9 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         let _ = writeln!(text, "hierarchy: {}, built in {ms_build:.0} ms{outside}", bytes(n));
     }
     match cost.picture {
-        Some(PictureCost { size: [width, height], rays, bytes_memory }) => {
+        Some(PictureCost { size: [width, height], rays, bytes_memory, bytes_held }) => {
             let _ = writeln!(text, "picture: {width}×{height}, {rays} rays");
+            let _ = writeln!(text, "memory held for it: {}", bytes(bytes_held));
             for (format, n) in bytes_memory {
                 let _ = writeln!(text, "memory to write {format}: {}", bytes(n));
             }

@@ -103,6 +103,11 @@ impl Tree {
         self.wide.get_or_init(|| WidePlan::new(self).make())
     }
 
+    /// Bytes of what [`Tree::prepare_visits`] makes.
+    pub fn visit_bytes(&self) -> u64 {
+        self.wide.get().map_or_else(|| WidePlan::new(self).bytes(), Wide::bytes)
+    }
+
     /// Makes what [`Tree::visit`] needs, which takes longer than a ray.
     ///
     /// # Errors
