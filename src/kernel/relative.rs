@@ -180,6 +180,9 @@ where
     fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
         closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
     }
+    fn closest_from_anywhere(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
+        closest::<false, S, P>(ray, &self.0.spheres, &self.0.planes)
+    }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
         normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)

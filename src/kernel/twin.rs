@@ -16,6 +16,8 @@ pub trait Twin: Sync {
     const IS_PROVEN: bool = false;
     /// The object of a ray.
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
+    /// The same of a ray that starts anywhere, as shadow rays do.
+    fn closest_from_anywhere(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// Writes the ids of the first pixels of a row, where the kernel has a quicker way for several, and says
     /// of how many. The row's first pixel is at this [`crate::rays::Pixels::offset2`].
     ///

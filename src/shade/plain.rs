@@ -11,7 +11,7 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Hit, RayOf};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
-use crate::rays::{Bundle, Pixels};
+use crate::rays::Pixels;
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::Tracer;
 use crate::vec3::{Real, Vec3, dot3};
@@ -34,8 +34,8 @@ pub(super) fn shade<T: Written>(
     }
     let work =
         |light: Light| job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, light)));
-    let primary = Primary { job, prepared, samples, work };
-    prepared.objects.with_twin(prepared.bundle(), prepared.near, primary)?;
+    let with_light = WithLight { job, prepared, samples, work };
+    prepared.objects.with_twin(prepared.bundle(), prepared.near, with_light)?;
     Ok(false)
 }
 
@@ -104,38 +104,23 @@ fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] 
 /// The light on what a sample sees.
 type Light<'a> = &'a (dyn Fn(usize) -> [f64; 3] + Sync);
 
-/// The work with the kernel for the camera's rays.
-struct Primary<'a, W> {
+/// The work with the kernel.
+struct WithLight<'a, W> {
     job: &'a Job<'a>,
     prepared: &'a Prepared,
     samples: &'a Pixels,
     work: W,
 }
 
-impl<R, W: FnOnce(Light) -> R> WithTwin for Primary<'_, W> {
+impl<R, W: FnOnce(Light) -> R> WithTwin for WithLight<'_, W> {
     type Output = R;
 
     fn with<T: Twin>(self, twin: &T) -> R {
-        let objects = &self.prepared.objects;
-        objects.with_twin(Bundle::Free, true, Shadows { primary: self, twin })
-    }
-}
-
-/// The same with the kernel for rays from anywhere as well.
-struct Shadows<'a, W, T> {
-    primary: Primary<'a, W>,
-    twin: &'a T,
-}
-
-impl<R, W: FnOnce(Light) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
-    type Output = R;
-
-    fn with<S: Twin>(self, shadows: &S) -> R {
-        let Shadows { primary: Primary { job, prepared, samples, work }, twin } = self;
+        let WithLight { job, prepared, samples, work } = self;
         let coordinates = prepared.coordinates();
         let camera = T::Float::camera(&coordinates, samples);
         let (lighting, epsilon) = (&job.lit.lighting, job.lit.style.epsilon);
-        let plain = Plain { twin, shadows, coordinates, lighting, epsilon };
+        let plain = Plain { twin, coordinates, lighting, epsilon };
         work(&|sample| {
             let (x, y) = samples.xy(sample);
             let (i, j) = samples.offset2(x, y);
@@ -144,16 +129,15 @@ impl<R, W: FnOnce(Light) -> R, T: Twin> WithTwin for Shadows<'_, W, T> {
     }
 }
 
-/// A kernel for both kinds of rays.
-struct Plain<'a, T, S> {
+/// A kernel, with what lights its hits.
+struct Plain<'a, T> {
     twin: &'a T,
-    shadows: &'a S,
     coordinates: Coordinates,
     lighting: &'a Lighting,
     epsilon: f64,
 }
 
-impl<T: Twin, S: Twin> Plain<'_, T, S> {
+impl<T: Twin> Plain<'_, T> {
     /// The light that a ray's hit gets.
     fn light(&self, ray: &RayOf<T::Float>) -> [f64; 3] {
         let Lighting { lamps, ambient, .. } = self.lighting;
@@ -181,12 +165,12 @@ impl<T: Twin, S: Twin> Plain<'_, T, S> {
         hit: Hit<T::Float>,
         normal: Vec3<T::Float>,
         lamp: &Lamp,
-    ) -> Way<T::Float, S::Float> {
+    ) -> Way<T::Float> {
         let point = ray.origin + ray.direction * hit.t;
         let way = match lamp.origin {
             Origin::Eye => -(ray.direction * hit.t),
-            Origin::Point(position) => self.vector::<T>(self.coordinates.of(position)) - point,
-            Origin::Sun(direction) => -self.vector::<T>(direction),
+            Origin::Point(position) => self.vector(self.coordinates.of(position)) - point,
+            Origin::Sun(direction) => -self.vector(direction),
         };
         let length = dot3(way, way).sqrt();
         let cosine = dot3(normal, way) * (T::Float::ONE / length);
@@ -197,8 +181,8 @@ impl<T: Twin, S: Twin> Plain<'_, T, S> {
         Way { way, cosine, in_the_way }
     }
 
-    fn vector<F: Twin>(&self, v: glam::DVec3) -> Vec3<F::Float> {
-        Vec3(v.to_array().map(F::Float::from_f64))
+    fn vector(&self, v: glam::DVec3) -> Vec3<T::Float> {
+        Vec3(v.to_array().map(T::Float::from_f64))
     }
 
     /// What the shadow ray, which starts `epsilon` nearer to the lamp, meets before it.
@@ -208,21 +192,19 @@ impl<T: Twin, S: Twin> Plain<'_, T, S> {
         way: Vec3<T::Float>,
         length: T::Float,
         is_endless: bool,
-    ) -> Option<Hit<S::Float>> {
-        let to_s = |v: Vec3<T::Float>| Vec3(v.0.map(|x| S::Float::from_f64(x.to_f64())));
-        let (way, length) = (to_s(way), S::Float::from_f64(length.to_f64()));
-        let step = S::Float::from_f64(self.epsilon) / length;
-        let origin = to_s(point) + way * step;
-        let hit = self.shadows.closest(&RayOf::new(origin, Vec3::ZERO, way));
-        (hit.id != 0 && (is_endless || hit.t < S::Float::ONE - step)).then_some(hit)
+    ) -> Option<Hit<T::Float>> {
+        let step = T::Float::from_f64(self.epsilon) / length;
+        let ray = RayOf::new(point + way * step, Vec3::ZERO, way);
+        let hit = self.twin.closest_from_anywhere(&ray);
+        (hit.id != 0 && (is_endless || hit.t < T::Float::ONE - step)).then_some(hit)
     }
 }
 
-/// The way to a lamp in a kernel's arithmetic, and that of its shadow rays.
-struct Way<T, S> {
+/// The way to a lamp in a kernel's arithmetic.
+struct Way<T> {
     way: Vec3<T>,
     cosine: T,
-    in_the_way: Option<Hit<S>>,
+    in_the_way: Option<Hit<T>>,
 }
 
 /// What a kernel without a proof makes of the light on the point that one ray sees, without epsilon.
@@ -268,20 +250,7 @@ impl WithTwin for One<'_> {
     type Output = Option<PlainPoint>;
 
     fn with<T: Twin>(self, twin: &T) -> Option<PlainPoint> {
-        self.prepared.objects.with_twin(Bundle::Free, true, OneOf { one: self, twin })
-    }
-}
-
-struct OneOf<'a, T> {
-    one: One<'a>,
-    twin: &'a T,
-}
-
-impl<T: Twin> WithTwin for OneOf<'_, T> {
-    type Output = Option<PlainPoint>;
-
-    fn with<S: Twin>(self, shadows: &S) -> Option<PlainPoint> {
-        let OneOf { one: One { prepared, rays, lighting }, twin } = self;
+        let One { prepared, rays, lighting } = self;
         let coordinates = prepared.coordinates();
         let ray = match rays {
             Rays::Pixels(pixels) => {
@@ -294,7 +263,7 @@ impl<T: Twin> WithTwin for OneOf<'_, T> {
         if hit.id == 0 {
             return None;
         }
-        let plain = Plain { twin, shadows, coordinates, lighting, epsilon: 0.0 };
+        let plain = Plain { twin, coordinates, lighting, epsilon: 0.0 };
         let normal = twin.normal_at(&ray, hit);
         let to_f64 = |v: Vec3<T::Float>| v.0.map(T::Float::to_f64);
         let way = |lamp| {

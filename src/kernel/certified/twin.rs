@@ -22,18 +22,29 @@ struct Certified<'a, F> {
     filter: PhantomData<F>,
 }
 
+impl<F: Filter> Certified<'_, F> {
+    #[inline(always)]
+    fn closest_by<G: Filter>(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        let Lists { spheres, planes } = self.objects;
+        let n_spheres = spheres.len() as u32;
+        let sphere_id = |index: u32| index + 1;
+        let nearest =
+            nearest_listed::<f32, G>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
+        Hit { id: nearest.decide(), ..Hit::MISS }
+    }
+}
+
 impl<F: Filter> Twin for Certified<'_, F> {
     type Float = f32;
     const GIVES_SURFACE: bool = false;
     const IS_PROVEN: bool = true;
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
-        let Lists { spheres, planes } = self.objects;
-        let n_spheres = spheres.len() as u32;
-        let sphere_id = |index: u32| index + 1;
-        let nearest =
-            nearest_listed::<f32, F>(ray, spheres, planes, n_spheres, sphere_id, &self.widening);
-        Hit { id: nearest.decide(), ..Hit::MISS }
+        self.closest_by::<F>(ray)
+    }
+
+    fn closest_from_anywhere(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        self.closest_by::<FreeFilter>(ray)
     }
 
     fn row(

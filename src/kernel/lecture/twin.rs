@@ -108,6 +108,9 @@ impl Twin for Lecture<'_> {
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         closest(ray, &self.0.spheres, &self.0.planes)
     }
+    fn closest_from_anywhere(&self, ray: &RayOf<f32>) -> Hit<f32> {
+        self.closest(ray)
+    }
     #[inline(always)]
     fn normal_at(&self, ray: &RayOf<f32>, hit: Hit<f32>) -> Vec3<f32> {
         normal_at(ray, hit, &self.0.spheres, &self.0.planes)
