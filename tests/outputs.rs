@@ -3,12 +3,16 @@
 #[path = "common/program.rs"]
 mod program;
 
+use std::env;
 use std::fs::{self, File};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use kugelblitz::scene::read_scene;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -264,4 +268,59 @@ fn a_killed_run_leaves_nothing() {
     fs::remove_file(folder.path().join("other.png")).unwrap();
     assert_eq!(names(&folder), before);
     assert_eq!(fs::read(folder.path().join("out.ppm")).unwrap(), b"old");
+}
+
+/// What a scene and its cloud in this folder are: the count that the scene's first line tells, which is
+/// that of the spheres it has.
+#[track_caller]
+fn count_of(folder: &Path, after: &str) -> usize {
+    let path = folder.join("s.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let count = text.split_once("--count ").unwrap().1.split(' ').next().unwrap();
+    let scene = read_scene(&path).unwrap_or_else(|error| panic!("{after}: {error}"));
+    assert_eq!(scene.spheres.len().to_string(), count, "{after}: another's cloud");
+    scene.spheres.len()
+}
+
+/// `KUGELBLITZ_KILLS` asks for more of them.
+#[test]
+fn killed_amid_two_files_a_scene_has_its_own_cloud() {
+    let n_kills = env::var("KUGELBLITZ_KILLS").map_or(30, |n| n.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let generate = |count: &str| {
+        let made = ["generate", "cloud", "--count", count, "-o", "c.npy", "--scene", "s.toml"];
+        program(&folder, &made)
+    };
+    let of_two = ["c.npy", "s.toml"];
+    ends(generate("300"), 0);
+    let mut rng = ChaCha8Rng::seed_from_u64(24);
+    let (mut n_amid, mut n_old, mut n_left) = (0, 0, 0);
+    for kill in 0..n_kills {
+        let before = count_of(folder.path(), "before");
+        let mut child = generate(if before == 300 { "400" } else { "300" }).spawn().unwrap();
+        // Half of them wherever it is, half where it puts files in their places.
+        if kill % 2 == 0 {
+            let start = Instant::now();
+            while names(&folder) == of_two && child.try_wait().unwrap().is_none() {
+                assert!(start.elapsed() < Duration::from_secs(60), "nothing is written");
+            }
+        }
+        std::thread::sleep(Duration::from_micros(rng.random_range(0..30_000)));
+        child.kill().unwrap();
+        n_amid += usize::from(!child.wait().unwrap().success());
+        n_old += usize::from(count_of(folder.path(), &format!("kill {kill}")) == before);
+        n_left += usize::from(names(&folder) != of_two);
+        // The next run in the folder, of the same outputs or of others, removes what is hidden.
+        if kill % 3 == 0 {
+            ends(program(&folder, &["generate", "cloud", "--count", "9", "-o", "b.npy"]), 0);
+            fs::remove_file(folder.path().join("b.npy")).unwrap();
+            let left = names(&folder);
+            assert!(!left.iter().any(|name| name.starts_with('.')), "kill {kill}: {left:?}");
+            count_of(folder.path(), &format!("a run after kill {kill}"));
+        }
+    }
+    println!("{n_kills} kills: {n_amid} amid the work, {n_old} left the old, {n_left} other names");
+    ends(generate("300"), 0);
+    assert_eq!(names(&folder), of_two);
+    assert_eq!(count_of(folder.path(), "at the end"), 300);
 }

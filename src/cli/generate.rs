@@ -60,8 +60,13 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
         };
         print_summary("generate", &summary)?;
     }
-    // The scene last: it needs the cloud.
-    output::commit(once(file).chain(scene), &run.control)?;
+    match scene {
+        None => output::commit([file], &run.control),
+        Some(scene) => {
+            let write = |scene: &mut OutputFile, cloud: &Path| write_scene(scene, cloud, &recipe);
+            output::commit_with_scene(file, scene, write, &run.control)
+        }
+    }?;
     args.talk.say(&format!(
         "{}: {}, {}, seed {seed}, in {}",
         args.output.display(),
