@@ -103,7 +103,8 @@
 //! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
-//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
+//! | `markup` | SVG and HTML, written so that every parser takes them |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
@@ -168,6 +169,8 @@ pub mod judge;
 pub mod kernel;
 pub mod memory;
 mod npy;
+#[cfg(feature = "figure")]
+mod markup;
 pub mod output;
 pub mod picture;
 pub mod plain;

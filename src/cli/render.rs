@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kugelblitz::device::rays_of_picture;
+use kugelblitz::figure::legend_svg;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
-use kugelblitz::scene::{Scene, legend_svg};
+use kugelblitz::scene::Scene;
 use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
