@@ -167,10 +167,10 @@ pub mod guard;
 pub mod host;
 pub mod judge;
 pub mod kernel;
-pub mod memory;
-mod npy;
 #[cfg(feature = "figure")]
 mod markup;
+pub mod memory;
+mod npy;
 pub mod output;
 pub mod picture;
 pub mod plain;

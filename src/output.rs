@@ -11,6 +11,7 @@ use tempfile::TempPath;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::plain::Shown;
 use crate::system;
 
 /// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
@@ -62,6 +63,8 @@ struct Named {
 impl OutputFile {
     /// The path that means standard output.
     pub const STDOUT: &str = "-";
+    /// Standard output as errors call it.
+    pub const STDOUT_IN_WORDS: &str = "standard output";
 
     /// Begins a file that will be at `path`; `-` is standard output. With `needs_seek` the file
     /// can be sought even if its target can't. A pipe that nobody reads is waited for.
@@ -71,10 +74,14 @@ impl OutputFile {
     pub fn create(path: impl Into<PathBuf>, needs_seek: bool) -> Result<OutputFile> {
         let path = path.into();
         let place = Place::open(&path, needs_seek).map_err(Error::io(&path))?;
+        let path = match path == Path::new(OutputFile::STDOUT) {
+            true => OutputFile::STDOUT_IN_WORDS.into(),
+            false => path,
+        };
         Ok(OutputFile { path, place })
     }
 
-    /// The path as it was given.
+    /// The path as it was given, but for standard output, which has its name: for errors.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -124,6 +131,8 @@ pub fn commit_with_scene(
     }
     let (data_path, scene_path) = (data.path.clone(), scene.path.clone());
     let Some(data) = data.named()? else { return commit([scene], control) };
+    // Of both its names, to the end: another process that comes to its end here removes neither.
+    let _lock = data._file.get_ref().try_clone();
     let (prefix, suffix) = second_names(&scene_path, &data_path);
     let second = HiddenName::second(&data.name.0, folder_of(&scene_path), &prefix, &suffix);
     let mut second = second.map_err(Error::io(&data_path))?;
@@ -161,7 +170,7 @@ impl Changed {
             [] => error,
             changed => io::Error::other(format!("{error}; {} changed already", changed.join(", "))),
         });
-        self.0.push(path.display().to_string());
+        self.0.push(path.shown());
         renamed.map_err(Error::io(path))
     }
 }
@@ -200,7 +209,7 @@ impl Place {
         if !folder.is_dir() {
             return Err(io::Error::new(
                 io::ErrorKind::NotFound,
-                format!("there is no folder {}; make it first", folder.display()),
+                format!("there is no folder {}; make it first", folder.shown()),
             ));
         }
         remove_dead_once(folder);
@@ -223,7 +232,7 @@ impl Place {
                 io::Error::other(format!(
                     "the picture must be collected before it is passed on, but there can be no \
                      temporary file in {}: {}; set TMPDIR to a folder that can be written to",
-                    std::env::temp_dir().display(),
+                    std::env::temp_dir().shown(),
                     io_cause(&error)
                 ))
             })?;
@@ -434,8 +443,8 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
         if let Some(other) = outputs[..i].iter().find(is_same) {
             return Err(Error::Usage(format!(
                 "{}: this is the output {} as well; name another file for one of them",
-                output.display(),
-                other.display()
+                output.shown(),
+                other.shown()
             )));
         }
     }
@@ -578,7 +587,7 @@ mod tests {
             fs::create_dir_all(at("b/full")).unwrap();
             let error = commit(files, &Control::default()).unwrap_err();
             assert!(matches!(&error, Error::Io { path, .. } if *path == at("b")), "{error}");
-            let changed = format!("{} changed already", at("a").display());
+            let changed = format!("{} changed already", at("a").shown());
             assert!(error.to_string().contains(&changed), "{error}");
             assert_eq!(names(folder.path()), ["a", "b"]);
         }
@@ -687,7 +696,7 @@ mod tests {
             beside.file = BufWriter::new(full);
             file.write_all(b"no room").unwrap();
             let error = commit([file], &Control::default()).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{}: No space left", path.display())), "{error}");
+            assert!(error.starts_with(&format!("{}: No space left", path.shown())), "{error}");
             assert!(!error.contains(PREFIX), "{error}");
             assert!(names(folder.path()).is_empty());
         }

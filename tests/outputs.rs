@@ -70,7 +70,18 @@ const REPORT: [&str; 10] = [
 fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
     let folder = folder();
     let report = [&REPORT[..], &["-o", "out.html"]].concat();
-    let cases: [(&[&str], &str); 6] = [
+    for (size, name) in [("64x36", "a.npy"), ("64x36", "b.npy")] {
+        let kernel = if name == "a.npy" { "certified" } else { "lecture" };
+        let render = ["render", "ball.toml", "-o", name, "--size", size, "--kernel", kernel];
+        ends(program(&folder, &[&render[..], &["--device", "cpu", "-q"]].concat()), 0);
+    }
+    let judge = ["judge", "ball.toml", "--against", "b.npy", "--device", "cpu", "-o", "out.png"];
+    let compare = ["compare", "a.npy", "b.npy", "-o", "out.png"];
+    let cases: [(&[&str], &str); 10] = [
+        (&judge, "out.png"),
+        (&[&judge[..], &["--json"]].concat(), "out.png"),
+        (&compare, "out.png"),
+        (&[&compare[..], &["--json"]].concat(), "out.png"),
         (&["render", "ball.toml", "-o", "out.png", "--device", "cpu", "--json"], "out.png"),
         (
             &[
@@ -90,7 +101,7 @@ fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
         (&["export", "pov", "ball.toml", "-o", "out.pov", "--json"], "out.pov"),
         (&report, "out.html"),
         (
-            &["generate", "cloud", "--count", "9", "-o", "a.npy", "--scene", "out.toml", "--json"],
+            &["generate", "cloud", "--count", "9", "-o", "c.npy", "--scene", "out.toml", "--json"],
             "out.toml",
         ),
     ];
@@ -102,7 +113,13 @@ fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
         ends(command, 1);
         assert_eq!(fs::read(&out).unwrap(), b"old", "{arguments:?}");
     }
-    assert!(!folder.path().join("a.npy").exists());
+    assert!(!folder.path().join("c.npy").exists());
+    // Printed, the same commands do replace it.
+    for arguments in [&judge[..], &compare] {
+        fs::write(folder.path().join("out.png"), "old").unwrap();
+        program::finish(program(&folder, arguments));
+        assert_ne!(fs::read(folder.path().join("out.png")).unwrap(), b"old", "{arguments:?}");
+    }
 }
 
 #[test]
@@ -293,23 +310,34 @@ fn killed_amid_two_files_a_scene_has_its_own_cloud() {
     };
     let of_two = ["c.npy", "s.toml"];
     ends(generate("300"), 0);
+    let start = Instant::now();
+    ends(generate("300"), 0);
+    let whole = start.elapsed();
     let mut rng = ChaCha8Rng::seed_from_u64(24);
-    let (mut n_amid, mut n_old, mut n_left) = (0, 0, 0);
+    let (mut n_amid, mut n_old, mut n_second, mut n_hidden) = (0, 0, 0, 0);
     for kill in 0..n_kills {
-        let before = count_of(folder.path(), "before");
+        let (before, names_before) = (count_of(folder.path(), "before"), names(&folder));
         let mut child = generate(if before == 300 { "400" } else { "300" }).spawn().unwrap();
-        // Half of them wherever it is, half where it puts files in their places.
-        if kill % 2 == 0 {
+        // Some wherever it is, most where it puts files in their places.
+        let mut delay = whole.mul_f64(rng.random());
+        if kill % 4 > 0 {
             let start = Instant::now();
-            while names(&folder) == of_two && child.try_wait().unwrap().is_none() {
+            while names(&folder) == names_before && child.try_wait().unwrap().is_none() {
                 assert!(start.elapsed() < Duration::from_secs(60), "nothing is written");
             }
+            delay /= 4;
         }
-        std::thread::sleep(Duration::from_micros(rng.random_range(0..30_000)));
+        // Sleep takes longer than some of what is done meanwhile.
+        let start = Instant::now();
+        while start.elapsed() < delay {
+            std::hint::spin_loop();
+        }
         child.kill().unwrap();
         n_amid += usize::from(!child.wait().unwrap().success());
         n_old += usize::from(count_of(folder.path(), &format!("kill {kill}")) == before);
-        n_left += usize::from(names(&folder) != of_two);
+        let scene = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+        n_second += usize::from(scene.contains("s.toml.kugelblitz-"));
+        n_hidden += usize::from(names(&folder).iter().any(|name| name.starts_with('.')));
         // The next run in the folder, of the same outputs or of others, removes what is hidden.
         if kill % 3 == 0 {
             ends(program(&folder, &["generate", "cloud", "--count", "9", "-o", "b.npy"]), 0);
@@ -319,7 +347,10 @@ fn killed_amid_two_files_a_scene_has_its_own_cloud() {
             count_of(folder.path(), &format!("a run after kill {kill}"));
         }
     }
-    println!("{n_kills} kills: {n_amid} amid the work, {n_old} left the old, {n_left} other names");
+    println!(
+        "{n_kills} kills: {n_amid} amid the work; {n_old} left the old scene, {n_second} one with data under \
+         a second name; {n_hidden} left hidden files"
+    );
     ends(generate("300"), 0);
     assert_eq!(names(&folder), of_two);
     assert_eq!(count_of(folder.path(), "at the end"), 300);

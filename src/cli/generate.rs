@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::print_summary;
-use super::output::{count, human, is_stdout, ms};
+use super::output::{count, human, is_stdout, ms, name};
 use super::progress::Progress;
 use super::{Generate, GenerateArgs, GenerateCloudArgs, Run};
 
@@ -69,7 +70,7 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
     }?;
     args.talk.say(&format!(
         "{}: {}, {}, seed {seed}, in {}",
-        args.output.display(),
+        name(&args.output),
         count(n as usize, "sphere"),
         distribution.name(),
         human(took)
@@ -78,7 +79,7 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
 }
 
 fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
-    let output = args.output.display();
+    let output = args.output.shown();
     let to_stdout = is_stdout(&args.output);
     if !to_stdout && args.output.extension().is_none_or(|ending| ending != "npy") {
         return Err(Error::Usage(format!("{output}: a cloud is written as .npy; name it so")));

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::report::{
     AdapterEvidence, Baseline, Case, Class, Earlier, Effort, Evidence, Missing, Report, Subject,
     default_cases, page, plot, text,
@@ -80,7 +81,7 @@ impl Form {
             _ => Err(Error::Usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
                  (a short table) or .svg (the main plot)",
-                path.display()
+                path.shown()
             ))),
         }
     }

@@ -18,6 +18,7 @@ use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
 use crate::memory;
 use crate::rays::View;
+use crate::plain::Shown;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -83,7 +84,7 @@ pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
     if let Some(found) = look_of_bytes(&bytes) {
         return Err(no_scene(path, found));
     }
-    let what = format!("{}: parsing the scene", path.display());
+    let what = format!("{}: parsing the scene", path.shown());
     memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
     String::from_utf8(bytes).map_err(|error| {
         let start = error.utf8_error().valid_up_to();
@@ -100,7 +101,7 @@ pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
 
 /// The error of a file that is something else.
 fn no_scene(path: &Path, found: &str) -> Error {
-    let name = path.display();
+    let name = path.shown();
     let help = format!(
         "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
          {name} --print-scene=scene.toml`, and `render`, `view` and `export` take them as they are"

@@ -10,6 +10,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::write_float_header;
 use crate::output::{self, OutputFile};
+use crate::plain::Shown;
 
 /// Spheres that stand in the scene file itself; more go into a cloud beside it.
 const MOST_IN_FILE: usize = 256;
@@ -31,13 +32,13 @@ impl Scene {
     pub fn save(&self, path: impl AsRef<Path>, control: &Control) -> Result<()> {
         let path = path.as_ref();
         if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let message = format!("{}: a scene is a file that ends in .toml", path.display());
+            let message = format!("{}: a scene is a file that ends in .toml", path.shown());
             return Err(Error::Usage(message));
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
         let cloud = cloud_path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-            Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.display()))
+            Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
         })?;
         let write = |file: &mut OutputFile, cloud: Option<&str>| {
             let text = self.text(n_single, cloud);

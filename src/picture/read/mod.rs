@@ -10,6 +10,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::memory;
+use crate::plain::Shown;
 use crate::trace::StageCounts;
 
 /// A picture, or a list of results, as it was read from a file.
@@ -241,7 +242,7 @@ fn wrong(path: &Path, message: impl Into<String>) -> Error {
 }
 
 fn require(path: &Path, n_bytes: u64) -> Result<()> {
-    memory::require(format!("{}: reading it", path.display()), n_bytes, "give a smaller part of it")
+    memory::require(format!("{}: reading it", path.shown()), n_bytes, "give a smaller part of it")
 }
 
 #[cfg(test)]
