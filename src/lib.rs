@@ -85,6 +85,7 @@
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`shape`] | the geometry of objects: their exact roots and normals |
 //! | [`exact`] | exact arithmetic, and the visible object |
+//! | [`input`] | whole files of others, within one limit |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`cost`] | what a scene holds, and what a picture of it takes |
 //! | [`render`] | pictures band by band, in bounded memory |
@@ -165,6 +166,7 @@ pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod host;
+pub mod input;
 pub mod judge;
 pub mod kernel;
 #[cfg(feature = "figure")]

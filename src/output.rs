@@ -436,8 +436,8 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
         if let Some(input) = inputs.iter().find(is_same) {
             return Err(Error::Usage(format!(
                 "{}: this is the input {}; name another file for the output",
-                output.display(),
-                input.display()
+                output.shown(),
+                input.shown()
             )));
         }
         if let Some(other) = outputs[..i].iter().find(is_same) {

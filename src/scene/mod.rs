@@ -37,8 +37,7 @@ pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
 pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
 pub use read::{
-    MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
-    reread_scene,
+    parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
 };
 pub use spheres::{Sphere, Spheres};
 pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};

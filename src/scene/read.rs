@@ -16,9 +16,10 @@ use super::{
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
+use crate::input::MAX_BYTES;
 use crate::memory;
-use crate::rays::View;
 use crate::plain::Shown;
+use crate::rays::View;
 
 /// Reads and checks a scene file and the clouds that it names.
 ///
@@ -50,9 +51,6 @@ fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene
     parse_scene_from(files, &text_of(files, path)?, path, control)
 }
 
-/// Most bytes of a scene file. More objects than it has room for come from clouds.
-pub const MAX_SCENE_BYTES: u64 = 64 << 20;
-
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured: 42 for spheres, 76
 /// for lists of short numbers.
 const PARSE_BYTES: u64 = 80;
@@ -61,14 +59,14 @@ const PARSE_BYTES: u64 = 80;
 ///
 /// # Errors
 /// [`Error::Scene`](crate::Error::Scene) where it can't be read, is not UTF-8, or has more than
-/// [`MAX_SCENE_BYTES`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
+/// [`MAX_BYTES`](crate::input::MAX_BYTES); [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
 /// parse it.
 pub fn read_scene_text(path: &Path) -> Result<String> {
     text_of(Files::All, path)
 }
 
 pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
-    let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
+    let bytes = files.read(path, MAX_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
@@ -76,9 +74,9 @@ pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
     if is_cloud_file(path) {
         return Err(no_scene(path, "data of spheres, by its name"));
     }
-    if bytes.len() as u64 > MAX_SCENE_BYTES {
+    if bytes.len() as u64 > MAX_BYTES {
         let message =
-            format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
+            format!("the scene is larger than {} MiB, the most that is read", MAX_BYTES >> 20);
         return Err(SceneError::whole_file(path, message, CLOUD).into());
     }
     if let Some(found) = look_of_bytes(&bytes) {
