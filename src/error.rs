@@ -1,5 +1,6 @@
 //! What can go wrong, in the words that the user reads.
 
+use crate::plain::Shown;
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -17,7 +18,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// An input file is not what it should be.
-    #[error("{path}: {message}", path = path.display())]
+    #[error("{path}: {message}", path = path.shown())]
     Input {
         /// The file.
         path: PathBuf,
@@ -25,7 +26,7 @@ pub enum Error {
         message: String,
     },
     /// Reading or writing failed.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{path}: {source}", path = path.shown())]
     Io {
         /// The file.
         path: PathBuf,
@@ -111,7 +112,7 @@ pub enum Lack {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.path.display())?;
+        write!(f, "{}:", self.path.shown())?;
         if self.line > 0 {
             write!(f, "{}:{}:", self.line, self.column)?;
         }

@@ -6,6 +6,9 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec3;
 
 use crate::error::{Error, Result};
+use crate::input;
+use crate::memory;
+use crate::plain::Shown;
 use crate::scene::{Camera, Projection, Scene, checked, turned};
 
 /// Most frames of a film: seven digits in their names.
@@ -44,11 +47,23 @@ const COLUMNS: [[&str; 2]; 12] = [
 /// rising, each line is a key, and all numbers change evenly between two keys.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] names the line where something is wrong.
+/// Those of [`input::read_text`]; [`Error::Input`] names the line where something is wrong.
 pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
     let wrong = |message: String| Error::Input { path: path.to_owned(), message };
-    let file = std::fs::File::open(path).map_err(Error::io(path))?;
-    let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(file);
+    let text = input::read_text(path, "a camera's path", "give fewer keys, with a column `frame`")?;
+    input::check_lines(&text, path)?;
+    let require = |n: usize| {
+        // Twice, as lists that grow are moved.
+        let n_bytes = 2 * n.min(MAX_FRAMES as usize) * size_of::<(u32, Camera)>();
+        memory::require(
+            format!("{}: a film of {n} frames", path.shown()),
+            n_bytes as u64,
+            "make parts",
+        )
+    };
+    require(text.lines().count())?;
+    let mut reader =
+        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
     let columns = Columns::find(&header).map_err(wrong)?;
 
@@ -74,6 +89,7 @@ pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
     if keys.is_empty() {
         return Err(wrong("there is no line below the header; give one for each frame".into()));
     }
+    require(keys.last().map_or(0, |(frame, _)| *frame as usize))?;
     let mut cameras: Vec<Camera> = Vec::new();
     for two in keys.windows(2) {
         let ((first, from), (second, to)) = (&two[0], &two[1]);

@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::npy::write_float_header;
 use crate::output::OutputFile;
+use crate::plain::Shown;
 use crate::random::SplitMix;
 use crate::scene::{
     Camera, Color, MAX_OBJECTS, Projection, Scene, Sphere, Spheres, cloud_scene_text, seen_from,
@@ -125,7 +126,7 @@ pub fn write_scene(file: &mut OutputFile, cloud: &Path, recipe: &Recipe) -> Resu
     let path = file.path().to_path_buf();
     let name = seen_from(&path, cloud)?;
     let Some(name) = name.to_str() else {
-        let message = format!("{}: a scene can name only a file in UTF-8", cloud.display());
+        let message = format!("{}: a scene can name only a file in UTF-8", cloud.shown());
         return Err(Error::Usage(message));
     };
     let Recipe { distribution, count, seed } = recipe;

@@ -85,6 +85,7 @@
 //! | [`device`] | one of the two backends, and a tracer of it |
 //! | [`shape`] | the geometry of objects: their exact roots and normals |
 //! | [`exact`] | exact arithmetic, and the visible object |
+//! | [`input`] | whole files of others, within one limit |
 //! | [`memory`] | what fits, and refusing what does not |
 //! | [`cost`] | what a scene holds, and what a picture of it takes |
 //! | [`render`] | pictures band by band, in bounded memory |
@@ -103,7 +104,8 @@
 //! | [`judge`] | other renderers' results against exact arithmetic |
 //! | [`report`] | speed against error: kernels on devices, measured |
 //! | [`explain`] | a pixel's or a ray's numbers in every kernel's arithmetic, and exactly |
-//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes |
+//! | [`figure`] | the lecture's figures 3 and 4 as drawings with axes, and legends of colours |
+//! | `markup` | SVG and HTML, written so that every parser takes them |
 //! | [`export`] | scenes in the languages of POV-Ray and Tachyon |
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
@@ -164,8 +166,11 @@ pub mod generate;
 pub mod gpu;
 pub mod guard;
 pub mod host;
+pub mod input;
 pub mod judge;
 pub mod kernel;
+#[cfg(feature = "figure")]
+mod markup;
 pub mod memory;
 mod npy;
 pub mod output;

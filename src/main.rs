@@ -5,6 +5,7 @@
 mod cli;
 
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -16,18 +17,23 @@ use kugelblitz::output;
 use cli::complain::{complain, complain_about_usage};
 use cli::head::failed_in_json;
 use cli::output::talk;
-use cli::process::{exit_at_once, fail_writes_beyond_the_file_size_limit};
+use cli::process::{
+    exit_at_once, fail_writes_beyond_the_file_size_limit, fail_writes_to_a_closed_stdout,
+};
 use cli::{Cli, Command, Run, quiet, threads};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
+    fail_writes_beyond_the_file_size_limit();
+    // First of all that takes time.
+    stop_on_interrupt(Arc::clone(&run.control));
+    fail_writes_to_a_closed_stdout();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return ExitCode::from(complain_about_usage(&error)),
     };
-    fail_writes_beyond_the_file_size_limit();
     let writes = cli.command.writes_files();
-    stop_on_interrupt(Arc::clone(&run.control), writes);
+    WRITES.store(writes, Ordering::Relaxed);
     let result = threads::start().and_then(|()| dispatch(cli.command, &run));
     // What was cancelled is not done, even where nothing noticed.
     ExitCode::from(match run.control.check().and(result) {
@@ -62,6 +68,9 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
     }
 }
 
+/// True once the command is known and has output files.
+static WRITES: AtomicBool = AtomicBool::new(false);
+
 /// The exit code, once it is known.
 static CODE: OnceLock<u8> = OnceLock::new();
 
@@ -79,9 +88,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Ctrl-C and SIGTERM let the work end by itself, and end it where that takes too long: drivers that
 /// compile, pipes that nobody opens and other people's code know nothing of a [`Control`]. Nothing
 /// half done stays behind, as cancelled work changes no output file. Once the outputs are being put in
-/// their places it is too late; only a second one, if that should hang, is then heard. `writes` says
-/// whether the command has output files.
-fn stop_on_interrupt(control: Arc<Control>, writes: bool) {
+/// their places it is too late; only a second one, if that should hang, is then heard.
+fn stop_on_interrupt(control: Arc<Control>) {
     let mut was_late = false;
     let stop = move || {
         if control.cancel() {
@@ -89,7 +97,7 @@ fn stop_on_interrupt(control: Arc<Control>, writes: bool) {
         } else if !std::mem::replace(&mut was_late, true) {
             return;
         }
-        stop_now(&control, writes);
+        stop_now(&control);
     };
     if let Err(error) = ctrlc::set_handler(stop) {
         // The program does its work without it too; Ctrl-C then kills it.
@@ -98,13 +106,13 @@ fn stop_on_interrupt(control: Arc<Control>, writes: bool) {
 }
 
 /// Says nothing on standard output, where the work may be in the midst of a word.
-fn stop_now(control: &Control, writes: bool) -> ! {
+fn stop_now(control: &Control) -> ! {
     let interrupted = kugelblitz::Error::Interrupted;
     exit_at_once(end(interrupted.exit_code(), || {
         output::remove_unfinished();
         quiet::break_off();
         match control.is_cancelled() {
-            true => complain(&interrupted, writes),
+            true => complain(&interrupted, WRITES.load(Ordering::Relaxed)),
             false => talk("error: interrupted while output files were put in their places"),
         }
     }))

@@ -12,6 +12,7 @@ use npyz::{
 
 use crate::error::{Error, Result};
 use crate::memory;
+use crate::plain::Shown;
 use crate::trace::{Coverage, Hits};
 
 /// The layout of one record of a structured array of hits: `id` (u4), `t` (f4), `normal` (3f4),
@@ -204,7 +205,7 @@ impl<R: Read> Array<R> {
         usize::try_from(n_rows).map_err(|_| {
             Error::TooLarge(format!(
                 "{}: {n_rows} rows don't fit this machine's memory; give them in parts",
-                self.path.display()
+                self.path.shown()
             ))
         })
     }
@@ -408,13 +409,13 @@ impl<R: Read> FloatTable<R> {
     pub fn rows_of<T: Clone>(&self, zero: T) -> Result<Vec<T>> {
         // Of a pipe, the header alone says how much there is, and it may say anything.
         let n_bytes = (self.n_rows as u64).saturating_mul(size_of::<T>() as u64);
-        let what = format!("{}: reading {} rows", self.path.display(), self.n_rows);
+        let what = format!("{}: reading {} rows", self.path.shown(), self.n_rows);
         memory::require(what, n_bytes, "give them in parts")?;
         let mut rows = Vec::new();
         rows.try_reserve_exact(self.n_rows).map_err(|_| {
             Error::TooLarge(format!(
                 "{}: {} rows don't fit this machine's memory; give them in parts",
-                self.path.display(),
+                self.path.shown(),
                 self.n_rows
             ))
         })?;

@@ -1,6 +1,7 @@
 //! Output files that appear whole or not at all, and last of all.
 
-use std::ffi::OsString;
+use std::collections::BTreeSet;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use tempfile::TempPath;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::plain::Shown;
 use crate::system;
 
 /// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
@@ -26,9 +28,9 @@ use crate::system;
 /// bargain for files that can be made again, and a render loop would pay for it at each picture.
 /// Other hard links to the old file keep the old content.
 ///
-/// A killed process leaves nothing behind, but for one that is killed in the microseconds between
-/// naming and renaming. Where a file must have a name from its start, the next one beside it removes
-/// it.
+/// A killed process leaves nothing behind but hidden files, where it is killed between naming and
+/// renaming or where files must have a name from their start. The next process that begins a file in
+/// that folder removes them.
 pub struct OutputFile {
     path: PathBuf,
     place: Place,
@@ -51,9 +53,18 @@ struct Beside {
     target: PathBuf,
 }
 
+/// A whole file under a hidden name, open for its lock.
+struct Named {
+    name: HiddenName,
+    target: PathBuf,
+    _file: BufWriter<File>,
+}
+
 impl OutputFile {
     /// The path that means standard output.
     pub const STDOUT: &str = "-";
+    /// Standard output as errors call it.
+    pub const STDOUT_IN_WORDS: &str = "standard output";
 
     /// Begins a file that will be at `path`; `-` is standard output. With `needs_seek` the file
     /// can be sought even if its target can't. A pipe that nobody reads is waited for.
@@ -63,10 +74,14 @@ impl OutputFile {
     pub fn create(path: impl Into<PathBuf>, needs_seek: bool) -> Result<OutputFile> {
         let path = path.into();
         let place = Place::open(&path, needs_seek).map_err(Error::io(&path))?;
+        let path = match path == Path::new(OutputFile::STDOUT) {
+            true => OutputFile::STDOUT_IN_WORDS.into(),
+            false => path,
+        };
         Ok(OutputFile { path, place })
     }
 
-    /// The path as it was given.
+    /// The path as it was given, but for standard output, which has its name: for errors.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -91,20 +106,86 @@ pub fn commit(files: impl IntoIterator<Item = OutputFile>, control: &Control) ->
         let name = beside.named().map_err(Error::io(&path))?;
         named.push((path, name));
     }
-    let mut changed: Vec<String> = Vec::new();
-    for (path, (name, target)) in named {
-        name.rename(&target).map_err(|error| {
-            let error = match changed.as_slice() {
-                [] => error,
-                changed => {
-                    io::Error::other(format!("{error}; {} changed already", changed.join(", ")))
-                }
-            };
-            Error::io(&path)(error)
-        })?;
-        changed.push(path.display().to_string());
+    let mut changed = Changed::default();
+    named.into_iter().try_for_each(|(path, file)| changed.put_in_place(&path, file))
+}
+
+/// As [`commit`], of data and a scene that names them, which are one state: a process that is killed
+/// amid it leaves a scene with its own data, the old one or the new one.
+///
+/// Two files can't be renamed at once. Where both are there already, the data get a second name beside the
+/// scene, as `SCENE.toml.kugelblitz-a1B2c3.npy`. `write` writes a scene that has the data there; it is put
+/// in the place of the old one, then the data, then `scene`, and the second name goes. What a killed
+/// process left of it, the next that comes to its end removes.
+///
+/// # Errors
+/// As [`commit`]; and those of `write`.
+pub fn commit_with_scene(
+    data: OutputFile,
+    scene: OutputFile,
+    write: impl FnOnce(&mut OutputFile, &Path) -> Result<()>,
+    control: &Control,
+) -> Result<()> {
+    if !data.replaces_a_file() || !scene.replaces_a_file() {
+        return commit([data, scene], control);
     }
+    let (data_path, scene_path) = (data.path.clone(), scene.path.clone());
+    let Some(data) = data.named()? else { return commit([scene], control) };
+    // Of both its names, to the end: another process that comes to its end here removes neither.
+    let _lock = data._file.get_ref().try_clone();
+    let (prefix, suffix) = second_names(&scene_path, &data_path);
+    let second = HiddenName::second(&data.name.0, folder_of(&scene_path), &prefix, &suffix);
+    let mut second = second.map_err(Error::io(&data_path))?;
+    let mut aside = OutputFile::create(&scene_path, false)?;
+    write(&mut aside, &second.0)?;
+    let (Some(aside), Some(scene)) = (aside.named()?, scene.named()?) else { return Ok(()) };
+    control.commit()?;
+
+    let mut changed = Changed::default();
+    second.forget();
+    changed.put_in_place(&scene_path, aside)?;
+    // From here on, the second name is needed.
+    second.0.disable_cleanup(true);
+    changed.put_in_place(&data_path, data)?;
+    changed.put_in_place(&scene_path, scene)?;
+    let _ = fs::remove_file(&second.0);
+    remove_dead(folder_of(&scene_path), &prefix, &suffix);
     Ok(())
+}
+
+/// What second names of data begin and end with, which no other scene's have.
+fn second_names(scene: &Path, data: &Path) -> (String, String) {
+    let name = |name: Option<&OsStr>| name.unwrap_or_default().to_string_lossy().into_owned();
+    let (scene, ending) = (name(scene.file_name()), name(data.extension()));
+    (format!("{scene}.kugelblitz-"), format!(".{ending}"))
+}
+
+/// The outputs that are in their places.
+#[derive(Default)]
+struct Changed(Vec<String>);
+
+impl Changed {
+    fn put_in_place(&mut self, path: &Path, Named { name, target, _file }: Named) -> Result<()> {
+        let renamed = name.rename(&target).map_err(|error| match self.0.as_slice() {
+            [] => error,
+            changed => io::Error::other(format!("{error}; {} changed already", changed.join(", "))),
+        });
+        self.0.push(path.shown());
+        renamed.map_err(Error::io(path))
+    }
+}
+
+impl OutputFile {
+    /// True where a file will be renamed over another.
+    fn replaces_a_file(&self) -> bool {
+        matches!(&self.place, Place::Beside(Beside { target, .. }) if target.exists())
+    }
+
+    /// Writes out what is left. A file that is then to be renamed is returned under its hidden name.
+    fn named(self) -> Result<Option<Named>> {
+        let beside = self.place.end().map_err(Error::io(&self.path))?;
+        beside.map(Beside::named).transpose().map_err(Error::io(&self.path))
+    }
 }
 
 impl Place {
@@ -128,13 +209,13 @@ impl Place {
         if !folder.is_dir() {
             return Err(io::Error::new(
                 io::ErrorKind::NotFound,
-                format!("there is no folder {}; make it first", folder.display()),
+                format!("there is no folder {}; make it first", folder.shown()),
             ));
         }
+        remove_dead_once(folder);
         let (file, name) = match system::unnamed(folder) {
             Ok(file) => (file, None),
             Err(_) => {
-                remove_dead(folder);
                 let (file, name) = HiddenName::of_new_file(folder)?;
                 (file, Some(name))
             }
@@ -151,7 +232,7 @@ impl Place {
                 io::Error::other(format!(
                     "the picture must be collected before it is passed on, but there can be no \
                      temporary file in {}: {}; set TMPDIR to a folder that can be written to",
-                    std::env::temp_dir().display(),
+                    std::env::temp_dir().shown(),
                     io_cause(&error)
                 ))
             })?;
@@ -187,13 +268,12 @@ impl Place {
 }
 
 impl Beside {
-    /// The hidden name, and the path that it will be renamed to.
-    fn named(self) -> io::Result<(HiddenName, PathBuf)> {
+    fn named(self) -> io::Result<Named> {
         let name = match self.name {
             Some(name) => name,
             None => HiddenName::of_unnamed(self.file.get_ref(), folder_of(&self.target))?,
         };
-        Ok((name, self.target))
+        Ok(Named { name, target: self.target, _file: self.file })
     }
 }
 
@@ -217,9 +297,12 @@ fn end_of_links(path: &Path) -> PathBuf {
 const PREFIX: &str = ".kugelblitz-";
 const SUFFIX: &str = ".tmp";
 
-fn builder() -> tempfile::Builder<'static, 'static> {
+/// Letters and digits between the two, drawn at random.
+const N_RANDOM: usize = 6;
+
+fn builder<'a>(prefix: &'a str, suffix: &'a str) -> tempfile::Builder<'a, 'a> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).suffix(SUFFIX);
+    builder.prefix(prefix).suffix(suffix).rand_bytes(N_RANDOM);
     system::like_ordinary_files(&mut builder);
     builder
 }
@@ -234,7 +317,7 @@ impl HiddenName {
     /// A new file in `folder`, locked as long as it is open, so that [`remove_dead`] leaves it.
     fn of_new_file(folder: &Path) -> io::Result<(File, HiddenName)> {
         loop {
-            let made = builder().tempfile_in(folder).map_err(|e| io_cause(&e))?;
+            let made = builder(PREFIX, SUFFIX).tempfile_in(folder).map_err(|e| io_cause(&e))?;
             let (file, path) = made.into_parts();
             let name = HiddenName::new(path);
             // Some file systems have no locks, and there nothing is removed.
@@ -247,14 +330,42 @@ impl HiddenName {
     }
 
     fn of_unnamed(file: &File, folder: &Path) -> io::Result<HiddenName> {
-        let name = |path: &Path| system::name(file, path);
-        let made = builder().make_in(folder, name).map_err(|e| io_cause(&e))?;
+        // As in `of_new_file`.
+        let _ = file.lock();
+        HiddenName::made(folder, PREFIX, SUFFIX, |path| system::name(file, path))
+    }
+
+    /// A second name of a file, also in the folder of another file system.
+    fn second(file: &Path, folder: &Path, prefix: &str, suffix: &str) -> io::Result<HiddenName> {
+        HiddenName::made(folder, prefix, suffix, |path| match fs::hard_link(file, path) {
+            Ok(()) => Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+            Err(_) => {
+                let mut copy = File::create_new(path)?;
+                io::copy(&mut File::open(file)?, &mut copy).map(drop)
+            }
+        })
+    }
+
+    fn made(
+        folder: &Path,
+        prefix: &str,
+        suffix: &str,
+        make: impl FnMut(&Path) -> io::Result<()>,
+    ) -> io::Result<HiddenName> {
+        let made = builder(prefix, suffix).make_in(folder, make).map_err(|e| io_cause(&e))?;
         Ok(HiddenName::new(made.into_temp_path()))
     }
 
     fn new(path: TempPath) -> HiddenName {
         UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
         HiddenName(path)
+    }
+
+    /// Leaves the file to its owner, whatever becomes of the process.
+    fn forget(&self) {
+        let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        unfinished.retain(|path| **path != *self.0);
     }
 
     /// Puts the file in the place of `target`, whatever was there.
@@ -266,8 +377,7 @@ impl HiddenName {
 
 impl Drop for HiddenName {
     fn drop(&mut self) {
-        let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-        unfinished.retain(|path| **path != *self.0);
+        self.forget();
     }
 }
 
@@ -279,11 +389,30 @@ pub fn remove_unfinished() {
     }
 }
 
-/// Removes the hidden files of killed processes from `folder`: those that nobody holds a lock on.
-fn remove_dead(folder: &Path) {
+/// The folders that this process has looked at for hidden files.
+static LOOKED_AT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes the hidden files of ended processes where this one has not looked for them yet: a film of many
+/// frames reads its folder once.
+fn remove_dead_once(folder: &Path) {
+    let Ok(whole) = fs::canonicalize(folder) else { return };
+    if LOOKED_AT.lock().unwrap_or_else(PoisonError::into_inner).insert(whole) {
+        remove_dead(folder, PREFIX, SUFFIX);
+    }
+}
+
+/// Removes the files of ended processes from `folder`: those that nobody holds a lock on and that are
+/// named as by [`builder`].
+fn remove_dead(folder: &Path, prefix: &str, suffix: &str) {
+    let is_random = |part: &str| {
+        part.len() == N_RANDOM && part.bytes().all(|byte| byte.is_ascii_alphanumeric())
+    };
+    let is_ours = |name: &str| {
+        let part = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(suffix));
+        part.is_some_and(is_random)
+    };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
         if !name.to_str().is_some_and(is_ours) || !entry.file_type().is_ok_and(|t| t.is_file()) {
             continue;
         }
@@ -307,15 +436,15 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
         if let Some(input) = inputs.iter().find(is_same) {
             return Err(Error::Usage(format!(
                 "{}: this is the input {}; name another file for the output",
-                output.display(),
-                input.display()
+                output.shown(),
+                input.shown()
             )));
         }
         if let Some(other) = outputs[..i].iter().find(is_same) {
             return Err(Error::Usage(format!(
                 "{}: this is the output {} as well; name another file for one of them",
-                output.display(),
-                other.display()
+                output.shown(),
+                other.shown()
             )));
         }
     }
@@ -458,9 +587,55 @@ mod tests {
             fs::create_dir_all(at("b/full")).unwrap();
             let error = commit(files, &Control::default()).unwrap_err();
             assert!(matches!(&error, Error::Io { path, .. } if *path == at("b")), "{error}");
-            let changed = format!("{} changed already", at("a").display());
+            let changed = format!("{} changed already", at("a").shown());
             assert!(error.to_string().contains(&changed), "{error}");
             assert_eq!(names(folder.path()), ["a", "b"]);
+        }
+    }
+
+    /// As above, of two that belong together: where the data can't be put in their place, the scene that is
+    /// there names them elsewhere.
+    #[test]
+    fn a_scene_has_its_data_where_these_have_no_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("s.toml"), "old").unwrap();
+        fs::write(at("c.npy"), "old").unwrap();
+        let [mut data, mut scene] = ["c.npy", "s.toml"].map(|name| create(&at(name), false));
+        data.write_all(b"new").unwrap();
+        scene.write_all(b"c.npy").unwrap();
+        fs::remove_file(at("c.npy")).unwrap();
+        fs::create_dir_all(at("c.npy/full")).unwrap();
+        let write = |file: &mut OutputFile, data: &Path| {
+            write!(file, "{}", data.display()).map_err(Error::io("s.toml"))
+        };
+        let error = commit_with_scene(data, scene, write, &Control::default()).unwrap_err();
+        assert!(error.to_string().contains("s.toml changed already"), "{error}");
+        let named = fs::read_to_string(at("s.toml")).unwrap();
+        assert!(named.contains("s.toml.kugelblitz-"), "{named}");
+        assert_eq!(fs::read(named).unwrap(), b"new");
+        assert_eq!(names(folder.path()).len(), 3);
+
+        // Interrupted, it leaves all as it was; done, nothing else.
+        fs::remove_dir_all(at("c.npy")).unwrap();
+        fs::write(at("c.npy"), "old").unwrap();
+        let before = names(folder.path());
+        let control = Control::default();
+        for is_cancelled in [true, false] {
+            let [mut data, scene] = ["c.npy", "s.toml"].map(|name| create(&at(name), false));
+            data.write_all(b"newer").unwrap();
+            let cancelled = Control::default();
+            cancelled.cancel();
+            let control = if is_cancelled { &cancelled } else { &control };
+            let done = commit_with_scene(data, scene, write, control);
+            assert_eq!(done.is_err(), is_cancelled);
+            let expected = if is_cancelled { &before[..] } else { &before[..1] };
+            assert!(names(folder.path()).starts_with(expected));
+            assert_eq!(names(folder.path()).len(), if is_cancelled { 3 } else { 2 });
+            assert_eq!(
+                fs::read(at("c.npy")).unwrap(),
+                if is_cancelled { "old" } else { "newer" }.as_bytes()
+            );
         }
     }
 
@@ -469,12 +644,18 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dead = folder.path().join(".kugelblitz-Ab12Cd.tmp");
         fs::write(&dead, "half").unwrap();
-        fs::write(folder.path().join(".kugelblitz-kept"), "no output").unwrap();
+        for kept in [".kugelblitz-kept", ".kugelblitz-my notes.tmp", ".kugelblitz-Ab12C.tmp"] {
+            fs::write(folder.path().join(kept), "no output").unwrap();
+        }
         let (_file, living) = HiddenName::of_new_file(folder.path()).unwrap();
-        remove_dead(folder.path());
+        let named = match create(&folder.path().join("a"), false).named().unwrap() {
+            Some(named) => named,
+            None => panic!("a file is renamed"),
+        };
+        remove_dead(folder.path(), PREFIX, SUFFIX);
         assert!(!dead.exists());
-        assert!(living.0.exists());
-        assert_eq!(names(folder.path()).len(), 2);
+        assert!(living.0.exists() && named.name.0.exists());
+        assert_eq!(names(folder.path()).len(), 5);
     }
 
     #[test]
@@ -515,7 +696,7 @@ mod tests {
             beside.file = BufWriter::new(full);
             file.write_all(b"no room").unwrap();
             let error = commit([file], &Control::default()).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{}: No space left", path.display())), "{error}");
+            assert!(error.starts_with(&format!("{}: No space left", path.shown())), "{error}");
             assert!(!error.contains(PREFIX), "{error}");
             assert!(names(folder.path()).is_empty());
         }

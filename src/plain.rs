@@ -4,6 +4,7 @@
 //! from right to left. In a name or a cell such an order is not meant.
 
 use std::borrow::Cow;
+use std::path::Path;
 
 /// True for a character that steers a terminal: the control characters of ASCII and Unicode (C0, DEL, C1)
 /// but line feed and tab, and the marks that turn the direction of writing (Unicode Standard Annex 9,
@@ -42,9 +43,36 @@ fn replaced(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     Cow::Owned(plain)
 }
 
+/// A whole document with a mark in the place of each character that has none in it: those that [`steers`],
+/// tabs, and U+FFFE and U+FFFF, which are none to XML.
+#[cfg(feature = "figure")]
+pub(crate) fn plain_document(text: &str) -> String {
+    let has_no_place = |c| steers(c) || matches!(c, '\t' | '\u{fffe}' | '\u{ffff}');
+    text.chars().map(|c| if has_no_place(c) { '\u{fffd}' } else { c }).collect()
+}
+
+/// A path for people.
+pub trait Shown {
+    /// The path on one line, with each character that [`steers`] and each tab and line break as Rust writes
+    /// it in a string: `\n`.
+    fn shown(&self) -> String;
+}
+
+impl Shown for Path {
+    fn shown(&self) -> String {
+        let plain = plain(&self.to_string_lossy()).into_owned();
+        plain.replace('\n', "\\n").replace('\t', "\\t")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_is_one_line() {
+        assert_eq!(Path::new("a\nb\tc\rd ü").shown(), "a\\nb\\tc\\rd ü");
+    }
 
     #[test]
     fn what_steers_is_written_out() {

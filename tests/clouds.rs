@@ -508,7 +508,7 @@ fn cases() -> Vec<Case> {
             &["the line is longer than 1 MiB"],
             &[],
         ),
-        ("a.xyz", b"1".repeat(1 << 20), none(), "file", &["line 1: the line is longer than 64 KiB"], &[]),
+        ("a.xyz", b"1".repeat(1 << 20), none(), "file", &["line 1: the line is longer than 1 MiB"], &[]),
         (
             "a.xyz",
             text("1\n\nC 0 0 0\n"),

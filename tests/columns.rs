@@ -7,7 +7,9 @@ mod folder;
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, ColorMap, Coloring, Scene, Spheres, legend_svg, svg_of_colorings};
+#[cfg(feature = "figure")]
+use kugelblitz::figure::{legend_svg, svg_of_colorings};
+use kugelblitz::scene::{Color, ColorMap, Coloring, Scene, Spheres};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -555,6 +557,7 @@ fn no_damaged_file_panics() {
     assert!(n_read > 50 && n_refused > 300, "{n_read} read, {n_refused} refused");
 }
 
+#[cfg(feature = "figure")]
 #[test]
 fn the_legend_has_a_bar_for_each_colouring() {
     let folder = Folder::new();
@@ -584,6 +587,30 @@ fn the_legend_has_a_bar_for_each_colouring() {
     assert_eq!(y("0.0") - y("2.5"), 256.0);
     // None without a column.
     assert!(legend_svg(&folder.good("a.csv", "x,y,z,r\n", WHITE).clouds).is_none());
+}
+
+/// Whatever a header is, every parser takes the legend.
+#[cfg(feature = "figure")]
+#[test]
+fn the_legend_is_xml_whatever_its_column_is_called() {
+    let rows = [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]];
+    let hostile =
+        ["a]]>b", "a\u{fffe}b\u{ffff}", "<!--", "&#0;", "\"'`=", "\0\u{b}\u{1f}\u{85}\r\n\t"];
+    for name in hostile {
+        let spheres = Spheres::from_rows(rows.to_vec()).unwrap();
+        let (map, missing) = (ColorMap::default(), Coloring::MISSING_COLOR);
+        let (_, coloring) =
+            spheres.with_numbers(name, &[1.0, f64::NAN], map, None, missing).unwrap();
+        let svg = svg_of_colorings([&coloring]).unwrap();
+        let document = roxmltree::Document::parse(&svg);
+        let document = document.unwrap_or_else(|error| panic!("{name:?}: {error}\n{svg}"));
+        let title = document.descendants().find(|node| node.has_tag_name("text")).unwrap();
+        let title = title.text().unwrap();
+        assert!(
+            title == name || name.contains(|c: char| c.is_control() || c > '\u{fff0}'),
+            "{title}"
+        );
+    }
 }
 
 #[cfg(feature = "cli")]
@@ -647,6 +674,7 @@ fn numbers_of_an_array_have_the_colours_of_a_file() {
         let (spheres, coloring) = spheres.with_numbers("q", &numbers, map, range, missing).unwrap();
         assert!(spheres.colors().eq(scene.spheres.colors()));
         assert_eq!(Some(&coloring), scene.clouds[0].coloring.as_ref());
+        #[cfg(feature = "figure")]
         assert_eq!(svg_of_colorings([&coloring]), legend_svg(&scene.clouds));
     }
     let of = |numbers: &[f64], range| {

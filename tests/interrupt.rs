@@ -330,6 +330,36 @@ fn building_a_hierarchy_is_seen_and_told() {
     assert!(lines.iter().any(|line| line.contains("note: ") && line.contains(" built ")), "{talk}");
 }
 
+/// Who reads its help reads on: the program has not even looked at its arguments then. It must hear a signal
+/// from its first moment on.
+#[test]
+fn handlers_come_before_all_else() {
+    let (_reader, mut writer) = std::io::pipe().unwrap();
+    // As much as a pipe takes, so that the next word waits.
+    let flags = rustix::fs::fcntl_getfl(&writer).unwrap();
+    rustix::fs::fcntl_setfl(&writer, flags | rustix::fs::OFlags::NONBLOCK).unwrap();
+    while writer.write(&[b' '; 512]).is_ok() {}
+    rustix::fs::fcntl_setfl(&writer, flags).unwrap();
+    let mut child = program().arg("--help").stdout(writer).spawn().unwrap();
+    let status = PathBuf::from(format!("/proc/{}/status", child.id()));
+    let is_heard = || {
+        let status = fs::read_to_string(&status).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+        caught & (1 << (Signal::TERM.as_raw() - 1)) != 0
+    };
+    let start = Instant::now();
+    while !is_heard() && start.elapsed() < BOUND {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(child.try_wait().unwrap().is_none(), "it ended on its own");
+    kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{} {stderr}", output.status);
+    assert_eq!(stderr, "error: interrupted\n");
+}
+
 #[test]
 fn sigterm_is_as_good() {
     let child = program()

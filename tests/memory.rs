@@ -273,7 +273,7 @@ fn what_is_no_file_of_the_kind_is_refused_at_once() {
         ("folder.toml", "Is a directory"),
         ("long.toml", "larger than 64 MiB"),
         ("a.csv.toml", "line 1: the line is longer than 1 MiB"),
-        ("a.xyz.toml", "line 1: the line is longer than 64 KiB"),
+        ("a.xyz.toml", "line 1: the line is longer than 1 MiB"),
         ("a.npy.toml", "does not begin like one"),
         ("commas.toml", "line 1: the line is longer than 1 MiB"),
     ] {
@@ -284,7 +284,49 @@ fn what_is_no_file_of_the_kind_is_refused_at_once() {
         assert_eq!(code, 3, "{scene}\n{said}");
         assert!(line.contains(word), "{scene}\n{said}");
     }
+    // All that is read of it is one line.
+    fs::File::create(path("sparse.csv")).unwrap().set_len(1 << 40).unwrap();
+    let sparse = commas.replace("commas.csv", "sparse.csv");
+    fs::write(path("sparse.toml"), sparse).unwrap();
+    let (code, said) = whole("sparse", &within(400_000, folder.path(), &["check", "sparse.toml"]));
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("line 1: the line is longer than 1 MiB"), "{said}");
     let (code, said) = whole("most.toml", &within(400_000, folder.path(), &["check", "most.toml"]));
     assert_eq!(code, 7, "{said}");
     assert!(said.contains("needs 5120 MiB of memory"), "{said}");
+}
+
+/// What goes on for ever, as every other input: told with the file, the limit and what to do.
+#[test]
+fn every_reader_has_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let figure = format!("{}/scenes/figure1.toml", env!("CARGO_MANIFEST_DIR"));
+    fs::File::create(path("long.json")).unwrap().set_len(200 << 20).unwrap();
+    let line = format!("x,y,z\n1,2,\"{}\"\n", "3".repeat(2 << 20));
+    fs::write(path("line.csv"), line).unwrap();
+    fs::write(path("long.csv"), "x,y,z\n1,2,".to_string() + &"3".repeat(200 << 20)).unwrap();
+    let film = ["render", &figure, "-o", "a.png", "--size", "9x5", "--device", "cpu"];
+    let film = |keys| [&film[..], &["--camera-path", keys]].concat();
+    let report = |old| ["report", &figure, "--device", "cpu", "--baseline", old].to_vec();
+    let endless = "/dev/zero: it goes on, but at most 64 MiB of ";
+    let cases: [(Vec<&str>, i32, &str); 10] = [
+        (vec!["info", "/dev/zero"], 7, endless),
+        (vec!["compare", "/dev/zero", "/dev/zero"], 7, endless),
+        (vec!["judge", &figure, "--against", "/dev/zero", "--device", "cpu"], 7, endless),
+        (report("/dev/zero"), 7, endless),
+        (report("long.json"), 7, "long.json: it has 200 MiB, but at most 64 MiB of a report"),
+        (film("/dev/zero"), 7, endless),
+        (film("long.csv"), 7, "long.csv: it has 201 MiB, but at most 64 MiB of a camera's path"),
+        (film("line.csv"), 1, "line.csv: line 2: the line is longer than 1 MiB"),
+        (vec!["trace", &figure, "--rays", "/dev/zero", "-o", "a.npy"], 1, "does not begin like"),
+        (vec!["render", "/dev/zero", "-o", "a.png"], 3, "larger than 64 MiB"),
+    ];
+    for (args, expected, word) in cases {
+        let what = format!("{args:?}");
+        let (code, said) = whole(&what, &within(400_000, folder.path(), &args));
+        assert_eq!(code, expected, "{what}\n{said}");
+        assert!(said.replace('\n', " ").contains(word), "{what}\n{said}");
+    }
+    assert!(!path("a.png").exists() && !path("a-1.png").exists());
 }

@@ -3,12 +3,16 @@
 #[path = "common/program.rs"]
 mod program;
 
+use std::env;
 use std::fs::{self, File};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use kugelblitz::scene::read_scene;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -66,7 +70,18 @@ const REPORT: [&str; 10] = [
 fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
     let folder = folder();
     let report = [&REPORT[..], &["-o", "out.html"]].concat();
-    let cases: [(&[&str], &str); 6] = [
+    for (size, name) in [("64x36", "a.npy"), ("64x36", "b.npy")] {
+        let kernel = if name == "a.npy" { "certified" } else { "lecture" };
+        let render = ["render", "ball.toml", "-o", name, "--size", size, "--kernel", kernel];
+        ends(program(&folder, &[&render[..], &["--device", "cpu", "-q"]].concat()), 0);
+    }
+    let judge = ["judge", "ball.toml", "--against", "b.npy", "--device", "cpu", "-o", "out.png"];
+    let compare = ["compare", "a.npy", "b.npy", "-o", "out.png"];
+    let cases: [(&[&str], &str); 10] = [
+        (&judge, "out.png"),
+        (&[&judge[..], &["--json"]].concat(), "out.png"),
+        (&compare, "out.png"),
+        (&[&compare[..], &["--json"]].concat(), "out.png"),
         (&["render", "ball.toml", "-o", "out.png", "--device", "cpu", "--json"], "out.png"),
         (
             &[
@@ -86,7 +101,7 @@ fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
         (&["export", "pov", "ball.toml", "-o", "out.pov", "--json"], "out.pov"),
         (&report, "out.html"),
         (
-            &["generate", "cloud", "--count", "9", "-o", "a.npy", "--scene", "out.toml", "--json"],
+            &["generate", "cloud", "--count", "9", "-o", "c.npy", "--scene", "out.toml", "--json"],
             "out.toml",
         ),
     ];
@@ -98,7 +113,13 @@ fn a_summary_that_cannot_be_printed_leaves_the_old_output() {
         ends(command, 1);
         assert_eq!(fs::read(&out).unwrap(), b"old", "{arguments:?}");
     }
-    assert!(!folder.path().join("a.npy").exists());
+    assert!(!folder.path().join("c.npy").exists());
+    // Printed, the same commands do replace it.
+    for arguments in [&judge[..], &compare] {
+        fs::write(folder.path().join("out.png"), "old").unwrap();
+        program::finish(program(&folder, arguments));
+        assert_ne!(fs::read(folder.path().join("out.png")).unwrap(), b"old", "{arguments:?}");
+    }
 }
 
 #[test]
@@ -264,4 +285,73 @@ fn a_killed_run_leaves_nothing() {
     fs::remove_file(folder.path().join("other.png")).unwrap();
     assert_eq!(names(&folder), before);
     assert_eq!(fs::read(folder.path().join("out.ppm")).unwrap(), b"old");
+}
+
+/// What a scene and its cloud in this folder are: the count that the scene's first line tells, which is
+/// that of the spheres it has.
+#[track_caller]
+fn count_of(folder: &Path, after: &str) -> usize {
+    let path = folder.join("s.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let count = text.split_once("--count ").unwrap().1.split(' ').next().unwrap();
+    let scene = read_scene(&path).unwrap_or_else(|error| panic!("{after}: {error}"));
+    assert_eq!(scene.spheres.len().to_string(), count, "{after}: another's cloud");
+    scene.spheres.len()
+}
+
+/// `KUGELBLITZ_KILLS` asks for more of them.
+#[test]
+fn killed_amid_two_files_a_scene_has_its_own_cloud() {
+    let n_kills = env::var("KUGELBLITZ_KILLS").map_or(30, |n| n.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let generate = |count: &str| {
+        let made = ["generate", "cloud", "--count", count, "-o", "c.npy", "--scene", "s.toml"];
+        program(&folder, &made)
+    };
+    let of_two = ["c.npy", "s.toml"];
+    ends(generate("300"), 0);
+    let start = Instant::now();
+    ends(generate("300"), 0);
+    let whole = start.elapsed();
+    let mut rng = ChaCha8Rng::seed_from_u64(24);
+    let (mut n_amid, mut n_old, mut n_second, mut n_hidden) = (0, 0, 0, 0);
+    for kill in 0..n_kills {
+        let (before, names_before) = (count_of(folder.path(), "before"), names(&folder));
+        let mut child = generate(if before == 300 { "400" } else { "300" }).spawn().unwrap();
+        // Some wherever it is, most where it puts files in their places.
+        let mut delay = whole.mul_f64(rng.random());
+        if kill % 4 > 0 {
+            let start = Instant::now();
+            while names(&folder) == names_before && child.try_wait().unwrap().is_none() {
+                assert!(start.elapsed() < Duration::from_secs(60), "nothing is written");
+            }
+            delay /= 4;
+        }
+        // Sleep takes longer than some of what is done meanwhile.
+        let start = Instant::now();
+        while start.elapsed() < delay {
+            std::hint::spin_loop();
+        }
+        child.kill().unwrap();
+        n_amid += usize::from(!child.wait().unwrap().success());
+        n_old += usize::from(count_of(folder.path(), &format!("kill {kill}")) == before);
+        let scene = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+        n_second += usize::from(scene.contains("s.toml.kugelblitz-"));
+        n_hidden += usize::from(names(&folder).iter().any(|name| name.starts_with('.')));
+        // The next run in the folder, of the same outputs or of others, removes what is hidden.
+        if kill % 3 == 0 {
+            ends(program(&folder, &["generate", "cloud", "--count", "9", "-o", "b.npy"]), 0);
+            fs::remove_file(folder.path().join("b.npy")).unwrap();
+            let left = names(&folder);
+            assert!(!left.iter().any(|name| name.starts_with('.')), "kill {kill}: {left:?}");
+            count_of(folder.path(), &format!("a run after kill {kill}"));
+        }
+    }
+    println!(
+        "{n_kills} kills: {n_amid} amid the work; {n_old} left the old scene, {n_second} one with data under \
+         a second name; {n_hidden} left hidden files"
+    );
+    ends(generate("300"), 0);
+    assert_eq!(names(&folder), of_two);
+    assert_eq!(count_of(folder.path(), "at the end"), 300);
 }

@@ -802,6 +802,23 @@ fn without_a_display_it_says_to_use_render() {
 }
 
 #[test]
+fn without_a_driver_it_says_how_to_get_one() {
+    let desk = Desk::new();
+    let folder = tempfile::tempdir().unwrap();
+    let none = folder.path().join("none.json");
+    let output = desk
+        .program(folder.path())
+        .args(["view", scene("figure1").to_str().unwrap()])
+        .envs([("VK_DRIVER_FILES", &none), ("VK_ICD_FILENAMES", &none)])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+    assert!(stderr.contains("no Vulkan device found: install"), "{stderr}");
+    assert!(!stderr.contains("{}"), "{stderr}");
+}
+
+#[test]
 fn wrong_scenes_are_refused_before_a_window_opens() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");

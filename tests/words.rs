@@ -154,7 +154,8 @@ fn an_unwritable_standard_error_changes_no_exit_code() {
     }
 }
 
-/// Data that can't be written is a failure; of a reader that is gone (`… | head`) nothing is said.
+/// Data that can't be written is a failure, also where standard output is closed; of a reader that is gone
+/// (`… | head`) nothing is said.
 #[test]
 fn an_unwritable_standard_output_is_a_failure() {
     let folder = tempfile::tempdir().unwrap();
@@ -185,8 +186,125 @@ fn an_unwritable_standard_output_is_a_failure() {
         let (code, output) = finish(program(args).stdout(full));
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(code, 1, "{args:?}: {stderr}");
-        assert!(stderr.starts_with("error: ") && stderr.contains("No space"), "{args:?}: {stderr}");
+        let said = stderr.starts_with("error: standard output: No space");
+        assert!(said && stderr.lines().count() == 1, "{args:?}: {stderr}");
+        let (code, stderr) = with_closed_stdout(args);
+        assert_eq!(code, 1, "{args:?}: {stderr}");
+        let said = stderr.starts_with("error: standard output: it is closed; ");
+        assert!(said && stderr.lines().count() == 1, "{args:?}: {stderr}");
     }
+    // What prints nothing needs none.
+    let out = file(&folder, "a.png");
+    let quiet = ["render", &figure, "-o", &out, "--size", "9x5", "--device", "cpu", "-q"];
+    assert_eq!(with_closed_stdout(&quiet), (0, String::new()));
+    assert!(Path::new(&out).exists());
+    assert_eq!(with_closed_stdout(&["rendr"]).0, 2);
+}
+
+#[track_caller]
+fn with_closed_stdout(args: &[&str]) -> (i32, String) {
+    let mut shell = Command::new("sh");
+    let closed = "exec \"$0\" \"$@\" >&-";
+    in_plain_surrounding(&mut shell).args(["-c", closed, env!("CARGO_BIN_EXE_kugelblitz")]);
+    let (code, output) = finish(shell.args(args));
+    (code, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// A line break in a name can't make a line of its own.
+#[test]
+fn a_path_stays_on_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = |ending: &str| file(&folder, &format!("a\nerror: all is lost\t{ending}"));
+    let figure = name(".toml");
+    fs::copy(scene("figure1"), &figure).unwrap();
+    fs::write(name(".csv"), "x,y\n1,2\n").unwrap();
+    fs::write(name("-no.png"), "no picture").unwrap();
+    let small = ["--size", "9x5", "--device", "cpu"];
+    let (png, missing, csv, no) = (name(".png"), name("-missing"), name(".csv"), name("-no.png"));
+    let (svg, pov, frames) = (name(".svg"), name(".pov"), name("-%.png"));
+    let routes: [(&[&str], i32); 17] = [
+        (&["export", "pov", &figure, "-o", &pov], 0),
+        (&[&["render", &figure, "-o", &frames, "--turntable", "2"][..], &small].concat(), 0),
+        (&["check", "a", &csv], 2),
+        (&["render", &figure, &format!("--size={missing}")], 2),
+        (&[&["render", &figure, "-o", &png][..], &small].concat(), 0),
+        (&["check", &figure], 0),
+        (&["info", &png], 0),
+        (&["compare", &png, &png], 0),
+        (&[&["verify", &figure][..], &small].concat(), 0),
+        (&["figure", "3", &figure, "-o", &svg], 0),
+        (&["check", &missing], 3),
+        (&["render", &csv, "-o", &png], 3),
+        (&["info", &no], 1),
+        (&["trace", &figure, "--rays", &no, "-o", "a.npy"], 1),
+        (&["render", &figure, "-o", &figure, "--format", "png"], 2),
+        (&["render", &figure, "-o", &missing], 2),
+        (&["render", &figure, "-o", &format!("{missing}/a.png")], 1),
+    ];
+    for (args, code) in routes {
+        let (found, output) = finish(&mut program(args));
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        assert_eq!(found, code, "{args:?}: {said:?}");
+        let is_shown = said.iter().any(|text| {
+            ["\\n", "\\x0a"].iter().any(|sign| text.contains(&format!("a{sign}error: all is lost")))
+        });
+        assert!(is_shown && !said.concat().contains("\nerror: all"), "{args:?}: {said:?}");
+    }
+}
+
+/// Paths for people go through `Shown`, for nobody looks at each of them in a name with a line break. What is
+/// for machines is listed here.
+#[test]
+fn paths_are_shown_one_way() {
+    let raw = [
+        ("cli/compare.rs", 1),
+        ("cli/film.rs", 1),
+        ("cli/head.rs", 1),
+        ("cli/info.rs", 1),
+        ("cli/judge.rs", 1),
+        ("cli/report.rs", 1),
+        ("cost.rs", 1),
+        ("output.rs", 1),
+        ("view/open.rs", 1),
+        ("view/recent.rs", 1),
+    ];
+    let found: Vec<(String, usize)> = sources()
+        .into_iter()
+        .map(|(name, text)| (name, text.matches(".display()").count()))
+        .filter(|(_, n)| *n > 0)
+        .collect();
+    let found: Vec<(&str, usize)> = found.iter().map(|(name, n)| (name.as_str(), *n)).collect();
+    assert_eq!(found, raw);
+}
+
+/// Markup becomes a text in `markup.rs`, which takes out what no parser takes, and is written by maud.
+#[test]
+fn markup_is_written_one_way() {
+    for (name, text) in sources() {
+        let (code, _) = text.split_once("#[cfg(test)]").unwrap_or((&text, ""));
+        let writes = code.contains("use maud::") && code.contains(".into_string()");
+        assert_eq!(writes, name == "markup.rs", "{name}");
+        assert!(!code.contains("<svg") && !code.contains("xmlns=\\"), "{name}");
+    }
+}
+
+/// The files in `src`, by their names, with their texts.
+fn sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut found, mut folders) = (Vec::new(), vec![root.clone()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let name = path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
+                found.push((name, fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
 }
 
 /// `ulimit -f` sends a signal before it fails the write.

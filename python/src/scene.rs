@@ -17,7 +17,7 @@ use kugelblitz::rays::{Pixels, hit_records};
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::{
     self, Color, Coloring, DataWishes, ImageSize, Wishes, compose_scene, is_cloud_file,
-    parse_scene, read_scene_with, svg_of_colorings,
+    parse_scene, read_scene_with,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
 use kugelblitz::show::{self, Entry, Show};
@@ -378,7 +378,7 @@ impl Scene {
 
     /// Which colours stand for which numbers: a `Drawing`, or `None` where nothing is coloured by numbers.
     fn legend(&self) -> Option<Drawing> {
-        let svg = svg_of_colorings(self.colorings())?;
+        let svg = kugelblitz::figure::svg_of_colorings(self.colorings())?;
         Some(Drawing { svg })
     }
 

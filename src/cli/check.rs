@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use kugelblitz::Result;
 use kugelblitz::cost::{Built, Cost, LightOf, PictureCost};
+use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use serde::Serialize;
 
@@ -33,10 +34,10 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
         return print_summary("check", &Summary { objects, cost });
     }
 
-    let mut text = format!("{}: {}\n", args.scene.display(), objects(&scene));
+    let mut text = format!("{}: {}\n", args.scene.shown(), objects(&scene));
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
-        let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.display(), cloud.first_id);
+        let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);
     }
     if let Some(light) = &cost.light {
         let _ = writeln!(text, "lit by {}", in_words(light));

@@ -7,6 +7,7 @@ use clap::Args;
 use kugelblitz::compare::{ChannelDifference, Tolerance, compare_pictures, difference_picture};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Format, Image, read_image, rgb8_file};
+use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -77,10 +78,11 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
     let found = compare_pictures(&a, &b, &tolerance)?;
     let pixel = |i: usize| a.pixel(i);
     let name = |path: &Path| path.display().to_string();
-    if let Some(file) = file.filter(|_| found.pixels > 0) {
+    let file = file.filter(|_| found.pixels > 0).map(|file| {
         let size = [a.width as u32, a.height as u32];
-        write_picture(file, size, &difference_picture(&a, &found), run)?;
-    }
+        write_picture(file, size, &difference_picture(&a, &found))
+    });
+    let file = file.transpose()?;
     let broken = found.broken.join("; ");
     let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
     if talk.json {
@@ -106,8 +108,9 @@ pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
         };
         print_verdict("compare", &summary, failure.as_ref())?;
     } else {
-        print_text(&found.in_words([&name(path_a), &name(path_b)], [&a, &b]))?;
+        print_text(&found.in_words([&path_a.shown(), &path_b.shown()], [&a, &b]))?;
     }
+    output::commit(file, &run.control)?;
     failure.map_or(Ok(()), Err)
 }
 
@@ -117,22 +120,21 @@ pub fn begin_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result
     if Format::from_path(output).ok() != Some(Format::Png) {
         return Err(Error::Usage(format!(
             "{}: this picture is written as .png; name it so",
-            output.display()
+            output.shown()
         )));
     }
     output::refuse_overwriting(&[output], inputs)?;
     OutputFile::create(output, false)
 }
 
-/// Writes a picture that no camera took.
+/// Writes a picture that no camera took; it is then whole, but not in its place.
 pub fn write_picture(
     mut file: OutputFile,
     size: [u32; 2],
     pixels: &[[u8; 3]],
-    run: &Run,
-) -> Result<()> {
+) -> Result<OutputFile> {
     let path = file.path().to_path_buf();
     let bytes = rgb8_file(size, pixels).map_err(Error::io(&path))?;
     file.write_all(&bytes).map_err(Error::io(&path))?;
-    output::commit([file], &run.control)
+    Ok(file)
 }

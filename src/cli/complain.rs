@@ -1,11 +1,11 @@
 //! Errors, as the user sees them on standard error.
 
 use std::io::ErrorKind;
+use std::path::Path;
 
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::output::OutputFile;
-use kugelblitz::plain::{plain, steers};
+use kugelblitz::plain::{Shown as _, plain, steers};
 use miette::{
     LabeledSpan, MietteDiagnostic, MietteError, MietteHandlerOpts, MietteSpanContents, Report,
     SourceCode, SourceSpan, SpanContents,
@@ -14,6 +14,7 @@ use miette::{
 use super::excerpt::Excerpt;
 use super::head::failed_in_json;
 use super::output::{STDOUT, talk, talk_in_colour};
+use super::process::stdout_was_closed;
 
 /// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
 /// says whether the command has output files.
@@ -23,8 +24,12 @@ pub fn complain(error: &Error, writes: bool) {
         Error::Interrupted if writes => talk("error: interrupted; no output file was changed"),
         // Nobody reads any more (`… | head`), so nobody misses anything.
         Error::Io { path, source }
-            if [OutputFile::STDOUT, STDOUT].iter().any(|name| path.as_os_str() == *name)
-                && source.kind() == ErrorKind::BrokenPipe => {}
+            if path.as_os_str() == STDOUT && source.kind() == ErrorKind::BrokenPipe =>
+        {
+            if stdout_was_closed() {
+                talk("error: standard output: it is closed; open it, or write to a file");
+            }
+        }
         _ => talk(&format!("error: {error}")),
     }
 }
@@ -32,10 +37,19 @@ pub fn complain(error: &Error, writes: bool) {
 /// Prints what clap found in the command line: that it is wrong, or that it asks for help or the
 /// version. Returns the exit code.
 pub fn complain_about_usage(error: &clap::Error) -> u8 {
-    let is_foreign = |argument: std::ffi::OsString| argument.to_string_lossy().contains(steers);
-    let printed = if error.use_stderr() && std::env::args_os().any(is_foreign) {
-        // It quotes arguments between its own colours, so all colours go.
-        talk(error.render().to_string().trim_end());
+    let is_odd = |c: char| steers(c) || matches!(c, '\n' | '\t');
+    let arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
+    let foreign: Vec<String> = arguments.filter(|argument| argument.contains(is_odd)).collect();
+    let printed = if error.use_stderr() && !foreign.is_empty() {
+        // It quotes arguments, or their values, between its own colours, so all colours go.
+        let mut words = error.render().to_string();
+        for argument in &foreign {
+            let value = argument.split_once('=').map(|(_, value)| value);
+            for quoted in value.into_iter().chain([argument.as_str()]) {
+                words = words.replace(quoted, &Path::new(quoted).shown());
+            }
+        }
+        talk(words.trim_end());
         Ok(())
     } else {
         error.print()
@@ -78,7 +92,7 @@ fn finding(error: &SceneError) -> Report {
     }
     let excerpt = Excerpt::new(&error.text, error.span.clone());
     let place = LabeledSpan::new_with_span(Some("here".into()), excerpt.span.clone());
-    let path = plain(&error.path.display().to_string()).into_owned();
+    let path = error.path.shown();
     let shown = Shown { path, excerpt, line: error.line, column: error.column };
     Report::new(finding.with_label(place)).with_source_code(shown)
 }

@@ -9,7 +9,7 @@ use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::{Objects, print_summary};
-use super::output::{is_stdout, name, objects};
+use super::output::{is_stdout, name, objects, shell_quoted};
 use super::{ExportArgs, Run, scene};
 
 #[derive(Serialize)]
@@ -38,11 +38,12 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     scene::refuse_overwriting(&[output], &[&args.scene], &scene)?;
     let mut file = OutputFile::create(output, false)?;
     let (language, size) = (args.language, [width, height]);
+    let path = file.path().to_path_buf();
     export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
-        .map_err(Error::io(output))?;
+        .map_err(Error::io(path))?;
     run.control.check()?;
 
-    let command = language.command(&output.display().to_string(), size);
+    let command = language.command(&shell_quoted(output), size);
     if args.talk.json {
         let (objects, run) = (Objects::from(&*scene), command.clone());
         let summary = Summary { language: language.name(), size, objects, run };

@@ -7,6 +7,7 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use kugelblitz::figure::Figure;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::scene::parse_scene;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -60,7 +61,7 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
     args.talk.refuse_json_beside(&[&args.output], "the figure", advice)?;
     let is_svg = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
     if !is_svg && !is_stdout(&args.output) {
-        let name = args.output.display();
+        let name = args.output.shown();
         return Err(Error::Usage(format!("{name}: a figure is SVG; name the file .svg")));
     }
     let (figure, lang) = (args.figure, args.lang.lang);
@@ -80,7 +81,8 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
     };
     let drawn = figure.draw(&scene, object, &pixels, lang)?;
     let mut file = OutputFile::create(&args.output, false)?;
-    file.write_all(drawn.as_bytes()).map_err(Error::io(&args.output))?;
+    let target = file.path().to_path_buf();
+    file.write_all(drawn.as_bytes()).map_err(Error::io(target))?;
     if args.talk.json {
         let size = [pixels.width, pixels.height];
         let summary = Summary { figure: figure.number(), size, object, lang: lang.name() };
@@ -88,6 +90,6 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
     }
     output::commit([file], &run.control)?;
     let (name, number) = (name(&args.output), figure.number());
-    args.talk.say(&format!("{name}: figure {number} of {}", path.display()));
+    args.talk.say(&format!("{name}: figure {number} of {}", path.shown()));
     Ok(())
 }

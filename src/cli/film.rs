@@ -11,6 +11,7 @@ use kugelblitz::frames::{
 };
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
+use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::Rendered;
 use kugelblitz::scene::Camera;
@@ -249,7 +250,9 @@ fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duratio
     let files = match frames {
         [] => String::new(),
         [one] => name(Path::new(&one.file)),
-        [first, .., last] => format!("{} … {}", first.file, last.file),
+        [first, .., last] => {
+            [&first.file, &last.file].map(|file| Path::new(file).shown()).join(" … ")
+        }
     };
     let skipped = match n_skipped {
         0 => String::new(),
@@ -303,6 +306,8 @@ mod tests {
             "ffmpeg -framerate 25 -i a/out-%04d.png -pix_fmt yuv420p a/out.mp4"
         );
         assert!(film("it's.png", Format::Png).unwrap().contains("'it'\\''s-%04d.png'"));
+        let odd = film("it's\na\u{202e}.png", Format::Png).unwrap();
+        assert!(odd.contains(" $'it\\'s\\x0aa\\xe2\\x80\\xae-%04d.png' "), "{odd}");
         assert_eq!(film("out.npy", Format::Npy), None);
         let odd = ffmpeg("out.png".as_ref(), 36, Format::Png, [63, 48]).unwrap();
         assert!(odd.contains(" -vf "), "{odd}");

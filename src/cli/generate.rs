@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use super::head::print_summary;
-use super::output::{count, human, is_stdout, ms};
+use super::output::{count, human, is_stdout, ms, name};
 use super::progress::Progress;
 use super::{Generate, GenerateArgs, GenerateCloudArgs, Run};
 
@@ -60,11 +61,16 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
         };
         print_summary("generate", &summary)?;
     }
-    // The scene last: it needs the cloud.
-    output::commit(once(file).chain(scene), &run.control)?;
+    match scene {
+        None => output::commit([file], &run.control),
+        Some(scene) => {
+            let write = |scene: &mut OutputFile, cloud: &Path| write_scene(scene, cloud, &recipe);
+            output::commit_with_scene(file, scene, write, &run.control)
+        }
+    }?;
     args.talk.say(&format!(
         "{}: {}, {}, seed {seed}, in {}",
-        args.output.display(),
+        name(&args.output),
         count(n as usize, "sphere"),
         distribution.name(),
         human(took)
@@ -73,7 +79,7 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
 }
 
 fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
-    let output = args.output.display();
+    let output = args.output.shown();
     let to_stdout = is_stdout(&args.output);
     if !to_stdout && args.output.extension().is_none_or(|ending| ending != "npy") {
         return Err(Error::Usage(format!("{output}: a cloud is written as .npy; name it so")));

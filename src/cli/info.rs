@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use kugelblitz::Result;
 use kugelblitz::picture::{Image, read_image};
+use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
 use serde::Serialize;
 
@@ -74,7 +75,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
         };
         return print_summary("info", &summary);
     }
-    let mut text = format!("{}: {}\n", args.file.display(), shape(&image));
+    let mut text = format!("{}: {}\n", args.file.shown(), shape(&image));
     if is_part {
         let ([w, h], [x, y]) = (image.whole, image.first);
         text += &format!("part: at {x},{y} of {w}×{h}\n");

@@ -9,7 +9,9 @@ use kugelblitz::judge::{
     Quantity, RAY_BYTES, error_picture, hint, in_words, pixels_of,
 };
 use kugelblitz::memory;
+use kugelblitz::output;
 use kugelblitz::picture::{Image, read_image};
+use kugelblitz::plain::Shown as _;
 use kugelblitz::rays::{Pixels, read_rays_with};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
@@ -178,7 +180,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     if image.len() != n {
         return Err(Error::Usage(format!(
             "{}: {} for {}; give the file that belongs to these rays",
-            args.against.display(),
+            args.against.shown(),
             count(image.len(), "result"),
             count(n, "ray")
         )));
@@ -190,7 +192,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         Rays::List(_) => None,
     };
     let claims = Claims::new(image.clone(), &conventions, view.as_ref())?;
-    let warning = judge::check_colors(&scene, &claims, &args.scene.display().to_string())?;
+    let warning = judge::check_colors(&scene, &claims, &args.scene.shown())?;
     warning.iter().for_each(|warning| args.talk.warn(warning));
 
     let (choice, kernel) = (&args.device.device, Kernel::Certified);
@@ -211,10 +213,13 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         }
     };
     run.control.check()?;
-    if let (Some(file), Rays::Pixels(pixels)) = (file, &rays) {
-        let size = [pixels.width, pixels.height];
-        write_picture(file, size, &error_picture(&judgement), run)?;
-    }
+    let file = match (file, &rays) {
+        (Some(file), Rays::Pixels(pixels)) => {
+            let size = [pixels.width, pixels.height];
+            Some(write_picture(file, size, &error_picture(&judgement))?)
+        }
+        _ => None,
+    };
 
     let case = Case { scene: &scene, rays: &rays, truth: &truth, claims: &claims };
     let worst = case.worst(&judgement, &allowed, args.worst);
@@ -254,9 +259,9 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         };
         let mut text = format!(
             "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
-            args.against.display(),
+            args.against.shown(),
             judged.join(", "),
-            args.scene.display(),
+            args.scene.shown(),
             objects(&scene)
         );
         text += &case.table(&judgement);
@@ -267,6 +272,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
         text += &format!("\nallowed: {allowed}{}\n", if broken.is_empty() { ": kept" } else { "" });
         print_text(&text)?;
     }
+    output::commit(file, &run.control)?;
     failure.map_or(Ok(()), Err)
 }
 
@@ -300,7 +306,7 @@ fn conventions(args: &JudgeArgs) -> Result<Conventions> {
 
 /// The pixels that the file shows.
 fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
-    let path = args.against.display();
+    let path = args.against.shown();
     if image.is_list {
         return Err(Error::Usage(format!(
             "{path}: a list of {}; give the rays that they are of with --rays",

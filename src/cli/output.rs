@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use kugelblitz::output::OutputFile;
-use kugelblitz::plain::{plain, plain_json};
+use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::TalkArgs;
 
 /// Standard output as errors call it.
-pub const STDOUT: &str = "standard output";
+pub const STDOUT: &str = OutputFile::STDOUT_IN_WORDS;
 
 /// `-` on the command line.
 pub fn is_stdout(output: &Path) -> bool {
@@ -22,18 +22,33 @@ pub fn is_stdout(output: &Path) -> bool {
 
 /// An output's name for people.
 pub fn name(output: &Path) -> String {
-    if is_stdout(output) { STDOUT.into() } else { output.display().to_string() }
+    if is_stdout(output) { STDOUT.into() } else { output.shown() }
 }
 
 /// A path as a shell takes it.
 pub fn shell_quoted(path: &Path) -> String {
-    let path = path.display().to_string();
+    let path = path.to_string_lossy();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
     if !path.is_empty() && path.chars().all(is_plain) && !path.starts_with('-') {
-        return path;
+        return path.into_owned();
     }
-    let path = if path.starts_with('-') { format!("./{path}") } else { path };
-    format!("'{}'", path.replace('\'', "'\\''"))
+    let start = if path.starts_with('-') { "./" } else { "" };
+    let is_odd = |c: char| steers(c) || matches!(c, '\n' | '\t');
+    if !path.contains(is_odd) {
+        return format!("'{start}{}'", path.replace('\'', "'\\''"));
+    }
+    let mut quoted = format!("$'{start}");
+    for c in path.chars() {
+        match c {
+            '\\' | '\'' => quoted.extend(['\\', c]),
+            _ if is_odd(c) => {
+                let bytes = c.to_string().into_bytes();
+                quoted.extend(bytes.iter().map(|byte| format!("\\x{byte:02x}")));
+            }
+            _ => quoted.push(c),
+        }
+    }
+    quoted + "'"
 }
 
 /// Prints data.

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kugelblitz::device::rays_of_picture;
+use kugelblitz::figure::legend_svg;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
-use kugelblitz::scene::{Scene, legend_svg};
+use kugelblitz::scene::Scene;
 use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
@@ -207,14 +209,14 @@ impl Begun {
 /// The legend, whole but not yet in its place.
 fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
-        let message = format!("{}: a legend is a picture of lines, .svg", path.display());
+        let message = format!("{}: a legend is a picture of lines, .svg", path.shown());
         return Err(Error::Usage(message));
     }
     let svg = legend_svg(&scene.clouds).ok_or_else(|| {
         Error::Usage(format!(
             "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
              in its [[spheres]]",
-            args.scene.display()
+            args.scene.shown()
         ))
     })?;
     let mut file = OutputFile::create(path, false)?;
@@ -243,7 +245,7 @@ fn what_to_write(args: &RenderArgs, output: &Path) -> Result<(Format, PictureOpt
             return Err(Error::Usage(format!(
                 "{}: the name's ending says {ending}, but --format says {format}; change one of \
                  them",
-                output.display()
+                output.shown()
             )));
         }
         (Some(format), _) => format,

@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{AdapterFacts, Gpu};
+use kugelblitz::input;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::report::{
     AdapterEvidence, Baseline, Case, Class, Earlier, Effort, Evidence, Missing, Report, Subject,
     default_cases, page, plot, text,
@@ -80,7 +82,7 @@ impl Form {
             _ => Err(Error::Usage(format!(
                 "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
                  (a short table) or .svg (the main plot)",
-                path.display()
+                path.shown()
             ))),
         }
     }
@@ -111,7 +113,8 @@ fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
 /// The report of --baseline, with its name.
 fn earlier(args: &ReportArgs, effort: &Effort) -> Result<Option<(String, Earlier)>> {
     let Some(path) = &args.baseline else { return Ok(None) };
-    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+    let advice = "give what `kugelblitz report -o NAME.json` wrote";
+    let text = input::read_text(path, "a report", advice)?;
     let wrong = |message| Error::Input { path: path.clone(), message };
     let earlier = Earlier::parse(&text).map_err(wrong)?;
     earlier.check(effort).map_err(wrong)?;

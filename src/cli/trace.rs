@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
 use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
 use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
@@ -13,7 +14,7 @@ use kugelblitz::{Error, Result, Session};
 
 use super::device;
 use super::head::{Traced, print_summary, traced_in_words};
-use super::output::{count, is_stdout};
+use super::output::{count, is_stdout, name};
 use super::progress::Progress;
 use super::{Run, TraceArgs, scene};
 
@@ -28,7 +29,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     if !is_npy && !is_stdout(&args.output) {
         return Err(Error::Usage(format!(
             "{}: hits are written as .npy; name the file so, or give - for standard output",
-            args.output.display()
+            args.output.shown()
         )));
     }
     let wants = Wants { surface: true, level: args.certificates };
@@ -67,7 +68,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     output::commit([file], &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {n_hits} hits, {}",
-        args.output.display(),
+        name(&args.output),
         count(rays.len(), "ray"),
         traced_in_words(&session, making, timing)
     ));
@@ -85,6 +86,6 @@ fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
     let n_rays = file_bytes / FILE_RAY_BYTES;
     let ray_bytes = size_of::<Ray>() + size_of::<u32>();
     let needed = n_rays * ray_bytes as u64 + hits_bytes(n_rays, wants);
-    let what = format!("{}: tracing its {n_rays} rays", rays.display());
+    let what = format!("{}: tracing its {n_rays} rays", rays.shown());
     memory::require(what, needed, "give the rays in parts")
 }

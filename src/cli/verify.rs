@@ -1,5 +1,6 @@
 //! `kugelblitz verify`
 
+use kugelblitz::plain::Shown;
 use kugelblitz::trace::Kernel;
 use kugelblitz::verify::{OfKernel, Verification, broken_of, table};
 use kugelblitz::{Error, Result};
@@ -61,7 +62,7 @@ pub fn run(args: &VerifyArgs, run: &Run) -> Result<()> {
         };
         let head = format!(
             "{}: {}, {}, on {}; {share} against exact arithmetic\n",
-            args.scene.display(),
+            args.scene.shown(),
             size(&pixels),
             objects(&scene),
             device.label()

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use kugelblitz::Result;
 use kugelblitz::output;
+use kugelblitz::plain::Shown;
 use kugelblitz::scene::recompose_scene;
 use kugelblitz::view::{self, Notice, Options};
 
@@ -88,7 +89,7 @@ fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
     match notice {
         Notice::Camera { toml } => print_text(toml)?,
         Notice::Saved { path, size: [width, height] } => {
-            talk(&format!("{}: {width}×{height}", path.display()));
+            talk(&format!("{}: {width}×{height}", path.shown()));
         }
         Notice::SceneWrong { error } => talk(&format!("error: {error}")),
         Notice::Trouble { message } => talk(&format!("warning: {message}")),

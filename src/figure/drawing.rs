@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use maud::{Markup, PreEscaped, html};
 
+use crate::markup::document;
+
 use super::Figure;
 use super::labels::{Label, Place, placed};
 use super::projection::project;
@@ -197,7 +199,7 @@ impl Drawing {
                 }
             }
         };
-        markup.into_string() + "\n"
+        document(markup) + "\n"
     }
 }
 

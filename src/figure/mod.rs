@@ -8,11 +8,13 @@
 mod axes;
 mod drawing;
 mod labels;
+mod legend;
 mod plane;
 mod projection;
 mod sphere;
 mod words;
 
+pub use legend::{legend_svg, svg_of_colorings};
 pub use projection::project;
 
 use crate::error::{Error, Result};

@@ -139,6 +139,11 @@ pub fn has_software_alone() -> bool {
     !adapters.is_empty() && adapters.iter().all(|(_, facts)| facts.is_software())
 }
 
+/// There is no adapter at all.
+pub(super) fn no_device() -> Error {
+    Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}"))
+}
+
 /// The adapter that `pick` names.
 ///
 /// # Errors
@@ -149,7 +154,7 @@ pub(super) fn choose(
 ) -> Result<(wgpu::Adapter, AdapterFacts)> {
     let names: Vec<String> = adapters.iter().map(|(_, f)| format!("`{}`", f.name)).collect();
     if adapters.is_empty() {
-        return Err(Error::NoAdapter(format!("no Vulkan device found: {INSTALL_HINT}")));
+        return Err(no_device());
     }
     let position = match pick {
         Pick::Best => 0,

@@ -1,6 +1,6 @@
 //! Opening a device that can show pictures in a window.
 
-use super::adapter::{Pick, adapters_of, choose, instance};
+use super::adapter::{Pick, adapters_of, choose, instance, no_device};
 use super::open::Gpu;
 use crate::error::{Error, Result};
 
@@ -21,15 +21,18 @@ where
     W: wgpu::rwh::HasWindowHandle + wgpu::rwh::HasDisplayHandle + Send + Sync + 'static,
 {
     let instance = instance(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut adapters = adapters_of(&instance);
+    if adapters.is_empty() {
+        // Without a driver there is no surface either, and of that wgpu tells nothing.
+        return Err(no_device());
+    }
     let surface = instance.create_surface(window).map_err(|error| {
         Error::NoAdapter(format!(
             "Vulkan can't show anything in a window here: {error}; use `kugelblitz render`"
         ))
     })?;
-    let mut adapters = adapters_of(&instance);
-    let n_adapters = adapters.len();
     adapters.retain(|(adapter, _)| adapter.is_surface_supported(&surface));
-    if adapters.is_empty() && n_adapters > 0 {
+    if adapters.is_empty() {
         return Err(Error::NoAdapter(
             "no Vulkan device can show pictures in a window here; use `kugelblitz render`".into(),
         ));

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use crate::error::{Error, Result};
 use crate::output::OutputFile;
+use crate::plain::Shown;
 use crate::shade::Encoding;
 use crate::trace::Wants;
 
@@ -50,7 +51,7 @@ impl Format {
         let Some(ending) = path.extension() else {
             return Err(Error::Usage(format!(
                 "{}: the name has no ending that tells the format; use {}",
-                path.display(),
+                path.shown(),
                 names(", ", " or ", ".")
             )));
         };
@@ -58,7 +59,7 @@ impl Format {
         find(&ending).ok_or_else(|| {
             Error::Usage(format!(
                 "{}: no picture format has the ending .{ending}; use {}{}",
-                path.display(),
+                path.shown(),
                 names(", ", " or ", "."),
                 suggestion(&ending, "."),
             ))

@@ -19,6 +19,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use crate::error::{Error, Result};
+use crate::plain::Shown;
 use crate::rays::Pixels;
 use crate::shade::{Colors, Encoding};
 use crate::trace::{Coverage, Hits, Wants};
@@ -277,7 +278,7 @@ impl<W: Write + Seek> PictureWriter<W> {
         if self.n_rows_done != self.pixels.height {
             return Err(Error::Usage(format!(
                 "{}: the picture has {} rows, but only {} were written",
-                self.path.display(),
+                self.path.shown(),
                 self.pixels.height,
                 self.n_rows_done
             )));
@@ -301,14 +302,14 @@ impl<W: Write + Seek> PictureWriter<W> {
         if n_rows > n_rows_left {
             return Err(Error::Usage(format!(
                 "{}: {n_rows} rows were given, but the picture has only {n_rows_left} left",
-                self.path.display()
+                self.path.shown()
             )));
         }
         let n_pixels = self.pixels.width as usize * n_rows as usize;
         if colors.encoding() != self.encoding {
             return Err(Error::Usage(format!(
                 "{}: the picture takes {:?}, but colours in {:?} were given",
-                self.path.display(),
+                self.path.shown(),
                 self.encoding,
                 colors.encoding()
             )));
@@ -320,7 +321,7 @@ impl<W: Write + Seek> PictureWriter<W> {
             };
             return Err(Error::Usage(format!(
                 "{}: the picture {is}; give it its rows with `{other}`",
-                self.path.display()
+                self.path.shown()
             )));
         }
         if let Some(Coverage { n_hits, n_samples }) = coverage
@@ -328,7 +329,7 @@ impl<W: Write + Seek> PictureWriter<W> {
         {
             return Err(Error::Usage(format!(
                 "{}: a pixel has at least one sample, and no more hits than its {n_samples}",
-                self.path.display()
+                self.path.shown()
             )));
         }
         let n_covered = coverage.map_or(0, |coverage| coverage.n_hits.len());
@@ -344,7 +345,7 @@ impl<W: Write + Seek> PictureWriter<W> {
                 return Err(Error::Usage(format!(
                     "{}: {n_rows} rows have {n_pixels} pixels, but {length} entries of “{field}” \
                      were given",
-                    self.path.display()
+                    self.path.shown()
                 )));
             }
         }

@@ -12,6 +12,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{Array, Record};
 use crate::output::OutputFile;
+use crate::plain::Shown;
 use crate::scene::Watched;
 use crate::system;
 use crate::trace::Hits;
@@ -129,7 +130,7 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
     {
         return Err(Error::Usage(format!(
             "{}: the {n_hits} hits must have `t` and `normal` each, and `level` each or not at all",
-            path.display()
+            path.shown()
         )));
     }
     let record = Record { rgb: false, alpha: false, level };

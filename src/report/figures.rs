@@ -2,7 +2,7 @@
 
 use super::{Errors, Spread};
 pub use crate::digits::{NONE, digits, percent};
-use crate::plain::steers;
+use crate::plain::plain_document;
 
 /// Three digits that count; see [`digits`].
 pub fn figure(x: f64) -> String {
@@ -109,16 +109,7 @@ pub fn list(items: &[String]) -> String {
 /// A name that can't break a line, a terminal or an XML file: control characters, and those that
 /// turn the direction of writing, are replaced.
 pub fn plain(text: &str) -> String {
-    text.chars().map(|c| if is_unsafe(c) || c == '\n' { '\u{fffd}' } else { c }).collect()
-}
-
-/// The same for a whole document, which keeps its lines.
-pub fn plain_document(text: &str) -> String {
-    text.chars().map(|c| if is_unsafe(c) { '\u{fffd}' } else { c }).collect()
-}
-
-fn is_unsafe(c: char) -> bool {
-    steers(c) || matches!(c, '\t' | '\u{fffe}' | '\u{ffff}')
+    plain_document(text).replace('\n', "\u{fffd}")
 }
 
 /// A name without what stands in parentheses behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.

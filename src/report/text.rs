@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use super::answer::{answer, price};
-use super::figures::{count, list, plain, plain_document};
+use super::figures::{count, list, plain};
 use super::print::{self, WIDTH, markdown_text};
 use super::summary::Cast;
 use super::tables::{self, Table};
 use super::{AdapterEvidence, Baseline, Report};
+use crate::plain::plain_document;
 
 /// The whole report but the pictures and each scene's own figures, at most 110 columns wide.
 pub fn terminal(report: &Report) -> String {

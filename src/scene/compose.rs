@@ -19,6 +19,7 @@ use super::write::{checked, folder_of, seen_from};
 use super::{Camera, Framing, ImageSize, Scene, Wishes};
 use crate::control::Control;
 use crate::error::{Error, Lack, Result, SceneError};
+use crate::plain::Shown;
 
 /// A scene as it was put together.
 #[derive(Debug)]
@@ -80,7 +81,7 @@ fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Res
         if !of_data && scene.camera.is_none() {
             notes.push(format!(
                 "{}: the scene has no [camera]; this one frames all spheres",
-                path.display()
+                path.shown()
             ));
         }
         scene.camera = Some(camera);
@@ -197,7 +198,7 @@ fn completed(
 /// An error in a text that the user never saw.
 fn of_draft(error: Error, path: &Path, of_data: bool) -> Error {
     let Error::Scene(error) = error else { return error };
-    let name = path.display().to_string();
+    let name = path.shown();
     if !of_data {
         let path = format!("{name}, with the options").into();
         return Box::new(SceneError { path, ..*error }).into();

@@ -9,6 +9,7 @@ use super::wishes::{framing_lens, usual_up};
 use super::write::checked;
 use super::{Camera, Light, Paint, Projection, Sky, Source, WishedLens, Wishes};
 use crate::error::{Error, Result};
+use crate::plain::Shown;
 use crate::plain::steers;
 
 /// Size of a picture of data.
@@ -52,7 +53,7 @@ impl Draft {
     pub(super) fn new(text: &str, path: &Path) -> Result<Draft> {
         // Of a scene that can be read, but not changed: nobody knows of one.
         let odd = |_| {
-            let path = path.display();
+            let path = path.shown();
             let help = "options can't be written into this scene; change it by hand";
             Error::Usage(format!("{path}: {help}"))
         };
@@ -151,7 +152,7 @@ impl Draft {
                 "{}: --radius, --color, --color-by, --colormap, --range, --columns and --frame are for \
                  data, or for a scene with one [[spheres]], but this one has {n_clouds}; change the \
                  scene itself",
-                path.display()
+                path.shown()
             )));
         };
         if let Some(radius) = data.radius {
@@ -332,7 +333,7 @@ pub(super) fn file_of(cloud: &dyn TableLike) -> Option<&str> {
 /// [`Error::Usage`] for a path that has no place in a text.
 pub(super) fn set_file(cloud: &mut dyn TableLike, path: &Path) -> Result<()> {
     let Some(path) = path.to_str() else {
-        let message = format!("{}: a scene can name only a file in UTF-8", path.display());
+        let message = format!("{}: a scene can name only a file in UTF-8", path.shown());
         return Err(Error::Usage(message));
     };
     set(cloud, "file", text_value(path)?);

@@ -34,11 +34,10 @@ pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub use edges::Edges;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
-pub use legend::{Coloring, legend_svg, svg_of_colorings};
+pub use legend::Coloring;
 pub use light::{Light, Sky, Source};
 pub use read::{
-    MAX_SCENE_BYTES, parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with,
-    reread_scene,
+    parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
 };
 pub use spheres::{Sphere, Spheres};
 pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};

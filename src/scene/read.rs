@@ -16,7 +16,9 @@ use super::{
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
+use crate::input::MAX_BYTES;
 use crate::memory;
+use crate::plain::Shown;
 use crate::rays::View;
 
 /// Reads and checks a scene file and the clouds that it names.
@@ -49,9 +51,6 @@ fn read_scene_from(files: Files, path: &Path, control: &Control) -> Result<Scene
     parse_scene_from(files, &text_of(files, path)?, path, control)
 }
 
-/// Most bytes of a scene file. More objects than it has room for come from clouds.
-pub const MAX_SCENE_BYTES: u64 = 64 << 20;
-
 /// Bytes of memory for each byte of a scene file while it is parsed. Measured: 42 for spheres, 76
 /// for lists of short numbers.
 const PARSE_BYTES: u64 = 80;
@@ -60,14 +59,14 @@ const PARSE_BYTES: u64 = 80;
 ///
 /// # Errors
 /// [`Error::Scene`](crate::Error::Scene) where it can't be read, is not UTF-8, or has more than
-/// [`MAX_SCENE_BYTES`]; [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
+/// [`MAX_BYTES`](crate::input::MAX_BYTES); [`Error::TooLarge`](crate::Error::TooLarge) where there is not the memory to
 /// parse it.
 pub fn read_scene_text(path: &Path) -> Result<String> {
     text_of(Files::All, path)
 }
 
 pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
-    let bytes = files.read(path, MAX_SCENE_BYTES + 1).map_err(|error| {
+    let bytes = files.read(path, MAX_BYTES + 1).map_err(|error| {
         let message = format!("cannot read the scene: {error}");
         SceneError::whole_file(path, message, "give the path of a scene file (TOML)")
     })?;
@@ -75,15 +74,15 @@ pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
     if is_cloud_file(path) {
         return Err(no_scene(path, "data of spheres, by its name"));
     }
-    if bytes.len() as u64 > MAX_SCENE_BYTES {
+    if bytes.len() as u64 > MAX_BYTES {
         let message =
-            format!("the scene is larger than {} MiB, the most it can be", MAX_SCENE_BYTES >> 20);
+            format!("the scene is larger than {} MiB, the most that is read", MAX_BYTES >> 20);
         return Err(SceneError::whole_file(path, message, CLOUD).into());
     }
     if let Some(found) = look_of_bytes(&bytes) {
         return Err(no_scene(path, found));
     }
-    let what = format!("{}: parsing the scene", path.display());
+    let what = format!("{}: parsing the scene", path.shown());
     memory::require(what, bytes.len() as u64 * PARSE_BYTES, CLOUD)?;
     String::from_utf8(bytes).map_err(|error| {
         let start = error.utf8_error().valid_up_to();
@@ -100,7 +99,7 @@ pub(super) fn text_of(files: Files, path: &Path) -> Result<String> {
 
 /// The error of a file that is something else.
 fn no_scene(path: &Path, found: &str) -> Error {
-    let name = path.display();
+    let name = path.shown();
     let help = format!(
         "a scene is a text in TOML; data that end in .npy, .csv or .xyz become one by `kugelblitz render \
          {name} --print-scene=scene.toml`, and `render`, `view` and `export` take them as they are"

@@ -10,6 +10,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::write_float_header;
 use crate::output::{self, OutputFile};
+use crate::plain::Shown;
 
 /// Spheres that stand in the scene file itself; more go into a cloud beside it.
 const MOST_IN_FILE: usize = 256;
@@ -22,7 +23,7 @@ const ROWS_AT_ONCE: usize = 1 << 16;
 
 impl Scene {
     /// Writes the scene into a `.toml` file and, if it has many spheres, those without a name into an
-    /// `.npy` file of the same stem beside it. Both appear whole, or neither does. Read again, it is the same
+    /// `.npy` file of the same stem beside it, by [`output::commit_with_scene`]. Read again, it is the same
     /// scene: all numbers have all their digits.
     ///
     /// # Errors
@@ -31,26 +32,30 @@ impl Scene {
     pub fn save(&self, path: impl AsRef<Path>, control: &Control) -> Result<()> {
         let path = path.as_ref();
         if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let message = format!("{}: a scene is a file that ends in .toml", path.display());
+            let message = format!("{}: a scene is a file that ends in .toml", path.shown());
             return Err(Error::Usage(message));
         }
         let n_single = self.n_spheres_in_file();
         let cloud_path = path.with_extension("npy");
         let cloud = cloud_path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-            Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.display()))
+            Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
         })?;
-        let cloud = (n_single < self.spheres.len()).then_some(cloud);
-        let text = self.text(n_single, cloud);
-        let mut files = Vec::new();
-        if cloud.is_some() {
-            let mut file = OutputFile::create(&cloud_path, false)?;
-            self.write_cloud(n_single, &mut file, control)?;
-            files.push(file);
-        }
+        let write = |file: &mut OutputFile, cloud: Option<&str>| {
+            let text = self.text(n_single, cloud);
+            file.write_all(text.as_bytes()).map_err(Error::io(path))
+        };
         let mut file = OutputFile::create(path, false)?;
-        file.write_all(text.as_bytes()).map_err(Error::io(path))?;
-        files.push(file);
-        output::commit(files, control)
+        if n_single == self.spheres.len() {
+            write(&mut file, None)?;
+            return output::commit([file], control);
+        }
+        write(&mut file, Some(cloud))?;
+        let mut data = OutputFile::create(&cloud_path, false)?;
+        self.write_cloud(n_single, &mut data, control)?;
+        let write = |file: &mut OutputFile, cloud: &Path| {
+            write(file, cloud.file_name().and_then(|name| name.to_str()))
+        };
+        output::commit_with_scene(data, file, write, control)
     }
 
     /// All of a few, else those up to the last one with a name, as ids follow the order.

@@ -29,6 +29,7 @@ use super::x11;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::gpu::Pick;
+use crate::plain::Shown;
 use crate::scene::{Camera, ImageSize, Scene};
 use crate::trace::Kernel;
 
@@ -312,6 +313,6 @@ impl<N: FnMut(&Notice)> App<N> {
 
     fn title(&self) -> String {
         let name = self.state.path.file_name().unwrap_or(self.state.path.as_os_str());
-        format!("{} · Kugelblitz", name.display())
+        format!("{} · Kugelblitz", Path::new(name).shown())
     }
 }

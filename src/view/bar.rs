@@ -5,6 +5,7 @@ use egui::{ComboBox, Ui};
 use super::controls::next_theme;
 use super::rig::Axis;
 use super::state::{Command, SAMPLES, State};
+use crate::plain::Shown;
 use crate::show::Show;
 use crate::trace::Kernel;
 
@@ -229,7 +230,7 @@ fn file_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
     }
     for path in recent {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+        if ui.button(name).on_hover_text(path.shown()).clicked() {
             commands.push(Command::Open(path.clone()));
         }
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use winit::error::EventLoopError;
 
 use crate::error::Error;
+use crate::plain::Shown;
 
 /// There is no display. Names the one that was looked for.
 pub fn no_display(error: &EventLoopError, scene: &Path) -> Error {
@@ -21,7 +22,7 @@ pub fn no_display(error: &EventLoopError, scene: &Path) -> Error {
     Error::NoAdapter(format!(
         "there is no display to open a window on: {why}{}; use `kugelblitz render {} -o picture.png`",
         asked.unwrap_or_default(),
-        scene.display()
+        scene.shown()
     ))
 }
 

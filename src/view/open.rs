@@ -7,6 +7,7 @@ use egui::{Key, Modifiers, ScrollArea, TextEdit, Ui};
 
 use super::panels::INSET;
 use super::state::{Command, State};
+use crate::plain::Shown;
 use crate::scene::is_cloud_file;
 
 /// Most entries of a folder that are looked at.
@@ -162,7 +163,7 @@ pub fn opening(ui: &Ui, rect: egui::Rect, state: &mut State, commands: &mut Vec<
         ui.set_width(width);
         wanted = field(ui, &mut dialog);
         match &dialog.answer {
-            Some(Ok(path)) => drop(ui.weak(format!("reading {} …", path.display()))),
+            Some(Ok(path)) => drop(ui.weak(format!("reading {} …", path.shown()))),
             Some(Err(error)) => drop(ui.colored_label(ui.visuals().error_fg_color, error)),
             None => drop(ui.weak("Tab completes, the arrow keys choose, Enter opens")),
         }
@@ -241,7 +242,7 @@ fn list(ui: &mut Ui, dialog: &mut Opening, recent: &[PathBuf]) -> Option<PathBuf
         ui.strong("recent");
     }
     for path in recent {
-        if ui.selectable_label(false, path.display().to_string()).clicked() {
+        if ui.selectable_label(false, path.shown()).clicked() {
             wanted = Some(path.clone());
         }
     }

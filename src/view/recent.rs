@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::input::read_text;
 use crate::output::{OutputFile, commit};
 
 /// Most files that are kept.
@@ -13,7 +14,7 @@ const MOST: usize = 12;
 
 /// The files that `list` names and that are still there; none where it can't be read.
 pub fn recent(list: &Path) -> Vec<PathBuf> {
-    let text = fs::read_to_string(list).unwrap_or_default();
+    let text = read_text(list, "a list", "remove it").unwrap_or_default();
     let paths = text.lines().map(PathBuf::from);
     paths.filter(|path| path.is_absolute() && path.exists()).take(MOST).collect()
 }

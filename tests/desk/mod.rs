@@ -107,7 +107,7 @@ impl Desk {
     }
 
     /// The program on this desk, in this folder.
-    fn program(&self, folder: &Path) -> Command {
+    pub fn program(&self, folder: &Path) -> Command {
         let Some(wayland) = &self.wayland else { return program(&self.display, folder) };
         let mut command = program("", folder);
         command.env("WAYLAND_DISPLAY", wayland.folder.path().join(SOCKET));

@@ -4,12 +4,13 @@ mod exr;
 mod npy;
 mod others;
 
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::BufReader;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::memory;
+use crate::plain::Shown;
 use crate::trace::StageCounts;
 
 /// A picture, or a list of results, as it was read from a file.
@@ -195,28 +196,14 @@ impl Image {
     }
 }
 
-/// Largest file in which a picture may lie: one that is larger is no picture of this program's sizes.
-const MAX_BYTES: u64 = 64 << 30;
-
 /// Reads a picture: PNG, PPM, OpenEXR and NPY by this program, and what others write in these formats
 /// and in JPEG, TIFF, BMP, TGA and Radiance HDR. The content tells the format, not the name.
 ///
 /// # Errors
-/// [`Error::Io`] when the file can't be read, [`Error::Input`] when it is no picture that can be read,
-/// [`Error::TooLarge`] when it does not fit the memory.
+/// Those of [`input::read_bytes`], [`Error::Input`] when it is no picture that can be read.
 pub fn read_image(path: &Path) -> Result<Image> {
-    let mut file = File::open(path).map_err(Error::io(path))?;
-    let metadata = file.metadata().map_err(Error::io(path))?;
-    if metadata.is_dir() {
-        return Err(Error::io(path)(std::io::ErrorKind::IsADirectory.into()));
-    }
-    let mut bytes = Vec::new();
-    if metadata.is_file() {
-        require(path, metadata.len())?;
-        bytes.reserve_exact(metadata.len() as usize);
-    }
-    file.by_ref().take(MAX_BYTES).read_to_end(&mut bytes).map_err(Error::io(path))?;
-    read_bytes(&bytes, path)
+    let advice = "save it as a file, or give a smaller part of it";
+    read_bytes(&input::read_bytes(path, "a picture that tells no length", advice)?, path)
 }
 
 /// Reads a picture from the bytes of its file, which errors call `path`.
@@ -241,7 +228,7 @@ fn wrong(path: &Path, message: impl Into<String>) -> Error {
 }
 
 fn require(path: &Path, n_bytes: u64) -> Result<()> {
-    memory::require(format!("{}: reading it", path.display()), n_bytes, "give a smaller part of it")
+    memory::require(format!("{}: reading it", path.shown()), n_bytes, "give a smaller part of it")
 }
 
 #[cfg(test)]

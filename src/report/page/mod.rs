@@ -7,10 +7,11 @@ mod pictures;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
-use super::figures::{count, plain_document, typeset};
+use super::figures::{count, typeset};
 use super::plot::{self, Width, theme};
 use super::summary::Cast;
 use super::{Baseline, CLOUD_SIZE, Effort, Report, SceneResult, Sweep, print, tables};
+use crate::markup::document;
 
 /// The page's own style; colours are from the plots' table.
 const STYLE: &str = include_str!("page.css");
@@ -125,7 +126,7 @@ pub fn html(report: &Report) -> String {
             }
         }
     };
-    plain_document(&page.into_string())
+    document(page)
 }
 
 /// A plot for a wide page and for a narrow one, each shown on its own.

@@ -6,7 +6,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::scale::Scale;
 use super::theme;
-use crate::report::figures::{plain_document, quantity, typeset};
+use crate::markup::document;
+use crate::report::figures::{quantity, typeset};
 
 /// How wide a chart is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,7 +207,7 @@ impl Chart<'_> {
                 }
             }
         };
-        plain_document(&svg.into_string())
+        document(svg)
     }
 
     /// What stands above all panels, and where it ends: the lines of words, and the names of the lines

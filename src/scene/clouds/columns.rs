@@ -5,6 +5,7 @@
 //! What a scene names under `columns` is taken; the rest is found by the names that people give it.
 
 use super::{Given, Reading};
+use crate::plain::Shown;
 use crate::scene::places::{Fault, Stop, quoted};
 use crate::scene::table::nearest;
 
@@ -243,7 +244,7 @@ impl Finder<'_> {
     }
 
     fn at<T>(&self, given: &Given<T>, message: String, help: String) -> Stop {
-        let message = format!("{}: {message}", self.cloud.source.path.display());
+        let message = format!("{}: {message}", self.cloud.source.path.shown());
         Fault::new(given.span.clone(), message, help).into()
     }
 

@@ -11,6 +11,7 @@ use super::Reading;
 use super::columns::{Header, Layout};
 use super::text::TextRows;
 use super::watched::Watched;
+use crate::input::MAX_LINE_BYTES;
 use crate::scene::places::Stop;
 
 const HELP: &str = "the first line names the columns: x, y, z, and optionally r or radius, and red, \
@@ -24,9 +25,9 @@ const NUMBER: &str = "write numbers like 1.5 or 2e-3, with a point";
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Longest line, bytes, also one with line breaks between quotes: a file that is no text may have
-/// none. What is read at once may let a longer one pass.
-const MAX_LINE_BYTES: u64 = 1 << 20;
+/// Most bytes between two places where a row ends. The longest line, also one with line breaks between
+/// quotes, and what is read at once, which may let a longer one pass.
+const MAX_ROW_BYTES: u64 = MAX_LINE_BYTES + BUFFER_BYTES as u64;
 
 /// A file whose beginning has been read already.
 type Input<'c> = io::Chain<Cursor<Vec<u8>>, Watched<'c>>;
@@ -36,7 +37,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     cloud.refuse_frame()?;
     let (mut file, n_bytes) = cloud.open()?;
     // All lines but the header; where the last one has no line break, the header's counts.
-    let n_at_most = n_bytes.map(|_| file.count_line_breaks()).transpose();
+    let n_at_most = n_bytes.map(|_| file.count_line_breaks(MAX_ROW_BYTES)).transpose();
     let n_at_most = n_at_most.map_err(|error| cloud.failed(&error))?;
     let (head, bytes) = Head::read(cloud, &mut file)?;
     let mut names = head.names(&bytes).map_err(|error| cloud.wrong(error, HELP))?;
@@ -51,7 +52,7 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
         .flexible(true)
         .from_reader(beginning.chain(file));
     let allow = |reader: &Reader<Input>| {
-        reader.get_ref().get_ref().1.allow(MAX_LINE_BYTES + BUFFER_BYTES as u64);
+        reader.get_ref().get_ref().1.allow(MAX_ROW_BYTES);
     };
     if separator == b' ' {
         names = without_units(names);

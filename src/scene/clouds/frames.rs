@@ -1,6 +1,7 @@
 //! Which of several steps of a simulation in one file is read.
 
 use super::Reading;
+use crate::plain::Shown;
 use crate::scene::places::{Fault, Stop};
 
 impl Reading<'_> {
@@ -16,7 +17,7 @@ impl Reading<'_> {
             None => self.source.table.file.span.clone(),
         };
         let frames = if n_frames == 1 { "1 frame".into() } else { format!("{n_frames} frames") };
-        let path = self.source.path.display();
+        let path = self.source.path.shown();
         Fault::new(
             span,
             format!("{path}: the file has {frames}, so no frame {}", self.frame()),
@@ -31,7 +32,7 @@ impl Reading<'_> {
             None => Ok(()),
             Some(frame) => Err(Fault::new(
                 frame.span.clone(),
-                format!("`frame` is given, but {} has no frames", self.source.path.display()),
+                format!("`frame` is given, but {} has no frames", self.source.path.shown()),
                 "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
             )
             .into()),

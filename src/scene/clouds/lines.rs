@@ -4,13 +4,11 @@ use std::io::{BufRead, BufReader, Read};
 
 use super::Reading;
 use super::watched::Watched;
+use crate::input::MAX_LINE_BYTES;
 use crate::scene::places::Stop;
 
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 18;
-
-/// Longest line, bytes: a file that is no text may have none.
-const MAX_LINE_BYTES: u64 = 1 << 16;
 
 /// The lines of a file, one at a time.
 pub(super) struct Lines<'c> {
@@ -40,7 +38,7 @@ impl<'c> Lines<'c> {
         match n {
             0 => Ok(None),
             _ if n as u64 == MAX_LINE_BYTES => {
-                Err(wrong(&format!("the line is longer than {} KiB", MAX_LINE_BYTES >> 10)))
+                Err(wrong(&format!("the line is longer than {} MiB", MAX_LINE_BYTES >> 20)))
             }
             _ => std::str::from_utf8(&self.line)
                 .map(Some)

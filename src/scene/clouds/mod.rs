@@ -43,6 +43,7 @@ use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Sphere
 use crate::control::Control;
 use crate::error::{Error, Lack};
 use crate::memory::Available;
+use crate::plain::Shown;
 use columns::Layout;
 pub(super) use columns::{ColumnNames, Part};
 pub(crate) use watched::Watched;
@@ -254,7 +255,7 @@ impl<'a> Reading<'a> {
     /// Something in the file is wrong.
     fn wrong(&self, found: impl Display, help: impl Into<String>) -> Stop {
         let message =
-            format!("{}: {}", self.source.path.display(), cut(&found.to_string(), MOST_FOUND));
+            format!("{}: {}", self.source.path.shown(), cut(&found.to_string(), MOST_FOUND));
         Fault::new(self.source.table.file.span.clone(), message, help).into()
     }
 
@@ -279,7 +280,7 @@ impl<'a> Reading<'a> {
 
     /// Says something about the file that its reader may want to know.
     fn note(&mut self, words: impl Display) {
-        self.notes.push(format!("{}: {words}", self.source.path.display()));
+        self.notes.push(format!("{}: {words}", self.source.path.shown()));
     }
 
     /// The radius (or 0) and the colour that the table says for all, or an error where the table
@@ -316,7 +317,7 @@ impl<'a> Reading<'a> {
                 given.span.clone(),
                 format!(
                     "`{key}` is given, but {} has one for each sphere",
-                    self.source.path.display()
+                    self.source.path.shown()
                 ),
                 format!(
                     "remove `{key}`; it is for files that have none, or whose own is left out by \
@@ -340,7 +341,7 @@ impl<'a> Reading<'a> {
 
     /// Makes room for `n` more spheres, of one colour or of any, and no more.
     fn reserve(&mut self, n: usize, color: Option<Color>) -> Result<(), Stop> {
-        let path = self.source.path.display();
+        let path = self.source.path.shown();
         let n_before = self.spheres.len() + self.n_planes;
         if n > MAX_OBJECTS - n_before.min(MAX_OBJECTS) {
             return Err(Error::TooLarge(format!(
@@ -440,7 +441,7 @@ impl<'a> Reading<'a> {
         };
         let colors = self.spheres.colors_mut(first);
         Coloring::paint(column, map, range, missing_color, colors, number).ok_or_else(|| {
-            let path = self.source.path.display();
+            let path = self.source.path.shown();
             let message = format!("{path}: the column {:?} has no number", quoted(&name.value));
             let help = "colour by another column, or give the `range` that it would have";
             Fault::new(name.span.clone(), message, help).into()

@@ -30,15 +30,19 @@ impl<'c> Watched<'c> {
         self.allowed.get() == 0
     }
 
-    /// Goes through the file once and back to its start: the number of its line breaks.
-    pub fn count_line_breaks(&mut self) -> io::Result<usize> {
+    /// Goes through the file once and back to its start: the number of its line breaks, or of those
+    /// before a line of more than `n_most` bytes. Such a line is not read to its end.
+    pub fn count_line_breaks(&mut self, n_most: u64) -> io::Result<usize> {
         let mut bytes = vec![0; 1 << 18];
-        let mut n_breaks = 0;
-        loop {
-            match self.read(&mut bytes)? {
+        let (mut n_breaks, mut n_since) = (0, 0);
+        while n_since <= n_most {
+            let n = match self.read(&mut bytes)? {
                 0 => break,
-                n => n_breaks += bytes[..n].iter().filter(|&&byte| byte == b'\n').count(),
-            }
+                n => n,
+            };
+            let n_here = bytes[..n].iter().filter(|&&byte| byte == b'\n').count();
+            n_breaks += n_here;
+            n_since = if n_here > 0 { 0 } else { n_since + n as u64 };
         }
         self.file.rewind()?;
         Ok(n_breaks)

@@ -7,6 +7,7 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::{App, Event, Said, watch_scene};
 use crate::error::{Error, Result};
+use crate::plain::Shown;
 use crate::scene::camera_text;
 use crate::session::Session;
 use crate::view::ask::Question;
@@ -55,7 +56,7 @@ impl<N: FnMut(&Notice)> App<N> {
                 (self.notify)(&Notice::SceneWrong { error: &error });
                 match &mut self.state.opening {
                     Some(dialog) => dialog.answer = Some(Err(error)),
-                    None => self.state.tell(format!("{} can't be opened: {error}", path.display())),
+                    None => self.state.tell(format!("{} can't be opened: {error}", path.shown())),
                 }
             }
             Event::Reopen => self.reopen(event_loop),
@@ -161,7 +162,7 @@ impl<N: FnMut(&Notice)> App<N> {
         let (path, size) = (save.path.clone(), save.size);
         save.end()?;
         (self.notify)(&Notice::Saved { path: &path, size });
-        self.state.tell(format!("Saved {}: {} × {}", path.display(), size[0], size[1]));
+        self.state.tell(format!("Saved {}: {} × {}", path.shown(), size[0], size[1]));
         Ok(())
     }
 }
