@@ -568,9 +568,13 @@ mod tests {
     #[test]
     fn an_unknown_flag_is_an_error() {
         assert_eq!(error_of("//#if spheres\n//#else\n//#end\n"), "");
-        for (text, line) in [("\n//#if shperes\n//#end\n", 2), ("//#if spheres\n//#if plane\n", 2)] {
+        for (text, line) in [("\n//#if shperes\n//#end\n", 2), ("//#if spheres\n//#if plane\n", 2)]
+        {
             let error = error_of(text);
-            assert!(error.starts_with(&format!("shaders/broken.wgsl:{line}: unknown flag ")), "{error}");
+            assert!(
+                error.starts_with(&format!("shaders/broken.wgsl:{line}: unknown flag ")),
+                "{error}"
+            );
         }
     }
 }
