@@ -326,7 +326,7 @@ pub struct ExplainArgs {
         conflicts_with_all = ["size", "crop"]
     )]
     pub ray: Option<Ray>,
-    /// Explain all objects [default: the nearest 20]
+    /// Explain all objects, but at most the nearest 1000 [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
     /// Print the formulas and verdicts as LaTeX (amsmath)
