@@ -531,7 +531,7 @@ mod tests {
 
     fn error_of(part: &'static str) -> String {
         let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
-        let flags = vec![(false, "spheres")];
+        let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
         let choices = Choices { flags, constants: aliases("f32"), ..Choices::default() };
         match compile_parts(&[SHARED_PARTS[1], part], &choices) {
             Err(Error::Shader(message)) => message,

@@ -800,6 +800,8 @@ mod tests {
         }
         is_refused.store(false, Ordering::Relaxed);
         tracer.retarget(other).unwrap();
-        assert_eq!(traced(&mut tracer, &others).id, expected.id);
+        // The plane comes behind all balls.
+        let ids = expected.id.iter().map(|&id| if id == 2 { 4 } else { id });
+        assert!(traced(&mut tracer, &others).id.into_iter().eq(ids));
     }
 }
