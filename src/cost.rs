@@ -14,7 +14,7 @@ use crate::picture::{Format, PictureOptions};
 use crate::prepare::{Prepared, record_bytes};
 use crate::rays::{Pixels, Ray, Rays};
 use crate::render::plan;
-use crate::scene::{Cloud, Scene};
+use crate::scene::{Cloud, Samples, Scene};
 use crate::trace::{Kernel, Wants};
 use crate::tracer::Tracer;
 
@@ -114,7 +114,7 @@ impl Cost {
         let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
         bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
         drop(tracer);
-        let samples = scene.samples.unwrap_or(1);
+        let samples = scene.samples.unwrap_or_default();
         let file = |cloud: &Cloud| CloudFile {
             file: cloud.path.display().to_string(),
             spheres: cloud.n_spheres,
@@ -122,7 +122,7 @@ impl Cost {
         };
         Ok(Cost {
             light: LightOf::of(scene),
-            samples,
+            samples: samples.across(),
             clouds: scene.clouds.iter().map(file).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
@@ -133,7 +133,7 @@ impl Cost {
 }
 
 impl PictureCost {
-    fn new(scene: &Scene, pixels: &Pixels, samples: u32) -> Result<PictureCost> {
+    fn new(scene: &Scene, pixels: &Pixels, samples: Samples) -> Result<PictureCost> {
         let (options, available) = (PictureOptions::default(), Available::now());
         let mut bytes_memory = BTreeMap::new();
         for format in Format::ALL {

@@ -20,7 +20,7 @@ use kugelblitz::explain::{
     latex,
 };
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, read_scene};
+use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use program::scene_file as file;
 use rand::{RngExt, SeedableRng};
@@ -840,7 +840,7 @@ fn lit_picture(samples: u32) -> Scene {
         Light { shadows: false, ..light(Source::Sun(DVec3::new(1.0, -2.0, 0.5)), 0.2) },
     ];
     lit.sky = Some(Sky { intensity: 0.3, directions: 7 });
-    lit.samples = Some(samples);
+    lit.samples = Some(Samples::nearest(samples));
     lit
 }
 
