@@ -14,7 +14,7 @@ use crate::picture::{Format, PictureOptions};
 use crate::prepare::{Hierarchy, Prepared, record_bytes};
 use crate::rays::{Pixels, Ray, Rays};
 use crate::render::plan;
-use crate::scene::{Cloud, Scene};
+use crate::scene::{Cloud, Samples, Scene};
 use crate::trace::{Kernel, Wants};
 use crate::tracer::Tracer;
 
@@ -114,7 +114,7 @@ impl Cost {
             bytes: hierarchy.bytes(),
             ms_build: hierarchy.build_time.as_secs_f64() * 1e3,
         });
-        let samples = scene.samples.unwrap_or(1);
+        let samples = scene.samples.unwrap_or_default();
         let held = held_bytes(scene, prepared.hierarchy.as_ref(), samples);
         let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
         bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
@@ -126,7 +126,7 @@ impl Cost {
         };
         Ok(Cost {
             light: LightOf::of(scene),
-            samples,
+            samples: samples.across(),
             clouds: scene.clouds.iter().map(file).collect(),
             bytes_scene: scene.bytes(),
             bytes_device,
@@ -139,7 +139,7 @@ impl Cost {
 }
 
 impl PictureCost {
-    fn new(scene: &Scene, pixels: &Pixels, samples: u32, held: u64) -> Result<PictureCost> {
+    fn new(scene: &Scene, pixels: &Pixels, samples: Samples, held: u64) -> Result<PictureCost> {
         let (options, available) = (PictureOptions::default(), Available::now());
         let mut bytes_memory = BTreeMap::new();
         for format in Format::ALL {
@@ -156,10 +156,10 @@ impl PictureCost {
 }
 
 /// [`PictureCost::bytes_held`]
-fn held_bytes(scene: &Scene, hierarchy: Option<&Hierarchy>, samples: u32) -> u64 {
+fn held_bytes(scene: &Scene, hierarchy: Option<&Hierarchy>, samples: Samples) -> u64 {
     let has_shadows = scene.sky.is_some() || scene.lights.iter().any(|light| light.shadows);
     let of_hierarchy = |hierarchy: &Hierarchy| {
-        let views = if samples > 1 { 2 } else { 1 };
+        let views = if samples > Samples::ONE { 2 } else { 1 };
         let shadows = if has_shadows { hierarchy.tree.visit_bytes() } else { 0 };
         hierarchy.tree.bytes() + views * hierarchy.bytes() + shadows
     };

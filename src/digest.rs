@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
 use crate::rays::Pixels;
-use crate::scene::{Color, Light, Scene, Source};
+use crate::scene::{Color, Light, Samples, Scene, Source};
 use crate::trace::Hits;
 
 /// The text before the digits: it tells the version.
@@ -53,10 +53,10 @@ pub struct Digest(Sha256);
 
 impl Digest {
     /// The digest of a picture that has no rows yet.
-    pub fn new(pixels: &Pixels, n_samples: u32) -> Digest {
+    pub fn new(pixels: &Pixels, samples: Samples) -> Digest {
         let &Pixels { image_width, image_height, x, y, width, height, .. } = pixels;
         let mut hash = Sha256::new_with_prefix(HEAD);
-        for number in [image_width, image_height, x, y, width, height, n_samples] {
+        for number in [image_width, image_height, x, y, width, height, samples.across()] {
             hash.update(number.to_le_bytes());
         }
         Digest(hash)
@@ -164,7 +164,7 @@ mod tests {
     const COLORS: [[u8; 3]; 2] = [[1, 2, 3], [0, 0, 0]];
 
     fn digest(pixels: &Pixels, n_samples: u32, hits: &Hits, colors: &[[u8; 3]]) -> String {
-        let mut digest = Digest::new(pixels, n_samples);
+        let mut digest = Digest::new(pixels, Samples::nearest(n_samples));
         digest.rows(hits, colors);
         digest.finish()
     }
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn rows_can_come_in_any_number_of_bands() {
-        let mut digest_in_two = Digest::new(&pixels(), 1);
+        let mut digest_in_two = Digest::new(&pixels(), Samples::ONE);
         let (all, one) = (hits(), |i: usize| Hits {
             id: vec![hits().id[i]],
             t: vec![hits().t[i]],

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions, PictureWriter, writer_bytes};
 use crate::rays::Pixels;
+use crate::scene::Samples;
 use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Shader, Style};
 use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
@@ -25,7 +26,7 @@ pub struct Plan {
     /// How it is written.
     pub options: PictureOptions,
     /// Samples across and down a pixel.
-    pub n_samples: u32,
+    pub n_samples: Samples,
     /// How far from a surface shadow rays of kernels without a proof start, world units; 0 unless it is
     /// changed.
     pub epsilon: f64,
@@ -60,8 +61,8 @@ impl Plan {
 }
 
 /// Steps of drawing `pixels` that [`Control`] counts: a ray is one, and so is the light on it.
-pub fn n_steps(pixels: &Pixels, n_samples: u32, is_lit: bool) -> u64 {
-    let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(n_samples).pow(2));
+pub fn n_steps(pixels: &Pixels, samples: Samples, is_lit: bool) -> u64 {
+    let (n_pixels, n_samples) = (pixels.len() as u64, u64::from(samples.of_pixel()));
     let n_rays = if n_samples > 1 { 1 + n_samples } else { 1 };
     n_pixels * (n_rays + if is_lit { n_samples } else { 0 })
 }
@@ -74,9 +75,10 @@ pub fn band_rows(pixels: &Pixels, wants: Wants) -> u32 {
 }
 
 /// [`band_rows`], and so few that the ids of all samples fit as well.
-pub fn sampled_band_rows(pixels: &Pixels, n_samples: u32, wants: Wants) -> u32 {
+pub fn sampled_band_rows(pixels: &Pixels, samples: Samples, wants: Wants) -> u32 {
     let n_rows = band_rows(pixels, wants);
-    if n_samples <= 1 {
+    let n_samples = samples.across();
+    if n_samples == 1 {
         return n_rows;
     }
     let of_samples = band_rows(&pixels.samples(n_samples), Wants::default());
@@ -100,14 +102,14 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
 pub fn plan(
     format: Format,
     options: PictureOptions,
-    n_samples: u32,
+    n_samples: Samples,
     pixels: &Pixels,
     n_objects: usize,
     available: Available,
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
     let mut n_band_rows = sampled_band_rows(pixels, n_samples, wants);
-    let n_rays_each = if n_samples > 1 { u64::from(n_samples).pow(2) } else { 0 };
+    let n_rays_each = if n_samples > Samples::ONE { n_samples.of_pixel().into() } else { 0 };
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
@@ -375,7 +377,8 @@ mod tests {
         assert_eq!(band_rows(&huge, Wants::default()), 128);
         for format in Format::ALL {
             let plan =
-                plan(format, PictureOptions::default(), 1, &huge, 9, room(u64::MAX)).unwrap();
+                plan(format, PictureOptions::default(), Samples::ONE, &huge, 9, room(u64::MAX))
+                    .unwrap();
             assert!(plan.bytes < 256 << 20, "{format}: {plan:?}");
         }
     }
@@ -383,7 +386,9 @@ mod tests {
     #[test]
     fn little_memory_means_small_bands_and_too_little_is_refused() {
         let pixels = pixels(1000, 1000);
-        let plan = |bytes| plan(Format::Exr, PictureOptions::default(), 1, &pixels, 9, room(bytes));
+        let plan = |bytes| {
+            plan(Format::Exr, PictureOptions::default(), Samples::ONE, &pixels, 9, room(bytes))
+        };
         let all = plan(u64::MAX).unwrap();
         assert_eq!(all.n_band_rows, 838);
         let half = plan(all.bytes / 2).unwrap();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::control::Control;
 use crate::device::{Device, Made};
 use crate::digest::{Digest, scene_hash};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::memory::{self, Available};
 use crate::output::{self, OutputFile};
 use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
@@ -16,7 +16,7 @@ use crate::rays::{Pixels, View};
 use crate::render::{
     Kept, Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
 };
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Samples, Scene};
 use crate::shade::{Colors, Encoding, Painter, Shader, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
@@ -169,10 +169,10 @@ impl Session {
         let rays = Rays::Pixels(*pixels);
         let (ready, _) = Ready::renewed(&mut self.ready, None, source, &rays, wants, control)?;
         let Ready { prepared, tracer, .. } = self.ready.insert(ready);
-        if style.n_samples == 1 {
+        if style.n_samples == Samples::ONE {
             return Ok((&mut **tracer, Painter::new(prepared, style, pixels, None)));
         }
-        let rays = Rays::Pixels(pixels.samples(style.n_samples));
+        let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
         let (slot, tree, wants) = (&mut self.of_samples, Some(&**prepared), Wants::default());
         let (of_samples, _) = Ready::renewed(slot, tree, source, &rays, wants, control)?;
@@ -203,7 +203,7 @@ impl Session {
     /// Those of [`Session::pixels`] and [`Session::keep`].
     pub fn render(&mut self, width: u32, height: u32) -> Result<Picture> {
         let pixels = self.pixels(width, height)?;
-        let n_samples = self.scene.samples.unwrap_or(1);
+        let n_samples = self.scene.samples.unwrap_or_default();
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let wants = Wants { surface: true, level: true };
         let (kept, _) = self.keep(&pixels, style, wants, &Control::default())?;
@@ -217,8 +217,7 @@ impl Session {
     /// Draws pixels into memory, band by band, so that their samples need little of it.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no samples or more than [`Scene::MAX_SAMPLES`]; [`Error::TooLarge`] where the
-    /// picture does not fit the memory; those of [`Session::make_ready`] and [`render()`].
+    /// [`Error::TooLarge`] where the picture does not fit the memory; those of [`Session::make_ready`] and [`render()`].
     pub fn keep(
         &mut self,
         pixels: &Pixels,
@@ -226,12 +225,12 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<(Kept, Rendered)> {
-        check_samples(style.n_samples)?;
         let n_pixels = pixels.len() as u64;
         let colors = Shader::bytes(style.encoding, self.scene.n_objects(), n_pixels);
         let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
         let band = bands(pixels, n_band_rows).next().unwrap_or(*pixels);
-        let of_band = hits_bytes(band.samples(style.n_samples).len() as u64, Wants::default());
+        let of_band =
+            hits_bytes(band.samples(style.n_samples.across()).len() as u64, Wants::default());
         let bytes = hits_bytes(n_pixels, wants).saturating_add(colors).saturating_add(of_band);
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
@@ -257,20 +256,18 @@ impl Session {
     /// [`crate::render::bands`]; what they need is made for the first one alone.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no samples or more than [`Scene::MAX_SAMPLES`]; [`Error::TooLarge`] where they do
-    /// not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
+    /// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
     pub fn colors(
         &mut self,
         pixels: &Pixels,
-        n_samples: u32,
+        n_samples: Samples,
         control: &Control,
     ) -> Result<Vec<[u8; 3]>> {
-        check_samples(n_samples)?;
         let (wants, mut hits) = (Wants::default(), Hits::default());
-        let bytes = hits_bytes(pixels.samples(n_samples).len() as u64, wants);
+        let bytes = hits_bytes(pixels.samples(n_samples.across()).len() as u64, wants);
         memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
         // Of several samples the painter finds the hits.
-        if n_samples == 1 {
+        if n_samples == Samples::ONE {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         }
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
@@ -298,7 +295,7 @@ impl Session {
         let (format, control) = (Format::from_path(path)?, Control::default());
         let pixels = self.pixels(width, height)?;
         let options = PictureOptions::default();
-        let n_samples = self.scene.samples.unwrap_or(1);
+        let n_samples = self.scene.samples.unwrap_or_default();
         let n_objects = self.scene.n_objects();
         let plan = plan(format, options, n_samples, &pixels, n_objects, Available::now())?;
         let file = OutputFile::create(path, format.needs_seek())?;
@@ -358,11 +355,16 @@ impl Session {
     /// # Errors
     /// Those of [`Session::trace`] and [`Painter::paint`]; [`Error::TooLarge`] where a band does not fit the
     /// memory.
-    pub fn digest(&mut self, pixels: &Pixels, n_samples: u32, control: &Control) -> Result<String> {
+    pub fn digest(
+        &mut self,
+        pixels: &Pixels,
+        n_samples: Samples,
+        control: &Control,
+    ) -> Result<String> {
         let wants = Wants { surface: true, level: false };
         let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let of_samples = n_rays.saturating_mul(u64::from(n_samples).pow(2));
+        let of_samples = n_rays.saturating_mul(u64::from(n_samples.of_pixel()));
         let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_rays);
         let bytes = hits_bytes(n_rays, wants)
             .saturating_add(hits_bytes(of_samples, Wants::default()))
@@ -410,16 +412,6 @@ impl Session {
     }
 }
 
-fn check_samples(n_samples: u32) -> Result<()> {
-    match (1..=Scene::MAX_SAMPLES).contains(&n_samples) {
-        true => Ok(()),
-        false => Err(Error::Usage(format!(
-            "{n_samples} samples across a pixel: give 1 to {}",
-            Scene::MAX_SAMPLES
-        ))),
-    }
-}
-
 impl Ready {
     /// Takes what there is where it suits, else makes another: with the tree of `tree` or of the old one
     /// where these are of the same scene.
@@ -464,6 +456,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::error::Error;
     use crate::render::bands;
     use crate::scene::{Color, Sphere, parse_scene};
     use crate::trace::Ray;
@@ -572,18 +565,16 @@ mod tests {
         let picture = session.render(64, 36).unwrap().srgb8;
         let mut colors = |n_samples, n_rows| -> Vec<[u8; 3]> {
             let bands = bands(&whole, n_rows);
-            bands.flat_map(|band| session.colors(&band, n_samples, &control).unwrap()).collect()
+            let samples = Samples::nearest(n_samples);
+            bands.flat_map(|band| session.colors(&band, samples, &control).unwrap()).collect()
         };
         assert_eq!(colors(3, 7), picture);
         assert_ne!(colors(1, 36), picture);
         assert_eq!(colors(1, 36), colors(1, 5));
-        for n_samples in [0, 17, u32::MAX] {
-            let refused = session.colors(&whole, n_samples, &control).unwrap_err();
-            assert!(matches!(refused, Error::Usage(_)), "{refused}");
-        }
         control.cancel();
         for n_samples in [1, 3] {
-            let stopped = session.colors(&whole, n_samples, &control).unwrap_err();
+            let samples = Samples::nearest(n_samples);
+            let stopped = session.colors(&whole, samples, &control).unwrap_err();
             assert!(matches!(stopped, Error::Interrupted), "{stopped}");
         }
     }

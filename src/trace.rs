@@ -110,7 +110,7 @@ impl Hits {
 
 /// What the samples of pixels see, `n` × `n` of each.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub struct SampleIds {
     /// For each pixel the object that all its samples see, or [`UNDECIDED`].
     pub whole: Vec<u32>,
     /// Indices of the pixels that show several, ascending.
@@ -126,10 +126,10 @@ pub struct Samples {
 /// The pixels of some rows that show several objects, and their samples.
 pub(crate) type Mixed = (Vec<u32>, Vec<u32>);
 
-impl Samples {
+impl SampleIds {
     /// Pixels with one sample each.
-    pub fn of_ids(ids: &[u32]) -> Samples {
-        Samples { whole: ids.to_vec(), n_each: 1, ..Samples::default() }
+    pub fn of_ids(ids: &[u32]) -> SampleIds {
+        SampleIds { whole: ids.to_vec(), n_each: 1, ..SampleIds::default() }
     }
 
     /// Takes in what all samples see, as rows of a picture that is `n` times as large as one of so many

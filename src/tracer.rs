@@ -7,7 +7,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Rays, Samples, StageCounts, Timing, Wants};
+use crate::trace::{Hits, Rays, SampleIds, StageCounts, Timing, Wants};
 
 /// [`Tracer::trace_samples`] of a backend that traces each sample.
 ///
@@ -19,7 +19,7 @@ pub fn trace_all_samples<T: Tracer + ?Sized>(
     n: u32,
     control: &Control,
     hits: &mut Hits,
-    samples: &mut Samples,
+    samples: &mut SampleIds,
 ) -> Result<Timing> {
     let timing = tracer.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
     samples.gather(hits, pixels.width as usize, n as usize);
@@ -89,7 +89,7 @@ pub trait Tracer: Send {
         n: u32,
         control: &Control,
         hits: &mut Hits,
-        samples: &mut Samples,
+        samples: &mut SampleIds,
     ) -> Result<Timing> {
         trace_all_samples(self, pixels, n, control, hits, samples)
     }

@@ -21,7 +21,8 @@ pub use errors::{AgainstExact, NormalError, RayError, TError, compare_to_exact, 
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Verification, broken_of, table};
 pub use span::{QUOTIENT_ULP, ROOT_ULP, Span};
-use truth::{Near, hit_of};
+use truth::hit_of;
+pub(crate) use truth::{Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, Truth, sample};
 
 /// The exact `t`'s own rounding to f64, which adds to a kernel's error: 2⁻⁵³ of `t`, which is at most

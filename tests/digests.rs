@@ -42,7 +42,7 @@ fn names_below(folder: &Path) -> Vec<String> {
 
 fn digest(name: &str, device: Device) -> String {
     let scene = read_scene(&scenes().join(format!("{name}.toml"))).unwrap();
-    let n_samples = scene.samples.unwrap_or(1);
+    let n_samples = scene.samples.unwrap_or_default();
     let mut session = Session::new(scene, device, Kernel::Certified);
     let pixels = session.pixels(SIZE[0], SIZE[1]).unwrap();
     session.digest(&pixels, n_samples, &Control::default()).unwrap()

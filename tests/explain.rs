@@ -7,6 +7,7 @@ mod common;
 mod program;
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use common::{gpu, in_cube, log_uniform, plane, runs, scene, sphere};
 use glam::DVec3;
@@ -14,11 +15,12 @@ use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::explain::text::{WIDTH, text};
 use kugelblitz::explain::{
-    Approximation, DEFAULT_OBJECTS, Explanation, Lang, LightExplanation, ObjectExplanation,
-    Quantity, Reason, Remark, Shading, Style, Verdict, explain, explain_as, latex,
+    Approximation, DEFAULT_OBJECTS, Explanation, Lang, LeftOut, LightExplanation, MOST_OBJECTS,
+    ObjectExplanation, Quantity, Reason, Remark, Shading, Style, Verdict, explain, explain_as,
+    latex,
 };
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, read_scene};
+use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use program::scene_file as file;
 use rand::{RngExt, SeedableRng};
@@ -620,6 +622,36 @@ fn the_nearest_come_first_and_twenty_are_enough() {
     assert_eq!(ids(Some(DEFAULT_OBJECTS)), all[..20]);
     let shown = text(&explain(&scene, &rays, Some(DEFAULT_OBJECTS)).unwrap());
     assert!(shown.contains("Left out: 10 more of 30 objects"), "{shown}");
+    assert!(shown.contains(": 0 hit but not first, 0 behind, 10 missed\n"), "{shown}");
+    assert!(shown.contains("--all shows up to 1000 objects."), "{shown}");
+}
+
+/// Balls in a cube of cells: some hundred in front of the ray's origin and behind it, the others beside it. Who
+/// asks for all gets the nearest and a count of the others.
+#[test]
+fn of_many_objects_the_first_are_explained_and_the_others_counted() {
+    const SIDE: i32 = 47;
+    let range = || -SIDE / 2..=SIDE / 2;
+    let at = |x, y, z| DVec3::from([x, y, z].map(f64::from));
+    let cells = range().flat_map(|x| range().flat_map(move |y| range().map(move |z| at(x, y, z))));
+    let mut spheres: Vec<_> = cells.map(|center| sphere(center, 0.4)).collect();
+    // All are hit, and the first of equals wins.
+    spheres.extend((0..2000).map(|_| sphere(DVec3::ZERO, 100.0)));
+    let scene = Arc::new(scene(spheres, vec![]));
+    let start = Instant::now();
+    let rays = ray([0.5, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    let explanation = explain(&scene, &rays, None).unwrap();
+    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+    assert_eq!(explanation.objects.len(), MOST_OBJECTS);
+    let n_line = SIDE as usize / 2;
+    let hit = n_line + 2000 - MOST_OBJECTS;
+    let missed = (SIDE as usize).pow(3) - SIDE as usize;
+    assert_eq!(explanation.left_out, LeftOut { hit, behind: n_line + 1, missed });
+    let firsts: Vec<u32> = explanation.objects.iter().map(|object| object.id).collect();
+    assert_eq!(explanation.winner.as_ref().unwrap().id, firsts[0]);
+    assert!(firsts[n_line..].is_sorted() && explanation.objects[n_line].reason != Reason::Visible);
+    let shown = text(&explanation);
+    assert!(shown.contains("Left out: ") && !shown.contains("--all"));
 }
 
 fn light(source: Source, intensity: f64) -> Light {
@@ -808,7 +840,7 @@ fn lit_picture(samples: u32) -> Scene {
         Light { shadows: false, ..light(Source::Sun(DVec3::new(1.0, -2.0, 0.5)), 0.2) },
     ];
     lit.sky = Some(Sky { intensity: 0.3, directions: 7 });
-    lit.samples = Some(samples);
+    lit.samples = Some(Samples::nearest(samples));
     lit
 }
 

@@ -18,8 +18,8 @@ use kugelblitz::device::Device;
 use kugelblitz::frames::turntable;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{
-    Composed, DataWishes, Light, Paint, Projection, Scene, Sky, Source, Viewpoint, WishedLens,
-    Wishes, compose_scene, parse_scene, read_scene,
+    Composed, DataWishes, Light, Paint, Projection, Samples, Scene, Sky, Source, Viewpoint,
+    WishedLens, Wishes, compose_scene, parse_scene, read_scene,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use program::{program, run, scene_file};
@@ -153,7 +153,7 @@ fn the_printed_scene_is_the_scene() {
     of(|w| w.lens = Some(WishedLens::Fov(75.0)));
     of(|w| w.lens = Some(WishedLens::Height(12.0)));
     of(|w| w.lens = Some(WishedLens::AnyHeight));
-    of(|w| (w.size, w.samples) = (Some([300, 800]), Some(3)));
+    of(|w| (w.size, w.samples) = (Some([300, 800]), Some(Samples::nearest(3))));
     of(|w| w.background = Some(Paint::Linear([1.0, 0.5, 0.0])));
     of(|w| w.n_turns = 7);
     of(|w| (w.sky, w.ambient) = (Some(None), Some(Some(Paint::Grey(0.25)))));

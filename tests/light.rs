@@ -33,7 +33,8 @@ use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::render::plan;
 use kugelblitz::scene::{
-    Color, Light, Plane, Scene, Sky, Source, Sphere, linear_from_srgb, parse_scene, read_scene,
+    Color, Light, Plane, Samples, Scene, Sky, Source, Sphere, linear_from_srgb, parse_scene,
+    read_scene,
 };
 use kugelblitz::shade::Background;
 use kugelblitz::trace::{Kernel, StageCounts};
@@ -586,7 +587,7 @@ fn sessions_and_files_have_the_same_numbers() {
         let case = world(&mut rng, n_samples);
         let mut scene = (*case.scene).clone();
         scene.camera = Some(camera(dvec3(0.5, 1.0, 9.0), DVec3::ZERO));
-        scene.samples = Some(n_samples);
+        scene.samples = Some(Samples::nearest(n_samples));
         let view = View::new(scene.camera.as_ref().unwrap());
         let case = LightCase::new(scene.clone(), Pixels::whole(view, 40, 25), n_samples);
         assert_right("session", &case, CPU, 3);
@@ -601,8 +602,15 @@ fn sessions_and_files_have_the_same_numbers() {
                 let options = PictureOptions { bits, ..PictureOptions::default() };
                 let n_objects = scene.n_objects();
                 let pixels = session.pixels(40, 25).unwrap();
-                let plan =
-                    plan(format, options, n_samples, &pixels, n_objects, Available::now()).unwrap();
+                let plan = plan(
+                    format,
+                    options,
+                    Samples::nearest(n_samples),
+                    &pixels,
+                    n_objects,
+                    Available::now(),
+                )
+                .unwrap();
                 let file = OutputFile::create(&path, format.needs_seek()).unwrap();
                 let control = Control::default();
                 let (_, file) = session.draw(&pixels, &plan, file, &control).unwrap();

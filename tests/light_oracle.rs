@@ -21,7 +21,7 @@ use kugelblitz::device::Device;
 use kugelblitz::exact::Shape;
 use kugelblitz::rays::{Lens, Pixels, View};
 use kugelblitz::scene::{
-    Camera, Color, Light, Plane, Projection, Scene, Sky, Source, Sphere, linear_from_srgb,
+    Camera, Color, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere, linear_from_srgb,
 };
 use num_traits::{Signed, Zero};
 use rand::{RngExt, SeedableRng};
@@ -750,7 +750,7 @@ fn samples_see_what_rationals_see() {
         scene.camera = Some(camera);
         let [width, height] = [rng.random_range(1..9), rng.random_range(1..9)];
         let samples = rng.random_range(1..4);
-        scene.samples = Some(samples);
+        scene.samples = Some(Samples::nearest(samples));
         let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
         let truth = Oracle::new(&scene, width, height).pixel(x, y);
         let n_hits = (0..samples * samples)

@@ -13,7 +13,9 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Color, Light, Projection, Scene, Sky, Source, Sphere, read_scene};
+use kugelblitz::scene::{
+    Camera, Color, Light, Projection, Samples, Scene, Sky, Source, Sphere, read_scene,
+};
 use kugelblitz::shade::{Background, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -66,11 +68,11 @@ impl Case {
     ) -> (Vec<[u32; 3]>, Done) {
         let (control, mut hits) = (Control::default(), Hits::default());
         let style = Style { encoding, ..self.style };
-        let (of_pixels, of_samples) = (self.prepared(1), self.prepared(style.n_samples));
+        let (of_pixels, of_samples) = (self.prepared(1), self.prepared(style.n_samples.across()));
         let mut tracers = [tracer(Arc::clone(&of_pixels)), tracer(Arc::clone(&of_samples))];
         let [pixels_tracer, samples_tracer] = &mut tracers;
         pixels_tracer.trace(&Rays::Pixels(self.pixels), &control, &mut hits).unwrap();
-        let samples_tracer = (style.n_samples > 1).then_some(&mut **samples_tracer);
+        let samples_tracer = (style.n_samples > Samples::ONE).then_some(&mut **samples_tracer);
         let mut painter = Painter::new(&of_samples, style, &self.pixels, samples_tracer);
         let mut colors = Colors::new(encoding);
         let tracer = Some(&mut **pixels_tracer as &mut dyn Tracer);
@@ -217,7 +219,8 @@ fn worlds(n_spheres: usize) -> Vec<Case> {
             let case = Case::new(&what, &scene, camera, [40, 30]);
             let backgrounds = [Background::Shown, Background::LeftOut, Background::Black];
             for (n_samples, background) in (1..=3).zip(backgrounds) {
-                let style = Style { n_samples, background, ..case.style };
+                let style =
+                    Style { n_samples: Samples::nearest(n_samples), background, ..case.style };
                 let scene = Arc::clone(&case.scene);
                 let what = format!("{what}, {n_samples} samples");
                 cases.push(Case { what, scene, style, ..case });

@@ -14,7 +14,9 @@ use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::{PlainLighting, Prepared};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Color, Light, Projection, Scene, Sky, Source, Sphere, read_scene};
+use kugelblitz::scene::{
+    Camera, Color, Light, Projection, Samples, Scene, Sky, Source, Sphere, read_scene,
+};
 use kugelblitz::shade::{Background, Colors, Encoding, Lighting, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -48,7 +50,8 @@ impl Case {
     }
 
     fn with(&self, n_samples: u32, epsilon: f64, background: Background) -> Case {
-        let style = Style { n_samples, epsilon, background, ..self.style };
+        let style =
+            Style { n_samples: Samples::nearest(n_samples), epsilon, background, ..self.style };
         let what = format!("{}, {n_samples} samples, epsilon {epsilon:e}", self.what);
         Case { what, style, ..self.clone() }
     }
@@ -61,10 +64,11 @@ impl Case {
     fn paint(&self, kernel: Kernel, tracer: impl Fn(Arc<Prepared>) -> Box<dyn Tracer>) -> Lit {
         let (control, mut hits) = (Control::default(), Hits::default());
         let Style { n_samples, encoding, .. } = self.style;
-        let of_samples = self.prepared(kernel, n_samples);
+        let of_samples = self.prepared(kernel, n_samples.across());
         let mut of_pixels = tracer(self.prepared(kernel, 1));
         of_pixels.trace(&Rays::Pixels(self.pixels), &control, &mut hits).unwrap();
-        let mut samples_tracer = (n_samples > 1).then(|| tracer(Arc::clone(&of_samples)));
+        let mut samples_tracer =
+            (n_samples > Samples::ONE).then(|| tracer(Arc::clone(&of_samples)));
         let samples_tracer = samples_tracer.as_deref_mut();
         let mut painter = Painter::new(&of_samples, self.style, &self.pixels, samples_tracer);
         let mut colors = Colors::new(encoding);
@@ -369,7 +373,8 @@ fn a_spoiled_shader_breaks_the_promise() {
         let prepared = case.prepared(kernel, 1);
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         tracer.trace(&Rays::Pixels(case.pixels), &control, &mut hits).unwrap();
-        Shown::painted(&prepared, &case.pixels, 1, &hits, &mut *tracer, None, &control).unwrap()
+        Shown::painted(&prepared, &case.pixels, Samples::ONE, &hits, &mut *tracer, None, &control)
+            .unwrap()
     };
     let on_cpu = shown(Device::Cpu);
     let edits = [("hit.id != 0u && (is_endless", "hit.id == 0u && (is_endless")];

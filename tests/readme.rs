@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glam::DVec3;
-use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, Sphere, parse_scene};
+use kugelblitz::scene::{Color, Light, Projection, Samples, Sky, Source, Sphere, parse_scene};
 
 const README: &str = include_str!("../README.md");
 const INTRODUCTION: &str = include_str!("../docs/guide/src/introduction.md");
@@ -94,7 +94,7 @@ fn the_scene_is_as_explained() {
     assert_eq!(without("background").background, Color::BLACK);
     let camera = parse(blocks(FIRST_PICTURE, "toml")[0]).camera.unwrap();
     assert_eq!(camera.projection, Projection::Orthographic { height: 3.0 });
-    assert!(FIRST_PICTURE.contains(&format!("at most {0} × {0}", Scene::MAX_SAMPLES)));
+    assert!(FIRST_PICTURE.contains(&format!("at most {0} × {0}", Samples::MOST)));
 
     let picture = image::open(root().join("docs/guide/src/images/balls.png")).unwrap().into_rgb8();
     assert_eq!(picture.dimensions(), (640, 360));
@@ -116,14 +116,14 @@ fn lights_are_as_explained() {
     assert_eq!(sun.source, Source::Sun(DVec3::new(-1.0, -2.0, -1.0)));
     let defaults = Light { color: Color([1.0; 3]), intensity: 1.0, shadows: true, ..*sun };
     assert_eq!(*sun, defaults);
-    assert_eq!((scene.ambient, scene.samples), (Some(Color([0.05; 3])), Some(2)));
+    assert_eq!((scene.ambient, scene.samples), (Some(Color([0.05; 3])), Some(Samples::nearest(2))));
     for key in ["shadows ", "directions "] {
         let lines: Vec<_> = text.lines().filter(|line| !line.starts_with(key)).collect();
         assert_eq!(parse(&lines.join("\n")), scene, "{key}");
     }
     assert_eq!(parse(&text.replace("[4.0, 6.0, 3.0]", "\"eye\"")).lights[0].source, Source::Eye);
     assert!(LIGHT.contains(&format!("at most {}", Sky::MAX_DIRECTIONS)));
-    assert!(LIGHT.contains(&format!("at most {0} × {0}", Scene::MAX_SAMPLES)));
+    assert!(LIGHT.contains(&format!("at most {0} × {0}", Samples::MOST)));
 
     let number = |name: &str| {
         let digits = LIGHT.split(&format!("{name} = ")).nth(1).unwrap();

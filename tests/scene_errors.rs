@@ -7,7 +7,9 @@ use std::path::Path;
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::error::SceneError;
-use kugelblitz::scene::{Color, Light, Projection, Scene, Sky, Source, parse_scene, read_scene};
+use kugelblitz::scene::{
+    Color, Light, Projection, Samples, Scene, Sky, Source, parse_scene, read_scene,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -309,7 +311,7 @@ fn lights_are_read_as_they_are_written() {
     );
     assert_eq!(scene.sky, Some(Sky { intensity: 0.5, directions: 16 }));
     assert_eq!(scene.ambient, Some(Color([0.1; 3])));
-    assert_eq!((scene.image, scene.samples), (None, Some(3)));
+    assert_eq!((scene.image, scene.samples), (None, Some(Samples::nearest(3))));
     assert!(scene.is_lit());
 
     let scene = parse("ambient = \"#808080\"\n[[light]]\nposition = \"eye\"\n").unwrap();
@@ -323,7 +325,7 @@ fn lights_are_read_as_they_are_written() {
         "[image]\nwidth = 2\nheight = 3\nsamples = 16\n[sky]\nintensity = 1\ndirections = 65536",
     )
     .unwrap();
-    assert_eq!((most.samples, most.sky.unwrap().directions), (Some(16), 65536));
+    assert_eq!((most.samples, most.sky.unwrap().directions), (Some(Samples::nearest(16)), 65536));
     assert_eq!(most.image.map(|i| (i.width, i.height)), Some((2, 3)));
     let unlit = parse(&format!("{IMAGE}{SPHERE}")).unwrap();
     assert!(!unlit.is_lit() && unlit.samples.is_none());

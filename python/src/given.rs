@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use kugelblitz::scene::{Color, ColorMap, Coloring, Light, Paint, Plane, Scene, Sky, Spheres};
+use kugelblitz::scene::{
+    Color, ColorMap, Coloring, Light, Paint, Plane, Samples, Scene, Sky, Spheres,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -57,14 +59,13 @@ pub fn usable_radius(radius: f64) -> PyResult<f64> {
     }
 }
 
-pub fn usable_samples(samples: u32) -> PyResult<u32> {
-    let most = Scene::MAX_SAMPLES;
-    match (1..=most).contains(&samples) {
-        true => Ok(samples),
-        false => Err(PyValueError::new_err(format!(
+pub fn usable_samples(samples: u32) -> PyResult<Samples> {
+    Samples::new(samples).map_err(|_| {
+        let most = Samples::MOST;
+        PyValueError::new_err(format!(
             "samples: {samples}, but there are 1 to {most} across a pixel"
-        ))),
-    }
+        ))
+    })
 }
 
 /// Names for some or all of the spheres: a list with a name or None for each, or a dictionary by row.

@@ -16,7 +16,7 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::rays::{Pixels, hit_records};
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::{
-    self, Color, Coloring, DataWishes, ImageSize, Wishes, compose_scene, is_cloud_file,
+    self, Color, Coloring, DataWishes, ImageSize, Samples, Wishes, compose_scene, is_cloud_file,
     parse_scene, read_scene_with,
 };
 use kugelblitz::shade::{Background, Encoding, Style};
@@ -367,7 +367,7 @@ impl Scene {
     /// Samples across and down a pixel that the scene asks for, if it does.
     #[getter]
     fn samples(&self) -> Option<u32> {
-        self.of.samples
+        self.of.samples.map(Samples::across)
     }
 
     /// Whether anything lights the objects; else they have their colours as they are.
@@ -456,7 +456,7 @@ impl Scene {
     ) -> PyResult<Explanation> {
         let ray = one_ray(&self.of, camera, size, pixel, ray)?;
         let scene = match samples.map(usable_samples).transpose()? {
-            Some(_) if samples != self.of.samples => {
+            samples @ Some(_) if samples != self.of.samples => {
                 Arc::new(scene::Scene { samples, ..scene::Scene::clone(&self.of) })
             }
             _ => Arc::clone(&self.of),
@@ -590,7 +590,8 @@ impl Scene {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<String> {
         let pixels = pixels_of(&self.of, camera, size, crop)?;
-        let n_samples = usable_samples(samples.or(self.of.samples).unwrap_or(1))?;
+        let n_samples =
+            samples.map(usable_samples).transpose()?.or(self.of.samples).unwrap_or_default();
         let session = self.session(py, device, Kernel::Certified, pixels.len())?;
         let n_steps = n_steps(&pixels, n_samples, self.of.is_lit());
         work::run_with_session(py, progress, n_steps, &session, |session, control| {
@@ -713,7 +714,8 @@ impl Scene {
             ));
         }
         let pixels = pixels_of(&this.of, camera, size, crop)?;
-        let n_samples = usable_samples(samples.or(this.of.samples).unwrap_or(1))?;
+        let n_samples =
+            samples.map(usable_samples).transpose()?.or(this.of.samples).unwrap_or_default();
         let background = if transparent { Background::LeftOut } else { Background::Shown };
         let style = Style { encoding: Encoding::Srgb8, n_samples, epsilon, background };
         let n_rays = rays_of_picture(&this.of, pixels.len(), n_samples);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use kugelblitz::render::n_steps;
 use kugelblitz::trace::Kernel;
 use kugelblitz::{Result, Session};
 use serde::Serialize;
@@ -26,14 +27,11 @@ struct Summary {
 pub fn run(args: &DigestArgs, run: &Run) -> Result<()> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
-    let samples = args.samples.or(scene.samples).unwrap_or(1);
+    let samples = args.samples.or(scene.samples).unwrap_or_default();
     let (choice, kernel) = (&args.device.device, Kernel::Certified);
     let device = device::open_for(choice, kernel, &scene, pixels.len(), &args.talk)?;
     let mut session = Session::new(Arc::clone(&scene), device, kernel);
-    let n_samples = u64::from(samples).pow(2);
-    let n_rays = if samples > 1 { 1 + n_samples } else { 1 };
-    let of_light = if scene.is_lit() { n_samples } else { 0 };
-    let n_steps = pixels.len() as u64 * (n_rays + of_light);
+    let n_steps = n_steps(&pixels, samples, scene.is_lit());
     let progress = Progress::start(&args.talk, &run.control, n_steps);
     let digest = session.digest(&pixels, samples, &run.control)?;
     drop(progress);
@@ -41,7 +39,7 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<()> {
         let summary = Summary {
             on: On::from(session.device()),
             size: [pixels.width, pixels.height],
-            samples,
+            samples: samples.across(),
             objects: Objects::from(&*scene),
             digest,
         };

@@ -14,7 +14,7 @@ use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::render::Rendered;
-use kugelblitz::scene::Camera;
+use kugelblitz::scene::{Camera, Samples};
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::Rays;
 use kugelblitz::{Error, Making, Result, Session};
@@ -216,7 +216,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
                 kernel: session.kernel().name(),
                 size: [begun.pixels.width, begun.pixels.height],
                 objects: Objects::from(&*begun.scene),
-                samples: (begun.n_samples > 1).then_some(begun.n_samples),
+                samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
                 n_frames,
                 frames,
                 bytes_device: session.bytes_device(),

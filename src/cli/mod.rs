@@ -41,6 +41,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use clap::builder::TypedValueParser;
 use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
 use kugelblitz::control::Control;
 use kugelblitz::device::DeviceChoice;
@@ -48,7 +49,7 @@ use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
 use kugelblitz::export::Language;
 use kugelblitz::generate::{Distribution, MAX_COUNT};
 use kugelblitz::picture::Format;
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::Samples;
 use kugelblitz::show::Show;
 use kugelblitz::trace::{Kernel, Ray};
 
@@ -58,7 +59,7 @@ use options::{
 };
 use show::show_parser;
 
-const MAX_SAMPLES: i64 = Scene::MAX_SAMPLES as i64;
+const MAX_SAMPLES: i64 = Samples::MOST as i64;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -326,7 +327,7 @@ pub struct ExplainArgs {
         conflicts_with_all = ["size", "crop"]
     )]
     pub ray: Option<Ray>,
-    /// Explain all objects [default: the nearest 20]
+    /// Explain all objects, but at most the nearest 1000 [default: the nearest 20]
     #[arg(long)]
     pub all: bool,
     /// Print the formulas and verdicts as LaTeX (amsmath)
@@ -484,8 +485,8 @@ pub struct DigestArgs {
     /// Scene file (TOML)
     pub scene: PathBuf,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
-    pub samples: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    pub samples: Option<Samples>,
     #[command(flatten)]
     pub device: DeviceArgs,
     #[command(flatten)]

@@ -11,8 +11,8 @@ use glam::DVec3;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::plain_json;
 use kugelblitz::scene::{
-    Composed, DataWishes, Framing, Light, Paint, Scene, Sky, Source, Viewpoint, WishedLens, Wishes,
-    compose_scene, parse_scene,
+    Composed, DataWishes, Framing, Light, Paint, Samples, Scene, Sky, Source, Viewpoint,
+    WishedLens, Wishes, compose_scene, parse_scene,
 };
 use kugelblitz::{Error, Result};
 
@@ -69,8 +69,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "LIGHT", value_parser = parse_ambient, allow_negative_numbers = true)]
     pub ambient: Option<WishedAmbient>,
     /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1; 2 for data]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES))]
-    pub samples: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    pub samples: Option<Samples>,
     /// Write the scene that all this amounts to, to standard output or to FILE; without -o, do no more
     #[arg(
         long,

@@ -14,7 +14,7 @@ use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
 use kugelblitz::render::{self, Plan};
-use kugelblitz::scene::Scene;
+use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz::{Error, Result, Session};
@@ -79,7 +79,7 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     if args.talk.json {
         let mut summary = Traced::new(&session, read, making, &rendered, run);
         summary.size = Some([pixels.width, pixels.height]);
-        summary.samples = (begun.n_samples > 1).then_some(begun.n_samples);
+        summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
         let is_lit = begun.scene.is_lit() && shown.is_none();
         summary.shadow_rays = is_lit.then(|| rendered.shadow_rays.into());
         summary.colors = is_lit.then_some(rendered.colors);
@@ -123,7 +123,7 @@ pub struct Begun {
     /// Time that reading took.
     pub read: Duration,
     pub pixels: Pixels,
-    pub n_samples: u32,
+    pub n_samples: Samples,
     pub format: Format,
     /// The files of --print-scene and --legend.
     pub beside: Vec<OutputFile>,
@@ -146,8 +146,8 @@ impl Begun {
             args.talk.warn("--epsilon changes nothing: the scene has no light");
         }
         let n_samples = match args.show {
-            Show::Color => scene.samples.unwrap_or(1),
-            _ => 1,
+            Show::Color => scene.samples.unwrap_or_default(),
+            _ => Samples::ONE,
         };
         let inputs = [&args.scene].into_iter().chain(&args.film.camera_path).cloned().collect();
         let mut begun = Begun {

@@ -23,7 +23,7 @@ use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
 use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
-use crate::trace::{Hits, Samples, Timing, Wants};
+use crate::trace::{Hits, SampleIds, Timing, Wants};
 use crate::tracer::{Tracer, trace_all_samples};
 pub use in_f64::propose_in_f64;
 use listed::Listed;
@@ -104,7 +104,7 @@ impl Tracer for CpuTracer {
         n: u32,
         control: &Control,
         hits: &mut Hits,
-        samples: &mut Samples,
+        samples: &mut SampleIds,
     ) -> Result<Timing> {
         match Squares::new(&self.prepared, pixels, n) {
             Some(squares) => squares.trace(control, samples),

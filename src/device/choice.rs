@@ -6,7 +6,7 @@ use super::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Pick, has_software_alone};
 use crate::prepare::{FEW_SPHERES, PlainLighting};
-use crate::scene::Scene;
+use crate::scene::{Samples, Scene};
 use crate::trace::Kernel;
 
 /// Names an adapter, as it does for other programs that use wgpu.
@@ -115,7 +115,7 @@ const RAYS_OF_WAY: usize = 2;
 
 /// The rays that take as long as a picture of `n_pixels` with `n_samples` by `n_samples` each, where a device in
 /// software draws it.
-pub fn rays_of_picture(scene: &Scene, n_pixels: usize, n_samples: u32) -> usize {
+pub fn rays_of_picture(scene: &Scene, n_pixels: usize, n_samples: Samples) -> usize {
     if !scene.is_lit() {
         return n_pixels;
     }
@@ -123,7 +123,7 @@ pub fn rays_of_picture(scene: &Scene, n_pixels: usize, n_samples: u32) -> usize 
     let are_few =
         scene.n_objects() <= PlainLighting::FEW_OBJECTS && n_lamps <= PlainLighting::FEW_LAMPS;
     let of_ways = if are_few { RAYS_OF_WAY * n_lamps } else { 0 };
-    n_pixels.saturating_mul((n_samples as usize).pow(2)).saturating_mul(1 + of_ways)
+    n_pixels.saturating_mul(n_samples.of_pixel() as usize).saturating_mul(1 + of_ways)
 }
 
 /// Why the CPU traces these rays sooner than a device in software, if it does: over many spheres it is

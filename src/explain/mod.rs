@@ -32,19 +32,26 @@ pub use words::{Lang, Remark};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
-use crate::exact::{ExactHit, Root, Shape, Side, nearest, visible_root};
+use crate::exact::{
+    ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
+};
 use crate::memory;
 use crate::plain::steers;
 use crate::prepare::Prepared;
 use crate::scene::{Object, Scene};
 use crate::trace::{Hits, Kernel, Level, Rays, Wants};
 use crate::tracer::Tracer;
+use crate::verify::is_clearly_missed;
 use line::Line;
 use ray::RayNumbers;
 use words::Words;
 
-/// How many objects are explained where nobody asks for all.
+/// How many objects are explained where nobody asks for more.
 pub const DEFAULT_OBJECTS: usize = 20;
+
+/// How many are explained at most. The others are counted: nobody reads more, and an explanation takes half a
+/// millisecond.
+pub const MOST_OBJECTS: usize = 1000;
 
 /// Digits of a number in a formula where nobody asks for more.
 pub const DEFAULT_DIGITS: usize = 6;
@@ -55,7 +62,7 @@ pub const MAX_DIGITS: usize = 40;
 /// How a ray is explained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style {
-    /// The objects that are explained at most; `None` for all.
+    /// The objects that are explained at most, from 1 to [`MOST_OBJECTS`]; `None` for those.
     pub limit: Option<usize>,
     /// The language of all words.
     pub lang: Lang,
@@ -91,6 +98,8 @@ pub struct Explanation {
     pub objects: Vec<ObjectExplanation>,
     /// Objects of the whole scene.
     pub n_objects: usize,
+    /// Those that are not among [`Explanation::objects`].
+    pub left_out: LeftOut,
     /// The object that the ray sees, exactly; `None` for the background.
     pub winner: Option<Winner>,
     /// The point where the ray meets it; `None` for the background.
@@ -204,6 +213,17 @@ pub enum Reason {
     Degenerate,
 }
 
+/// How many objects are not explained, by what they are to the ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// Hit by it, but not first.
+    pub hit: usize,
+    /// Behind its origin, or at it.
+    pub behind: usize,
+    /// Missed by the whole line.
+    pub missed: usize,
+}
+
 /// The object that a ray sees, exactly.
 #[derive(Clone, Debug, Serialize)]
 pub struct Winner {
@@ -247,7 +267,7 @@ pub struct Seen {
 /// Bytes of an object's explanation and of its text. Measured: 14 KiB.
 const SHOWN_BYTES: u64 = 24 << 10;
 
-/// Explains one ray in English; the first `limit` objects of those that matter, or all.
+/// Explains one ray in English; the first `limit` objects of those that matter, or [`MOST_OBJECTS`].
 ///
 /// # Errors
 /// Those of [`explain_as`].
@@ -268,16 +288,18 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
     }
     let numbers = RayNumbers::new(scene, rays, style)?;
     let n_objects = scene.n_objects();
-    let n_shown = limit.map_or(n_objects, |limit| limit.min(n_objects));
-    // The ranks are put together from parts, and sorting takes half of them once more.
-    let ranking = n_objects * (size_of::<Rank>() * 5 / 2);
+    let limit = limit.unwrap_or(MOST_OBJECTS).clamp(1, MOST_OBJECTS);
+    let n_shown = limit.min(n_objects);
+    // The ranks are put together from parts.
+    let ranking = n_objects * size_of::<Rank>() * 2;
     memory::require(
         format!("explaining {n_shown} of {n_objects} objects"),
         ranking as u64 + n_shown as u64 * SHOWN_BYTES,
         "free some, explain fewer objects, or split the scene",
     )?;
-    let hit = nearest(&numbers.exact, scene.objects());
-    let ranked = ranked(scene, &numbers, limit);
+    let (ranked, left_out) = ranked(scene, &numbers, limit);
+    let first = ranked.first().filter(|rank| rank.root.is_some()).map(|rank| rank.id);
+    let hit = nearest(&numbers.exact, first.and_then(|id| Some((id, scene.object(id)?))));
     let objects: Vec<ObjectExplanation> =
         ranked.par_iter().filter_map(|rank| numbers.object(scene, rank, hit.as_ref())).collect();
 
@@ -294,7 +316,8 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
         pixel,
         ray: numbers.ray(),
         objects,
-        n_objects: scene.n_objects(),
+        n_objects,
+        left_out,
         winner,
         point: None,
         shading: None,
@@ -447,37 +470,77 @@ fn winner(scene: &Scene, numbers: &RayNumbers, hit: &ExactHit) -> Option<Winner>
 /// An object's place in the list.
 struct Rank {
     id: u32,
-    root: Option<Root>,
+    root: Option<Box<Root>>,
     /// `t` rounded, or the distance by which the ray passes.
     key: f64,
 }
 
-/// The objects in the order of [`Explanation::objects`], the first `limit` of them.
-fn ranked(scene: &Scene, numbers: &RayNumbers, limit: Option<usize>) -> Vec<Rank> {
+/// The objects in the order of [`Explanation::objects`], the first `limit` of them, and what the others are.
+fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, LeftOut) {
     let rank = |id: u32| {
         let object = scene.object(id)?;
-        let root = visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root);
+        let root = match is_clearly_missed(&numbers.near, &object) {
+            true => None,
+            false => visible_root(&numbers.exact, &Shape::from(object)).map(|(root, _)| root),
+        };
         let key = match &root {
             Some(root) => root.to_f64(),
             None => gap(numbers.origin, numbers.direction, object).0,
         };
-        Some(Rank { id, root, key })
+        Some(Rank { id, root: root.map(Box::new), key })
     };
     let ids = 1..=scene.n_objects() as u32;
     let mut ranks: Vec<Rank> = ids.into_par_iter().filter_map(rank).collect();
-    ranks.sort_by(|a, b| {
-        // Rounding keeps the order, so only equal f64 need the exact comparison.
+    let shape = |id| scene.object(id).map(Shape::from);
+    let order = |a: &Rank, b: &Rank| {
+        // Rounding keeps the order, so only equal f64 need the exact comparison, and none of equal objects.
         let exact = || match (&a.root, &b.root) {
-            (Some(a), Some(b)) => a.cmp(b),
+            (Some(x), Some(y)) if shape(a.id) != shape(b.id) => x.cmp(y),
             _ => std::cmp::Ordering::Equal,
         };
         (a.root.is_none().cmp(&b.root.is_none()))
             .then(a.key.total_cmp(&b.key))
             .then_with(exact)
             .then(a.id.cmp(&b.id))
-    });
-    ranks.truncate(limit.unwrap_or(usize::MAX));
-    ranks
+    };
+    let n_shown = limit.min(ranks.len());
+    let mut others = Vec::new();
+    if n_shown < ranks.len() {
+        ranks.select_nth_unstable_by(n_shown, order);
+        others = ranks.split_off(n_shown);
+    }
+    ranks.sort_by(order);
+    (ranks, left_out(scene, numbers, &others))
+}
+
+fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
+    let of = |rank: &Rank| {
+        let object = scene.object(rank.id)?;
+        let is_behind = || {
+            let roots = match object {
+                Object::Sphere(s) => {
+                    signum_of_discriminant(&numbers.exact, s.center, s.radius)? >= 0
+                }
+                Object::Plane(p) => {
+                    plane_numbers(&numbers.exact, p.point, p.normal)?.root.is_some()
+                }
+            };
+            Some(roots)
+        };
+        Some(match rank.root.is_some() {
+            true => LeftOut { hit: 1, ..LeftOut::default() },
+            false if !is_clearly_missed(&numbers.near, &object) && is_behind() == Some(true) => {
+                LeftOut { behind: 1, ..LeftOut::default() }
+            }
+            false => LeftOut { missed: 1, ..LeftOut::default() },
+        })
+    };
+    let sum = |a: LeftOut, b: LeftOut| LeftOut {
+        hit: a.hit + b.hit,
+        behind: a.behind + b.behind,
+        missed: a.missed + b.missed,
+    };
+    ranks.par_iter().filter_map(of).reduce(LeftOut::default, sum)
 }
 
 /// How far the half line passes from a surface that it misses, and whether its origin is as near as any

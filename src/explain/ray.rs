@@ -23,12 +23,15 @@ use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::shade::PlainPoint;
 use crate::trace::{Kernel, Ray, Rays};
 use crate::vec3::{Vec3, dot3};
+use crate::verify::Near;
 
 /// A ray's numbers as the kernels have them.
 pub struct RayNumbers {
     pub exact: ExactRay,
     pub origin: DVec3,
     pub direction: DVec3,
+    /// The same from the camera's position, or from the ray's origin.
+    pub near: Near,
     lecture: RayOf<f32>,
     stable: RayOf<f32>,
     /// `direction = 2^exponent · stable.direction`.
@@ -53,14 +56,17 @@ impl RayNumbers {
         let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
         let (lecture, _) = kernel_ray(&on_lecture, rays).ok_or_else(one)?;
         let (stable, exponent) = kernel_ray(&on_stable, rays).ok_or_else(one)?;
-        let (exact, origin, direction) = match rays {
+        let (exact, Ray { origin, direction }, near) = match rays {
             Rays::Pixels(p) => {
-                let Ray { origin, direction } = p.ray(p.x, p.y);
-                (ExactRay::from_pixel(p, p.x, p.y), origin, direction)
+                let ray =
+                    Ray { origin: p.origin_offset(p.x, p.y), direction: p.direction(p.x, p.y) };
+                let near = Near { reference: p.view.position, ray };
+                (ExactRay::from_pixel(p, p.x, p.y), p.ray(p.x, p.y), near)
             }
             Rays::List(rays) => {
-                let ray: &Ray = rays.first().ok_or_else(one)?;
-                (ExactRay::new(ray), ray.origin, ray.direction)
+                let &ray = rays.first().ok_or_else(one)?;
+                let of_origin = Ray { origin: DVec3::ZERO, ..ray };
+                (ExactRay::new(&ray), ray, Near { reference: ray.origin, ray: of_origin })
             }
         };
         let (Objects::Lecture(lecture_objects), Objects::Stable(stable_objects)) =
@@ -73,6 +79,7 @@ impl RayNumbers {
             exact,
             origin,
             direction,
+            near,
             lecture,
             stable,
             exponent,
@@ -145,7 +152,7 @@ impl RayNumbers {
             gap: rank.root.is_none().then_some(gap),
             lines,
         };
-        explanation.reason = explanation.reason(rank.root.as_ref(), hit);
+        explanation.reason = explanation.reason(rank.root.as_deref(), hit);
         explanation.why = explanation.why(scene, rank.root.is_some(), hit, (self, is_at_origin));
         Some(explanation)
     }

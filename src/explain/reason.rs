@@ -8,6 +8,7 @@ use super::words::Remark;
 use super::{Approximation, ObjectExplanation, Quantity, Reason, Terms};
 use crate::exact::{ExactHit, Root, Shape, visible_root};
 use crate::scene::Scene;
+use crate::verify::is_clearly_missed;
 
 /// A column of the table.
 type Column = fn(&Quantity) -> Option<Approximation>;
@@ -79,6 +80,7 @@ impl ObjectExplanation {
             let tied = |&id: &u32| {
                 let root = scene
                     .object(id)
+                    .filter(|object| !is_clearly_missed(&numbers.near, object))
                     .and_then(|object| visible_root(&numbers.exact, &Shape::from(object)));
                 root.zip(hit).is_some_and(|((root, _), hit)| root == hit.root)
             };

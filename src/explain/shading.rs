@@ -90,7 +90,7 @@ impl Seen<'_> {
         point: Option<&LitPoint>,
     ) -> Option<Shading> {
         let n_samples = match self.rays {
-            Rays::Pixels(_) => self.scene.samples.unwrap_or(1),
+            Rays::Pixels(_) => self.scene.samples.unwrap_or_default().across(),
             Rays::List(_) => 1,
         };
         if lighting.is_none() && n_samples == 1 {

@@ -8,8 +8,8 @@ use super::line::{Line, text_of};
 use super::numbers::{decimal_f32, decimal_f64, six_digits};
 use super::words::{Remark, Words};
 use super::{
-    Approximation, Channel, ColorExplanation, Explanation, MeanExplanation, ObjectExplanation,
-    Quantity, Seen, Shading, SkyExplanation, Terms, Winner, shortened,
+    Approximation, Channel, ColorExplanation, Explanation, LeftOut, MOST_OBJECTS, MeanExplanation,
+    ObjectExplanation, Quantity, Seen, Shading, SkyExplanation, Terms, Winner, shortened,
 };
 
 /// Columns that the text takes at most.
@@ -32,11 +32,15 @@ pub fn text(explanation: &Explanation) -> String {
         }
         table(&object.quantities, words, &mut text);
     }
-    let left_out = explanation.n_objects - explanation.objects.len().min(explanation.n_objects);
-    if left_out > 0 {
-        let numbers = [left_out, explanation.n_objects].map(|n| n.to_string());
-        let left_out = Remark::new(words.left_out, numbers);
-        let _ = writeln!(text, "\n{left_out}\n{}", words.all_shows);
+    let LeftOut { hit, behind, missed } = explanation.left_out;
+    let n_left_out = hit + behind + missed;
+    if n_left_out > 0 {
+        let numbers = [n_left_out, explanation.n_objects, hit, behind, missed];
+        let left_out = Remark::new(words.left_out, numbers.map(|n| n.to_string()));
+        let _ = writeln!(text, "\n{left_out}");
+        if explanation.objects.len() < MOST_OBJECTS {
+            let _ = writeln!(text, "{}", Remark::new(words.all_shows, [MOST_OBJECTS.to_string()]));
+        }
     }
     verdict(explanation, words, &mut text);
     if let Some(shading) = &explanation.shading {

@@ -221,8 +221,8 @@ static ENGLISH: Words = Words {
 
     pixel: "Pixel $(#, #)$ of $#×#$: the ray $p(t) = o + t·d$",
     ray: "The ray $p(t) = o + t·d$",
-    left_out: "Left out: # more of # objects",
-    all_shows: "--all shows all objects.",
+    left_out: "Left out: # more of # objects: # hit but not first, # behind, # missed",
+    all_shows: "--all shows up to # objects.",
 
     visible: "nearest positive $t$: visible",
     farther: "farther than #",
@@ -335,8 +335,8 @@ static GERMAN: Words = Words {
 
     pixel: "Pixel $(#, #)$ von $#×#$: der Strahl $p(t) = o + t·d$",
     ray: "Der Strahl $p(t) = o + t·d$",
-    left_out: "Ausgelassen: # weitere von # Objekten",
-    all_shows: "--all zeigt alle Objekte.",
+    left_out: "Ausgelassen: # weitere von # Objekten: # getroffen, aber nicht zuerst, # dahinter, # verfehlt",
+    all_shows: "--all zeigt bis zu # Objekte.",
 
     visible: "kleinstes positives $t$: sichtbar",
     farther: "weiter weg als #",

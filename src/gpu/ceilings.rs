@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::clock::Clock;
 use super::compile::{Shader, compile_ceilings};
 use super::device::OpenDevice;
-use super::pipeline::{bind_group_layout, bind_resources, pipeline};
+use super::pipeline::{Bindings, pipeline};
 use crate::error::{Error, Result};
 
 /// Rates that shaders reach on a device. Each is the best of several runs.
@@ -109,10 +109,13 @@ impl Runs<'_> {
         n_invocations: u64,
         amount: u64,
     ) -> Result<f64> {
-        let layout = bind_group_layout(self.gpu, shader)?;
-        let pipeline = pipeline(self.gpu, shader, entry_point, &layout)?;
-        let resources = [&self.input, &self.output].map(wgpu::Buffer::as_entire_binding);
-        let group = bind_resources(&self.gpu.device, &layout, resources);
+        let bindings = Bindings::new(self.gpu, shader)?;
+        let pipeline = pipeline(self.gpu, shader, entry_point, &bindings.layout)?;
+        let resources = [
+            ("input", self.input.as_entire_binding()),
+            ("output", self.output.as_entire_binding()),
+        ];
+        let group = bindings.bind(&self.gpu.device, resources)?;
         let n_groups = n_invocations.div_ceil(WORKGROUP) as u32;
         let width = n_groups.min(self.gpu.facts.max_workgroups);
         let groups = [width, n_groups.div_ceil(width)];

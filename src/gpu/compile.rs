@@ -125,7 +125,8 @@ pub fn compile_present() -> Result<Shader> {
 /// The answers to the directives, and the constants of the parts.
 #[derive(Default)]
 struct Choices<'a> {
-    flags: Vec<&'static str>,
+    /// All flags that there are, each with whether it holds.
+    flags: Vec<(bool, &'static str)>,
     n_spheres: usize,
     n_planes: usize,
     /// WGSL for the facts whose home is Rust.
@@ -139,6 +140,11 @@ impl Choices<'_> {
         let &ShaderKey { n_spheres, n_planes, .. } = key;
         let (flags, constants) = (flags(key), constants(key));
         Choices { flags, n_spheres, n_planes, constants, edit: None }
+    }
+
+    /// Whether a flag holds; `None` where there is no such flag.
+    fn flag(&self, name: &str) -> Option<bool> {
+        self.flags.iter().find(|(_, known)| *known == name).map(|&(holds, _)| holds)
     }
 }
 
@@ -157,7 +163,7 @@ pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
     key.n_spheres + key.n_planes <= PlainLighting::FEW_OBJECTS
 }
 
-fn flags(key: &ShaderKey) -> Vec<&'static str> {
+fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
     let is_by_tree = key.spheres == Finding::Tree;
     let is_double = key.float == Float::F64;
@@ -203,9 +209,7 @@ fn flags(key: &ShaderKey) -> Vec<&'static str> {
         (is_by_tree, "tree"),
         (has_slabs(key), "slabs"),
     ]
-    .into_iter()
-    .filter_map(|(needed, name)| needed.then_some(name))
-    .collect()
+    .into()
 }
 
 fn workgroup() -> String {
@@ -379,7 +383,8 @@ enum Block {
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
-/// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for;
+/// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for; a flag that is not one of
+///   [`flags`] is an error;
 /// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index and
 ///   `OBJECT` for itself: in the list, or where it is kept.
 fn expand(part: &Part, choices: &Choices) -> Result<String> {
@@ -389,7 +394,10 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
         let wrong = |what: &str| Error::Shader(format!("{}:{}: {what}", part.file, index + 1));
         let directive = line.trim().strip_prefix("//#");
         match directive.map(|d| d.split_whitespace().collect::<Vec<_>>()).as_deref() {
-            Some(["if", flag]) => open.push(Block::If(choices.flags.contains(flag))),
+            Some(["if", flag]) => match choices.flag(flag) {
+                Some(holds) => open.push(Block::If(holds)),
+                None => return Err(wrong(&format!("unknown flag `{flag}`"))),
+            },
             Some(["else"]) => match open.last_mut() {
                 Some(Block::If(keep)) => *keep = !*keep,
                 _ => return Err(wrong("no //#if is open here")),
@@ -402,7 +410,7 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
             Some(["end"]) => match open.pop() {
                 Some(Block::If(_)) => {}
                 Some(Block::Each { kind, count, body }) => {
-                    text += &repeat(kind, count, choices.flags.contains(&"kept"), &body);
+                    text += &repeat(kind, count, choices.flag("kept") == Some(true), &body);
                 }
                 None => return Err(wrong("nothing is open here")),
             },
@@ -523,7 +531,8 @@ mod tests {
 
     fn error_of(part: &'static str) -> String {
         let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
-        let choices = Choices { constants: aliases("f32"), ..Choices::default() };
+        let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
+        let choices = Choices { flags, constants: aliases("f32"), ..Choices::default() };
         match compile_parts(&[SHARED_PARTS[1], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
@@ -548,10 +557,24 @@ mod tests {
     fn errors_name_the_file_and_the_line() {
         assert!(error_of("\nfn f() -> f32 { return x; }\n").starts_with("shaders/broken.wgsl:2: "));
         assert!(error_of("\n\nfn f() -> f32 { return; }").starts_with("shaders/broken.wgsl:3: "));
-        assert!(error_of("//#if a\n").starts_with("shaders/broken.wgsl: "));
+        assert!(error_of("//#if spheres\n").starts_with("shaders/broken.wgsl: "));
         assert!(error_of("\n//#end\n").starts_with("shaders/broken.wgsl:2: "));
         assert!(error_of("\n//#each sphere\n//#else").starts_with("shaders/broken.wgsl:3: "));
         assert!(error_of("//#each cube\n").starts_with("shaders/broken.wgsl:1: "));
         assert!(error_of("//#fi\n").starts_with("shaders/broken.wgsl:1: "));
+    }
+
+    /// A misspelt flag would leave its lines out without a word, also where they are left out anyway.
+    #[test]
+    fn an_unknown_flag_is_an_error() {
+        assert_eq!(error_of("//#if spheres\n//#else\n//#end\n"), "");
+        for (text, line) in [("\n//#if shperes\n//#end\n", 2), ("//#if spheres\n//#if plane\n", 2)]
+        {
+            let error = error_of(text);
+            assert!(
+                error.starts_with(&format!("shaders/broken.wgsl:{line}: unknown flag ")),
+                "{error}"
+            );
+        }
     }
 }

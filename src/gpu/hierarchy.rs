@@ -2,6 +2,7 @@
 
 use super::device::OpenDevice;
 use super::layout::{SeenFrom, Walk};
+use super::pipeline::{Named, whole};
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use crate::kernel::certified::{SphereCertified, SphereFar};
@@ -15,11 +16,11 @@ pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,
     nodes: wgpu::TextureView,
-    spheres: wgpu::TextureView,
+    spheres: (&'static str, wgpu::TextureView),
     n_nodes: u32,
     cell_shift: u32,
     /// In f64: what spheres are seen from, and the spheres of the scene.
-    in_f64: Option<[wgpu::Buffer; 2]>,
+    in_f64: Option<[Named; 2]>,
 }
 
 impl DeviceHierarchy {
@@ -57,7 +58,7 @@ impl DeviceHierarchy {
             walk,
             rest_ids,
             nodes: texture(gpu, "nodes", bytemuck::cast_slice(nodes))?,
-            spheres: texture(gpu, "far spheres", bytemuck::cast_slice(far))?,
+            spheres: ("far_spheres", texture(gpu, "far spheres", bytemuck::cast_slice(far))?),
             n_nodes: nodes.len() as u32,
             cell_shift: *cell_shift,
             in_f64: None,
@@ -78,11 +79,12 @@ impl DeviceHierarchy {
         let mut rest = hierarchy.rest.clone();
         rest.resize(hierarchy.n_places_of_rest(), 0);
         texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
+        let spheres = texture(gpu, "spheres of the tree", bytemuck::cast_slice(&spheres))?;
         let device_hierarchy = DeviceHierarchy {
             walk: uniform(gpu, "walk", &Walk { n_nodes, ..Walk::default() }),
             rest_ids: None,
             nodes: texture(gpu, "boxes", bytemuck::cast_slice(&texels))?,
-            spheres: texture(gpu, "spheres of the tree", bytemuck::cast_slice(&spheres))?,
+            spheres: ("tree_spheres", spheres),
             n_nodes,
             cell_shift: 0,
             in_f64: None,
@@ -108,16 +110,18 @@ impl DeviceHierarchy {
             u64::from(view.texture().width()) * u64::from(view.texture().height())
         };
         let rest = self.rest_ids.as_ref().map_or(0, wgpu::Buffer::size);
-        let textures = (texels(&self.nodes) + texels(&self.spheres)) * TEXEL_BYTES as u64;
+        let textures = (texels(&self.nodes) + texels(&self.spheres.1)) * TEXEL_BYTES as u64;
         textures + self.walk.size() + rest
     }
 
-    /// In the order of the shader's bindings.
-    pub fn resources(&self) -> impl Iterator<Item = wgpu::BindingResource<'_>> {
-        let buffers = [Some(&self.walk), self.rest_ids.as_ref()].into_iter().flatten();
-        let textures = [&self.nodes, &self.spheres].map(wgpu::BindingResource::TextureView);
-        let in_f64 = self.in_f64.iter().flatten().map(wgpu::Buffer::as_entire_binding);
-        buffers.map(wgpu::Buffer::as_entire_binding).chain(textures).chain(in_f64)
+    /// What a shader that walks through it binds.
+    pub fn resources(&self) -> impl Iterator<Item = (&'static str, wgpu::BindingResource<'_>)> {
+        let walk = [("walk", self.walk.as_entire_binding())];
+        let rest = self.rest_ids.iter().map(|ids| ("rest_ids", ids.as_entire_binding()));
+        let (name, spheres) = &self.spheres;
+        let textures = [("nodes", &self.nodes), (*name, spheres)]
+            .map(|(name, view)| (name, wgpu::BindingResource::TextureView(view)));
+        walk.into_iter().chain(rest).chain(textures).chain(self.in_f64.iter().flatten().map(whole))
     }
 
     /// Says which pixel of the picture the next tile starts at.
@@ -129,11 +133,14 @@ impl DeviceHierarchy {
 }
 
 /// The spheres of a scene as it has them, behind what they are seen from.
-pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [wgpu::Buffer; 2] {
+pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [Named; 2] {
     let seen_from =
         SeenFrom { reference: prepared.reference.to_array(), spread: prepared.farthest_origin() };
     let spheres = bytemuck::cast_slice(&prepared.scene.spheres[..]);
-    [uniform(gpu, "seen from", &seen_from), gpu.storage("spheres of the scene", spheres)]
+    [
+        ("seen_from", uniform(gpu, "seen from", &seen_from)),
+        ("scene_spheres", gpu.storage("spheres of the scene", spheres)),
+    ]
 }
 
 /// A buffer that all invocations read.

@@ -8,7 +8,7 @@ use super::hierarchy::{DeviceHierarchy, uniform};
 use super::layout::{Params, ParamsDouble};
 use super::objects::{bytes, params_buffer, storage_in_f64};
 use super::open::Gpu;
-use super::pipeline::bind_resources;
+use super::pipeline::{Named, whole};
 use super::program::Program;
 use crate::certify::{self, InF64};
 use crate::control::Control;
@@ -61,8 +61,7 @@ struct Stage {
     float: Float,
     program: Arc<Program>,
     params: wgpu::Buffer,
-    /// In the order of the shader's bindings, between the ids and the colours.
-    objects: Vec<wgpu::Buffer>,
+    objects: Vec<Named>,
 }
 
 /// The buffers whose size depends on the tile's.
@@ -156,8 +155,10 @@ impl DeviceLight {
             .as_ref()
             .map_or(0, |room| room.ids.size() + room.colors.size() + room.staging.size());
         let mut buffers: Vec<&wgpu::Buffer> = vec![&self.n_ways];
-        for buffer in
-            self.stages.iter().flat_map(|stage| stage.objects.iter().chain([&stage.params]))
+        for buffer in self
+            .stages
+            .iter()
+            .flat_map(|stage| stage.objects.iter().map(|(_, buffer)| buffer).chain([&stage.params]))
         {
             // The stages share some.
             if !buffers.contains(&buffer) {
@@ -226,8 +227,10 @@ impl DeviceLight {
         colors: &mut Vec<u32>,
     ) -> Result<ProposedColors> {
         let n_pixels = tile.width * tile.height;
-        self.make_room(gpu, n_pixels)?;
-        let Some(room) = &self.room else { return Ok(ProposedColors::default()) };
+        let room = match self.room.take().filter(|room| room.n_pixels >= n_pixels) {
+            Some(room) => room,
+            None => self.make_room(gpu, n_pixels)?,
+        };
         let n = self.key.n_samples as usize;
         let columns = samples.width as usize / n;
         let first_sample =
@@ -272,16 +275,14 @@ impl DeviceLight {
         let words: Vec<u32> =
             gpu.read(&room.staging, n_words + COUNTS, TILE_TIMEOUT, "shade some pixels")?;
         colors.extend_from_slice(&words[COUNTS..]);
+        self.room = Some(room);
         let [all, in_f64, n_in_f32] = [words[0], words[1], words[2]].map(u64::from);
         let ways = StageCounts { f32: all - in_f64, f64: in_f64, exact: 0 };
         Ok(ProposedColors { ways, n_in_f32 })
     }
 
-    /// Sees to it that tiles of so many pixels fit.
-    fn make_room(&mut self, gpu: &Gpu, n_pixels: usize) -> Result<()> {
-        if self.room.as_ref().is_some_and(|room| room.n_pixels >= n_pixels) {
-            return Ok(());
-        }
+    /// Room for a tile of so many pixels.
+    fn make_room(&self, gpu: &Gpu, n_pixels: usize) -> Result<Room> {
         use wgpu::BufferUsages as Usage;
         let n_ids = n_pixels * (self.key.n_samples as usize).pow(2);
         let word = size_of::<u32>();
@@ -291,15 +292,19 @@ impl DeviceLight {
         let staging =
             gpu.buffer("staging", (n_words + COUNTS) * word, Usage::MAP_READ | Usage::COPY_DST);
         let bind_groups = self.stages.iter().map(|stage| {
-            let buffers = [&stage.params, &ids].into_iter().chain(&stage.objects);
-            let buffers = buffers.chain([&colors, &self.n_ways]);
-            let resources = buffers.map(wgpu::Buffer::as_entire_binding);
-            bind_resources(&gpu.device, &stage.program.bind_group_layout, resources)
+            let of_all = [
+                ("params", &stage.params),
+                ("ids", &ids),
+                ("colors", &colors),
+                ("n_ways", &self.n_ways),
+            ];
+            let of_all = of_all.map(|(name, buffer)| (name, buffer.as_entire_binding()));
+            let resources = of_all.into_iter().chain(stage.objects.iter().map(whole));
+            stage.program.bindings.bind(&gpu.device, resources)
         });
-        let bind_groups = bind_groups.collect();
+        let bind_groups = bind_groups.collect::<Result<_>>()?;
         gpu.check()?;
-        self.room = Some(Room { n_pixels, ids, colors, staging, bind_groups });
-        Ok(())
+        Ok(Room { n_pixels, ids, colors, staging, bind_groups })
     }
 }
 
@@ -312,6 +317,10 @@ impl Shared {
             boxes: tree.map(|tree| list(gpu, "boxes", &tree.boxes_on_device())),
         }
     }
+
+    fn of_spheres(&self) -> [Named; 2] {
+        [("narrow_spheres", self.narrow.clone()), ("listed_spheres", self.listed.clone())]
+    }
 }
 
 impl Stage {
@@ -323,21 +332,20 @@ impl Stage {
         light: &LightInF32,
     ) -> Result<Stage> {
         let mut objects = vec![
-            uniform(gpu, "light of all in f32", &light.all),
-            list(gpu, "lamps in f32", &light.lamps),
-            list(gpu, "palette in f32", &light.palette),
-            list(gpu, "edges in f32", &light.edges),
+            ("light_of_all", uniform(gpu, "light of all in f32", &light.all)),
+            ("lamps", list(gpu, "lamps in f32", &light.lamps)),
+            ("palette", list(gpu, "palette in f32", &light.palette)),
+            ("edges", list(gpu, "edges in f32", &light.edges)),
         ];
         if !prepared.scene.spheres.is_empty() {
-            objects.push(shared.narrow.clone());
-            objects.push(list(gpu, "spheres as seen", &light.seen_spheres));
-            objects.push(shared.listed.clone());
+            objects.extend(shared.of_spheres());
+            objects.push(("seen_spheres", list(gpu, "spheres as seen", &light.seen_spheres)));
         }
         if !prepared.scene.planes.is_empty() {
-            objects.push(list(gpu, "planes as seen", &light.seen_planes));
-            objects.push(list(gpu, "planes in the way", &light.planes));
+            objects.push(("seen_planes", list(gpu, "planes as seen", &light.seen_planes)));
+            objects.push(("listed_planes", list(gpu, "planes in the way", &light.planes)));
         }
-        objects.extend(shared.boxes.clone());
+        objects.extend(shared.boxes.clone().map(|boxes| ("boxes", boxes)));
         let program = gpu.program(&certify::light_key_in_f32(prepared, key.words))?;
         let params = params_buffer(gpu, Float::F32);
         Ok(Stage { float: Float::F32, program, params, objects })
@@ -353,19 +361,19 @@ impl Stage {
     ) -> Result<Stage> {
         let numbers = InF64::new(prepared);
         let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
-        objects.push(uniform(gpu, "light of all", &light.all));
-        objects.push(list(gpu, "lamps", &light.lamps));
-        objects.push(list(gpu, "palette", &light.palette));
+        objects.push(("light_of_all", uniform(gpu, "light of all", &light.all)));
+        objects.push(("lamps", list(gpu, "lamps", &light.lamps)));
+        objects.push(("palette", list(gpu, "palette", &light.palette)));
         if !light.edges.is_empty() {
-            objects.push(list(gpu, "edges", &light.edges));
+            objects.push(("edges", list(gpu, "edges", &light.edges)));
         }
         if !prepared.scene.spheres.is_empty() {
-            objects.extend([shared.narrow.clone(), shared.listed.clone()]);
+            objects.extend(shared.of_spheres());
         }
         if !prepared.scene.planes.is_empty() {
-            objects.push(list(gpu, "planes in the way", &light.planes));
+            objects.push(("listed_planes", list(gpu, "planes in the way", &light.planes)));
         }
-        objects.extend(shared.boxes.clone());
+        objects.extend(shared.boxes.clone().map(|boxes| ("boxes", boxes)));
         let program = gpu.program(&numbers.light_key(prepared, key.words))?;
         let params = params_buffer(gpu, Float::F64);
         Ok(Stage { float: Float::F64, program, params, objects })

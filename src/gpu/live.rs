@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::compile::{Shader, WORKGROUP, compile_undecided};
 use super::device::OpenDevice;
 use super::open::Gpu;
-use super::pipeline::{bind_group, bind_group_layout, pipeline};
+use super::pipeline::{Bindings, pipeline};
 use crate::certify::Decided;
 use crate::control::Control;
 use crate::cpu::CpuTracer;
@@ -37,7 +37,7 @@ pub(crate) struct Undecided {
     gpu: Arc<Gpu>,
     find: wgpu::ComputePipeline,
     decide: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
+    bindings: Bindings,
     job: wgpu::Buffer,
     decisions: wgpu::Buffer,
     room: Room,
@@ -140,12 +140,12 @@ impl Undecided {
     /// [`crate::Error::Shader`] when the device refuses it.
     pub(crate) fn new(gpu: &Arc<Gpu>) -> Result<Undecided> {
         let shader: Shader = compile_undecided()?;
-        let layout = bind_group_layout(gpu, &shader)?;
+        let bindings = Bindings::new(gpu, &shader)?;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let undecided = Undecided {
-            find: pipeline(gpu, &shader, "find", &layout)?,
-            decide: pipeline(gpu, &shader, "decide", &layout)?,
-            layout,
+            find: pipeline(gpu, &shader, "find", &bindings.layout)?,
+            decide: pipeline(gpu, &shader, "decide", &bindings.layout)?,
+            bindings,
             job: gpu.buffer("job", size_of::<Job>(), usage),
             decisions: storage_buffer(gpu, "decisions", 2 * DECISIONS),
             room: Room::new(gpu, HEAD_RAYS),
@@ -166,7 +166,7 @@ impl Undecided {
         }
         let mut encoder = self.gpu.encoder();
         encoder.clear_buffer(&self.room.found, 0, Some(size_of::<u32>() as u64));
-        self.dispatch(&mut encoder, &self.find, ids, n_rays);
+        self.dispatch(&mut encoder, &self.find, ids, n_rays)?;
         let mut words = self.read(encoder, HEAD_RAYS + 1)?;
         let count = words[0] as usize;
         if count > HEAD_RAYS {
@@ -186,7 +186,7 @@ impl Undecided {
             let words: Vec<[u32; 2]> = some.iter().map(|one| [one.ray, one.id]).collect();
             self.gpu.queue.write_buffer(&self.decisions, 0, bytemuck::cast_slice(&words));
             let mut encoder = self.gpu.encoder();
-            self.dispatch(&mut encoder, &self.decide, ids, some.len());
+            self.dispatch(&mut encoder, &self.decide, ids, some.len())?;
             self.gpu.submit(encoder.finish());
         }
         self.gpu.check()
@@ -198,17 +198,24 @@ impl Undecided {
         pipeline: &wgpu::ComputePipeline,
         ids: &Words,
         n: usize,
-    ) {
+    ) -> Result<()> {
         let groups = (n as u32).div_ceil(WORKGROUP.iter().product());
         let row = groups.clamp(1, self.gpu.facts.max_workgroups);
         let job = Job { n: n as u32, row };
         self.gpu.queue.write_buffer(&self.job, 0, bytemuck::bytes_of(&job));
-        let buffers = [&self.job, ids.buffer(), &self.room.found, &self.decisions];
-        let bind_group = bind_group(&self.gpu.device, &self.layout, buffers);
+        let buffers = [
+            ("job", &self.job),
+            ("ids", ids.buffer()),
+            ("found", &self.room.found),
+            ("decisions", &self.decisions),
+        ];
+        let resources = buffers.map(|(name, buffer)| (name, buffer.as_entire_binding()));
+        let bind_group = self.bindings.bind(&self.gpu.device, resources)?;
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.dispatch_workgroups(row, groups.div_ceil(row), 1);
+        Ok(())
     }
 
     /// Hands over the commands, and then reads the first words of the list.

@@ -3,6 +3,7 @@
 use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 use super::open::Gpu;
+use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
 use crate::certify::InF64;
 use crate::error::{Error, Result};
@@ -16,7 +17,7 @@ pub fn fits_in_f64(gpu: &Gpu, prepared: &Prepared) -> bool {
     bytes <= gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes)
 }
 
-/// The labels and bytes of the kinds of objects that there are.
+/// The names and bytes of the kinds of objects that there are.
 pub fn object_bytes<'a>(
     (spheres, planes): (&'a [u8], &'a [u8]),
 ) -> impl Iterator<Item = (&'static str, &'a [u8])> {
@@ -24,8 +25,8 @@ pub fn object_bytes<'a>(
 }
 
 /// The spheres and the planes on the device.
-pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<wgpu::Buffer> {
-    object_bytes(objects).map(|(label, bytes)| gpu.storage(label, bytes)).collect()
+pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<Named> {
+    object_bytes(objects).map(|(name, bytes)| (name, gpu.storage(name, bytes))).collect()
 }
 
 /// The same for a shader that completes or shades hits in f64: behind the spheres as the scene has them, and
@@ -35,18 +36,19 @@ pub fn storage_in_f64(
     prepared: &Prepared,
     numbers: &InF64,
     hierarchy: Option<&DeviceHierarchy>,
-) -> Vec<wgpu::Buffer> {
+) -> Vec<Named> {
     let mut objects = Vec::new();
     if !prepared.scene.spheres.is_empty() {
         objects.extend(of_scene(gpu, prepared));
     }
     let (spheres, planes) = numbers.lists.bytes();
     if !spheres.is_empty() {
-        objects.push(gpu.storage("spheres", spheres));
-        objects.extend(hierarchy.and_then(DeviceHierarchy::rest_ids).cloned());
+        objects.push(("spheres", gpu.storage("spheres", spheres)));
+        let rest_ids = hierarchy.and_then(DeviceHierarchy::rest_ids).cloned();
+        objects.extend(rest_ids.map(|rest_ids| ("rest_ids", rest_ids)));
     }
     if !planes.is_empty() {
-        objects.push(gpu.storage("planes", planes));
+        objects.push(("planes", gpu.storage("planes", planes)));
     }
     objects
 }

@@ -5,32 +5,83 @@ use super::compile::{Shader, WORKGROUP};
 use super::device::OpenDevice;
 use crate::error::{Error, Result};
 
-/// The layout that the shader itself asks for: naga's bindings are the only list of them.
-///
-/// # Errors
-/// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
-/// refuses the layout.
-pub fn bind_group_layout(gpu: &OpenDevice, shader: &Shader) -> Result<wgpu::BindGroupLayout> {
-    bind_group_layout_for(gpu, shader, wgpu::ShaderStages::COMPUTE)
+/// A buffer with the name that shaders have for it.
+pub type Named = (&'static str, wgpu::Buffer);
+
+/// What a shader binds, as naga has it: the only list of that, and the names in it.
+pub struct Bindings {
+    pub layout: wgpu::BindGroupLayout,
+    names: Vec<(String, u32)>,
 }
 
-/// The same for other stages.
-///
-/// # Errors
-/// Those of [`bind_group_layout`].
-pub fn bind_group_layout_for(
-    gpu: &OpenDevice,
-    shader: &Shader,
-    visibility: wgpu::ShaderStages,
-) -> Result<wgpu::BindGroupLayout> {
-    let entries = entries(shader, visibility);
-    check_limits(gpu, shader, &entries)?;
-    unless_refused(gpu, || {
-        gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+impl Bindings {
+    /// Those of a shader that computes.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] when the shader binds more than the device takes, [`Error::Shader`] when it
+    /// refuses the layout.
+    pub fn new(gpu: &OpenDevice, shader: &Shader) -> Result<Bindings> {
+        Bindings::for_stages(gpu, shader, wgpu::ShaderStages::COMPUTE)
+    }
+
+    /// The same for other stages.
+    ///
+    /// # Errors
+    /// Those of [`Bindings::new`].
+    pub fn for_stages(
+        gpu: &OpenDevice,
+        shader: &Shader,
+        visibility: wgpu::ShaderStages,
+    ) -> Result<Bindings> {
+        let entries = entries(shader, visibility);
+        check_limits(gpu, shader, &entries)?;
+        let layout = unless_refused(gpu, || {
+            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("kugelblitz"),
+                entries: &entries,
+            })
+        })?;
+        let globals = shader.module.global_variables.iter();
+        let names = globals.filter_map(|(_, variable)| {
+            Some((variable.name.clone()?, variable.binding.as_ref()?.binding))
+        });
+        Ok(Bindings { layout, names: names.collect() })
+    }
+
+    /// Binds buffers and textures, in any order, by the names that the shader has for them.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] where these are not the shader's names, each once: a defect of the program.
+    pub fn bind<'a>(
+        &self,
+        device: &wgpu::Device,
+        resources: impl IntoIterator<Item = (&'static str, wgpu::BindingResource<'a>)>,
+    ) -> Result<wgpu::BindGroup> {
+        let mut entries: Vec<wgpu::BindGroupEntry> = Vec::with_capacity(self.names.len());
+        let wrong = |name: &str, what| Error::Shader(format!("the binding `{name}` {what}"));
+        for (name, resource) in resources {
+            let known = self.names.iter().find(|(known, _)| known == name);
+            let &(_, binding) = known.ok_or_else(|| wrong(name, "is not in the shader"))?;
+            if entries.iter().any(|entry| entry.binding == binding) {
+                return Err(wrong(name, "is given twice"));
+            }
+            entries.push(wgpu::BindGroupEntry { binding, resource });
+        }
+        let is_given = |binding| entries.iter().any(|entry| entry.binding == binding);
+        if let Some((name, _)) = self.names.iter().find(|(_, binding)| !is_given(*binding)) {
+            return Err(wrong(name, "of the shader is not given"));
+        }
+        Ok(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("kugelblitz"),
+            layout: &self.layout,
             entries: &entries,
-        })
-    })
+        }))
+    }
+}
+
+/// A whole buffer under its name.
+pub fn whole((name, buffer): &Named) -> (&'static str, wgpu::BindingResource<'_>) {
+    (name, buffer.as_entire_binding())
 }
 
 /// Makes something of a device, with the reason where that refuses it.
@@ -120,34 +171,6 @@ fn entries(shader: &Shader, visibility: wgpu::ShaderStages) -> Vec<wgpu::BindGro
     entries
 }
 
-/// Binds the buffers in the order of the shader's bindings.
-#[cfg(feature = "view")]
-pub fn bind_group<'a>(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    buffers: impl IntoIterator<Item = &'a wgpu::Buffer>,
-) -> wgpu::BindGroup {
-    bind_resources(device, layout, buffers.into_iter().map(wgpu::Buffer::as_entire_binding))
-}
-
-/// Binds buffers and textures in the order of the shader's bindings.
-pub fn bind_resources<'a>(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = resources
-        .into_iter()
-        .enumerate()
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("kugelblitz"),
-        layout,
-        entries: &entries,
-    })
-}
-
 /// The pipeline of a shader's entry point, passed through with `NoContraction` where the adapter
 /// allows it.
 ///
@@ -213,7 +236,7 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
 mod tests {
     use super::*;
     use crate::gpu::adapter::adapters;
-    use crate::gpu::compile::compile_self_test;
+    use crate::gpu::compile::{compile_ceilings, compile_self_test};
 
     /// The best device, with some limits lower than it has them.
     fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> OpenDevice {
@@ -244,14 +267,30 @@ mod tests {
         ];
         for (what, lower) in lower {
             let gpu = open_within(lower);
-            let error = bind_group_layout(&gpu, &shader).expect_err(what);
+            let error = Bindings::new(&gpu, &shader).err().expect(what);
             assert_eq!(error.exit_code(), 7, "{error}");
             for part in [what, &gpu.facts.name, "--device cpu"] {
                 assert!(error.to_string().contains(part), "{part}: {error}");
             }
             gpu.check().unwrap_or_else(|later| panic!("{what}: {later}"));
         }
-        assert!(bind_group_layout(&open_within(|limits| limits), &shader).is_ok());
+        assert!(Bindings::new(&open_within(|limits| limits), &shader).is_ok());
+    }
+
+    /// Each of the shader's names once, or a word about which not.
+    #[test]
+    fn what_is_bound_has_the_names_of_the_shader() {
+        let gpu = open_within(|limits| limits);
+        let bindings = Bindings::new(&gpu, &compile_ceilings("f32", 1).unwrap()).unwrap();
+        let buffer = gpu.buffer("test", 64, wgpu::BufferUsages::STORAGE);
+        let bind = |names: &[&'static str]| {
+            let resources = names.iter().map(|&name| (name, buffer.as_entire_binding()));
+            bindings.bind(&gpu.device, resources).err().map(|error| error.to_string())
+        };
+        let said = |names: &[&'static str]| bind(names).expect("an error");
+        assert!(said(&["input", "output", "more"]).contains("`more` is not in the shader"));
+        assert!(said(&["output", "output"]).contains("`output` is given twice"));
+        assert!(said(&["output"]).contains("`input` of the shader is not given"));
     }
 
     /// Without a scope around it, the reason would be told by whatever the device does next.

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::compile::{MOST_TURNS_IN_SOFTWARE, keeps_objects, turns_of_ray};
 use super::objects::{bytes, params_buffer};
 use super::open::Gpu;
-use super::pipeline::bind_resources;
+use super::pipeline::{Named, whole};
 use super::program::Program;
 use super::tiles::{Tile, TileSize, Work};
 use crate::control::Control;
@@ -32,7 +32,7 @@ pub struct PlainLight {
     program: Arc<Program>,
     params: wgpu::Buffer,
     /// The spheres and the planes.
-    objects: Vec<wgpu::Buffer>,
+    objects: Vec<Named>,
     of_all: wgpu::Buffer,
     lamps: wgpu::Buffer,
     room: Option<Room>,
@@ -74,7 +74,7 @@ impl PlainLight {
     pub fn new(
         gpu: &Gpu,
         prepared: &Prepared,
-        objects: &[wgpu::Buffer],
+        objects: &[Named],
         lighting: &PlainLighting,
     ) -> Result<PlainLight> {
         let key = prepared.plain_light_key(lighting.list());
@@ -147,8 +147,10 @@ impl PlainLight {
         tile: &Tile,
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
-        self.make_room(gpu, tile.n_rays)?;
-        let Some(room) = &self.room else { return Ok(()) };
+        let room = match self.room.take().filter(|room| room.n_rays >= tile.n_rays) {
+            Some(room) => room,
+            None => self.make_room(gpu, tile.n_rays)?,
+        };
         let params = match self.float {
             Float::F32 => bytes(&tile.params(prepared, work)),
             Float::F64 => bytes(&tile.params_double(prepared, work)),
@@ -182,6 +184,7 @@ impl PlainLight {
         }
         drop(view);
         room.staging.unmap();
+        self.room = Some(room);
         Ok(())
     }
 
@@ -192,24 +195,23 @@ impl PlainLight {
         }
     }
 
-    /// Sees to it that tiles of so many rays fit.
-    fn make_room(&mut self, gpu: &Gpu, n_rays: usize) -> Result<()> {
-        if self.room.as_ref().is_some_and(|room| room.n_rays >= n_rays) {
-            return Ok(());
-        }
+    /// Room for a tile of so many rays.
+    fn make_room(&self, gpu: &Gpu, n_rays: usize) -> Result<Room> {
         use wgpu::BufferUsages as Usage;
-        self.room = None;
         let n_bytes = n_rays * self.bytes_of_ray();
         let lights = gpu.buffer("lights", n_bytes, Usage::STORAGE | Usage::COPY_SRC);
         let staging = gpu.buffer("staging", n_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let buffers = [&self.params, &lights].into_iter().chain(&self.objects);
-        let resources =
-            buffers.chain([&self.of_all, &self.lamps]).map(wgpu::Buffer::as_entire_binding);
-        let layout = &self.program.bind_group_layout;
-        let bind_group = bind_resources(&gpu.device, layout, resources);
+        let buffers = [
+            ("params", &self.params),
+            ("lights", &lights),
+            ("lighting", &self.of_all),
+            ("lamps", &self.lamps),
+        ];
+        let buffers = buffers.map(|(name, buffer)| (name, buffer.as_entire_binding()));
+        let resources = buffers.into_iter().chain(self.objects.iter().map(whole));
+        let bind_group = self.program.bindings.bind(&gpu.device, resources)?;
         gpu.check()?;
-        self.room = Some(Room { n_rays, lights, staging, bind_group });
-        Ok(())
+        Ok(Room { n_rays, lights, staging, bind_group })
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::compile::compile_present;
 use super::live::Words;
 use super::open::Gpu;
-use super::pipeline::{bind_group, bind_group_layout_for, unless_refused};
+use super::pipeline::{Bindings, unless_refused};
 use crate::error::Result;
 
 /// Twin of `Present` in `shaders/present.wgsl`.
@@ -43,7 +43,7 @@ pub(crate) struct Layer {
 pub(crate) struct Presenter {
     gpu: Arc<Gpu>,
     pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
+    bindings: Bindings,
     uniform: wgpu::Buffer,
 }
 
@@ -55,7 +55,7 @@ impl Presenter {
     pub(crate) fn new(gpu: &Arc<Gpu>, format: wgpu::TextureFormat) -> Result<Presenter> {
         let device = &gpu.device;
         let shader = compile_present()?;
-        let layout = bind_group_layout_for(gpu, &shader, wgpu::ShaderStages::FRAGMENT)?;
+        let bindings = Bindings::for_stages(gpu, &shader, wgpu::ShaderStages::FRAGMENT)?;
         let pipeline = unless_refused(gpu, || {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("present"),
@@ -63,7 +63,7 @@ impl Presenter {
             });
             let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("present"),
-                bind_group_layouts: &[Some(&layout)],
+                bind_group_layouts: &[Some(&bindings.layout)],
                 immediate_size: 0,
             });
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -90,21 +90,24 @@ impl Presenter {
         })?;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let uniform = gpu.buffer("present", size_of::<Present>(), usage);
-        Ok(Presenter { gpu: Arc::clone(gpu), pipeline, layout, uniform })
+        Ok(Presenter { gpu: Arc::clone(gpu), pipeline, bindings, uniform })
     }
 
     /// Draws one or two layers, as `present` says.
+    ///
+    /// # Errors
+    /// [`crate::Error::Shader`] where the shader binds something else.
     pub(crate) fn draw<'a>(
         &self,
         pass: &mut wgpu::RenderPass<'static>,
         mut present: Present,
         palette: &Words,
         layers: &'a [Layer],
-    ) {
-        let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };
+    ) -> Result<()> {
+        let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return Ok(()) };
         let n_pixels = present.width as usize * present.height as usize;
         if [first, last].iter().any(|layer| layer.ids.len() < n_pixels) || n_pixels == 0 {
-            return;
+            return Ok(());
         }
         let paint = |layer: &'a Layer| layer.paint.as_ref().filter(|p| p.len() >= n_pixels);
         let painted = |layer| u32::from(paint(layer).is_some());
@@ -113,9 +116,16 @@ impl Presenter {
         // A layer without paint still needs a binding, which the shader then does not look at.
         let bound = |layer: &'a Layer| paint(layer).unwrap_or(&layer.ids).buffer();
         let [first_ids, last_ids] = [first, last].map(|layer| layer.ids.buffer());
-        let (uniform, palette) = (&self.uniform, palette.buffer());
-        let buffers = [uniform, palette, first_ids, last_ids, bound(first), bound(last)];
-        let bind_group = bind_group(&self.gpu.device, &self.layout, buffers);
+        let buffers = [
+            ("present", &self.uniform),
+            ("palette", palette.buffer()),
+            ("first_ids", first_ids),
+            ("second_ids", last_ids),
+            ("first_paint", bound(first)),
+            ("second_paint", bound(last)),
+        ];
+        let resources = buffers.map(|(name, buffer)| (name, buffer.as_entire_binding()));
+        let bind_group = self.bindings.bind(&self.gpu.device, resources)?;
         let [x, y, width, height] =
             [present.left, present.top, present.shown_width, present.shown_height]
                 .map(|px| px as f32);
@@ -124,6 +134,7 @@ impl Presenter {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.draw(0..3, 0..1);
+        Ok(())
     }
 }
 

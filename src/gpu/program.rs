@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::compile::{Edit, compile_edited};
 use super::device::OpenDevice;
-use super::pipeline::{bind_group_layout, pipeline};
+use super::pipeline::{Bindings, pipeline};
 use crate::error::Result;
 use crate::prepare::ShaderKey;
 
@@ -14,7 +14,7 @@ const MOST_PROGRAMS: usize = 16;
 
 /// A shader, ready to run.
 pub struct Program {
-    pub bind_group_layout: wgpu::BindGroupLayout,
+    pub bindings: Bindings,
     pub pipeline: wgpu::ComputePipeline,
 }
 
@@ -47,9 +47,9 @@ impl Programs {
             return Ok(program);
         }
         let shader = compile_edited(key, self.edit.as_ref())?;
-        let bind_group_layout = bind_group_layout(device, &shader)?;
-        let pipeline = pipeline(device, &shader, "render", &bind_group_layout)?;
-        let program = Arc::new(Program { bind_group_layout, pipeline });
+        let bindings = Bindings::new(device, &shader)?;
+        let pipeline = pipeline(device, &shader, "render", &bindings.layout)?;
+        let program = Arc::new(Program { bindings, pipeline });
         self.keep(*key, &program);
         Ok(program)
     }

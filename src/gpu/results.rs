@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use super::device::OpenDevice;
+use super::pipeline::Named;
 use super::tiles::Tile;
 use crate::kernel::Float;
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
@@ -18,10 +19,10 @@ const RESULT_BYTES: [usize; 3] = [4, 4, 12];
 pub struct Results {
     pub n_rays: usize,
     /// The ids, and `t` and normals where there are such.
-    pub device: Vec<wgpu::Buffer>,
+    pub device: Vec<Named>,
     staging: wgpu::Buffer,
     /// Rays that the host gives, one by one.
-    pub rays: Option<wgpu::Buffer>,
+    pub rays: Option<Named>,
     proposed: usize,
 }
 
@@ -37,7 +38,7 @@ impl Results {
             .into_iter()
             .zip(RESULT_BYTES)
             .take(n_results)
-            .map(|(label, bytes_per_ray)| buffer(label, bytes_per_ray, results))
+            .map(|(name, bytes_per_ray)| (name, buffer(name, bytes_per_ray, results)))
             .collect();
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
@@ -49,32 +50,32 @@ impl Results {
                 Float::F64 => size_of::<RayRecordDouble>(),
                 Float::F32 => size_of::<RayRecord>(),
             };
-            buffer("rays", bytes_per_ray, usage)
+            (if key.some { "pixels" } else { "rays" }, buffer("rays", bytes_per_ray, usage))
         });
         Results { n_rays, device, staging, rays, proposed }
     }
 
     /// What the proposing shader writes.
-    pub fn proposed(&self) -> &[wgpu::Buffer] {
+    pub fn proposed(&self) -> &[Named] {
         &self.device[..self.proposed]
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        let device: u64 = self.device.iter().map(wgpu::Buffer::size).sum();
-        device + self.staging.size() + self.rays.as_ref().map_or(0, wgpu::Buffer::size)
+        let buffers = self.device.iter().chain(&self.rays);
+        buffers.map(|(_, buffer)| buffer.size()).sum::<u64>() + self.staging.size()
     }
 
     /// Copies the ids of a tile to where they stay on the device.
     #[cfg(feature = "view")]
     pub fn keep(&self, encoder: &mut wgpu::CommandEncoder, tile: &Tile, ids: &wgpu::Buffer) {
         let [offset, bytes] = [tile.first, tile.n_rays].map(|n| (n * RESULT_BYTES[0]) as u64);
-        encoder.copy_buffer_to_buffer(&self.device[0], 0, ids, offset, Some(bytes));
+        encoder.copy_buffer_to_buffer(&self.device[0].1, 0, ids, offset, Some(bytes));
     }
 
     /// Copies the results of a tile to where the host reads them.
     pub fn stage(&self, encoder: &mut wgpu::CommandEncoder, tile: &Tile) {
-        for (buffer, range) in self.device.iter().zip(ranges(tile.n_rays)) {
+        for ((_, buffer), range) in self.device.iter().zip(ranges(tile.n_rays)) {
             let bytes = range.len() as u64;
             encoder.copy_buffer_to_buffer(
                 buffer,

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::compile::compile_self_test;
 use super::device::OpenDevice;
-use super::pipeline::{bind_group_layout, bind_resources, pipeline};
+use super::pipeline::{Bindings, pipeline};
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
@@ -304,8 +304,8 @@ fn judge_words<F: Float>(
 fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Outcome<F>>> {
     let shader = compile_self_test(F::WGSL)?;
     let OpenDevice { device, queue, .. } = gpu;
-    let layout = bind_group_layout(gpu, &shader)?;
-    let pipeline = pipeline(gpu, &shader, "self_test", &layout)?;
+    let bindings = Bindings::new(gpu, &shader)?;
+    let pipeline = pipeline(gpu, &shader, "self_test", &bindings.layout)?;
     let buffer = |bytes: usize, usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("self-test"),
@@ -325,9 +325,13 @@ fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Ou
     let staging = buffer(result_bytes + word_bytes, Usage::MAP_READ | Usage::COPY_DST);
     queue.write_buffer(&input, 0, bytemuck::cast_slice(&operands));
     let texels = texture(gpu, "self-test", bytemuck::cast_slice(&texels))?;
-    let buffers = [&input, &results, &words].map(wgpu::Buffer::as_entire_binding);
-    let resources = buffers.into_iter().chain([wgpu::BindingResource::TextureView(&texels)]);
-    let group = bind_resources(device, &layout, resources);
+    let resources = [
+        ("operands", input.as_entire_binding()),
+        ("results", results.as_entire_binding()),
+        ("words", words.as_entire_binding()),
+        ("texels", wgpu::BindingResource::TextureView(&texels)),
+    ];
+    let group = bindings.bind(device, resources)?;
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

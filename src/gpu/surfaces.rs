@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::hierarchy::DeviceHierarchy;
 use super::objects::{fits_in_f64, params_buffer, storage_in_f64};
 use super::open::Gpu;
+use super::pipeline::Named;
 use super::program::Program;
 use crate::certify::{self, InF64};
 use crate::error::{Error, Result};
@@ -17,8 +18,7 @@ use crate::trace::Wants;
 pub struct Surfaces {
     pub program: Arc<Program>,
     pub params: wgpu::Buffer,
-    /// In the order of the shader's bindings, behind the results.
-    pub objects: Vec<wgpu::Buffer>,
+    pub objects: Vec<Named>,
 }
 
 impl Surfaces {
@@ -38,7 +38,7 @@ impl Surfaces {
         let mut objects = storage_in_f64(gpu, prepared, &numbers, hierarchy);
         if !prepared.scene.planes.is_empty() {
             let units = numbers.units(prepared);
-            objects.push(gpu.storage("units", bytemuck::cast_slice(&units)));
+            objects.push(("units", gpu.storage("units", bytemuck::cast_slice(&units))));
         }
         let program = match gpu.program(&numbers.surface_key(prepared)) {
             // The device binds too few buffers at once.
@@ -50,6 +50,6 @@ impl Surfaces {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.params.size() + self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+        self.params.size() + self.objects.iter().map(|(_, buffer)| buffer.size()).sum::<u64>()
     }
 }

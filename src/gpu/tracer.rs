@@ -14,7 +14,7 @@ use super::objects::{
     bytes, check_limits, check_memory, fits_in_f64, object_bytes, params_buffer, storage,
 };
 use super::open::Gpu;
-use super::pipeline::bind_resources;
+use super::pipeline::{Named, whole};
 use super::plain_light::PlainLight;
 use super::program::Program;
 use super::results::Results;
@@ -43,7 +43,7 @@ pub struct GpuTracer {
     /// None before it is needed.
     program: Option<Arc<Program>>,
     params: wgpu::Buffer,
-    objects: Vec<wgpu::Buffer>,
+    objects: Vec<Named>,
     hierarchy: Option<DeviceHierarchy>,
     room: Option<Room>,
     tile_size: TileSize,
@@ -181,7 +181,7 @@ struct Parts {
     wants: Wants,
     key: ShaderKey,
     program: Option<Arc<Program>>,
-    objects: Vec<wgpu::Buffer>,
+    objects: Vec<Named>,
     hierarchy: Option<DeviceHierarchy>,
     surfaces: Option<Surfaces>,
     cpu_fallback: Option<CpuTracer>,
@@ -280,7 +280,8 @@ impl Tracer for GpuTracer {
         Ok(true)
     }
 
-    /// A moved camera costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
+    /// All that may fail comes first, so that a tracer that can't be retargeted stays what it was. A moved camera
+    /// costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
@@ -293,19 +294,24 @@ impl Tracer for GpuTracer {
             true => Some(self.gpu.program(&key)?),
             false => None,
         };
-        if is_new {
-            self.program = program;
-            self.params = params_buffer(&self.gpu, key.float);
-            self.objects = storage(&self.gpu, prepared.objects.bytes());
-            self.tile_size = TileSize::first(&prepared);
-        } else {
-            for (buffer, (_, bytes)) in
-                self.objects.iter().zip(object_bytes(prepared.objects.bytes()))
-            {
-                self.gpu.queue.write_buffer(buffer, 0, bytes);
+        let surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
+        let of_new = is_new.then(|| {
+            let params = params_buffer(&self.gpu, key.float);
+            (params, storage(&self.gpu, prepared.objects.bytes()))
+        });
+        self.gpu.check()?;
+        match of_new {
+            Some((params, objects)) => {
+                (self.program, self.params, self.objects) = (program, params, objects);
+                self.tile_size = TileSize::first(&prepared);
+            }
+            None => {
+                let bytes = object_bytes(prepared.objects.bytes());
+                for ((_, buffer), (_, bytes)) in self.objects.iter().zip(bytes) {
+                    self.gpu.queue.write_buffer(buffer, 0, bytes);
+                }
             }
         }
-        let surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
         if is_new || hierarchy.is_some() || self.surfaces.is_some() || surfaces.is_some() {
             self.room = None;
         }
@@ -317,11 +323,11 @@ impl Tracer for GpuTracer {
         self.surfaces = surfaces;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
-        self.gpu.check()
+        Ok(())
     }
 
     fn bytes_device(&self) -> u64 {
-        self.objects.iter().map(wgpu::Buffer::size).sum::<u64>()
+        self.objects.iter().map(|(_, buffer)| buffer.size()).sum::<u64>()
             + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
             + self.room.as_ref().map_or(0, |room| room.results.bytes())
@@ -494,8 +500,7 @@ impl GpuTracer {
     /// that time belongs to compiling, nor should it mislead the tiles' size.
     fn warm_up(&mut self) -> Result<()> {
         let Some(program) = self.program.clone() else { return Ok(()) };
-        self.make_room(64, &program)?;
-        let Some(room) = &self.room else { return Ok(()) };
+        let room = self.make_room(64, &program)?;
         let params = match self.key.float {
             Float::F64 => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
             Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
@@ -505,7 +510,8 @@ impl GpuTracer {
             let params = bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() });
             self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
         }
-        self.gpu.submit(self.dispatch(room, &program, [1, 1]).finish());
+        self.gpu.submit(self.dispatch(&room, &program, [1, 1]).finish());
+        self.room = Some(room);
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
         self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
         self.gpu.check()
@@ -516,12 +522,14 @@ impl GpuTracer {
             Some(program) => Arc::clone(program),
             None => Arc::clone(self.program.insert(self.gpu.program(&self.key)?)),
         };
-        self.make_room(tile.n_rays, &program)?;
-        let Some(room) = &self.room else { return Ok(Timing::default()) };
+        let room = match self.room.take().filter(|room| room.results.n_rays >= tile.n_rays) {
+            Some(room) => room,
+            None => self.make_room(tile.n_rays, &program)?,
+        };
         let start = Instant::now();
         self.write_params(work, tile);
         let mut exponents = Vec::new();
-        if let Some(buffer) = &room.results.rays {
+        if let Some((_, buffer)) = &room.results.rays {
             let range = tile.first..tile.first + tile.n_rays;
             match work {
                 Work::All(Rays::Pixels(_)) => {}
@@ -533,12 +541,14 @@ impl GpuTracer {
                 }
             }
         }
-        let encoder = self.dispatch(room, &program, tile.workgroups());
-        match target {
-            Target::Hits(hits) => self.read_tile(room, encoder, tile, &exponents, start, hits),
+        let encoder = self.dispatch(&room, &program, tile.workgroups());
+        let timing = match target {
+            Target::Hits(hits) => self.read_tile(&room, encoder, tile, &exponents, start, hits),
             #[cfg(feature = "view")]
-            Target::Resident(ids) => self.keep_tile(room, encoder, tile, start, ids),
-        }
+            Target::Resident(ids) => self.keep_tile(&room, encoder, tile, start, ids),
+        }?;
+        self.room = Some(room);
+        Ok(timing)
     }
 
     #[cfg(feature = "view")]
@@ -620,31 +630,25 @@ impl GpuTracer {
         exponents
     }
 
-    /// Sees to it that results for `n_rays` fit.
-    fn make_room(&mut self, n_rays: usize, program: &Program) -> Result<()> {
-        if self.room.as_ref().is_some_and(|room| room.results.n_rays >= n_rays) {
-            return Ok(());
-        }
-        self.room = None;
+    /// Room for the results of `n_rays`.
+    fn make_room(&self, n_rays: usize, program: &Program) -> Result<Room> {
         let device = &self.gpu.device;
         let results = Results::new(&self.gpu, n_rays, &self.key, self.surfaces.is_some());
-        let buffers = std::iter::once(&self.params)
-            .chain(results.proposed())
-            .chain(&self.objects)
-            .chain(&results.rays);
-        let resources = buffers
-            .map(wgpu::Buffer::as_entire_binding)
+        let buffers = results.proposed().iter().chain(&self.objects).chain(&results.rays);
+        let resources = [("params", self.params.as_entire_binding())]
+            .into_iter()
+            .chain(buffers.map(whole))
             .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
-        let bind_group = bind_resources(device, &program.bind_group_layout, resources);
+        let bind_group = program.bindings.bind(device, resources)?;
         let of_surfaces = self.surfaces.as_ref().map(|surfaces| {
             let Surfaces { program, params, objects } = surfaces;
-            let buffers = std::iter::once(params).chain(&results.device).chain(objects);
-            let resources = buffers.map(wgpu::Buffer::as_entire_binding);
-            bind_resources(device, &program.bind_group_layout, resources)
+            let buffers = results.device.iter().chain(objects).map(whole);
+            let params = [("params", params.as_entire_binding())];
+            program.bindings.bind(device, params.into_iter().chain(buffers))
         });
+        let of_surfaces = of_surfaces.transpose()?;
         self.gpu.check()?;
-        self.room = Some(Room { results, bind_group, of_surfaces });
-        Ok(())
+        Ok(Room { results, bind_group, of_surfaces })
     }
 }
 
@@ -724,5 +728,80 @@ mod tests {
             hits_of(gpu, passthrough, &rays, &prepared)
         });
         assert_eq!(with.id, without.id);
+    }
+
+    /// A ball before a plane, and what is seen of them with `t` and normals.
+    fn ball_and_plane(n_balls: usize) -> (Rays, Arc<Prepared>) {
+        let balls = "{ center = [0, 0, -4], radius = 1, color = \"#d62728\" }, ".repeat(n_balls);
+        let text = format!(
+            "camera = {{ position = [0, 1, 0], look_at = [0, 0, -4] }}\nsphere = [{balls}]\n\
+             plane = [{{ point = [0, -1, 0], normal = [0, 1, 0], color = \"#8c8c8c\" }}]\n"
+        );
+        let scene = crate::scene::parse_scene(&text, "ball.toml".as_ref()).unwrap();
+        let rays = Rays::Pixels(Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 40, 30));
+        let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+        (rays, Arc::new(prepared))
+    }
+
+    fn traced(tracer: &mut GpuTracer, rays: &Rays) -> Hits {
+        let mut hits = Hits::default();
+        tracer.trace(rays, &Control::default(), &mut hits).unwrap();
+        hits
+    }
+
+    /// The name of a buffer tells what it is, not its place; a wrong name is seen.
+    #[test]
+    fn buffers_of_one_kind_cannot_be_swapped() {
+        let (rays, prepared) = ball_and_plane(1);
+        let wants = Wants { surface: true, level: false };
+        let mut tracer = GpuTracer::new(Arc::new(open()), Arc::clone(&prepared), wants).unwrap();
+        let mut propose = |objects: fn(&mut Vec<Named>)| {
+            objects(&mut tracer.objects);
+            tracer.room = None;
+            let mut hits = Hits::default();
+            tracer.propose(&rays, &Control::default(), &mut hits).map(|_| hits.id)
+        };
+        let expected = propose(|_| {}).unwrap();
+        assert!([0, 1, 2].iter().all(|id| expected.contains(id)));
+        assert_eq!(propose(|objects| objects.reverse()).unwrap(), expected);
+        let swapped = propose(|objects| {
+            let [(a, _), (b, _)] = objects.as_mut_slice() else { panic!("spheres and planes") };
+            std::mem::swap(a, b);
+        });
+        assert_ne!(swapped.unwrap(), expected);
+        let missing = propose(|objects| objects.truncate(1)).unwrap_err();
+        assert!(matches!(missing, Error::Shader(_)), "{missing}");
+    }
+
+    /// The shader that completes hits is refused for the second scene, after all else is made.
+    #[test]
+    fn a_tracer_that_cannot_be_retargeted_stays_what_it_was() {
+        use std::sync::atomic::{AtomicBool, Ordering};
+        let is_refused = Arc::new(AtomicBool::new(false));
+        let refused = Arc::clone(&is_refused);
+        let gpu = open().edit_shaders(move |wgsl| {
+            let completes = wgsl.contains("var<storage, read> units");
+            match completes && refused.load(Ordering::Relaxed) {
+                true => "no shader".into(),
+                false => wgsl.into(),
+            }
+        });
+        let (rays, prepared) = ball_and_plane(1);
+        let wants = Wants { surface: true, level: false };
+        let mut tracer = GpuTracer::new(Arc::new(gpu), prepared, wants).unwrap();
+        let expected = traced(&mut tracer, &rays);
+        is_refused.store(true, Ordering::Relaxed);
+        let (others, other) = ball_and_plane(3);
+        // Where the CPU completes hits, nothing is refused.
+        if tracer.surfaces.is_some() {
+            let error = tracer.retarget(Arc::clone(&other)).unwrap_err();
+            assert!(matches!(error, Error::Shader(_)), "{error}");
+            assert!(traced(&mut tracer, &rays) == expected);
+        }
+        is_refused.store(false, Ordering::Relaxed);
+        tracer.retarget(other).unwrap();
+        // The plane comes behind all balls.
+        let ids = expected.id.iter().map(|&id| if id == 2 { 4 } else { id });
+        assert!(traced(&mut tracer, &others).id.into_iter().eq(ids));
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::kernel::Kernel;
 use crate::rays::{Pixels, View};
-use crate::scene::{Camera, camera_in_a_line};
+use crate::scene::{Camera, Samples, camera_in_a_line};
 
 /// Before the names of all texts but the program's.
 const PREFIX: &str = "kugelblitz.";
@@ -33,7 +33,7 @@ pub struct Origin<'a> {
     /// The kernel.
     pub kernel: Kernel,
     /// Samples across and down a pixel.
-    pub n_samples: u32,
+    pub n_samples: Samples,
     /// How far from a surface shadow rays start.
     pub epsilon: f64,
 }
@@ -53,7 +53,7 @@ impl Metadata {
         if (width, height) != (image_width, image_height) {
             texts.add("window", &format!("{x},{y},{width},{height}"));
         }
-        texts.add("samples", &format!("{n_samples}x{n_samples}"));
+        texts.add("samples", &format!("{0}x{0}", n_samples.across()));
         texts.add("kernel", kernel.name());
         if epsilon != 0.0 {
             texts.add("epsilon", &format!("{epsilon:?}"));

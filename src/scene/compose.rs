@@ -16,7 +16,7 @@ use super::open::Files;
 use super::read::{parse_scene_from, text_of};
 use super::wishes::{framing_lens, usual_up};
 use super::write::{checked, folder_of, seen_from};
-use super::{Camera, Framing, ImageSize, Scene, Wishes};
+use super::{Camera, Framing, ImageSize, Samples, Scene, Wishes};
 use crate::control::Control;
 use crate::error::{Error, Lack, Result, SceneError};
 use crate::plain::Shown;
@@ -32,7 +32,7 @@ pub struct Composed {
     path: PathBuf,
     text: String,
     size: Option<[u32; 2]>,
-    samples: Option<u32>,
+    samples: Option<Samples>,
 }
 
 /// Reads the scene or the data at `path` with these wishes. Where there is no camera, one is placed so

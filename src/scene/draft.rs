@@ -7,7 +7,7 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::wishes::{framing_lens, usual_up};
 use super::write::checked;
-use super::{Camera, Light, Paint, Projection, Sky, Source, WishedLens, Wishes};
+use super::{Camera, Light, Paint, Projection, Samples, Sky, Source, WishedLens, Wishes};
 use crate::error::{Error, Result};
 use crate::plain::Shown;
 use crate::plain::steers;
@@ -16,7 +16,7 @@ use crate::plain::steers;
 pub(super) const SIZE: [u32; 2] = [1280, 720];
 
 /// Samples across and down a pixel of a picture of data.
-pub(super) const SAMPLES: u32 = 2;
+pub(super) const SAMPLES: Samples = Samples::nearest(2);
 
 /// The scene of a data file before any wish. Its light is bright where a surface faces the eye, never
 /// brighter than its colour, and darker in hollows. A sky of 16 directions costs a quarter of one of 64,
@@ -202,7 +202,7 @@ impl Draft {
     }
 
     /// Writes the picture's columns and rows, and the samples across and down a pixel.
-    pub(super) fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<u32>) {
+    pub(super) fn set_image(&mut self, size: Option<[u32; 2]>, samples: Option<Samples>) {
         if size.is_none() && samples.is_none() {
             return;
         }
@@ -212,7 +212,7 @@ impl Draft {
             set(image, "height", i64::from(height));
         }
         if let Some(samples) = samples {
-            set(image, "samples", i64::from(samples));
+            set(image, "samples", i64::from(samples.across()));
         }
     }
 

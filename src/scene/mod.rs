@@ -13,6 +13,7 @@ mod neighbours;
 mod open;
 mod places;
 mod read;
+mod samples;
 mod save;
 mod sniff;
 mod spheres;
@@ -39,6 +40,7 @@ pub use light::{Light, Sky, Source};
 pub use read::{
     parse_scene, parse_scene_with, read_scene, read_scene_text, read_scene_with, reread_scene,
 };
+pub use samples::Samples;
 pub use spheres::{Sphere, Spheres};
 pub use wishes::{DataWishes, Paint, Viewpoint, WishedLens, Wishes};
 #[cfg(feature = "view")]
@@ -137,7 +139,7 @@ pub struct Scene {
     /// The picture size that the file asks for.
     pub image: Option<ImageSize>,
     /// The samples across and down a pixel that the file asks for.
-    pub samples: Option<u32>,
+    pub samples: Option<Samples>,
     /// Lights, in file order.
     pub lights: Vec<Light>,
     /// Light from everywhere.
@@ -155,9 +157,6 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Most samples across and down a pixel.
-    pub const MAX_SAMPLES: u32 = 16;
-
     /// Number of objects, which is also the highest id.
     pub fn n_objects(&self) -> usize {
         self.spheres.len() + self.planes.len()

@@ -11,8 +11,8 @@ use super::places::{Fault, Stop};
 use super::sniff::look_of_bytes;
 use super::table::{Checked, Field, Kind, Table, syntax_fault};
 use super::{
-    Camera, Color, ColorMap, Coloring, ImageSize, Light, Plane, Projection, Scene, Sky, Source,
-    Sphere, Spheres,
+    Camera, Color, ColorMap, Coloring, ImageSize, Light, Plane, Projection, Samples, Scene, Sky,
+    Source, Sphere, Spheres,
 };
 use crate::control::Control;
 use crate::error::{Error, Result, SceneError};
@@ -341,13 +341,13 @@ fn read_camera(table: &Table) -> Checked<Camera> {
 }
 
 /// The size, of which the file gives both sides or none, and the samples.
-fn read_image(table: &Table) -> Checked<(Option<ImageSize>, Option<u32>)> {
+fn read_image(table: &Table) -> Checked<(Option<ImageSize>, Option<Samples>)> {
     let side = |key| table.require(key)?.whole_number("pixels", ImageSize::MAX_SIDE);
     let size = match (table.get("width"), table.get("height")) {
         (None, None) => None,
         _ => Some(ImageSize { width: side("width")?, height: side("height")? }),
     };
-    let samples = |field: Field| field.whole_number("samples", Scene::MAX_SAMPLES);
+    let samples = |field: Field| field.whole_number("samples", Samples::MOST).map(Samples::nearest);
     Ok((size, table.get("samples").map(samples).transpose()?))
 }
 

@@ -87,7 +87,7 @@ impl Scene {
                 line(&mut text, format_args!("width = {width}\nheight = {height}"));
             }
             if let Some(samples) = self.samples {
-                line(&mut text, format_args!("samples = {samples}"));
+                line(&mut text, format_args!("samples = {}", samples.across()));
             }
         }
         self.lights.iter().for_each(|light| light_text(light, &mut text));
@@ -178,7 +178,7 @@ mod tests {
 
     use super::*;
     use crate::random::SplitMix;
-    use crate::scene::{Camera, ImageSize, Projection, read_scene};
+    use crate::scene::{Camera, ImageSize, Projection, Samples, read_scene};
 
     fn scene(n_spheres: usize) -> Scene {
         let mut random = SplitMix::new(17);
@@ -219,7 +219,7 @@ mod tests {
             background: Color::from_srgb8([0x20, 0x24, 0x2c]),
             camera: Some(camera),
             image: Some(ImageSize { width: 320, height: 200 }),
-            samples: Some(4),
+            samples: Some(Samples::nearest(4)),
             lights: vec![point, sun, light(Source::Eye)],
             sky: Some(Sky { intensity: 0.5, directions: 64 }),
             ambient: Some(Color([0.1; 3])),

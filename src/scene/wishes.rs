@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FramingLens, Light, Projection, Sky, USUAL_FOV_DEGREES};
+use super::{FramingLens, Light, Projection, Samples, Sky, USUAL_FOV_DEGREES};
 
 /// What options ask for. What is `None` is as the scene says it, or as is usual.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Wishes {
     /// Columns and rows.
     pub size: Option<[u32; 2]>,
     /// Samples across and down a pixel.
-    pub samples: Option<u32>,
+    pub samples: Option<Samples>,
     /// Colour where no object is.
     pub background: Option<Paint>,
     /// All lights.

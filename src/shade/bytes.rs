@@ -160,7 +160,8 @@ impl<'a> ByteFinder<'a> {
         if !numbers.all(|parts| parts.iter().all(|part| (0.0..MOST_IN_F32).contains(part))) {
             return None;
         }
-        let n_terms = finder.lamps.len() as f64 + f64::from(job.lit.style.n_samples).powi(2);
+        let n_terms =
+            finder.lamps.len() as f64 + f64::from(job.lit.style.n_samples.across()).powi(2);
         let rounding = of_roundings(n_terms + OF_COLOR)?;
         Some(ByteFinder {
             finder,
@@ -210,7 +211,7 @@ impl pulp::WithSimd for FindBytes<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let FindBytes { bytes, first, out, room, counts } = self;
         room.open.clear();
-        let (job, n) = (bytes.job, bytes.job.lit.style.n_samples as usize);
+        let (job, n) = (bytes.job, bytes.job.lit.style.n_samples.across() as usize);
         let n_packs = (out.len() * n).div_ceil(LANES);
         room.seen.resize(bytes.finder.lamps.len(), None);
         room.samples.resize(n_packs, Colors::default());
@@ -514,7 +515,7 @@ impl ByteFinder<'_> {
 
     /// Makes means of sums.
     fn divide(&self, first: usize, n_pixels: usize, pixels: &mut [Colors]) {
-        let n_samples = self.job.lit.style.n_samples.pow(2) as f32;
+        let n_samples = self.job.lit.style.n_samples.across().pow(2) as f32;
         let leaves_out = self.job.lit.style.background == Background::LeftOut;
         for pixel in 0..n_pixels {
             let n = match leaves_out {
@@ -587,7 +588,7 @@ impl ByteFinder<'_> {
 
     /// Where no sample of a pixel sees an object, its colour is known as it is.
     fn write_background(&self, first: usize, out: &mut [[u8; 3]], open: &mut Vec<usize>) {
-        let (job, n) = (self.job, self.job.lit.style.n_samples as usize);
+        let (job, n) = (self.job, self.job.lit.style.n_samples.across() as usize);
         let start = job.first_sample(first);
         if !job.ids[start..start + out.len() * n].contains(&0) {
             return;
@@ -645,7 +646,7 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::{Rays, View};
     use crate::scene::{
-        Camera, Color, Light, Plane, Projection, Scene, Source, Sphere, parse_scene,
+        Camera, Color, Light, Plane, Projection, Samples, Scene, Source, Sphere, parse_scene,
     };
     use crate::trace::{Hits, Wants};
     use crate::tracer::Tracer;
@@ -713,7 +714,7 @@ mod tests {
         let mut tracer = CpuTracer::new(Arc::clone(&prepared), Wants::default());
         tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
         let lighting = Lighting::new(scene, &pixels.view).unwrap();
-        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let style = Style { n_samples: Samples::nearest(n_samples), ..Style::new(Encoding::Srgb8) };
         let lit = Lit::new(Arc::clone(scene), lighting, style);
         let finder = Finder::new(&prepared, &rays, &lit.lighting);
         let job = Job { lit: &lit, ids: &hits.id, row: pixels.width as usize };

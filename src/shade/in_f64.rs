@@ -36,7 +36,7 @@ impl Lit {
                 Encoding::Srgb16 => ColorWords::Shorts,
                 Encoding::Linear => ColorWords::Floats,
             },
-            n_samples,
+            n_samples: n_samples.across(),
             shows_background: background == Background::Shown,
             leaves_out: background == Background::LeftOut,
         }

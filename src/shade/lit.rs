@@ -53,7 +53,7 @@ impl Lit {
     pub fn coverage(&self, samples: &Pixels, ids: &[u32]) -> Coverage {
         let job = Job { lit: self, ids, row: samples.width as usize };
         let n_hits = |pixel| job.samples(pixel).filter(|&at| ids[at] != 0).count() as u16;
-        let n_samples = self.style.n_samples.pow(2);
+        let n_samples = self.style.n_samples.across().pow(2);
         let n_pixels = ids.len() / n_samples as usize;
         let n_hits = (0..n_pixels).into_par_iter().map(n_hits).collect();
         Coverage { n_hits, n_samples: n_samples as u16 }
@@ -75,7 +75,7 @@ impl Lit {
         control: &Control,
         colors: &mut Vec<T>,
     ) -> Result<(ColorCounts, StageCounts)> {
-        let n_pixels = ids.len() / self.style.n_samples.pow(2) as usize;
+        let n_pixels = ids.len() / self.style.n_samples.across().pow(2) as usize;
         let job = Job { lit: self, ids, row: samples.width as usize };
         colors.clear();
         colors.resize(n_pixels, T::default());
@@ -134,7 +134,7 @@ impl Job<'_> {
 
     /// True where no sample of a pixel sees an object; its first one is `first`.
     pub fn is_background(&self, first: usize) -> bool {
-        let n = self.lit.style.n_samples as usize;
+        let n = self.lit.style.n_samples.across() as usize;
         let mut rows = (0..n).map(|row| &self.ids[first + row * self.row..][..n]);
         rows.all(|row| row.iter().all(|&id| id == 0))
     }
@@ -147,7 +147,9 @@ impl Job<'_> {
     /// The number that the sum of a pixel's samples is divided by.
     pub fn n_counted(&self, pixel: usize) -> u64 {
         match self.lit.style.background {
-            Background::Shown | Background::Black => self.lit.style.n_samples.pow(2).into(),
+            Background::Shown | Background::Black => {
+                self.lit.style.n_samples.across().pow(2).into()
+            }
             Background::LeftOut => {
                 let n_hits = self.samples(pixel).filter(|&at| self.ids[at] != 0).count();
                 n_hits.max(1) as u64
@@ -157,26 +159,28 @@ impl Job<'_> {
 
     /// Counts the light of pixels that are about to get it.
     pub fn advance(&self, control: &Control, n_pixels: usize) {
-        control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples).pow(2));
+        control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples.across()).pow(2));
     }
 
     /// Pixels of a row that take a moment, between which Ctrl-C is looked at.
     pub fn part(&self) -> usize {
         let n_questions =
-            self.lit.style.n_samples.pow(2) as usize * (self.lit.lighting.lamps.len() + 1);
+            self.lit.style.n_samples.across().pow(2) as usize * (self.lit.lighting.lamps.len() + 1);
         (PIXELS_AT_ONCE / n_questions).clamp(16, MOST_COLUMNS)
     }
 
     /// Index of a pixel's first sample.
     pub fn first_sample(&self, pixel: usize) -> usize {
-        let (n, n_columns) =
-            (self.lit.style.n_samples as usize, self.row / self.lit.style.n_samples as usize);
+        let (n, n_columns) = (
+            self.lit.style.n_samples.across() as usize,
+            self.row / self.lit.style.n_samples.across() as usize,
+        );
         pixel / n_columns * n * self.row + pixel % n_columns * n
     }
 
     /// Indices of a pixel's samples.
     pub fn samples(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        let (n, row) = (self.lit.style.n_samples as usize, self.row);
+        let (n, row) = (self.lit.style.n_samples.across() as usize, self.row);
         let first = self.first_sample(pixel);
         (0..n * n).map(move |sample| first + sample / n * row + sample % n)
     }
@@ -205,7 +209,7 @@ impl Certified<'_> {
         out: &mut [T],
     ) -> Result<StageCounts> {
         let Certified { ref job, finder } = *self;
-        let n_samples = job.lit.style.n_samples as usize;
+        let n_samples = job.lit.style.n_samples.across() as usize;
         let (row, part) = (job.row / n_samples, job.part());
         let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
         let are_bytes = T::as_bytes(&mut []).is_some();
@@ -380,9 +384,9 @@ impl<'a, T: Written> Work<'a, T> {
     pub fn new(certified: &'a Certified<'a>) -> Work<'a, T> {
         let Certified { job, finder } = certified;
         let n_lamps = job.lit.lighting.lamps.len();
-        let part = job.part() * job.lit.style.n_samples as usize;
+        let part = job.part() * job.lit.style.n_samples.across() as usize;
         // Of `n` terms, products of three numbers: `n + 4` roundings at most.
-        let n_terms = n_terms(job.lit.style.n_samples, &job.lit.lighting);
+        let n_terms = n_terms(job.lit.style.n_samples.across(), &job.lit.lighting);
         Work {
             certified,
             completer: Completer::new(&finder.stage),
@@ -413,7 +417,7 @@ impl<'a, T: Written> Work<'a, T> {
     ) {
         let Certified { job, finder } = self.certified;
         self.colors.clear();
-        let n_samples = job.lit.style.n_samples as usize;
+        let n_samples = job.lit.style.n_samples.across() as usize;
         for row in 0..n_samples {
             let start = job.first_sample(first) + row * job.row;
             let ids = &job.ids[start..start + n * n_samples];
@@ -470,7 +474,7 @@ impl<'a, T: Written> Work<'a, T> {
     /// The colour of `pixel`, the one `at` in a part.
     pub fn color(&mut self, pixel: usize, at: usize) -> T {
         let Certified { job, .. } = self.certified;
-        let n_samples = job.lit.style.n_samples as usize;
+        let n_samples = job.lit.style.n_samples.across() as usize;
         let packs_of_row = self.colors.len() / n_samples;
         let mut bounds = [Interval::default(); 3];
         for row in 0..n_samples {

@@ -10,7 +10,8 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::trace::{Coverage, Hits, Rays, Samples, StageCounts, Timing};
+use crate::scene::Samples;
+use crate::trace::{Coverage, Hits, Rays, SampleIds, StageCounts, Timing};
 use crate::tracer::{ProposedColors, Tracer};
 
 /// How pixels get their colours.
@@ -18,8 +19,8 @@ use crate::tracer::{ProposedColors, Tracer};
 pub struct Style {
     /// The numbers that colours are written as.
     pub encoding: Encoding,
-    /// Samples across and down a pixel, at least 1.
-    pub n_samples: u32,
+    /// Samples across and down a pixel.
+    pub n_samples: Samples,
     /// For kernels without a proof: how far from a surface their shadow rays start, world units.
     pub epsilon: f64,
     /// What samples count that hit nothing.
@@ -29,7 +30,7 @@ pub struct Style {
 impl Style {
     /// One sample a pixel before the scene's background.
     pub fn new(encoding: Encoding) -> Style {
-        Style { encoding, n_samples: 1, epsilon: 0.0, background: Background::Shown }
+        Style { encoding, n_samples: Samples::ONE, epsilon: 0.0, background: Background::Shown }
     }
 }
 
@@ -103,7 +104,7 @@ pub struct SamplePainter<'a> {
 /// Makes colours of what samples see.
 enum Colorist {
     Lit(Lit),
-    Unlit(Unlit, Samples),
+    Unlit(Unlit, SampleIds),
 }
 
 impl Colorist {
@@ -128,10 +129,10 @@ impl<'a> Painter<'a> {
         let scene = &prepared.scene;
         let is_shown = style.background == Background::Shown;
         let colorist = match Lighting::new(scene, &pixels.view) {
-            None if style.n_samples == 1 && is_shown => {
+            None if style.n_samples.across() == 1 && is_shown => {
                 return Painter::Flat(Shader::new(scene, style.encoding));
             }
-            None => Colorist::Unlit(Unlit::new(Arc::clone(scene), style), Samples::default()),
+            None => Colorist::Unlit(Unlit::new(Arc::clone(scene), style), SampleIds::default()),
             Some(lighting) => Colorist::Lit(Lit::new(Arc::clone(scene), lighting, style)),
         };
         Painter::Sampled(Box::new(SamplePainter {
@@ -215,13 +216,13 @@ impl SamplePainter<'_> {
     ) -> Result<Painted> {
         let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples, proposed } =
             self;
-        let n_samples = colorist.style().n_samples;
+        let n_samples = colorist.style().n_samples.across();
         let mut painted = Painted::default();
         let start;
         match colorist {
             Colorist::Unlit(unlit, samples) => {
                 match tracer {
-                    None => *samples = Samples::of_ids(&hits.id),
+                    None => *samples = SampleIds::of_ids(&hits.id),
                     Some(tracer) => {
                         painted.timing =
                             tracer.trace_samples(band, n_samples, control, of_samples, samples)?;

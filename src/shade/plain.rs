@@ -48,7 +48,7 @@ fn shade_with<T: Written>(
     colors: &mut [T],
 ) -> Result<bool> {
     let lighting = lighting_of(job, prepared);
-    let n_samples = job.lit.style.n_samples;
+    let n_samples = job.lit.style.n_samples.across();
     let columns = (samples.width / n_samples).max(1) as usize;
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
     let mut lights = Vec::new();

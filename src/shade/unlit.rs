@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::exact::exact;
 use crate::guard::UNIT_F64;
 use crate::scene::{Color, Scene};
-use crate::trace::Samples;
+use crate::trace::SampleIds;
 
 /// Colours pixels of several samples, or without a background.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ impl Unlit {
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    pub fn shade(&self, samples: &Samples, control: &Control, colors: &mut Colors) -> Result<()> {
+    pub fn shade(&self, samples: &SampleIds, control: &Control, colors: &mut Colors) -> Result<()> {
         fn of<T: Copy>(palette: &[T]) -> impl Fn(u32) -> T {
             // What no object has counts as background.
             |id| palette.get(id as usize).copied().unwrap_or(palette[0])
@@ -70,7 +70,7 @@ impl Unlit {
 
     fn run<T: Written>(
         &self,
-        samples: &Samples,
+        samples: &SampleIds,
         color: impl Fn(u32) -> T + Sync,
         control: &Control,
         out: &mut Vec<T>,

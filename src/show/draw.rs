@@ -10,6 +10,7 @@ use crate::output::OutputFile;
 use crate::picture::PictureWriter;
 use crate::rays::Pixels;
 use crate::render::{Plan, Rendered, band_rows, bands, hits_bytes, sampled_band_rows};
+use crate::scene::Samples;
 use crate::session::Session;
 use crate::shade::Colors;
 use crate::trace::{Hits, Kernel, Rays};
@@ -176,7 +177,7 @@ pub fn side_by_side(
     show: Show,
     pixels: &Pixels,
     (kernels, split): ([Kernel; 2], u32),
-    n_samples: u32,
+    n_samples: Samples,
     control: &Control,
 ) -> Result<Vec<Rgb>> {
     let width = pixels.width as usize;
@@ -239,7 +240,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.ppm");
         let (options, available) = (PictureOptions::default(), Available::now());
-        let plan = plan(Format::Ppm, options, 1, pixels, 9, available).unwrap();
+        let plan = plan(Format::Ppm, options, Samples::ONE, pixels, 9, available).unwrap();
         let plan = Plan { n_band_rows: n_rows, ..plan };
         let file = OutputFile::create(&path, false).unwrap();
         let control = Control::default();
@@ -278,7 +279,8 @@ mod tests {
         for show in Show::ALL {
             let control = Control::default();
             let mut both = |kernels, split| {
-                side_by_side(&mut session, show, &pixels, (kernels, split), 1, &control).unwrap()
+                side_by_side(&mut session, show, &pixels, (kernels, split), Samples::ONE, &control)
+                    .unwrap()
             };
             let halves = both(kernels, 30);
             // Depth has one scale for both kernels.

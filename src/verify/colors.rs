@@ -11,7 +11,7 @@ use crate::exact::ExactPixels;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray};
-use crate::scene::{Edges, Scene};
+use crate::scene::{Edges, Samples, Scene};
 use crate::shade::{
     Colors, Encoding, ExactMean, Lighting, LitPoint, Painter, Style, add_sample, mean_divisor,
 };
@@ -42,7 +42,7 @@ impl Shown {
     pub fn painted(
         prepared: &Arc<Prepared>,
         band: &Pixels,
-        n_samples: u32,
+        n_samples: Samples,
         hits: &Hits,
         of_pixels: &mut dyn Tracer,
         mut tracer: Option<&mut (dyn Tracer + 'static)>,
@@ -308,8 +308,8 @@ mod tests {
         let of_samples = make(&pixels.samples(n_samples));
         let mut tracer = CpuTracer::new(Arc::clone(&of_samples), Wants::default());
         let tracer: Option<&mut dyn Tracer> = (n_samples > 1).then_some(&mut tracer);
-        Shown::painted(&of_samples, pixels, n_samples, &hits, &mut of_pixels, tracer, &control)
-            .unwrap()
+        let n = Samples::nearest(n_samples);
+        Shown::painted(&of_samples, pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {

@@ -19,7 +19,7 @@ use crate::memory;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
 use crate::render::{bands, hits_bytes, sampled_band_rows};
-use crate::scene::Scene;
+use crate::scene::{Samples, Scene};
 use crate::shade::{Encoding, Lighting};
 use crate::trace::{Hits, Kernel, Wants};
 use crate::tracer::Tracer;
@@ -40,29 +40,29 @@ fn default_samples(scene: &Scene, colors: Option<&InColor>) -> usize {
 #[derive(Clone, Copy)]
 struct InColor {
     /// Samples across and down a pixel.
-    n_samples: u32,
+    n_samples: Samples,
     n_lamps: usize,
 }
 
 impl InColor {
     /// `None` where each pixel has the colour of its object.
     fn new(scene: &Scene, pixels: &Pixels) -> Option<InColor> {
-        let n_samples = scene.samples.unwrap_or(1);
+        let n_samples = scene.samples.unwrap_or_default();
         let lighting = Lighting::new(scene, &pixels.view);
         let n_lamps = lighting.as_ref().map_or(0, |lighting| lighting.lamps.len());
-        (n_samples > 1 || lighting.is_some()).then_some(InColor { n_samples, n_lamps })
+        (n_samples > Samples::ONE || lighting.is_some()).then_some(InColor { n_samples, n_lamps })
     }
 
     /// Rays and ways to lamps.
     fn ways_of_pixel(&self) -> usize {
-        (self.n_samples * self.n_samples) as usize * (1 + self.n_lamps)
+        self.n_samples.of_pixel() as usize * (1 + self.n_lamps)
     }
 
     /// Rays that are traced for the colours of a pixel, once for each encoding.
     fn rays_of_pixel(&self) -> usize {
         match self.n_samples {
-            1 => 0,
-            n => 3 * (n * n) as usize,
+            Samples::ONE => 0,
+            n => 3 * n.of_pixel() as usize,
         }
     }
 }
@@ -195,7 +195,7 @@ fn truths(
             rest = &rest[end..];
             first_ray += band.len();
             let of_colors = |InColor { n_samples, .. }| {
-                ColorTruth::of_pixels(scene, &band, n_samples, index.clone(), control)
+                ColorTruth::of_pixels(scene, &band, n_samples.across(), index.clone(), control)
             };
             let colors = colors.map(of_colors).transpose()?;
             Ok(TruthOfBand { band, rays: Truth::of_pixels(scene, &band, index, control)?, colors })
@@ -211,7 +211,7 @@ fn some_for_bounds(index: &[usize], n_objects: usize) -> Vec<usize> {
 }
 
 fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
-    sampled_band_rows(pixels, colors.map_or(1, |colors| colors.n_samples), WANTS)
+    sampled_band_rows(pixels, colors.map_or(Samples::ONE, |colors| colors.n_samples), WANTS)
 }
 
 /// What is verified, and what is true of it.
@@ -241,7 +241,7 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
     let Work { scene, pixels, colors, truths } = *work;
     let (scene, rays) = (Arc::clone(scene), Rays::Pixels(*pixels));
     let prepared = Arc::new(Prepared::new_with(scene.clone(), kernel, &rays, control)?);
-    let of_samples = match colors.map_or(1, |colors| colors.n_samples) {
+    let of_samples = match colors.map_or(1, |colors| colors.n_samples.across()) {
         1 => Arc::clone(&prepared),
         n => {
             let rays = Rays::Pixels(pixels.samples(n));

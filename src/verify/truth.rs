@@ -138,7 +138,7 @@ impl Truth {
 }
 
 /// A ray in f64, relative to a point: what is near the ray may be far from the world's origin.
-pub(super) struct Near {
+pub(crate) struct Near {
     pub reference: DVec3,
     pub ray: Ray,
 }
@@ -180,7 +180,7 @@ pub(super) fn hit_of(scene: &Scene, ray: &ExactRay, near: &Near) -> Option<Exact
 /// surely misses it. The offset, the cross product, the lengths and the direction are off by some
 /// `2⁻⁵⁰` of the lengths' product, a thousandth of what is granted. Numbers whose squares leave
 /// f64's range rule nothing out.
-fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
+pub(crate) fn is_clearly_missed(Near { reference, ray }: &Near, object: &Object) -> bool {
     const GRANTED: f64 = 1.0 / (1u64 << 40) as f64;
     let Object::Sphere(sphere) = object else { return false };
     let from_reference = sphere.center - *reference;

@@ -6,6 +6,7 @@ use super::controls::next_theme;
 use super::rig::Axis;
 use super::state::{Command, SAMPLES, State};
 use crate::plain::Shown;
+use crate::scene::Samples;
 use crate::show::Show;
 use crate::trace::Kernel;
 
@@ -199,8 +200,8 @@ fn samples_box(ui: &mut Ui, state: &mut State) {
     shown.response.on_hover_text("Samples a pixel (N, shift + N)");
 }
 
-fn samples_text(n: u32) -> String {
-    format!("{n} × {n}")
+fn samples_text(samples: Samples) -> String {
+    format!("{0} × {0}", samples.across())
 }
 
 fn theme_name(ui: &Ui) -> &'static str {

@@ -1,7 +1,7 @@
 //! How a picture is looked at, and its colours as the device takes them.
 
 use crate::rays::{Lens, Pixels};
-use crate::scene::Scene;
+use crate::scene::{Samples, Scene};
 use crate::show::{self, Rgb, Show};
 
 /// How a picture is looked at.
@@ -12,7 +12,7 @@ pub struct Look {
     /// Colours are those that the scene's light gives.
     pub is_lit: bool,
     /// Samples across and down a pixel.
-    pub n_samples: u32,
+    pub n_samples: Samples,
     /// The camera's.
     pub lens: Lens,
 }
@@ -21,7 +21,7 @@ impl Look {
     /// True where single pixels must be painted, which happens when the camera rests.
     pub fn is_painted(self) -> bool {
         match self.show {
-            Show::Color => self.is_lit || self.n_samples > 1,
+            Show::Color => self.is_lit || self.n_samples > Samples::ONE,
             show => !show.is_of_objects(self.lens),
         }
     }

@@ -14,7 +14,7 @@ use crate::picture::{Format, PictureOptions};
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::render::plan;
-use crate::scene::Scene;
+use crate::scene::{Samples, Scene};
 use crate::session::Session;
 use crate::show::{self, Show, Tally, Tint};
 use crate::trace::{Hits, Kernel, Rays};
@@ -181,7 +181,7 @@ impl Easel {
         &mut self,
         of: (u64, bool),
         pixels: &Pixels,
-        n_samples: u32,
+        n_samples: Samples,
         control: &Control,
         show: &impl Fn(&[u32], f32),
     ) -> Result<()> {
@@ -191,18 +191,18 @@ impl Easel {
             *covered = None;
             words.clear();
             words.resize(pixels.len(), 0);
-            if n_samples > 1 {
-                passes.insert(0, 1);
+            if n_samples > Samples::ONE {
+                passes.insert(0, Samples::ONE);
             }
         }
         let (width, height) = (pixels.width as usize, pixels.height);
-        let work_of = |n: u32, n_rows: u32| u64::from(n.pow(2)) * u64::from(n_rows);
+        let work_of = |n: Samples, n_rows: u32| u64::from(n.of_pixel()) * u64::from(n_rows);
         let work: u64 = passes.iter().map(|&n| work_of(n, height)).sum();
         let (mut done, mut last_look) = (0, Instant::now());
         for n in passes {
             let (options, n_objects) = (PictureOptions::default(), session.scene().n_objects());
             let plan = plan(Format::Png, options, n, pixels, n_objects, Available::now())?;
-            let (mut y, mut n_rows) = (0, (FIRST_ROWS / n).max(1));
+            let (mut y, mut n_rows) = (0, (FIRST_ROWS / n.across()).max(1));
             while y < height {
                 let start = Instant::now();
                 let band = pixels.rows(y, n_rows.min(plan.n_band_rows).min(height - y));
@@ -300,12 +300,14 @@ mod tests {
         let pixels = easel.session.pixels(SIZE[0], SIZE[1]).unwrap();
         let shown = RefCell::new(Vec::new());
         let show = |words: &[u32], share| shown.borrow_mut().push((words.to_vec(), share));
-        easel.paint((serial, true), &pixels, n_samples, &Control::default(), &show).unwrap();
+        easel
+            .paint((serial, true), &pixels, Samples::nearest(n_samples), &Control::default(), &show)
+            .unwrap();
         shown.into_inner()
     }
 
     fn rendered(n_samples: u32) -> Vec<u32> {
-        let mut session = easel(|scene| scene.samples = Some(n_samples)).session;
+        let mut session = easel(|scene| scene.samples = Some(Samples::nearest(n_samples))).session;
         let picture = session.render(SIZE[0], SIZE[1]).unwrap();
         picture.srgb8.into_iter().map(word).collect()
     }
@@ -338,7 +340,7 @@ mod tests {
             control.cancel();
             shares.borrow_mut().push(share);
         };
-        let stopped = easel.paint((1, true), &pixels, 16, &control, &show);
+        let stopped = easel.paint((1, true), &pixels, Samples::nearest(16), &control, &show);
         assert!(matches!(stopped, Err(Error::Interrupted)));
         assert!(matches!(shares.into_inner()[..], [share] if share < 0.1));
     }

@@ -10,6 +10,7 @@ use crate::memory::Available;
 use crate::output::{OutputFile, commit};
 use crate::picture::{Format, PictureOptions, PictureWriter};
 use crate::render::plan;
+use crate::scene::Samples;
 use crate::session::Session;
 use crate::shade::Colors;
 use crate::show::{self, Show};
@@ -51,12 +52,13 @@ impl Saving {
         let file = OutputFile::create(path, format.needs_seek())?;
         let file = match self.halves {
             None => {
-                let plan = plan(format, options, 1, &pixels, n_objects, Available::now())?;
+                let plan =
+                    plan(format, options, Samples::ONE, &pixels, n_objects, Available::now())?;
                 show::draw(session, self.show, &pixels, &plan, file, &self.control)?.1
             }
             Some(Halves { kernels, divider }) => {
                 let split = (f64::from(divider) * f64::from(width)).round() as u32;
-                let n_samples = session.scene().samples.unwrap_or(1);
+                let n_samples = session.scene().samples.unwrap_or_default();
                 let parts = (kernels, split);
                 let colors = show::side_by_side(
                     session,

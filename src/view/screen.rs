@@ -154,7 +154,7 @@ impl Screen {
                 self.panels.update_texture(device, queue, *id, delta);
             }
         }
-        let drawn = self.draw_frame(shown, panels);
+        let drawn = self.draw_frame(shown, panels)?;
         for id in &textures.free {
             self.panels.free_texture(id);
         }
@@ -162,25 +162,25 @@ impl Screen {
         Ok(drawn)
     }
 
-    fn draw_frame(&mut self, shown: Option<Shown>, panels: &Panels) -> Drawn {
+    fn draw_frame(&mut self, shown: Option<Shown>, panels: &Panels) -> Result<Drawn> {
         use wgpu::CurrentSurfaceTexture as Current;
         let (texture, is_outdated) = match self.surface.get_current_texture() {
             Current::Success(texture) => (texture, false),
             Current::Suboptimal(texture) => (texture, true),
             Current::Outdated => {
                 self.is_outdated = true;
-                return Drawn::Again;
+                return Ok(Drawn::Again);
             }
-            Current::Timeout | Current::Occluded => return Drawn::Hidden,
-            Current::Lost => return Drawn::Lost,
+            Current::Timeout | Current::Occluded => return Ok(Drawn::Hidden),
+            Current::Lost => return Ok(Drawn::Lost),
             // The device has reported it too.
-            Current::Validation => return Drawn::Again,
+            Current::Validation => return Ok(Drawn::Again),
         };
         let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
             format: Some(self.config.format.remove_srgb_suffix()),
             ..wgpu::TextureViewDescriptor::default()
         });
-        let commands = self.commands(&view, shown, panels);
+        let commands = self.commands(&view, shown, panels)?;
         self.gpu.submit(commands);
         self.window.pre_present_notify();
         {
@@ -188,7 +188,7 @@ impl Screen {
             self.gpu.queue.present(texture);
         }
         self.is_outdated |= is_outdated;
-        Drawn::Yes
+        Ok(Drawn::Yes)
     }
 
     fn commands(
@@ -196,7 +196,7 @@ impl Screen {
         view: &wgpu::TextureView,
         shown: Option<Shown>,
         panels: &Panels,
-    ) -> wgpu::CommandBuffer {
+    ) -> Result<wgpu::CommandBuffer> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let descriptor = ScreenDescriptor {
             size_in_pixels: [self.config.width, self.config.height],
@@ -225,10 +225,10 @@ impl Screen {
             && present.left + present.shown_width <= self.config.width
             && present.top + present.shown_height <= self.config.height
         {
-            self.presenter.draw(&mut pass, present, palette, &layers);
+            self.presenter.draw(&mut pass, present, palette, &layers)?;
         }
         self.panels.render(&mut pass, &panels.jobs, &descriptor);
         drop(pass);
-        encoder.finish()
+        Ok(encoder.finish())
     }
 }

@@ -16,7 +16,7 @@ use super::painter::Painted;
 use super::rig::{Axis, Extent, Rig};
 use super::tracing::DevicePicture;
 use crate::rays::Pixels;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Samples, Scene};
 use crate::show::{Entry, Show};
 use crate::trace::Kernel;
 
@@ -24,7 +24,13 @@ use crate::trace::Kernel;
 const MESSAGE_TIME: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(50)];
 
 /// The samples across and down a pixel that can be chosen.
-pub const SAMPLES: [u32; 5] = [1, 2, 4, 8, 16];
+pub const SAMPLES: [Samples; 5] = [
+    Samples::ONE,
+    Samples::nearest(2),
+    Samples::nearest(4),
+    Samples::nearest(8),
+    Samples::nearest(16),
+];
 
 /// A rectangle of the window, px.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -109,7 +115,7 @@ pub struct State {
     /// The scene's light is on.
     pub has_light: bool,
     /// Samples across and down a pixel, where colours are shown.
-    pub n_samples: u32,
+    pub n_samples: Samples,
     /// Keys that went down with Ctrl and are not up again: they don't fly, even if Ctrl is.
     pub with_command: Vec<egui::Key>,
     pub has_panels: bool,
@@ -154,7 +160,7 @@ impl State {
             rig: Rig::new(&camera),
             home: camera,
             unlit: without_light(&scene),
-            n_samples: scene.samples.unwrap_or(1),
+            n_samples: scene.samples.unwrap_or_default(),
             scene,
             kernels: [Kernel::Lecture, kernel],
             offered: Kernel::ALL.to_vec(),
@@ -191,7 +197,7 @@ impl State {
             self.home = camera;
         }
         if scene.samples != self.scene.samples {
-            self.n_samples = scene.samples.unwrap_or(1);
+            self.n_samples = scene.samples.unwrap_or_default();
         }
         self.extent = Extent::new(&scene);
         self.unlit = without_light(&scene);
@@ -203,7 +209,7 @@ impl State {
     /// Another scene, from another file.
     pub fn open(&mut self, path: PathBuf, scene: Arc<Scene>, camera: Camera) {
         self.home = camera;
-        self.n_samples = scene.samples.unwrap_or(1);
+        self.n_samples = scene.samples.unwrap_or_default();
         let home = self.home.clone();
         self.reload(scene, home);
         self.rig = Rig::new(&self.home);
@@ -250,7 +256,9 @@ impl State {
                 n_samples: self.n_samples,
                 lens: self.rig.view().lens,
             },
-            show => Look { show, is_lit: false, n_samples: 1, lens: self.rig.view().lens },
+            show => {
+                Look { show, is_lit: false, n_samples: Samples::ONE, lens: self.rig.view().lens }
+            }
         }
     }
 
@@ -483,25 +491,25 @@ mod tests {
     fn samples_go_up_and_down_from_any_number() {
         let mut state = state();
         let mut steps = |from, more| {
-            state.n_samples = from;
+            state.n_samples = Samples::nearest(from);
             state.step_samples(more);
-            state.n_samples
+            state.n_samples.across()
         };
         for (down, from, up) in [(1, 1, 2), (1, 2, 4), (2, 3, 4), (8, 13, 16), (8, 16, 16)] {
             assert_eq!((steps(from, false), steps(from, true)), (down, up), "{from}");
         }
-        assert_eq!(SAMPLES[SAMPLES.len() - 1], Scene::MAX_SAMPLES);
+        assert_eq!(SAMPLES[SAMPLES.len() - 1].across(), Samples::MOST);
     }
 
     #[test]
     fn samples_follow_the_file_where_its_own_change() {
         let mut state = state();
-        assert_eq!(state.n_samples, 3);
+        assert_eq!(state.n_samples.across(), 3);
         state.step_samples(true);
         let reload = |state: &mut State, text: &str| {
             let (scene, camera) = lit(text);
             state.reload(scene, camera);
-            state.n_samples
+            state.n_samples.across()
         };
         assert_eq!(reload(&mut state, &LIT.replace("0.45", "0.3")), 4);
         assert_eq!(reload(&mut state, &LIT.replace("samples = 3", "samples = 5")), 5);
@@ -512,20 +520,23 @@ mod tests {
     fn light_and_samples_are_of_colours_and_are_saved() {
         let mut state = state();
         let lens = state.rig.view().lens;
-        let shown = Look { show: Show::Color, is_lit: true, n_samples: 3, lens };
+        let shown = Look { show: Show::Color, is_lit: true, n_samples: Samples::nearest(3), lens };
         assert_eq!(state.look(), shown);
         assert_eq!(state.saved_scene(), *state.scene);
         state.show = Show::Id;
-        assert_eq!(state.look(), Look { show: Show::Id, is_lit: false, n_samples: 1, lens });
+        assert_eq!(
+            state.look(),
+            Look { show: Show::Id, is_lit: false, n_samples: Samples::ONE, lens }
+        );
         assert!(!state.look().is_painted());
         state.show = Show::Color;
         state.has_light = false;
         assert_eq!(state.look(), Look { is_lit: false, ..shown });
         assert!(state.look().is_painted(), "samples are");
-        state.n_samples = 1;
+        state.n_samples = Samples::ONE;
         assert!(!state.look().is_painted());
         let saved = state.saved_scene();
-        assert!(!saved.is_lit() && saved.samples == Some(1));
+        assert!(!saved.is_lit() && saved.samples == Some(Samples::ONE));
         assert_eq!(saved.spheres, state.scene.spheres);
     }
 
@@ -537,7 +548,7 @@ mod tests {
         state.begin_to_open();
         let (scene, camera) = lit(&LIT.replace("samples = 3", "samples = 2"));
         state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
-        assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), 2));
+        assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), Samples::nearest(2)));
         assert!(Arc::ptr_eq(&state.scene, &scene) && state.opening.is_none());
         assert_eq!(state.history.has(&state.rig), [false; 2]);
     }

@@ -12,7 +12,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Color, Object, Scene, Source};
+use kugelblitz::scene::{Color, Object, Samples, Scene, Source};
 use kugelblitz::shade::{Background, ColorCounts, Colors, Encoding, Painter, Style};
 use kugelblitz::trace::{Hits, Kernel, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
@@ -104,7 +104,7 @@ impl LightCase {
                 Some((prepared, tracer)) => (&*prepared, Some(&mut **tracer)),
                 None => (&of_pixels, None),
             };
-            let (n_samples, background) = (self.n_samples, self.background);
+            let (n_samples, background) = (Samples::nearest(self.n_samples), self.background);
             let style = Style { n_samples, background, epsilon, ..Style::new(encoding) };
             let mut painter = Painter::new(prepared, style, &self.pixels, of_samples);
             let mut colors = Colors::new(encoding);

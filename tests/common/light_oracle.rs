@@ -69,7 +69,8 @@ impl<'a> Oracle<'a> {
     /// The scene's picture with its camera and its samples.
     pub fn new(scene: &'a Scene, width: u32, height: u32) -> Oracle<'a> {
         let view = View::new(scene.camera.as_ref().expect("a camera"));
-        Oracle::with_view(scene, view, width, height, scene.samples.unwrap_or(1))
+        let samples = scene.samples.map_or(1, |samples| samples.across());
+        Oracle::with_view(scene, view, width, height, samples)
     }
 
     pub fn with_view(

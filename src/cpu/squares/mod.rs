@@ -18,7 +18,7 @@ use crate::kernel::Kernel;
 use crate::kernel::certified::UNDECIDED;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
-use crate::trace::{Level, Mixed, Samples, StageCounts, Timing, resize};
+use crate::trace::{Level, Mixed, SampleIds, StageCounts, Timing, resize};
 use few::{Few, LARGEST, Room};
 use many::Many;
 
@@ -58,7 +58,7 @@ impl<'a> Squares<'a> {
     ///
     /// # Errors
     /// Those of [`Prepared::check`]; [`crate::Error::Interrupted`].
-    pub fn trace(&self, control: &Control, samples: &mut Samples) -> Result<Timing> {
+    pub fn trace(&self, control: &Control, samples: &mut SampleIds) -> Result<Timing> {
         let start = Instant::now();
         let all = Rays::Pixels(self.pixels.samples(self.n));
         self.prepared.check(&all)?;
@@ -90,7 +90,12 @@ impl<'a> Squares<'a> {
     }
 
     /// Decides the samples that f32 left open, and says how many each stage decided.
-    fn decide(&self, all: &Rays, control: &Control, samples: &mut Samples) -> Result<StageCounts> {
+    fn decide(
+        &self,
+        all: &Rays,
+        control: &Control,
+        samples: &mut SampleIds,
+    ) -> Result<StageCounts> {
         let (n, n_each) = (self.n as usize, samples.n_each);
         let row = self.pixels.width as usize * n;
         let mut places: Vec<(u32, usize)> = Vec::new();
@@ -246,10 +251,10 @@ mod tests {
             let pixels = Pixels { width: 33 + seed as u32 % 16, height: 19, ..pixels };
             let mut tracer = tracer(&scene, &pixels, n);
             let (control, mut hits) = (Control::default(), Hits::default());
-            let [mut found, mut all] = [Samples::default(), Samples::default()];
+            let [mut found, mut all] = [SampleIds::default(), SampleIds::default()];
             tracer.trace_samples(&pixels, n, &control, &mut hits, &mut found).unwrap();
             trace_all_samples(&mut tracer, &pixels, n, &control, &mut hits, &mut all).unwrap();
-            let ids = |samples: &Samples| {
+            let ids = |samples: &SampleIds| {
                 let mut ids: Vec<Vec<u32>> =
                     samples.whole.iter().map(|&id| vec![id; samples.n_each]).collect();
                 let mixed = samples.ids.chunks(samples.n_each);

@@ -160,7 +160,7 @@ impl<N: FnMut(&Notice)> App<N> {
             kernels: &kernels,
             show: look.show.name(),
             lit: look.is_lit,
-            samples: look.n_samples,
+            samples: look.n_samples.across(),
             asked: self.state.asked,
             ms,
         });
