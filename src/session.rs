@@ -332,7 +332,7 @@ impl Session {
     }
 
     /// What a picture says of how it was made.
-    fn metadata(&mut self, pixels: &Pixels, plan: &Plan) -> Metadata {
+    pub fn metadata(&mut self, pixels: &Pixels, plan: &Plan) -> Metadata {
         if !plan.format.has_metadata() {
             return Metadata::default();
         }

@@ -41,9 +41,8 @@ impl<'py> FromPyObject<'_, 'py> for Pixel {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Pixel> {
-        // Python names the argument of a TypeError.
-        let wrong = |_| PyTypeError::new_err("it is (column, row)");
-        refuse_bytes(&given)?;
+        let wrong = |_| PyTypeError::new_err("pixel: it is (column, row)");
+        refuse_bytes("pixel", &given)?;
         given.extract().map(Pixel).map_err(wrong)
     }
 }
@@ -52,17 +51,17 @@ impl<'py> FromPyObject<'_, 'py> for Vector {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Vector> {
-        // Python names the argument of a TypeError.
-        let wrong = |_| PyTypeError::new_err("it is three numbers");
-        refuse_bytes(&given)?;
+        // Notes of the exception name the argument.
+        let wrong = |_| PyTypeError::new_err("a point or a direction is three numbers");
+        refuse_bytes("a point or a direction", &given)?;
         given.extract().map(Vector).map_err(wrong)
     }
 }
 
 /// Whole numbers of 32 bits.
 fn whole<const N: usize>(name: &str, what: &str, given: &Bound<'_, PyAny>) -> PyResult<[u32; N]> {
-    let wrong = |_| PyTypeError::new_err(format!("it is {what}, whole numbers"));
-    refuse_bytes(given)?;
+    let wrong = |_| PyTypeError::new_err(format!("{name}: it is {what}, whole numbers"));
+    refuse_bytes(name, given)?;
     let numbers: [i128; N] = given.extract().map_err(wrong)?;
     match numbers.map(u32::try_from) {
         all if all.iter().all(Result::is_ok) => Ok(all.map(Result::unwrap_or_default)),
@@ -73,9 +72,9 @@ fn whole<const N: usize>(name: &str, what: &str, given: &Bound<'_, PyAny>) -> Py
 }
 
 /// A text in bytes is a sequence of whole numbers, but nobody means it.
-fn refuse_bytes(given: &Bound<'_, PyAny>) -> PyResult<()> {
+fn refuse_bytes(name: &str, given: &Bound<'_, PyAny>) -> PyResult<()> {
     match given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>() {
-        true => Err(PyTypeError::new_err("it is numbers, not bytes")),
+        true => Err(PyTypeError::new_err(format!("{name}: it is numbers, not bytes"))),
         false => Ok(()),
     }
 }

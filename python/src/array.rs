@@ -7,10 +7,8 @@ use numpy::{
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use crate::error;
-use crate::work::pool;
 
 /// An array argument, read where it lies if it has native f64 or f32, else through a copy in f64.
 pub struct Numbers<'py> {
@@ -32,6 +30,12 @@ fn require<T>(name: &str, n: usize) -> PyResult<()> {
 /// `TypeError` for anything else.
 pub fn untyped<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     let numpy = given.py().import("numpy")?;
+    if let Some(n) = n_masked(given)? {
+        return Err(PyValueError::new_err(format!(
+            "{name}: {n} values are masked, and nothing can stand for them; leave these rows out, or fill \
+             them with .filled(…)"
+        )));
+    }
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
         PyTypeError::new_err(format!("{name}: this is no array of numbers: {error}"))
     })?;
@@ -45,6 +49,16 @@ pub fn untyped<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py
             descr.str()?
         ))),
     }
+}
+
+/// How many values of one of numpy's masked arrays are masked, where any are.
+pub fn n_masked(given: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    let masked = given.py().import("numpy.ma")?;
+    if !given.is_instance(&masked.getattr("MaskedArray")?)? {
+        return Ok(None);
+    }
+    let n: usize = masked.call_method1("count_masked", (given,))?.extract()?;
+    Ok(Some(n).filter(|n| *n > 0))
 }
 
 enum Kind<'py> {
@@ -149,19 +163,18 @@ impl Table<'_> {
         }
     }
 
-    /// What `make` makes of each row and its place.
+    /// What `make` makes of each row and its place. It takes about as long as copying them, and waits for nobody: the
+    /// interpreter's lock is held, so that no other thread writes to the array meanwhile.
     ///
     /// # Errors
     /// `MemoryError` where that does not fit.
-    pub fn map<T: Send, const N: usize>(
+    pub fn map<T, const N: usize>(
         &self,
-        py: Python<'_>,
         what: &str,
-        make: impl Fn(usize, [f64; N]) -> T + Send + Sync,
+        make: impl Fn(usize, [f64; N]) -> T,
     ) -> PyResult<Vec<T>> {
         let n = self.len();
         require::<T>(what, n)?;
-        let all = || (0..n).into_par_iter().map(|row| make(row, self.row(row))).collect();
-        Ok(pool(py)?.install(all))
+        Ok((0..n).map(|row| make(row, self.row(row))).collect())
     }
 }

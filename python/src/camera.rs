@@ -12,7 +12,6 @@ use pyo3::prelude::*;
 use toml::{Table, Value};
 
 use crate::argument::{Size, Vector};
-use crate::error;
 use crate::scene::Scene;
 use crate::table::scene_of;
 use crate::work;
@@ -93,8 +92,9 @@ impl Camera {
             size: size.map(usable_size).transpose()?,
             ..Wishes::default()
         };
-        let place = || place_camera(&scene.of, &wishes, Path::new("the scene"));
-        let of_scene = work::run(py, None, 0, |_| place())?;
+        let path = Path::new("the scene");
+        let of_scene =
+            work::run(py, None, 0, |control| place_camera(&scene.of, &wishes, path, control))?;
         Ok(Camera { of_scene })
     }
 
@@ -113,8 +113,8 @@ impl Camera {
     /// The cameras of a path in a .csv file: each line is a frame, or a key where there is a column `frame`.
     /// The header names x, y, z and perhaps look_at_x …, up_x …, fov or height; what it does not name is as in
     /// this camera.
-    fn path(&self, path: PathBuf) -> PyResult<Vec<Camera>> {
-        frames::read_path(&path, &self.of_scene).map(all).map_err(error::of(""))
+    fn path(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<Camera>> {
+        work::run(py, None, 0, |_| frames::read_path(&path, &self.of_scene)).map(all)
     }
 
     /// The eye, or the middle of an orthographic picture; world units.

@@ -26,10 +26,19 @@ create_exception!(
 
 /// The exception for an error; `subject` is the argument that it is about, where there is one.
 pub fn exception(error: Error, subject: &str) -> PyErr {
+    if let Error::Io { path, source } = &error
+        && let Some(number) = source.raw_os_error()
+    {
+        // Python chooses the class for the number: `FileNotFoundError` and others.
+        let said = source.to_string();
+        let reason = said.split(" (os error").next().unwrap_or(&said).to_string();
+        return PyOSError::new_err((number, reason, path.display().to_string()));
+    }
     let text = match &error {
         Error::Scene(fault) => format!("{fault}; {}", fault.help),
         error => error.to_string(),
     };
+    let text = in_arguments(&text);
     let text = if subject.is_empty() { text } else { format!("{subject}: {text}") };
     match error {
         Error::Scene(_) => SceneError::new_err(text),
@@ -42,6 +51,24 @@ pub fn exception(error: Error, subject: &str) -> PyErr {
         Error::Interrupted => PyKeyboardInterrupt::new_err(text),
         Error::Shader(_) | Error::Host(_) => PyRuntimeError::new_err(text),
     }
+}
+
+/// A text with the command line's options as Python's arguments: `--device cpu` is `device="cpu"`, `--look-at` is `look_at`.
+fn in_arguments(text: &str) -> String {
+    let text = text.replace("--device cpu", "device=\"cpu\"");
+    let mut parts = text.split("--");
+    let mut out = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let is_option = part.starts_with(|c: char| c.is_ascii_lowercase());
+        let end = part.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(part.len());
+        let (name, rest) = part.split_at(end);
+        match is_option {
+            true => out.push_str(&name.replace('-', "_")),
+            false => out.extend(["--", name]),
+        }
+        out.push_str(rest);
+    }
+    out
 }
 
 /// For `map_err`.

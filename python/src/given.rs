@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use toml::Value;
 
-use crate::array::Numbers;
+use crate::array::{Numbers, n_masked};
 use crate::error;
 use crate::table::{scene_of, value};
 
@@ -114,7 +114,12 @@ pub fn colored_by(
     // A series of pandas says what it is called.
     let name = numbers.getattr("name").and_then(|name| name.extract::<String>());
     let name = name.unwrap_or_else(|_| "color_by".into());
-    let numbers = Numbers::new("color_by", numbers)?.list("one number for each sphere")?;
+    // What is masked is missing.
+    let filled = n_masked(numbers)?
+        .map(|_| numbers.call_method1("astype", ("f8",))?.call_method1("filled", (f64::NAN,)));
+    let filled = filled.transpose()?;
+    let numbers = Numbers::new("color_by", filled.as_ref().unwrap_or(numbers))?;
+    let numbers = numbers.list("one number for each sphere")?;
     let missing_color = missing_color.unwrap_or(Coloring::MISSING_COLOR);
     spheres.with_numbers(&name, &numbers, map, range, missing_color).map_err(error::of("color_by"))
 }
@@ -146,7 +151,7 @@ pub fn spheres_of(
     let spheres = Numbers::new("spheres", spheres)?;
     let n = spheres.shape().first().copied().unwrap_or(0);
     let rows: Vec<[f64; 4]> = match (spheres.shape(), radius) {
-        ([_, 4], None) => spheres.table(4, expected)?.map(py, "spheres", |_, row| row)?,
+        ([_, 4], None) => spheres.table(4, expected)?.map("spheres", |_, row| row)?,
         ([_, 4], Some(_)) => {
             return Err(PyValueError::new_err(
                 "radius: `spheres` has radii already, in its fourth column; leave one of them out",
@@ -159,9 +164,7 @@ pub fn spheres_of(
                 [length] if *length == n => Radii::Each(radii.list("one radius for each sphere")?),
                 _ => return Err(radii.wrong_shape(&format!("there are {n} spheres"))),
             };
-            spheres
-                .table(3, expected)?
-                .map(py, "spheres", |row, [x, y, z]| [x, y, z, radii.of(row)])?
+            spheres.table(3, expected)?.map("spheres", |row, [x, y, z]| [x, y, z, radii.of(row)])?
         }
         ([_, 3], None) => {
             return Err(PyValueError::new_err(
@@ -179,11 +182,11 @@ pub fn spheres_of(
     }
     let colors = Numbers::new("color", color)?;
     let is_bytes = colors.is_bytes;
-    let colors =
-        colors.table(3, "colours are (N, 3)")?.map(py, "color", |_, row| match is_bytes {
-            true => Color::from_srgb8(row.map(|byte| byte as u8)),
-            false => Color(row),
-        })?;
+    let linear: [f64; 256] = std::array::from_fn(|byte| Color::from_srgb8([byte as u8; 3]).0[0]);
+    let colors = colors.table(3, "colours are (N, 3)")?.map("color", |_, row| match is_bytes {
+        true => Color(row.map(|byte| linear[usize::from(byte as u8)])),
+        false => Color(row),
+    })?;
     spheres.with_colors(colors).map_err(error::of("color"))
 }
 

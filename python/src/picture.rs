@@ -3,12 +3,14 @@
 use std::io::Cursor;
 use std::path::PathBuf;
 
+use kugelblitz::Session;
 use kugelblitz::digest::Digest;
 use kugelblitz::memory::Available;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::{Bits, Channel, Format, Image, PictureOptions, PictureWriter, Samples};
 use kugelblitz::rays::Pixels;
-use kugelblitz::render::{Kept, Sink, plan};
+use kugelblitz::render::{Kept, Plan, Sink, plan};
+use kugelblitz::scene::Camera;
 use kugelblitz::shade::{Background, Colors, Encoding, Style};
 use kugelblitz::trace::{Hits, Kernel, Wants};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
@@ -32,6 +34,7 @@ pub struct Picture {
     scene: Py<Scene>,
     device: String,
     kernel: Kernel,
+    camera: Camera,
     pixels: Pixels,
     style: Style,
     kept: Kept,
@@ -42,11 +45,11 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// What a session of this device and kernel kept of these pixels.
+    /// What a session of this device and kernel kept of these pixels of the camera's picture.
     pub fn new(
         scene: Py<Scene>,
         (device, kernel): (&str, Kernel),
-        pixels: Pixels,
+        (camera, pixels): (Camera, Pixels),
         style: Style,
         kept: Kept,
     ) -> Picture {
@@ -54,6 +57,7 @@ impl Picture {
             scene,
             device: device.into(),
             kernel,
+            camera,
             pixels,
             style,
             kept,
@@ -127,6 +131,13 @@ impl Picture {
         })
     }
 
+    /// How it becomes a file.
+    fn plan(&self, format: Format, options: PictureOptions) -> PyResult<Plan> {
+        let (n_samples, n_objects) = (self.style.n_samples, self.scene.get().of.n_objects());
+        let plan = plan(format, options, n_samples, &self.pixels, n_objects, Available::now());
+        Ok(Plan { epsilon: self.style.epsilon, ..plan.map_err(error::of("path"))? })
+    }
+
     fn shape(&self) -> [usize; 2] {
         [self.pixels.height as usize, self.pixels.width as usize]
     }
@@ -149,14 +160,19 @@ impl Picture {
     }
 
     /// Writes the picture as it is in memory.
+    /// Writes it as the program does, with what it says of itself.
     fn write<W: std::io::Write + std::io::Seek>(
         &self,
-        format: Format,
-        options: PictureOptions,
+        session: &mut Session,
+        plan: &Plan,
         sink: W,
         name: PathBuf,
     ) -> kugelblitz::Result<W> {
-        let mut writer = PictureWriter::create(format, options, &self.pixels, sink, name)?;
+        let &Plan { format, options, .. } = plan;
+        session.set_camera(self.camera.clone());
+        let metadata = session.metadata(&self.pixels, plan);
+        let mut writer =
+            PictureWriter::create_with(format, options, &self.pixels, &metadata, sink, name)?;
         let Kept { colors, hits, coverage } = &self.kept;
         writer.band(colors, coverage.as_ref(), hits, self.pixels.height)?;
         writer.finish()
@@ -298,18 +314,17 @@ impl Picture {
                 format!("certificates: {format} has no place for them; write .exr or .npy");
             return Err(PyValueError::new_err(message));
         }
-        let scene = &self.scene.get().of;
-        let (n_samples, n_objects) = (self.style.n_samples, scene.n_objects());
-        let mut plan = plan(format, options, n_samples, &self.pixels, n_objects, Available::now())
-            .map_err(error::of("path"))?;
-        plan.epsilon = self.style.epsilon;
-        let n_steps = plan.n_steps(&self.pixels, scene.is_lit());
+        let plan = self.plan(format, options)?;
+        let n_steps = plan.n_steps(&self.pixels, self.scene.get().of.is_lit());
         let session = self.session(py)?;
         work::run_with_session(py, progress, n_steps, &session, |session, control| {
             let file = OutputFile::create(&path, format.needs_seek())?;
             let file = match plan.style() == self.style {
-                true => self.write(format, options, file, path.clone())?,
-                false => session.draw(&self.pixels, &plan, file, control)?.1,
+                true => self.write(session, &plan, file, path.clone())?,
+                false => {
+                    session.set_camera(self.camera.clone());
+                    session.draw(&self.pixels, &plan, file, control)?.1
+                }
             };
             output::commit([file], control)
         })
@@ -319,7 +334,10 @@ impl Picture {
         let transparent = self.style.background != Background::Shown;
         let options = PictureOptions { transparent, ..PictureOptions::default() };
         let (sink, name) = (Cursor::new(Vec::new()), PathBuf::from("picture"));
-        let png = work::run(py, None, 0, |_| self.write(Format::Png, options, sink, name))?;
+        let (plan, session) = (self.plan(Format::Png, options)?, self.session(py)?);
+        let png = work::run_with_session(py, None, 0, &session, |session, _| {
+            self.write(session, &plan, sink, name)
+        })?;
         Ok(PyBytes::new(py, png.get_ref()))
     }
 

@@ -12,6 +12,13 @@ use crate::argument::{Crop, Pixel, Size, Vector};
 use crate::array::Numbers;
 use crate::camera::{self, Camera, finite, usable_size};
 
+/// What is wrong where a picture has no camera.
+pub fn no_camera() -> PyErr {
+    PyValueError::new_err(
+        "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or Camera.frame(scene)",
+    )
+}
+
 /// The pixels of a picture, or of a part of it.
 pub fn pixels_of(
     scene: &Scene,
@@ -22,11 +29,7 @@ pub fn pixels_of(
     let camera = match (camera, &scene.camera) {
         (Some(camera), _) => &camera.of_scene,
         (None, Some(camera)) => camera,
-        (None, None) => {
-            let message = "camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0)), or \
-                           Camera.frame(scene)";
-            return Err(PyValueError::new_err(message));
-        }
+        (None, None) => return Err(no_camera()),
     };
     let of_scene = scene.image.map(|image| Size([image.width, image.height]));
     let [width, height] = usable_size(size.or(of_scene).unwrap_or(Size([1280, 720])))?;
@@ -84,7 +87,6 @@ pub fn one_ray(
 /// # Errors
 /// `ValueError` names the first row that is no ray.
 pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyResult<Vec<Ray>> {
-    let py = origins.py();
     let origins = Numbers::new("origins", origins)?;
     let directions = Numbers::new("directions", directions)?;
     let of_origins = origins.table(3, "origins are (N, 3)")?;
@@ -97,7 +99,7 @@ pub fn rays_of(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>) -> PyR
         let direction = of_directions.row(row);
         Ray { origin: DVec3::from_array(origin), direction: DVec3::from_array(direction) }
     };
-    let rays = of_origins.map(py, "rays", ray)?;
+    let rays = of_origins.map("rays", ray)?;
     let is_ray = |ray: &Ray| {
         ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != DVec3::ZERO
     };

@@ -31,6 +31,7 @@ use pyo3::types::PyDict;
 use crate::argument::{Crop, Pixel, Size, Vector, named};
 use crate::camera::{Camera, direction, lens, usable_margin, usable_size, viewpoint};
 use crate::drawing::{Drawing, Tinted};
+use crate::error::exception;
 use crate::explain::{Explanation, explained};
 use crate::given::{
     ambient_of, color_of, colored_by, lights_of, name_all, paint, planes_of, sky_of, spheres_of,
@@ -40,7 +41,7 @@ use crate::judge::{self, Judgement};
 use crate::pickle::{State, of_state, state_of};
 use crate::picture::Picture;
 use crate::place;
-use crate::rays::{counts_of, one_ray, pixels_of, rays_of};
+use crate::rays::{counts_of, no_camera, one_ray, pixels_of, rays_of};
 use crate::session::{Sessions, Shared};
 use crate::table::to_python;
 use crate::verify::{Asked, Verification};
@@ -255,6 +256,9 @@ impl Scene {
                 Ok(scene)
             }
         };
+        if let Err(missing) = std::fs::metadata(&path) {
+            return Err(exception(Error::Io { path, source: missing }, ""));
+        }
         work::run_of_bytes(py, progress, read).map(Scene::from)
     }
 
@@ -725,7 +729,9 @@ impl Scene {
         let keep =
             |session: &mut Session, control: &Control| session.keep(&pixels, style, wants, control);
         let (kept, _) = work::run_with_session(py, progress, n_steps, &session, keep)?;
-        Ok(Picture::new(slf.clone().unbind(), (device, kernel), pixels, style, kept))
+        let camera = camera.map(|camera| &camera.of_scene).or(this.of.camera.as_ref());
+        let camera = camera.cloned().ok_or_else(no_camera)?;
+        Ok(Picture::new(slf.clone().unbind(), (device, kernel), (camera, pixels), style, kept))
     }
 
     /// For pickle: rows, colours, names, the rest as the text of a scene file, and how numbers became colours.

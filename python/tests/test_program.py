@@ -51,8 +51,8 @@ def test_files_are_those_of_the_program(program, tmp_path, ending):
     if ending == "npy":
         ours, array = np.load(tmp_path / "ours.npy"), np.load(theirs)
         assert ours.dtype == array.dtype and ours.tobytes() == array.tobytes()
-    elif ending == "ppm":
-        assert (tmp_path / "ours.ppm").read_bytes() == theirs.read_bytes()
+    else:
+        assert (tmp_path / f"ours.{ending}").read_bytes() == theirs.read_bytes()
     run(program, "compare", tmp_path / f"ours.{ending}", theirs)
     digest = run(program, "digest", tmp_path / "scene.toml", "--size", "80x60", "--samples", 2)
     assert picture.digest() in digest

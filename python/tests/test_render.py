@@ -179,15 +179,21 @@ def test_progress_is_told_and_an_exception_in_it_stops_the_work(camera):
         scene.render(camera, (4, 3), progress=7)
 
 
-def test_ctrl_c_stops_the_work():
-    code = """
-import kugelblitz as kb, numpy as np, sys
-scene = kb.Scene(np.random.default_rng(1).random((20000, 3)), radius=0.01, sky=dict(intensity=1))
+@pytest.mark.parametrize("work", [
+    "scene.render(camera, (8000, 8000))",
+    "kb.Camera.frame(scene, n_turns=10_000)",
+])
+def test_ctrl_c_stops_the_work(work):
+    # A shell may have started the tests with SIGINT ignored, and children inherit that.
+    code = f"""
+import kugelblitz as kb, numpy as np, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+scene = kb.Scene(np.random.default_rng(1).random((1_000_000, 3)), radius=0.001, sky=dict(intensity=1))
 camera = kb.Camera((2, 1, 2), (0.5, 0.5, 0.5))
 scene.render(camera, (10, 10))
 print("begin", flush=True)
 try:
-    scene.render(camera, (8000, 8000))
+    {work}
 except KeyboardInterrupt:
     print("stopped", flush=True)
 scene.render(camera, (10, 10))
@@ -198,6 +204,37 @@ scene.render(camera, (10, 10))
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=60)
     assert out == "stopped\n" and process.returncode == 0
+
+
+def test_no_call_waits_for_others_with_the_interpreter(camera):
+    """While one thread draws, others make scenes, and count while a call waits for the threads that draw."""
+    scene = cloud(20_000, sky=dict(intensity=1, directions=256))
+    scene.render(camera, (8, 8))
+    small, rows = cloud(1000), np.random.default_rng(2).random((1000, 4))
+    n_made, counts, done = 0, [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counts[0] += 1
+            time.sleep(0.001)
+
+    drawing = threading.Thread(target=scene.render, args=(camera, (1200, 900)))
+    counting = threading.Thread(target=count)
+    drawing.start()
+    counting.start()
+    while drawing.is_alive() and n_made < 100:
+        kb.Scene(rows, color=np.full((1000, 3), 7, np.uint8))
+        n_made += 1
+    assert n_made == 100 and drawing.is_alive()
+    before = counts[0]
+    small.trace(rows[:, :3] + 2, rows[:, :3] - 2)
+    waited = drawing.is_alive()
+    counted = counts[0] - before
+    done.set()
+    drawing.join()
+    counting.join()
+    # It may have been quick; where it waited for the picture, others went on.
+    assert waited or counted > 50, counted
 
 
 def test_two_threads_draw_two_scenes(camera):

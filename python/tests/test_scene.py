@@ -1,5 +1,6 @@
 """Scenes from arrays, and what is wrong with arrays."""
 
+import errno
 import pickle
 
 import kugelblitz as kb
@@ -138,3 +139,47 @@ def test_a_frame_is_counted_from_0(tmp_path):
         assert kb.Scene.open(tmp_path / "steps.xyz", frame=frame).spheres[0, 0] == x
     with pytest.raises(kb.SceneError, match="no frame 2"):
         kb.Scene.open(tmp_path / "steps.xyz", frame=2)
+
+
+def test_what_is_masked_has_no_value():
+    rows = np.array([[0.0, 0, 0], [2, 0, 0], [4, 0, 0]])
+    numbers = np.ma.masked_array([1.0, 5.0, 3.0], mask=[False, True, False])
+    for color_by in [numbers, numbers.astype(int)]:
+        scene = kb.Scene(rows, radius=1, color_by=color_by, missing_color="#ff0000")
+        nan = kb.Scene(rows, radius=1, color_by=[1, float("nan"), 3], missing_color="#ff0000")
+        assert (scene.colors == nan.colors).all() and (scene.colors[1] == [1, 0, 0]).all()
+    no_mask = np.ma.masked_array([1.0, 5.0, 3.0])
+    plain = kb.Scene(rows, radius=1, color_by=[1, 5, 3])
+    assert (kb.Scene(rows, radius=1, color_by=no_mask).colors == plain.colors).all()
+    mask = np.zeros((3, 3), bool)
+    mask[1, 2] = True
+    for given in [
+        dict(spheres=np.ma.masked_array(rows, mask=mask), radius=1),
+        dict(spheres=rows, radius=np.ma.masked_array([1.0, 1, 1], mask=[True, True, False])),
+        dict(spheres=rows, radius=1, color=np.ma.masked_array(np.zeros((3, 3)), mask=mask)),
+    ]:
+        with pytest.raises(ValueError, match="masked"):
+            kb.Scene(**given)
+
+
+def test_errors_speak_of_arguments(tmp_path, camera, ball):
+    for call in [
+        lambda: kb.Scene.open(tmp_path / "no.toml"),
+        lambda: camera.path(tmp_path / "no.csv"),
+        lambda: kb.read(tmp_path / "no.png"),
+    ]:
+        with pytest.raises(FileNotFoundError) as caught:
+            call()
+        assert caught.value.errno == errno.ENOENT and "no." in caught.value.filename
+    for call, word in [
+        (lambda: ball.render(camera, "big"), "size"),
+        (lambda: ball.render(camera, (8, 8), crop=b"abcd"), "crop"),
+        (lambda: ball.explain(camera, "p"), "pixel"),
+    ]:
+        with pytest.raises(TypeError) as caught:
+            call()
+        assert str(caught.value).startswith(f"{word}: "), caught.value
+    far = kb.Scene([[1e300, 0, 0, 1e299]])
+    with pytest.raises(ValueError) as caught:
+        kb.Camera.frame(far)
+    assert "position and look_at" in str(caught.value) and "--" not in str(caught.value)

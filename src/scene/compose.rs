@@ -74,7 +74,7 @@ fn compose(files: Files, path: &Path, wishes: &Wishes, control: &Control) -> Res
         return Err(SceneError::whole_file(path, "there is no sphere in it", help).into());
     }
     if scene.camera.is_none() || wishes.frame() {
-        let camera = place_camera(&scene, wishes, path)?;
+        let camera = place_camera(&scene, wishes, path, control)?;
         let mut draft = Draft::new(&text, path)?;
         draft.set_camera(&camera);
         text = draft.text();
@@ -126,8 +126,14 @@ impl Composed {
 /// of the picture's size. `path` is for messages.
 ///
 /// # Errors
-/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be.
-pub fn place_camera(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camera> {
+/// [`Error::Scene`] where there is no sphere to be framed; [`Error::Usage`] for wishes that can't be;
+/// [`Error::Interrupted`] when `control` was cancelled.
+pub fn place_camera(
+    scene: &Scene,
+    wishes: &Wishes,
+    path: &Path,
+    control: &Control,
+) -> Result<Camera> {
     let of_scene = scene.camera.as_ref();
     if scene.spheres.is_empty() && of_scene.is_none() {
         return scene.require_camera(path).cloned();
@@ -160,7 +166,7 @@ pub fn place_camera(scene: &Scene, wishes: &Wishes, path: &Path) -> Result<Camer
         up: framing.up,
         projection: lens.projection(),
     })?;
-    checked(framing.camera(&scene.spheres)?)
+    checked(framing.camera(&scene.spheres, control)?)
 }
 
 /// The scene of a draft, with what data may lack: it is chosen, written into the text, and told.

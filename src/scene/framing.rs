@@ -11,6 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Camera, Projection, Sphere};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::rays::View;
 
@@ -79,8 +80,9 @@ impl Framing {
     /// those of `from` are.
     ///
     /// # Errors
-    /// [`Error::Usage`] without spheres, and where their coordinates are too large to be framed.
-    pub fn camera(&self, spheres: &[Sphere]) -> Result<Camera> {
+    /// [`Error::Usage`] without spheres, and where their coordinates are too large to be framed;
+    /// [`Error::Interrupted`] when `control` was cancelled.
+    pub fn camera(&self, spheres: &[Sphere], control: &Control) -> Result<Camera> {
         let (middle, size) = bounds(spheres)?;
         let step = Step::of(ROUNDING * size);
         let n_turns = self.n_turns.clamp(1, MOST_TURNS);
@@ -89,14 +91,15 @@ impl Framing {
         let look_at = match self.look_at {
             Some(look_at) => look_at,
             None if directions.len() > 1 => step.near(middle),
-            None => step.near(middle + self.centred(spheres, middle)),
+            None => step.near(middle + self.centred(spheres, middle, control)?),
         };
         let fit = |&from: &DVec3| {
+            control.check()?;
             let view = self.view(from);
             let limits = Limits::new(view, self.edges(self.usable(view.h)), spheres, middle);
-            limits.fit(self, look_at - middle, size)
+            Ok(limits.fit(self, look_at - middle, size))
         };
-        let fits: Vec<Fit> = directions.par_iter().map(fit).collect();
+        let fits: Vec<Fit> = directions.par_iter().map(fit).collect::<Result<_>>()?;
         let distance = fits.iter().fold(0.0, |most, fit| fit.distance.max(most));
         let height = fits.iter().fold(0.0, |most, fit| fit.height.max(most));
         let factor = step.above(distance / self.from.length());
@@ -139,16 +142,17 @@ impl Framing {
     ///
     /// Two opposite edges decide how far away the eye is, and are touched. Between the other two there is
     /// room to spare: as much at both where a picture that is narrower in this direction would be filled.
-    fn centred(&self, spheres: &[Sphere], middle: DVec3) -> DVec3 {
+    fn centred(&self, spheres: &[Sphere], middle: DVec3, control: &Control) -> Result<DVec3> {
         let view = self.view(self.from);
         let usable = self.usable(view.h);
         let limits = |usable| Limits::new(view, self.edges(usable), spheres, middle);
         let whole = limits(usable);
-        let FramingLens::Perspective { .. } = self.lens else { return whole.aside() };
+        let FramingLens::Perspective { .. } = self.lens else { return Ok(whole.aside()) };
         let [across, along] = whole.eyes();
         let (spare, eye) = if across < along { (1, across) } else { (0, along) };
         let (mut too_narrow, mut enough, mut narrowed) = (0.0, 1.0, whole);
         for _ in 0..CENTRING_STEPS {
+            control.check()?;
             let part = 0.5 * (too_narrow + enough);
             let mut usable = usable;
             usable[spare] *= part;
@@ -159,7 +163,7 @@ impl Framing {
                 (enough, narrowed) = (part, limits);
             }
         }
-        narrowed.aside()
+        Ok(narrowed.aside())
     }
 }
 
@@ -445,7 +449,8 @@ mod tests {
             let spheres = cloud(7, scale, center);
             for (from, lens) in FROM.iter().flat_map(|from| lenses.map(|lens| (*from, lens))) {
                 for size in [[1280, 720], [300, 900]] {
-                    let camera = framing(from, lens, size).camera(&spheres).unwrap();
+                    let camera =
+                        framing(from, lens, size).camera(&spheres, &Control::default()).unwrap();
                     let room = room(&camera, size, &spheres);
                     let case = format!("{scale} {center} {from} {lens:?} {size:?}: {room:?}");
                     let least = room.into_iter().fold(f64::INFINITY, f64::min);
@@ -468,7 +473,7 @@ mod tests {
         let spheres = cloud(8, 1.0, DVec3::ZERO);
         let framing =
             framing(DVec3::ONE, FramingLens::Perspective { fov_degrees: 40.0 }, [640, 480]);
-        let mut camera = framing.camera(&spheres).unwrap();
+        let mut camera = framing.camera(&spheres, &Control::default()).unwrap();
         camera.position = camera.look_at + 0.99 * (camera.position - camera.look_at);
         let room = room(&camera, framing.size, &spheres);
         assert!(room.iter().any(|&room| room < 0.0), "{room:?}");
@@ -482,7 +487,11 @@ mod tests {
             FramingLens::Orthographic { height: None },
         ] {
             let framing = Framing { margin: 0.1, ..framing(DVec3::Z, lens, [1000, 500]) };
-            let room = room(&framing.camera(&spheres).unwrap(), framing.size, &spheres);
+            let room = room(
+                &framing.camera(&spheres, &Control::default()).unwrap(),
+                framing.size,
+                &spheres,
+            );
             let least = room.into_iter().fold(f64::INFINITY, f64::min);
             assert!((least - 0.1).abs() < 0.003, "{room:?}");
         }
@@ -498,7 +507,7 @@ mod tests {
             let n_turns = 12;
             let framing =
                 Framing { n_turns, ..framing(DVec3::new(1.0, 1.0, 2.0), lens, [640, 480]) };
-            let first = framing.camera(&spheres).unwrap();
+            let first = framing.camera(&spheres, &Control::default()).unwrap();
             let mut least = f64::INFINITY;
             for turn in 0..n_turns {
                 let from = turned(first.position - first.look_at, DVec3::Y, turn, n_turns);
@@ -513,7 +522,9 @@ mod tests {
     fn numbers_are_short() {
         let spheres = cloud(11, 1.0, DVec3::new(0.1234567, 5.4321, -1.0 / 3.0));
         let lens = FramingLens::Orthographic { height: None };
-        let camera = framing(DVec3::new(1.0, 1.0, 2.0), lens, [640, 480]).camera(&spheres).unwrap();
+        let camera = framing(DVec3::new(1.0, 1.0, 2.0), lens, [640, 480])
+            .camera(&spheres, &Control::default())
+            .unwrap();
         let Projection::Orthographic { height } = camera.projection else { panic!("{camera:?}") };
         for number in [camera.position, camera.look_at].map(|v| v.to_array()).as_flattened() {
             assert!(format!("{number:?}").len() <= 8, "{camera:?}");
@@ -534,8 +545,12 @@ mod tests {
             at(DVec3::ZERO, 1e-200),
             at(DVec3::X, 1e-15),
         ] {
-            assert_eq!(framing.camera(&spheres).unwrap_err().exit_code(), 2, "{spheres:?}");
+            assert_eq!(
+                framing.camera(&spheres, &Control::default()).unwrap_err().exit_code(),
+                2,
+                "{spheres:?}"
+            );
         }
-        assert!(framing.camera(&at(DVec3::ZERO, 1.0)).is_ok());
+        assert!(framing.camera(&at(DVec3::ZERO, 1.0), &Control::default()).is_ok());
     }
 }
