@@ -17,7 +17,7 @@ use crate::render::{
     Kept, Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Colors, Encoding, Painter, Shader, Style};
+use crate::shade::{Colors, Encoding, Painter, Pixel, Shader, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -207,11 +207,7 @@ impl Session {
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let wants = Wants { surface: true, level: true };
         let (kept, _) = self.keep(&pixels, style, wants, &Control::default())?;
-        let srgb8 = match kept.colors {
-            Colors::Srgb8(pixels) => pixels,
-            Colors::Srgb16(_) | Colors::Linear(_) => Vec::new(),
-        };
-        Ok(Picture { width, height, hits: kept.hits, srgb8 })
+        Ok(Picture { width, height, hits: kept.hits, srgb8: Pixel::all(kept.colors)? })
     }
 
     /// Draws pixels into memory, band by band, so that their samples need little of it.
@@ -251,18 +247,19 @@ impl Session {
         Ok(hits)
     }
 
-    /// The colours of `pixels` with `n_samples` × `n_samples` samples each, in sRGB with 8 bits a channel, as
-    /// [`Session::draw`] writes them. All samples are in memory at once, so that a picture is best made in
-    /// [`crate::render::bands`]; what they need is made for the first one alone.
+    /// The colours of `pixels` with `n_samples` × `n_samples` samples each, in the numbers of `P`, as
+    /// [`Session::draw`] writes them: `[u8; 3]` is sRGB with 8 bits a channel. All samples are in memory at
+    /// once, so that a picture is best made in [`crate::render::bands`]; what they need is made for the first
+    /// one alone.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
-    pub fn colors(
+    pub fn colors<P: Pixel>(
         &mut self,
         pixels: &Pixels,
         n_samples: Samples,
         control: &Control,
-    ) -> Result<Vec<[u8; 3]>> {
+    ) -> Result<Vec<P>> {
         let (wants, mut hits) = (Wants::default(), Hits::default());
         let bytes = hits_bytes(pixels.samples(n_samples.across()).len() as u64, wants);
         memory::require("the samples of pixels", bytes, "take fewer pixels at a time")?;
@@ -270,14 +267,11 @@ impl Session {
         if n_samples == Samples::ONE {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         }
-        let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let style = Style { n_samples, ..Style::new(P::ENCODING) };
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
-        let mut colors = Colors::new(Encoding::Srgb8);
+        let mut colors = Colors::new(P::ENCODING);
         painter.paint_with(Some(tracer), pixels, &hits, control, &mut colors)?;
-        match colors {
-            Colors::Srgb8(pixels) => Ok(pixels),
-            Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
-        }
+        P::all(colors)
     }
 
     /// Draws a picture into a file; the name's ending tells the format.
@@ -373,15 +367,14 @@ impl Session {
 
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
-        let (mut hits, mut colors) = (Hits::default(), Colors::new(Encoding::Srgb8));
+        let mut hits = Hits::default();
         let mut digest = Digest::new(pixels, n_samples);
         for band in bands(pixels, n_band_rows) {
             control.check()?;
             tracer.trace(&Rays::Pixels(band), control, &mut hits)?;
+            let mut colors = Colors::new(Encoding::Srgb8);
             painter.paint(&band, &hits, control, &mut colors)?;
-            if let Colors::Srgb8(colors) = &colors {
-                digest.rows(&hits, colors);
-            }
+            digest.rows(&hits, &<[u8; 3]>::all(colors)?);
         }
         control.check()?;
         Ok(digest.finish())
@@ -574,9 +567,24 @@ mod tests {
         control.cancel();
         for n_samples in [1, 3] {
             let samples = Samples::nearest(n_samples);
-            let stopped = session.colors(&whole, samples, &control).unwrap_err();
+            let stopped = session.colors::<[u8; 3]>(&whole, samples, &control).unwrap_err();
             assert!(matches!(stopped, Error::Interrupted), "{stopped}");
         }
+    }
+
+    /// The same picture in each kind of numbers; one of another kind is an error and not empty.
+    #[test]
+    fn colours_come_in_the_numbers_that_are_asked_for() {
+        let mut session = session();
+        let (pixels, control) = (session.pixels(9, 7).unwrap(), Control::default());
+        let bytes: Vec<[u8; 3]> = session.colors(&pixels, Samples::ONE, &control).unwrap();
+        let shorts: Vec<[u16; 3]> = session.colors(&pixels, Samples::ONE, &control).unwrap();
+        let floats: Vec<[f32; 3]> = session.colors(&pixels, Samples::ONE, &control).unwrap();
+        assert_eq!((bytes.len(), bytes[31]), (63, [255, 0, 0]));
+        assert_eq!((shorts.len(), shorts[31]), (63, [u16::MAX, 0, 0]));
+        assert_eq!((floats.len(), floats[31]), (63, [1.0, 0.0, 0.0]));
+        let wrong = <[u8; 3]>::all(Colors::Linear(floats)).unwrap_err();
+        assert!(wrong.to_string().contains("Linear, not Srgb8"), "{wrong}");
     }
 
     #[test]

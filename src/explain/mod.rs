@@ -290,8 +290,8 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
     let n_objects = scene.n_objects();
     let limit = limit.unwrap_or(MOST_OBJECTS).clamp(1, MOST_OBJECTS);
     let n_shown = limit.min(n_objects);
-    // The ranks are put together from parts.
-    let ranking = n_objects * size_of::<Rank>() * 2;
+    // The ranks are put together from parts; every object may be hit.
+    let ranking = n_objects * (2 * size_of::<Rank>() + size_of::<Root>());
     memory::require(
         format!("explaining {n_shown} of {n_objects} objects"),
         ranking as u64 + n_shown as u64 * SHOWN_BYTES,

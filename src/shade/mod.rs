@@ -53,6 +53,39 @@ pub enum Colors {
     Linear(Vec<[f32; 3]>),
 }
 
+/// A pixel's colour in the numbers of one [`Encoding`]: `[u8; 3]`, `[u16; 3]` or `[f32; 3]`.
+pub trait Pixel: written::Written {
+    /// How it is written.
+    const ENCODING: Encoding;
+
+    /// The pixels of colours that are written so.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where they are written otherwise.
+    fn all(colors: Colors) -> Result<Vec<Self>>;
+}
+
+macro_rules! pixels {
+    ($($number:ty => $encoding:ident),+) => {
+        $(impl Pixel for [$number; 3] {
+            const ENCODING: Encoding = Encoding::$encoding;
+
+            fn all(colors: Colors) -> Result<Vec<Self>> {
+                match colors {
+                    Colors::$encoding(pixels) => Ok(pixels),
+                    other => Err(Error::Usage(format!(
+                        "the colours are {:?}, not {:?}",
+                        other.encoding(),
+                        Self::ENCODING
+                    ))),
+                }
+            }
+        })+
+    };
+}
+
+pixels!(u8 => Srgb8, u16 => Srgb16, f32 => Linear);
+
 impl Colors {
     /// No colours yet.
     pub fn new(encoding: Encoding) -> Colors {
@@ -151,19 +184,6 @@ impl Shader {
     pub fn bytes(encoding: Encoding, n_objects: usize, n_pixels: u64) -> u64 {
         let n_colors = n_pixels.saturating_add(n_objects as u64 + 1);
         n_colors.saturating_mul(encoding.pixel_bytes() as u64)
-    }
-
-    /// The colours of the hits in sRGB, 8 bits a channel.
-    ///
-    /// # Errors
-    /// As [`Shader::shade`].
-    pub fn srgb8(scene: &Scene, hits: &Hits) -> Result<Vec<[u8; 3]>> {
-        let mut colors = Colors::new(Encoding::Srgb8);
-        Shader::new(scene, Encoding::Srgb8).shade(hits, &mut colors)?;
-        match colors {
-            Colors::Srgb8(pixels) => Ok(pixels),
-            Colors::Srgb16(_) | Colors::Linear(_) => Ok(Vec::new()),
-        }
     }
 
     /// Replaces `colors` by those of the hits, one a hit, in this shader's encoding.

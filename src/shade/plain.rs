@@ -1,6 +1,8 @@
 //! Light as everyone computes it, for the kernels without a proof: shadow rays start on the surface as
 //! the kernel's arithmetic has it, or an epsilon away from it. Twin of `shaders/plain_light.wgsl`.
 
+use rayon::prelude::*;
+
 use super::lamp::{Lamp, Lighting, Origin};
 use super::lit::Job;
 use super::written::Written;
@@ -276,7 +278,7 @@ impl WithTwin for One<'_> {
             t: hit.t.to_f64(),
             at: to_f64(ray.origin + ray.direction * hit.t),
             normal: to_f64(normal),
-            ways: lighting.lamps.iter().map(way).collect(),
+            ways: lighting.lamps.par_iter().map(way).collect(),
             light: plain.light(&ray),
         })
     }
