@@ -56,6 +56,10 @@ fn cosine(beam: Beam, normal: Vec3, normal_error: Real) -> Bounds {
 }
 
 //#if double
+fn length_of(v: Vec3) -> Real {
+    return max(sqrt(dot3(v, v)), NEGLIGIBLE);
+}
+
 //#if of_scene
 // NO, OPEN or YES: the largest of several wins.
 fn meets_sphere(beam: Beam, center: Vec3, r: f64) -> u32 {
@@ -97,14 +101,14 @@ fn meets_shell(
     let l = center - beam.start;
     let far = max(max(abs(center.x), abs(center.y)), abs(center.z));
     let own_far = max(max(abs(own_center.x), abs(own_center.y)), abs(own_center.z));
-    let l_length = sqrt(dot3(l, l));
+    let l_length = length_of(l);
     let e = beam.error + UNIT * (OF_PLACE * max(far, own_far) + OF_OFFSET * l_length);
     let way = beam.length;
     let v = beam.start - own_center;
-    let a = sqrt(dot3(apart, apart));
+    let a = length_of(apart);
     let k = (own_r - r) * (own_r + r);
     let side = k + dot3(apart, apart + 2.0 * v);
-    let reach = a + 2.0 * sqrt(dot3(v, v));
+    let reach = a + 2.0 * length_of(v);
     let side_error = ROOM * (2.0 * a * e + UNIT * OF_SHELL * (abs(k) + a * reach));
     let leaves = dot3(l, beam.way) < -ROOM * e * (way + 2.0 * l_length);
     let end = l - beam.way;
@@ -128,10 +132,10 @@ fn meets_shell(
 fn meets_plane(beam: Beam, point: Vec3, normal: Vec3) -> u32 {
     let l = point - beam.start;
     let end = l - beam.way;
-    let n = sqrt(dot3(normal, normal));
+    let n = length_of(normal);
     let way = beam.length;
     let e = beam.error
-        + UNIT * (sqrt(dot3(point, point)) + OF_PLANE * (sqrt(dot3(l, l)) + way));
+        + UNIT * (length_of(point) + OF_PLANE * (length_of(l) + way));
     let start = dot3(normal, l);
     let start_error = ROOM * n * e;
     let sun_error = OF_SLOPE * UNIT * n * way;

@@ -12,7 +12,6 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -233,10 +232,9 @@ impl Prepared {
             return false;
         }
         let repeats = self.plane_repeats.get_or_init(|| {
-            let places: Vec<_> =
-                planes.par_iter().map(|plane| PlanePlace::new(plane.point, plane.normal)).collect();
             let mut seen = HashSet::new();
-            places.iter().map(|place| place.is_some() && !seen.insert(place)).collect()
+            let places = planes.iter().map(|plane| PlanePlace::new(plane.point, plane.normal));
+            places.map(|place| place.is_some_and(|place| !seen.insert(place))).collect()
         });
         repeats.get(index).copied().unwrap_or(false)
     }

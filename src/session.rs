@@ -213,7 +213,7 @@ impl Session {
     /// Draws pixels into memory, band by band, so that their samples need little of it.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where the picture does not fit the memory; those of [`Session::make_ready`] and [`render()`].
+    /// [`TooLarge`](crate::Error::TooLarge) where the picture does not fit the memory; those of [`Session::make_ready`] and [`render()`].
     pub fn keep(
         &mut self,
         pixels: &Pixels,
@@ -238,7 +238,7 @@ impl Session {
     /// The hits of pixels' centre rays, in memory.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::trace`].
+    /// [`TooLarge`](crate::Error::TooLarge) where they do not fit the memory; those of [`Session::trace`].
     pub fn hits(&mut self, pixels: &Pixels, wants: Wants, control: &Control) -> Result<Hits> {
         let bytes = hits_bytes(pixels.len() as u64, wants);
         memory::require("the hits of a picture", bytes, "take a smaller one")?;
@@ -253,7 +253,7 @@ impl Session {
     /// one alone.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where they do not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
+    /// [`TooLarge`](crate::Error::TooLarge) where they do not fit the memory; those of [`Session::trace`] and [`Painter::paint`].
     pub fn colors<P: Pixel>(
         &mut self,
         pixels: &Pixels,
@@ -347,7 +347,7 @@ impl Session {
     /// same on every device with [`Kernel::Certified`].
     ///
     /// # Errors
-    /// Those of [`Session::trace`] and [`Painter::paint`]; [`Error::TooLarge`] where a band does not fit the
+    /// Those of [`Session::trace`] and [`Painter::paint`]; [`TooLarge`](crate::Error::TooLarge) where a band does not fit the
     /// memory.
     pub fn digest(
         &mut self,

@@ -42,6 +42,23 @@ fn directions_are_scaled_to_at_least_one() {
             assert_eq!(times_power_of_two(scaled, exponent), direction);
         }
     }
+    for (v, is_exact) in [
+        (dvec3(0.5, 5e-324, 0.0), true),
+        (dvec3(2f64.powi(-1000), 0.0, -5e-324), true),
+        (dvec3(4.0, -5e-324, 0.0), false),
+        (dvec3(1e300, 1e-100, 0.0), false),
+        (dvec3(1e300, 1e-7, 0.0), true),
+    ] {
+        let scaled = Scaled::new(v);
+        assert_eq!(scaled.exact().is_some(), is_exact, "{v}");
+        for axis in 0..3 {
+            let (of, x) = (v[axis], scaled.rounded()[axis]);
+            assert!((x == 0.0) == (of == 0.0) && x.is_sign_negative() == of.is_sign_negative());
+        }
+        if let Some(exact) = scaled.exact() {
+            assert_eq!(times_power_of_two(exact, scaled.exponent()), v);
+        }
+    }
     assert_eq!(
         [0.0, 5e-324, f64::MIN_POSITIVE].map(|x| exponent_of(DVec3::X * x)),
         [0, -1074, -1022]

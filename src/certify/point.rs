@@ -95,7 +95,7 @@ pub struct PointF64 {
     pub at: Vec3<f64>,
     pub error: f64,
     pub normal: Vec3<f64>,
-    pub normal_error: f64,
+    normal_error: f64,
 }
 
 impl PointF64 {

@@ -358,7 +358,8 @@ pub struct ExactCosine<'a> {
 }
 
 impl ExactCosine<'_> {
-    /// The number where it is rational: that of a point without a root and a way of rational length.
+    /// The number where it is that of a point without a root and of a way of rational length. There are other rational ones,
+    /// for which `None` is right as well.
     pub fn fraction(&self) -> Option<Fraction> {
         let numerator = self.numerator.rational()?;
         Some(Fraction::new(numerator, &dyadic_root(self.denominator2.rational()?)?))

@@ -118,13 +118,14 @@ pub fn exponent_of(v: DVec3) -> i32 {
 
 /// A vector times the power of two that brings its largest component into `1..2`; the zero vector as it is.
 ///
-/// Components that are far below the largest may leave f64's normal range: these are rounded, away from 0, to
-/// `±2⁻¹⁰²²`. So it is not exact, but a component is 0 only where the vector's is, and no other is off by
-/// more than `2⁻¹⁰²²`, less than a thousandth of what every bound grants a single rounding.
+/// Scaled down, components that are far below the largest may leave f64's normal range: these are rounded, away from 0, to
+/// `±2⁻¹⁰²²`. So a component is 0 only where the vector's is, and no other is off by more than `2⁻¹⁰²²`, less than a
+/// thousandth of what every bound grants a single rounding.
 #[derive(Clone, Copy, Debug)]
 pub struct Scaled {
     vector: DVec3,
     exponent: i32,
+    is_exact: bool,
 }
 
 impl Scaled {
@@ -132,19 +133,26 @@ impl Scaled {
     pub fn new(v: DVec3) -> Scaled {
         let exponent = exponent_of(v);
         let half = -exponent / 2;
-        let scaled = v * power_of_two(half) * power_of_two(-exponent - half);
-        let away = |of: f64, x: f64| match of {
-            0.0 => of,
-            _ if x.abs() < f64::MIN_POSITIVE => f64::MIN_POSITIVE.copysign(of),
-            _ => x,
-        };
-        let vector = DVec3::new(away(v.x, scaled.x), away(v.y, scaled.y), away(v.z, scaled.z));
-        Scaled { vector, exponent }
+        let mut vector = v * power_of_two(half) * power_of_two(-exponent - half);
+        let mut is_exact = true;
+        for axis in 0..3 {
+            let is_kept = exponent <= 0 || vector[axis].abs() >= f64::MIN_POSITIVE;
+            if !is_kept && v[axis] != 0.0 {
+                vector[axis] = f64::MIN_POSITIVE.copysign(v[axis]);
+                is_exact = false;
+            }
+        }
+        Scaled { vector, exponent, is_exact }
     }
 
     /// The vector times `2^−exponent`, but for what is rounded.
     pub fn rounded(self) -> DVec3 {
         self.vector
+    }
+
+    /// The same where nothing is.
+    pub fn exact(self) -> Option<DVec3> {
+        self.is_exact.then_some(self.vector)
     }
 
     /// [`exponent_of`] the vector.

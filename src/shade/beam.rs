@@ -179,9 +179,12 @@ pub struct Beam<R = f64> {
     pub unit: f64,
 }
 
+/// At least the length of a vector, but for rounding: where its squares underflow, it is below the inverse of the
+/// largest number whose square is in range.
 #[inline(always)]
-fn length<R: SideBySide>(v: Vec3<R>) -> R {
-    dot3(v, v).sqrt()
+fn length_of<R: SideBySide<Plain: Bounded>>(v: Vec3<R>) -> R {
+    let square = dot3(v, v);
+    square.sqrt().max(likes(square)(1.0 / R::Plain::LARGEST_ROOT))
 }
 
 /// What puts the nearest number in all places.
@@ -215,12 +218,12 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let way = like3(error, position) - start;
         let beam = Beam::new(start, way, error, error);
         let distance = beam.square.sqrt();
-        let off = error + like(unit) * (like(length(position)) + distance);
+        let off = error + like(unit) * (like(length_of(position)) + distance);
         let is_far = like(1.0 / largest).lt(distance).and(distance.lt(like(largest)));
         let is_apart = (like(4.0) * off).lt(distance).and(is_far);
         let off = R::select(is_apart, off, like(f64::INFINITY));
         let turned = like(OF_TURN) * off * beam.inverse_length;
-        let at_end = like(unit) * (like(length(position)) + like(1.0 + OF_WAY) * distance);
+        let at_end = like(unit) * (like(length_of(position)) + like(1.0 + OF_WAY) * distance);
         let bend = like(OF_LEVER) * at_end * beam.inverse_length;
         let error = R::select(is_apart, error, like(f64::INFINITY));
         Beam { error, end_error: at_end, bend, turned, ..beam }
@@ -321,10 +324,10 @@ impl<R: SideBySide<Plain: Bounded>> Beam<R> {
         let zero = like(0.0);
         let l = like3(zero, point) - self.from;
         let end = l - self.way;
-        let (n, way, away) = (length(normal), self.square.sqrt(), length(point));
+        let (n, way, away) = (length_of(normal), self.square.sqrt(), length_of(point));
         let normals = like3(zero, normal);
         let (of_lengths, unit) = (like(OF_PLANE + more), like(self.unit));
-        let here = self.error + unit * (like(away) + of_lengths * length(l));
+        let here = self.error + unit * (like(away) + of_lengths * length_of(l));
         let e = here + self.end_error + unit * (of_lengths * way);
         let start = dot3(normals, l);
         let start_error = like(ROOM * n) * here;
@@ -384,22 +387,23 @@ impl Beam {
         let l = center - self.from;
         let far = |v: Vec3<f64>| v.0.iter().fold(0.0, |far, x| f64::max(far, x.abs()));
         let far = f64::max(far(center), far(own_center));
-        let e = self.error + self.end_error + self.unit * (OF_PLACE * far + OF_OFFSET * length(l));
+        let e =
+            self.error + self.end_error + self.unit * (OF_PLACE * far + OF_OFFSET * length_of(l));
         let way = self.square.sqrt();
         let v = self.from - own_center;
-        let a = length(apart);
+        let a = length_of(apart);
         let k = (own_r - r) * (own_r + r);
         let side = k + dot3(apart, apart + v * 2.0);
-        let reach = a + 2.0 * length(v);
+        let reach = a + 2.0 * length_of(v);
         let side_error = ROOM * (2.0 * a * e + self.unit * OF_SHELL * (k.abs() + a * reach));
-        let leaves = dot3(l, self.way) < -ROOM * e * (way + 2.0 * length(l));
+        let leaves = dot3(l, self.way) < -ROOM * e * (way + 2.0 * length_of(l));
         let end = l - self.way;
         let end2 = if self.is_endless { f64::INFINITY } else { dot3(end, end) };
         let (inner, outer) = (r - e, r + e);
         let inner2 = if inner > 0.0 { inner * inner * (1.0 - RELATIVE) } else { -1.0 };
         let outer2 = outer * outer * (1.0 + RELATIVE);
         let starts_inside = side < -side_error;
-        let are_in_range = [length(l), r, own_r, e, a, way].iter().all(|&x| x < LARGEST)
+        let are_in_range = [length_of(l), r, own_r, e, a, way].iter().all(|&x| x < LARGEST)
             && r.min(own_r) > 1.0 / LARGEST;
         let is_clear = (starts_inside & (end2 < inner2)) | ((side > side_error) & leaves);
         let known =
@@ -511,6 +515,23 @@ mod tests {
             }
         }
         (wrong, n_said)
+    }
+
+    /// So near that the squares of lengths underflow, the rounding of a dot product is as large as ever: this one has the wrong
+    /// sign.
+    #[test]
+    fn planes_nearer_than_squares_tell_are_open() {
+        let normal = Vec3([1.6980664066748499, -1.592633229472514, -0.7121360615149421]);
+        let point = Vec3([-3.324926991026493e-166, 6.670777831146176e-166, -2.28468268181911e-165]);
+        for sun in [normal, -normal] {
+            let beam = Beam::to_sun(Vec3::ZERO, 0.0, sun);
+            assert_eq!(beam.meets_plane(point, normal), in_the_way::OPEN, "{sun:?}");
+        }
+        // The same of spheres whose centres are that close.
+        let beam = Beam::to_sun(Vec3([1.0, 0.0, 0.0]), 1e-15, Vec3([-1.0, 0.3, 0.0]));
+        let apart = Vec3([0.0, 1e-165, 0.0]);
+        let met = beam.meets_shell(Vec3::ZERO, 1.0, apart, 1.0, apart);
+        assert_eq!(met, in_the_way::OPEN);
     }
 
     /// A sun at the horizon of a floor, which is often exactly there.

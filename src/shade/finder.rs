@@ -11,7 +11,7 @@ use pulp::Simd;
 use super::beam::{Beam, in_the_way};
 use super::lamp::{Lamp, Lighting, Origin};
 use crate::certify::{LANES, OfPicture, Pack, PointF64, Stage, registers};
-use crate::exact::{ExactBeam, ExactPoint, Shape, is_outside};
+use crate::exact::{ExactBeam, ExactPoint, Shape, is_outside, slope_of};
 use crate::guard::UNIT_F64;
 use crate::prepare::{Prepared, Scaled};
 use crate::rays::Rays;
@@ -41,6 +41,8 @@ pub struct Finder<'a> {
     /// sphere, so that their common beam is about as thick as what it meets.
     together: f64,
     pub(super) lamps: Vec<LampF64>,
+    /// The suns among them as the scene has them.
+    suns: Vec<Option<DVec3>>,
 }
 
 /// An object, relative to the reference point.
@@ -400,6 +402,11 @@ impl<'a> Finder<'a> {
             Origin::Sun(way) => LampF64::Sun(Scaled::new(way).rounded().into()),
         };
         let lamps = lighting.lamps.iter().map(lamp).collect();
+        let sun = |lamp: &Lamp| match lamp.origin {
+            Origin::Sun(direction) => Some(direction),
+            Origin::Eye | Origin::Point(_) => None,
+        };
+        let suns = lighting.lamps.iter().map(sun).collect();
         Finder {
             stage,
             prepared,
@@ -410,6 +417,7 @@ impl<'a> Finder<'a> {
             to_tree,
             together,
             lamps,
+            suns,
         }
     }
 
@@ -723,22 +731,33 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// The side of a plane that a point of it is seen from, 0 or 1; `None` for a sphere.
-    pub fn side_of_plane(&self, id: u32, point: &PointF64) -> Option<u32> {
-        let is_plane = id as usize > self.scene.spheres.len();
-        is_plane.then(|| u32::from(dot3(point.normal, self.stage.plane(id).normal) > 0.0))
+    /// Whether an object is a plane.
+    pub fn is_plane(&self, id: u32) -> bool {
+        id as usize > self.scene.spheres.len()
     }
 
-    /// Whether a lamp shines on the side of a plane that this point of it is seen from, where that is the same for all of the
-    /// plane: for suns. `None` for others, and where f64 does not tell.
-    pub fn is_lit_evenly(&self, lamp: &Lamp, point: &PointF64) -> Option<bool> {
-        let Origin::Sun(way) = lamp.origin else { return None };
-        let beam: Beam = Beam::to_sun(point.at, point.error, Scaled::new(way).rounded().into());
-        match beam.cosine(point.normal, point.normal_error) {
-            (low, _) if low > 0.0 => Some(true),
-            (_, high) if high <= 0.0 => Some(false),
-            _ => None,
-        }
+    /// Whether a point of a plane is seen from the side that its normal points to.
+    pub fn faces_front(&self, id: u32, point: &PointF64) -> bool {
+        dot3(point.normal, self.stage.plane(id).normal) > 0.0
+    }
+
+    /// Whether the sun with index `index` shines on that side of a plane, or on the other one: the same for all of it.
+    pub fn lights_plane(&self, index: usize, id: u32, faces_front: bool) -> bool {
+        let (LampF64::Sun(way), Some(Object::Plane(plane))) =
+            (self.lamps[index], self.scene.object(id))
+        else {
+            return false;
+        };
+        let normal = self.stage.plane(id).normal;
+        let slope = -dot3(normal, way);
+        // The vectors' lengths are below 4, their product's rounding is 3 units.
+        let is_known = slope.abs() > 64.0 * UNIT_F64;
+        let sign = match (is_known, self.suns[index]) {
+            (false, Some(direction)) => -slope_of(plane.normal, direction),
+            _ if slope > 0.0 => 1,
+            _ => -1,
+        };
+        sign == if faces_front { 1 } else { -1 }
     }
 
     /// What f64 knows of what is in the way to a lamp from a point that faces it, and the ids of what may be.

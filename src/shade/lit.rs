@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::bytes::{ByteFinder, ByteRoom};
 use super::finder::{Finder, Given, PACKS, Room, Row, SamplePoint};
 use super::in_f64::n_terms;
-use super::lamp::Lighting;
+use super::lamp::{Lighting, Origin};
 use super::mean::ExactMean;
 use super::written::{Interval, Written};
 use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
@@ -97,6 +97,11 @@ impl Lit {
 
 /// Rows whose parts follow each other: what is in the way of one row is in the cache for the next one.
 const STRIP_ROWS: usize = 8;
+
+/// More than what underflows in all that lamps give a point: `2⁻¹⁰⁷⁴` of a weight, a product and a sum each, of fewer than
+/// `2⁷⁰` lamps. Where there is so much other light that it does not count, it is below a rounding of that.
+const UNDERFLOW: f64 =
+    1.0 / ((1u128 << 100) as f64 * (1u128 << 100) as f64 * (1u128 << 100) as f64);
 
 /// Most colours that one thread keeps of pixels that were decided exactly.
 const MOST_KNOWN: usize = 1 << 12;
@@ -285,7 +290,8 @@ impl Certified<'_> {
         if let Some(color) = known.get(&seen) {
             return *color;
         }
-        let color = self.exact_mean(pixel, &samples, bounds, counts);
+        // Its ways are counted already.
+        let color = self.exact_mean(pixel, &samples, bounds, &mut StageCounts::default());
         if known.len() < MOST_KNOWN {
             known.insert(seen, color);
         }
@@ -296,6 +302,13 @@ impl Certified<'_> {
     /// in which suns' light. On one side of a plane each sun's is the same everywhere. `None` for others.
     fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u32>> {
         let (lamps, finder) = (&self.job.lit.lighting.lamps, self.finder);
+        let is_even = |sample: &SamplePoint| {
+            sample.id == 0 || sample.in_f64.is_some() && finder.is_plane(sample.id)
+        };
+        let are_suns = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)));
+        if !(are_suns && samples.iter().all(is_even)) {
+            return None;
+        }
         // For each kind of sample its object, its side with its suns, and how often it is there.
         let n_words = 3 + lamps.len() / 32;
         let (mut seen, mut one): (Vec<u32>, Vec<u32>) = Default::default();
@@ -305,9 +318,10 @@ impl Certified<'_> {
             one[0] = sample.id;
             if sample.id != 0 {
                 let (point, _) = sample.in_f64.as_ref()?;
-                one[1] = finder.side_of_plane(sample.id, point)?;
+                let faces_front = finder.faces_front(sample.id, point);
+                one[1] = u32::from(faces_front);
                 for (index, lamp) in lamps.iter().enumerate() {
-                    let gives = finder.is_lit_evenly(lamp, point)?
+                    let gives = finder.lights_plane(index, sample.id, faces_front)
                         && finder.is_seen((index, lamp), sample, counts);
                     let bit = index + 1;
                     one[1 + bit / 32] |= u32::from(gives) << (bit % 32);
@@ -524,7 +538,9 @@ impl pulp::WithSimd for FindColors<'_> {
         for (number, packs) in packs.chunks(PACKS).enumerate() {
             let column = column + number * PACKS;
             let first = colors.len();
-            colors.resize(first + packs.len(), lighting.ambient.map(|part| [[part; LANES]; 2]));
+            let ambient = |part: f64| [(part - UNDERFLOW).max(0.0), part + UNDERFLOW];
+            let ambient = lighting.ambient.map(|part| ambient(part).map(|bound| [bound; LANES]));
+            colors.resize(first + packs.len(), ambient);
             let light = &mut colors[first..];
             let has_objects = packs.iter().any(|pack| pack.id != [0; LANES]);
             let lamps = if has_objects { &lighting.lamps[..] } else { &[] };

@@ -14,8 +14,8 @@ const MOST_BITS: usize = 4096;
 
 /// A mean of colours, each an exact part and cosines times weights.
 ///
-/// Where all cosines are rational, so is the mean, and its order to another number is found at once, equality too. Else bounds
-/// are narrowed until they tell.
+/// Where all cosines are seen to be rational ([`ExactCosine::fraction`]), so is the mean, and its order to another number is found
+/// at once, equality too. Else bounds are narrowed until they tell.
 #[derive(Debug)]
 pub struct ExactMean<'a> {
     divisor: Real,

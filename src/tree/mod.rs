@@ -100,7 +100,11 @@ impl Tree {
     /// The nodes for rays from anywhere, made when they are first needed.
     #[inline]
     fn wide(&self) -> &Wide {
-        self.wide.get_or_init(|| WidePlan::new(self).make())
+        // Made before anybody waits for them: a thread of the pool that makes them may come here again meanwhile.
+        self.wide.get().unwrap_or_else(|| {
+            let made = WidePlan::new(self).make();
+            self.wide.get_or_init(|| made)
+        })
     }
 
     /// Bytes of what [`Tree::prepare_visits`] makes.
@@ -119,7 +123,8 @@ impl Tree {
             let plan = WidePlan::new(self);
             let what = format!("boxes of {} spheres for any rays", self.order.len());
             memory::require(what, plan.bytes(), "free some, or split the scene")?;
-            self.wide.get_or_init(|| plan.make());
+            let made = plan.make();
+            self.wide.get_or_init(|| made);
         }
         control.check()
     }

@@ -280,12 +280,12 @@ impl Frame {
             return PlaneCertified::never();
         }
         let scaled = Scaled::new(plane.normal);
-        let (normal, exponent) = (scaled.rounded(), scaled.exponent());
+        let normal = scaled.rounded();
         let n_length = guard::length_bound(normal);
         let l = plane.point - self.reference;
         let distance = guard::length_bound(l) + self.farthest_origin;
         let n_offset = match self.bundle {
-            Bundle::Point => self.plane_offset(plane, l, normal, exponent),
+            Bundle::Point => self.plane_offset(plane, l, scaled),
             Bundle::Parallel | Bundle::Free => 0.0,
         };
         if !(guard::plane_in_range_f32(distance) && offset_in_range(n_offset)) {
@@ -313,7 +313,8 @@ impl Frame {
     }
 
     /// `(a − o)·n` with exact sign or NaN; in f64 where its error is small enough, else exactly.
-    fn plane_offset(&self, plane: &Plane, l: DVec3, normal: DVec3, exponent: i32) -> f64 {
+    fn plane_offset(&self, plane: &Plane, l: DVec3, scaled: Scaled) -> f64 {
+        let normal = scaled.rounded();
         let n_offset = l.dot(normal);
         // One rounding in l, three in the dot product; and what underflows.
         let error = 4.0 * guard::UNIT_F64 * guard::length_bound(l) * guard::length_bound(normal)
@@ -321,8 +322,11 @@ impl Frame {
         if error <= OFFSET_TOLERANCE * n_offset.abs() {
             return n_offset;
         }
-        // Scaled up, the normal is exact, and rounding the product to f64 costs no digits of it.
-        let (normal, exponent) = if exponent < 0 { (normal, 0) } else { (plane.normal, exponent) };
+        // Of an exactly scaled normal, rounding the product to f64 costs no digits.
+        let (normal, exponent) = match scaled.exact() {
+            Some(normal) => (normal, 0),
+            None => (plane.normal, scaled.exponent()),
+        };
         plane_numbers(&self.exact_ray(), plane.point, normal).map_or(f64::NAN, |numbers| {
             let numerator = with_exact_sign(&numbers.numerator);
             let scaled = numerator * 2f64.powi(-exponent);
