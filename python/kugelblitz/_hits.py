@@ -1,8 +1,11 @@
 """Hits as a structured array."""
 
-import numpy as np
+from typing import Any
 
-DTYPE = np.dtype([("id", "=u4"), ("t", "=f4"), ("normal", "=f4", (3,)), ("level", "u1")])
+import numpy as np
+from numpy.typing import NDArray
+
+DTYPE: np.dtype[Any] = np.dtype([("id", "=u4"), ("t", "=f4"), ("normal", "=f4", (3,)), ("level", "u1")])
 
 
 class Hits(np.recarray):

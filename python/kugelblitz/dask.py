@@ -4,18 +4,27 @@ Every worker's bytes are the same, whatever device it has: with the kernel ``cer
 colours are those of exact arithmetic. So a task may be done by any worker, and twice, and nothing changes.
 """
 
+# Most of what Dask has is without types.
+# mypy: disable-error-code="no-untyped-call, no-any-return"
+
+from __future__ import annotations
+
 import uuid
+from collections.abc import Iterable
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import dask.array as da
 import numpy as np
-from dask import delayed
-from distributed import WorkerPlugin, default_client, get_worker, wait
+from dask.delayed import delayed
+from distributed import Client, WorkerPlugin, default_client, get_worker, wait
+from numpy.typing import ArrayLike, NDArray
 
+from . import Camera, Scene
 from ._hits import DTYPE
 
 #: Fields of a picture, with the shape and type of a pixel.
-FIELDS = {
+FIELDS: dict[str, tuple[tuple[int, ...], Any]] = {
     "rgb8": ((3,), np.uint8),
     "rgb": ((3,), np.float32),
     "id": ((), np.uint32),
@@ -27,17 +36,27 @@ FIELDS = {
 BAND_PIXELS = 1 << 21
 
 
-def render(scene, camera=None, size=None, *, field="rgb8", client=None, rows=None, **options):
+def render(
+    scene: Scene,
+    camera: Camera | None = None,
+    size: tuple[int, int] | None = None,
+    *,
+    field: str = "rgb8",
+    client: Client | None = None,
+    rows: int | None = None,
+    **options: Any,
+) -> da.Array:
     """A picture as a dask array, cut into bands of rows; each is a task.
 
-    ``camera`` and ``size`` (width, height) are the scene file's own unless they are given. ``field`` is one of
+    ``camera`` and ``size`` (width, height) are the scene's own unless they are given. ``field`` is one of
     ``FIELDS``. ``client`` is a ``distributed.Client``, the current one if there is one: it sends the scene to each
     worker once, where its tree is built once. ``rows`` of a band are chosen so that each worker gets several and
-    none needs much memory. ``options`` are those of :meth:`kugelblitz.Scene.render`, such as ``samples`` and
-    ``device``.
+    none needs much memory. ``options`` are those of :meth:`kugelblitz.Scene.render` but ``crop`` and ``progress``, such
+    as ``samples`` and ``device``; what is wrong in them is said at once.
     """
     shape, dtype = _field(field)
     camera, (width, height) = _camera(scene, camera), _size(scene, size)
+    _check_render(camera, (width, height), options)
     client = _client(client)
     n_rows = _band_rows(width, height, client) if rows is None else int(rows)
     if n_rows < 1:
@@ -51,10 +70,25 @@ def render(scene, camera=None, size=None, *, field="rgb8", client=None, rows=Non
     return da.concatenate(bands, axis=0)
 
 
-def frames(scene, cameras, size=None, *, field="rgb8", client=None, **options):
-    """The pictures of several cameras as a dask array, whose first axis is the camera; each is a task."""
+def frames(
+    scene: Scene,
+    cameras: Iterable[Camera],
+    size: tuple[int, int] | None = None,
+    *,
+    field: str = "rgb8",
+    client: Client | None = None,
+    **options: Any,
+) -> da.Array:
+    """The pictures of several cameras as a dask array, whose first axis is the camera; each is a task.
+
+    ``size`` is the scene's own unless it is given; ``options`` are those of :func:`render`."""
     shape, dtype = _field(field)
     width, height = _size(scene, size)
+    cameras = list(cameras)
+    if not cameras:
+        raise ValueError("cameras: there is none")
+    for camera in cameras:
+        _check_render(camera, (width, height), options)
     held = _held(scene, _client(client))
     crop = (0, 0, width, height)
     pictures = [
@@ -65,47 +99,79 @@ def frames(scene, cameras, size=None, *, field="rgb8", client=None, **options):
         )
         for camera in cameras
     ]
-    if not pictures:
-        raise ValueError("cameras: there is none")
     return da.stack(pictures, axis=0)
 
 
-def trace(scene, origins, directions, *, client=None, **options):
+def trace(
+    scene: Scene,
+    origins: ArrayLike | da.Array,
+    directions: ArrayLike | da.Array,
+    *,
+    client: Client | None = None,
+    **options: Any,
+) -> da.Array:
     """The hits of rays in dask arrays of shape (N, 3): a structured dask array of shape (N,), with the chunks of
-    ``origins``. ``options`` are those of :meth:`kugelblitz.Scene.trace`."""
-    origins, directions = da.asarray(origins), da.asarray(directions)
-    for name, array in [("origins", origins), ("directions", directions)]:
+    ``origins``. ``options`` are those of :meth:`kugelblitz.Scene.trace` but ``progress``."""
+    _refuse(options, "progress")
+    Scene().trace([[0, 0, 0]], [[0, 0, 1]], **_on_the_cpu(options))
+    starts, ways = da.asarray(origins), da.asarray(directions)
+    for name, array in [("origins", starts), ("directions", ways)]:
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"{name}: the shape is {array.shape}, but {name} are (N, 3)")
-    if origins.shape != directions.shape:
-        raise ValueError(f"directions: {len(directions)} rows, but `origins` has {len(origins)}")
-    origins = origins.rechunk({1: -1})
-    directions = directions.rechunk({0: origins.chunks[0], 1: -1})
+    if starts.shape != ways.shape:
+        raise ValueError(f"directions: {len(ways)} rows, but `origins` has {len(starts)}")
+    starts = starts.rechunk({1: -1})
+    ways = ways.rechunk({0: starts.chunks[0], 1: -1})
     held = _held(scene, _client(client))
-    parts = zip(origins.to_delayed().ravel(), directions.to_delayed().ravel(), origins.chunks[0])
+    parts = zip(starts.to_delayed().ravel(), ways.to_delayed().ravel(), starts.chunks[0])
     hits = [da.from_delayed(delayed(_hits, pure=False)(held, o, d, options), (n,), DTYPE) for o, d, n in parts]
     return da.concatenate(hits, axis=0)
 
 
-def _field(name):
+def _field(name: str) -> tuple[tuple[int, ...], Any]:
     if name not in FIELDS:
         raise ValueError(f"field: there is no {name!r}; give one of {', '.join(FIELDS)}")
     return FIELDS[name]
 
 
-def _camera(scene, camera):
-    if camera is None and scene.camera is None:
+def _camera(scene: Scene, camera: Camera | None) -> Camera:
+    camera = scene.camera if camera is None else camera
+    if camera is None:
         raise ValueError("camera: the scene has none; give one, e.g. Camera((0, 1, 6), (0, 0, 0))")
-    return scene.camera if camera is None else camera
+    return camera
 
 
-def _size(scene, size):
-    """Width and height as the scene takes them."""
-    width, height = (1280, 720) if size is None else size
-    return int(width), int(height)
+def _size(scene: Scene, size: tuple[int, int] | None) -> tuple[int, int]:
+    """Width and height, whole numbers as :meth:`kugelblitz.Scene.render` takes them."""
+    if size is None:
+        return scene.size or (1280, 720)
+    checked = Scene().replace(size=size).size
+    assert checked is not None
+    return checked
 
 
-def _client(client):
+def _refuse(options: dict[str, Any], *names: str) -> None:
+    for name in names:
+        if name in options:
+            why = "bands are parts of the picture already; cut the array instead" if name == "crop" else "see the client's"
+            raise TypeError(f"{name}: this is not for many machines: {why}")
+
+
+def _on_the_cpu(options: dict[str, Any]) -> dict[str, Any]:
+    """The options with the device of this machine that there always is: which ones workers have, they know."""
+    device = options.get("device", "auto")
+    if not (isinstance(device, str) and device):
+        raise ValueError(f"device: {device!r}; give auto, gpu, cpu or a part of an adapter's name")
+    return {**options, "device": "cpu"}
+
+
+def _check_render(camera: Camera, size: tuple[int, int], options: dict[str, Any]) -> None:
+    """Raises what a worker would raise, by a pixel of nothing."""
+    _refuse(options, "crop", "progress")
+    Scene().render(camera, size, crop=(0, 0, 1, 1), **_on_the_cpu(options))
+
+
+def _client(client: Client | None) -> Client | None:
     """The client that is given or current, or None."""
     if client is not None:
         return client
@@ -115,7 +181,7 @@ def _client(client):
         return None
 
 
-def _band_rows(width, height, client):
+def _band_rows(width: int, height: int, client: Client | None) -> int:
     """Rows of a band: some four for each worker, so that a slow one holds up little."""
     n_workers = max(1, len(client.nthreads())) if client is not None else 1
     return max(1, min(-(-height // (4 * n_workers)), BAND_PIXELS // width))
@@ -131,18 +197,18 @@ def _band_rows(width, height, client):
 
 _PREFIX = "kugelblitz-scene-"
 _LAST_SCENES = 2
-_ANCHORS = WeakKeyDictionary()
+_ANCHORS: WeakKeyDictionary[Any, list[tuple[Scene, Any]]] = WeakKeyDictionary()
 
 
-class _Carrier(WorkerPlugin):
+class _Carrier(WorkerPlugin):  # type: ignore[misc, unused-ignore]
     """Carries a scene to a worker."""
 
-    def __init__(self, name, scene):
+    def __init__(self, name: str, scene: Scene) -> None:
         self.name = name
         self.scene = scene
 
 
-def _held(scene, client):
+def _held(scene: Scene, client: Client | None) -> Any:
     """The scene as a task takes it: with a client, the anchor of the one that each worker has."""
     if client is None:
         return delayed(scene, pure=False, traverse=False)
@@ -161,10 +227,10 @@ def _held(scene, client):
     return anchor
 
 
-def _forget_unused(client):
+def _forget_unused(client: Client) -> None:
     """Takes scenes from the workers that no array needs any more."""
 
-    def unused(dask_scheduler):
+    def unused(dask_scheduler: Any) -> list[str]:
         names = [name for name in dask_scheduler.worker_plugins if name.startswith(_PREFIX)]
         return [name for name in names if name not in dask_scheduler.tasks]
 
@@ -172,14 +238,24 @@ def _forget_unused(client):
         client.unregister_worker_plugin(name)
 
 
-def _scene(held):
+def _scene(held: Any) -> Scene:
     """The scene, in a task."""
-    return get_worker().plugins[held].scene if isinstance(held, str) else held
+    if not isinstance(held, str):
+        return held
+    plugins: Any = get_worker().plugins
+    return plugins[held].scene
 
 
-def _band(held, camera, size, crop, field, options):
+def _band(
+    held: Any,
+    camera: Camera,
+    size: tuple[int, int],
+    crop: tuple[int, int, int, int],
+    field: str,
+    options: dict[str, Any],
+) -> Any:
     return getattr(_scene(held).render(camera, size, crop=crop, **options), field)
 
 
-def _hits(held, origins, directions, options):
+def _hits(held: Any, origins: ArrayLike, directions: ArrayLike, options: dict[str, Any]) -> NDArray[Any]:
     return np.asarray(_scene(held).trace(origins, directions, **options)).view(DTYPE)

@@ -3,15 +3,29 @@
 Messages say which ray or pixel is wrong, what is right there, and why.
 """
 
-import numpy as np
+from collections.abc import Mapping
+from typing import Any
 
-from ._kugelblitz import Picture, compare
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import Camera, Difference, Explanation, Judgement, Picture, Scene, compare
+
+#: What ``allow`` says of colours; the rest of it is of ids, depths and normals.
+OF_COLORS = ("levels", "ulp", "difference", "pixels")
 
 #: Most lines of the explanation of the worst ray or pixel in a message.
 WHY_LINES = 60
 
 
-def assert_hits(hits, scene, rays, *, allow=None, **conventions):
+def assert_hits(
+    hits: Mapping[str, ArrayLike] | NDArray[Any],
+    scene: Scene,
+    rays: tuple[ArrayLike, ArrayLike] | ArrayLike,
+    *,
+    allow: str | None = None,
+    **conventions: Any,
+) -> None:
     """Fails unless hits of rays are the exact ones.
 
     ``hits`` is what :meth:`kugelblitz.Scene.trace` gives, another structured array with ``id`` and perhaps ``t`` and
@@ -25,29 +39,46 @@ def assert_hits(hits, scene, rays, *, allow=None, **conventions):
         if array.ndim != 2 or array.shape[1] != 6:
             raise ValueError(f"rays: the shape is {array.shape}; give (origins, directions), or an array of (N, 6)")
         rays = array[:, :3], array[:, 3:]
-    claims = dict(hits) if isinstance(hits, dict) else {"against": hits}
+    claims: dict[str, Any] = dict(hits) if isinstance(hits, Mapping) else {"against": hits}
     _require(scene.judge(rays, **claims, allow=allow, **conventions), "hits")
 
 
-def assert_picture(array, scene, camera=None, *, samples=None, crop=None, allow=None, device="auto"):
+def assert_picture(
+    array: Picture | ArrayLike,
+    scene: Scene,
+    camera: Camera | None = None,
+    *,
+    samples: int | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    allow: str | None = None,
+    device: str = "auto",
+) -> None:
     """Fails unless a picture is the exact one.
 
     ``array`` has shape (height, width, 3), with the first row on top: sRGB as bytes or 16 bits, or linear floats,
     which are compared as f32. Or it is a structured array of shape (height, width) with ``id`` and perhaps ``t``,
     ``normal`` and ``rgb``, or a :class:`kugelblitz.Picture`, of which all is looked at. With ``crop`` (left column, top
     row, width, height) it is a part of the picture whose size the scene has. ``allow`` says how far colours may be
-    off, as ``kugelblitz compare --allow`` takes it: ``"levels=1,pixels=0.1%"``.
+    off, as ``kugelblitz compare --allow`` takes it: ``"levels=1,pixels=0.1%"``; and for a structured array or a picture
+    how far ids, depths and normals may be, as :func:`assert_hits` takes it: ``"levels=1,t=1e-5"``.
     """
     __tracebackhide__ = True
+    of_colors, of_hits = _split(allow)
     if isinstance(array, Picture):
-        _require(scene.judge(camera, against=array, crop=crop), "pixels")
-        array = array.rgb8
+        _require(scene.judge(camera, against=array, crop=crop, allow=of_hits), "pixels")
+        array, of_hits = array.rgb8, None
     array = np.asarray(array)
     if array.dtype.names:
-        _require(scene.judge(camera, against=array, crop=crop), "pixels")
-        if "rgb" not in array.dtype.names:
+        has_colors = "rgb" in array.dtype.names
+        if of_colors and not has_colors:
+            raise ValueError(f"allow: {of_colors!r} is of colours, but the array has no rgb")
+        _require(scene.judge(camera, against=array, crop=crop, allow=of_hits), "pixels")
+        if not has_colors:
             return
-        array = array["rgb"]
+        array, of_hits = array["rgb"], None
+    if of_hits is not None:
+        raise ValueError(f"allow: {of_hits!r} is of ids, depths or normals, but an array of colours has none; give "
+                         f"{', '.join(OF_COLORS)}, or a structured array")
     encoding = {"u1": "rgb8", "u2": "rgb16"}.get(array.dtype.str[1:], "rgb" if array.dtype.kind == "f" else None)
     if array.ndim != 3 or array.shape[2] != 3 or encoding is None:
         raise ValueError(f"array: shape {array.shape} of {array.dtype}; a picture has (height, width, 3) of uint8, "
@@ -55,12 +86,31 @@ def assert_picture(array, scene, camera=None, *, samples=None, crop=None, allow=
     size = (array.shape[1], array.shape[0]) if crop is None else None
     exact = scene.render(camera, size, samples=samples, crop=crop, device=device)
     right = getattr(exact, encoding)
-    difference = compare(array, right, allow=allow or "")
+    difference = compare(array, right, allow=of_colors)
     if not difference:
-        raise AssertionError(_about_colors(array, right, difference, allow, scene, camera, exact, crop, samples))
+        raise AssertionError(_about_colors(array, right, difference, of_colors, scene, camera, exact, crop, samples))
 
 
-def _about_colors(array, right, difference, allow, scene, camera, exact, crop, samples):
+def _split(allow: str | None) -> tuple[str, str | None]:
+    """What is allowed of colours, and of the rest where anything is."""
+    parts = [part.strip() for part in allow.split(",")] if allow else []
+    is_of_colors = [part.partition("=")[0].strip() in OF_COLORS for part in parts]
+    of_colors = ",".join(part for part, is_so in zip(parts, is_of_colors) if is_so)
+    of_hits = ",".join(part for part, is_so in zip(parts, is_of_colors) if not is_so)
+    return of_colors, of_hits or None
+
+
+def _about_colors(
+    array: NDArray[Any],
+    right: NDArray[Any],
+    difference: Difference,
+    allow: str,
+    scene: Scene,
+    camera: Camera | None,
+    exact: Picture,
+    crop: tuple[int, int, int, int] | None,
+    samples: int | None,
+) -> str:
     lines = [f"the picture is not the exact one: {'; '.join(difference.broken)}"]
     beyond = np.asarray(difference.beyond)
     off = abs(array.astype(float) - right).max(axis=2).ravel()[beyond]
@@ -78,7 +128,7 @@ def _about_colors(array, right, difference, allow, scene, camera, exact, crop, s
         ("columns began on the left", array[:, ::-1]),
         ("the channels were red, green, blue", array[..., ::-1]),
     ]:
-        if len(compare(other, right, allow=allow or "").beyond) < len(beyond) / 2:
+        if len(compare(other, right, allow=allow).beyond) < len(beyond) / 2:
             lines.append(f"  far more of it would be right if {convention}")
     y, x = divmod(int(worst[0]), exact.width)
     size = (exact.width, exact.height) if crop is None else None
@@ -87,13 +137,13 @@ def _about_colors(array, right, difference, allow, scene, camera, exact, crop, s
     return "\n".join(lines)
 
 
-def _color(color):
+def _color(color: NDArray[Any]) -> str:
     if color.dtype.kind == "u":
         return "#" + "".join(f"{channel:0{2 * color.itemsize}x}" for channel in color)
     return "(" + ", ".join(f"{channel:.9g}" for channel in color) + ")"
 
 
-def _require(judgement, what):
+def _require(judgement: Judgement, what: str) -> None:
     __tracebackhide__ = True
     if judgement:
         return
@@ -105,9 +155,10 @@ def _require(judgement, what):
     raise AssertionError("\n".join(lines))
 
 
-def _why(explanation):
+def _why(explanation: Explanation) -> list[str]:
     """The verdicts and formulas of an explanation, without its tables and notes."""
-    lines, is_note = [], False
+    lines: list[str] = []
+    is_note = False
     for line in str(explanation).splitlines():
         if line.startswith(("The kernel certified decided", "Formulas:")):
             break

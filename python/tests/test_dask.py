@@ -91,9 +91,28 @@ def test_wrong_arguments_are_named_before_any_work(camera):
         (lambda: kd.frames(scene, [], SIZE), "cameras"),
         (lambda: kd.trace(scene, np.zeros((2, 2)), np.zeros((2, 2))), r"origins.*\(N, 3\)"),
         (lambda: kd.trace(scene, np.zeros((2, 3)), np.zeros((3, 3))), "directions: 3 rows"),
+        (lambda: kd.render(scene, camera, (0, 10)), "size"),
+        (lambda: kd.render(scene, camera, (-5, 10)), "size"),
+        (lambda: kd.frames(scene, [camera], (10**6, 10)), "size"),
+        (lambda: kd.render(scene, camera, (10.9, 10)), "size"),
+        (lambda: kd.render(scene, camera, SIZE, crop=(0, 0, 5, 5)), "crop"),
+        (lambda: kd.render(scene, camera, SIZE, samples=17), "samples"),
+        (lambda: kd.frames(scene, [camera], SIZE, kernel="certfied"), "certified"),
+        (lambda: kd.render(scene, camera, SIZE, device=""), "device"),
+        (lambda: kd.render(scene, camera, SIZE, sample=2), "sample"),
+        (lambda: kd.frames(scene, ["me"], SIZE), "camera|str"),
+        (lambda: kd.trace(scene, np.zeros((2, 3)), np.ones((2, 3)), kernel="all"), "kernel"),
+        (lambda: kd.trace(scene, np.zeros((2, 3)), np.ones((2, 3)), progress=True), "progress"),
     ]:
-        with pytest.raises(ValueError, match=word):
+        with pytest.raises((ValueError, TypeError), match=word):
             call()
+
+
+def test_a_scene_has_its_own_size_and_camera(client, camera):
+    scene = cloud(50).replace(size=(40, 30), camera=camera)
+    array = kd.render(scene, client=client)
+    assert array.shape == (30, 40, 3) and (array.compute() == scene.render().rgb8).all()
+    assert kd.frames(scene, [camera], client=client).shape == (1, 30, 40, 3)
 
 
 def test_bands_are_small(client):

@@ -1,7 +1,10 @@
 """The stubs name what there is, with its parameters and defaults."""
 
 import ast
+import importlib.metadata
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import kugelblitz as kb
@@ -77,3 +80,14 @@ def test_everything_says_what_it_is():
         if inspect.isclass(thing) and thing.__module__.startswith("kugelblitz") and not issubclass(thing, Exception):
             for key, member in vars(thing).items():
                 assert key.startswith("_") or member is None or inspect.getdoc(member), f"{name}.{key}"
+
+
+def test_the_package_is_typed():
+    command = [sys.executable, "-m", "mypy", "--strict", "-p", "kugelblitz.testing", "-p", "kugelblitz.dask"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_licences_come_along():
+    files = {file.name for file in importlib.metadata.files("kugelblitz") or []}
+    assert {"LICENSE-APACHE", "LICENSE-MIT", "py.typed"} <= files, files

@@ -166,3 +166,20 @@ def test_what_is_no_picture(scene, view, rays):
             assert_picture(array, scene, view)
     with pytest.raises(ValueError, match="rays"):
         assert_hits(scene.trace(*rays), scene, rays[0])
+
+
+def test_what_is_allowed_reaches_what_it_is_of(scene, view, picture):
+    spoilt = np.rec.fromarrays([picture.id, picture.t.copy()], names="id,t")
+    y, x = np.argwhere(picture.id)[0]
+    spoilt.t[y, x] *= np.float32(1 + 3e-6)
+    assert "says t = " in message(assert_picture, spoilt, scene, view)
+    assert_picture(spoilt, scene, view, allow="t=1e-5")
+    assert "says t = " in message(assert_picture, spoilt, scene, view, allow="t=1e-7")
+    whole = np.zeros(picture.id.shape, [("id", "u4"), ("t", "f4"), ("rgb", "u1", (3,))])
+    whole["id"], whole["t"], whole["rgb"] = picture.id, spoilt.t, picture.rgb8
+    whole["rgb"][y, x, 0] ^= 1
+    assert_picture(whole, scene, view, allow="t=1e-5, levels=1")
+    assert "is #" in message(assert_picture, whole, scene, view, allow="t=1e-5")
+    for array, allow in [(picture.rgb8, "t=1e-5"), (picture.rgb8, "levels=1,ids=1%"), (spoilt, "levels=1"), (spoilt, "tt=1")]:
+        with pytest.raises(ValueError, match="allow|called"):
+            assert_picture(array, scene, view, allow=allow)
