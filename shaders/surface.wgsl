@@ -131,7 +131,9 @@ fn plane_surface(ray: Ray, index: u32) -> Surface {
     let unit = units[index];
     let is_turned = is_along == (unit.w == 0u);
     let sign = select(0u, 0x80000000u, is_turned);
-    return Surface(t_word(ray, plane_nearness(ray, plane)), unit.xyz ^ vec3u(sign));
+    // Not −0.
+    let normal = select(unit.xyz ^ vec3u(sign), vec3u(0u), unit.xyz == vec3u(0u));
+    return Surface(t_word(ray, plane_nearness(ray, plane)), normal);
 }
 //#end
 

@@ -1,18 +1,18 @@
 //! One hash of a picture's exact content, in place of a reference picture and its tolerances.
 //!
-//! With the kernel `certified`, ids, `t` and colours are those that exact arithmetic gives, and normals have
-//! the same bits everywhere, so that the hash is the same on every device, with every driver and number of
-//! threads.
+//! With the kernel `certified`, ids, `t`, normals and colours are those that exact arithmetic gives, rounded, so that
+//! the hash is the same on every device, with every driver and number of threads.
 //!
-//! # Version 1
+//! # Version 2
 //! SHA-256 of these bytes, each number little-endian:
-//! 1. the text `kugelblitz digest 1` and a line feed;
+//! 1. the text `kugelblitz digest 2` and a line feed;
 //! 2. seven `u32`: width and height of the whole picture; left column, top row, width and height of the
 //!    part that was traced; samples across a pixel;
 //! 3. for each pixel of the part, row by row from the top: the id (`u32`), `t` (`f32`, +∞ on the background),
 //!    the normal (three `f32`, zeros on the background, and 0 for −0), and red, green and blue (`u8`, sRGB).
 //!
-//! It is written as `kb1:` and 64 hexadecimal digits.
+//! It is written as `kb2:` and 64 hexadecimal digits. Version 1 was the same with normals within 2⁻²³ of the exact
+//! ones.
 //!
 //! # A scene's hash
 //! [`scene_hash`] is of what a scene holds, whatever its file is called and however it is written. With the
@@ -40,9 +40,9 @@ use crate::scene::{Color, Light, Samples, Scene, Source};
 use crate::trace::Hits;
 
 /// The text before the digits: it tells the version.
-pub const PREFIX: &str = "kb1:";
+pub const PREFIX: &str = "kb2:";
 
-const HEAD: &[u8] = b"kugelblitz digest 1\n";
+const HEAD: &[u8] = b"kugelblitz digest 2\n";
 
 /// Bytes of a pixel.
 const PIXEL_BYTES: usize = 4 + 4 + 12 + 3;
@@ -170,8 +170,8 @@ mod tests {
     }
 
     #[test]
-    fn the_bytes_are_those_of_version_1() {
-        let mut bytes = b"kugelblitz digest 1\n".to_vec();
+    fn the_bytes_are_those_of_version_2() {
+        let mut bytes = b"kugelblitz digest 2\n".to_vec();
         [2u32, 1, 0, 0, 2, 1, 1].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
         bytes.extend([7, 0, 0, 0, 0, 0, 0xc0, 0x3f]);
         bytes.extend([0, 0, 0, 0, 0, 0, 0x80, 0xbf, 0, 0, 0, 0x3f, 1, 2, 3]);
@@ -179,7 +179,7 @@ mod tests {
         bytes.extend([0; 15]);
         let expected: String =
             Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(digest(&pixels(), 1, &hits(), &COLORS), format!("kb1:{expected}"));
+        assert_eq!(digest(&pixels(), 1, &hits(), &COLORS), format!("{PREFIX}{expected}"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Random campaigns: rays where it is hard, all judged by exact arithmetic. Every id must be the
-//! exact one, every `t` the nearest f32 of the exact one, and of every 16th ray the normal must be
-//! within 2⁻²³.
+//! exact one, every `t` the nearest f32 of the exact one, and of every 16th ray each component of
+//! the normal, too.
 //!
 //! Every run draws a fresh seed and prints it; `KUGELBLITZ_SEED=n` repeats one. The short campaign
 //! runs with the other tests; the long one by

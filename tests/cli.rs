@@ -431,7 +431,7 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
     let json = run(&[&start[..], &["--json"]].concat(), 0).json();
     let parity = "rays hit_or_miss other_object t_differs t_ulp_max normal_differs \
                   normal_distance_max first";
-    let exact = "rays false_hits false_misses wrong_object t_ulp_max normal_distance_max \
+    let exact = "rays false_hits false_misses wrong_object t_ulp_max normal_distance_max normals_not_nearest \
                  first_wrong_id";
     let mut expected = format!(
         "schema version command adapter {ADAPTER_KEYS} device size objects objects.spheres \

@@ -585,6 +585,18 @@ fn normals_from_half_chords() {
     }
 }
 
+#[test]
+fn normals_of_points() {
+    let found = worst(3, |x, choices| {
+        let [(at, exact_at), (l, exact_l), (r, exact_r)] = [x[0], x[1], x[2]].map(number);
+        set_choices(choices, false);
+        let normal = f64::from(((at - l) * (Adversarial(1.0) / r)).0);
+        let exact = (exact_at - exact_l) / exact_r;
+        (exact != 0.0).then(|| (normal - exact).abs() / (UNIT_F32 * exact.abs()))
+    });
+    assert_tight("NORMAL_OF_POINT", steps::NORMAL_OF_POINT, found);
+}
+
 /// How far half a chord is from that of another squared radius in the guard, where it is shortest.
 #[test]
 fn half_chords_of_rows() {

@@ -360,7 +360,7 @@ type Change = fn(&mut Value);
 fn a_field_that_is_not_as_described_is_noticed() {
     let json = json!({"schema": 1, "version": "0.1.0", "command": "digest", "adapter": null,
         "device": "cpu", "size": [16, 9], "samples": 1, "objects": {"spheres": 1, "planes": 0},
-        "digest": "kb1:"});
+        "digest": "kb2:"});
     let wrong = |change: Change, text: &str| {
         let (mut described, mut json) = (Described::new(text), json.clone());
         change(&mut json);

@@ -2,6 +2,7 @@
 //! Undecided rays flow one way and never loop back.
 
 mod decide;
+mod in_balls;
 mod in_f64;
 mod lanes;
 mod nearness;

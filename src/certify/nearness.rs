@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use super::surface::unit_f32;
 use super::{RayF64, Stage, StageRays};
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
@@ -199,6 +200,8 @@ pub struct PlaneF64 {
     pub normal: Vec3<f64>,
     n_length: f64,
     pub unit: Vec3<f64>,
+    /// The exact one, each component rounded to the nearest f32.
+    pub unit_f32: [f32; 3],
     pub direction_error: f64,
     /// Whether an earlier plane is the same: then nothing sees this one.
     pub is_repeated: bool,
@@ -207,12 +210,13 @@ pub struct PlaneF64 {
 impl PlaneF64 {
     pub fn new(plane: &Plane, input: InputError) -> PlaneF64 {
         let normal = Scaled::new(plane.normal).rounded();
-        let n_length = guard::length_bound(normal);
+        let (n_length, unit) = (guard::length_bound(normal), normalized(normal.into()));
         PlaneF64 {
             point: plane.point,
             normal: normal.into(),
             n_length,
-            unit: normalized(normal.into()),
+            unit,
+            unit_f32: unit_f32(plane, unit),
             direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
             is_repeated: false,
         }

@@ -99,25 +99,11 @@ pub struct PointF64 {
 }
 
 impl PointF64 {
-    /// The point relative to its ray's origin.
-    ///
-    /// With `t` between two bounds, `Δ` half their difference, and its middle, `o + t·d` is off by
-    /// `|d|·Δ`, by the direction's `δε·t|d|`, the origin's `λε|o|`, and by the rounding of the product
-    /// and the sum, `ε·t|d|` and `ε(|o| + t|d|)`; the middle's own rounding adds `ε·t|d|`. The
-    /// origin's part comes with the origin, see [`origin_error`].
+    /// The point relative to its ray's origin, without [`origin_error`].
     #[inline(always)]
-    fn new(ray: &RayOf<f64>, found: &Found, bounds: &Bounds) -> PointF64 {
-        let (low, high) = found.t(ray.a, &bounds.widening);
-        let half = (high - low) / 2.0;
-        let t = low + half;
-        let length = ray.a.sqrt();
-        let rounding = UNIT_F64 * of_point(bounds.input) * t * length;
-        PointF64 {
-            at: ray.direction * t,
-            error: ROOM * (length * half + rounding),
-            normal: found.normal,
-            normal_error: found.normal_error,
-        }
+    fn new(found: &Found) -> PointF64 {
+        let &Found { at, error, normal, normal_error, .. } = found;
+        PointF64 { at, error, normal, normal_error }
     }
 }
 
@@ -265,7 +251,7 @@ impl LengthsOfRays {
 
 /// Neighbours that hit one object. The places of those that are left open go into `open`.
 ///
-/// The errors are those of [`PointF64::new`]: `|d|·Δ` is what [`Finds::reach`] says of `t`, and the lengths of
+/// The errors are those of [`super::surface::reach`]: `|d|·Δ` is what [`Finds::reach`] says of `t`, and the lengths of
 /// the ray and of its origin are those that none in the picture exceeds.
 struct FindRun<'a, T> {
     sight: &'a T,
@@ -338,7 +324,7 @@ impl<S: Sight, const N: usize> pulp::WithSimd for FindPoints<'_, S, N> {
         for lane in 0..lanes::LANES {
             let (direction, sight) = hits.hit(lane);
             let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
-            let point = PointF64::new(&ray, &sight.surface(&ray, &bounds), &bounds);
+            let point = PointF64::new(&sight.surface(&ray, &bounds));
             let [[x, y, z], [nx, ny, nz]] = [point.at.0, point.normal.0];
             let row = [x, y, z, point.error, nx, ny, nz, point.normal_error];
             for (column, number) in columns.iter_mut().zip(row) {
@@ -381,7 +367,7 @@ impl Stage<'_> {
                 (PlaneSight::new(self.plane(id), &ray, bounds).surface(seen, bounds), false)
             }
         };
-        let mut point = PointF64::new(seen, &found, bounds);
+        let mut point = PointF64::new(&found);
         point.at = seen.origin + point.at;
         point.error += origin_error(seen.origin, bounds);
         let is_known = point.error.is_finite() && point.normal_error.is_finite();

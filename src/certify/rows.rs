@@ -31,12 +31,13 @@ const BLOCK: usize = 16;
 /// Most numbers of a register.
 const MOST_LANES: usize = 8;
 
-/// What is found of rays: two numbers that `t` lies between, where the lower one is positive, and the
-/// normals.
+/// What is found of rays: two numbers that `t` lies between, where the lower one is positive, and two that the
+/// normal's components lie between.
 pub struct Found<R> {
     low: R,
     high: R,
-    normal: Vec3<R>,
+    normal_low: Vec3<R>,
+    normal_high: Vec3<R>,
 }
 
 /// Where rays meet what they hit, seen from their origins.
@@ -111,6 +112,14 @@ impl<F: Bounded> SphereRow<F> {
         };
         Chord { is_known: like(a, least2).le(chord2), half, t, radius }
     }
+
+    /// What the normal at the end of half a chord is off by.
+    #[inline(always)]
+    fn normal_error<R: SideBySide<Plain = F>>(&self, half: R) -> R {
+        let ChordGuard { of_chord, of_normal, .. } = self.guard;
+        let off = like(half, of_normal) + like(half, of_chord) / half;
+        off * half.like(F::from_f64(ROOM) / self.r)
+    }
 }
 
 impl<F: Bounded> Finds<F> for SphereRow<F> {
@@ -122,18 +131,23 @@ impl<F: Bounded> Finds<F> for SphereRow<F> {
     fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
         let a = rays.a;
         let error = like(a, self.guard.error);
-        let Chord { is_known, t, radius, .. } = self.chord(rays);
+        let Chord { is_known, half, t, radius } = self.chord(rays);
+        let normal = radius * (a.like(F::ONE) / dot3(radius, radius).sqrt());
+        // With the rounding of both ends.
+        let off = self.normal_error(half) + a.like(F::from_f64(F::UNIT));
+        let off = Vec3([off; 3]);
         Found {
             low: R::select(is_known, t - error, a.like(F::ZERO)),
             high: t + error,
-            normal: radius * (a.like(F::ONE) / dot3(radius, radius).sqrt()),
+            normal_low: normal - off,
+            normal_high: normal + off,
         }
     }
 
     #[inline(always)]
     fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
         let a = rays.a;
-        let ChordGuard { slack, of_chord, of_normal, .. } = self.guard;
+        let ChordGuard { slack, of_chord, .. } = self.guard;
         let Chord { is_known, half, t, radius } = self.chord(rays);
         let of_half = like(a, of_chord) / half;
         Reached {
@@ -141,7 +155,7 @@ impl<F: Bounded> Finds<F> for SphereRow<F> {
             t,
             error: like(a, slack * longest) + of_half,
             normal: radius * a.like(F::ONE / self.r),
-            normal_error: (like(a, of_normal) + of_half) * a.like(F::from_f64(ROOM) / self.r),
+            normal_error: self.normal_error(half),
         }
     }
 }
@@ -154,6 +168,8 @@ pub struct PlaneRow<F> {
     /// Unit length, either way.
     unit: Vec3<F>,
     unit_error: f64,
+    /// The exact one, rounded to f32.
+    nearest: Vec3<F>,
     /// Of `N`, and of `M`.
     offset_error: f64,
     slope_error: f64,
@@ -164,7 +180,8 @@ struct Crossing<R: SideBySide> {
     is_known: R::Mask,
     t: R,
     error: R,
-    normal: Vec3<R>,
+    /// Whether the ray runs along [`PlaneRow::unit`].
+    is_along: R::Mask,
 }
 
 impl<F: Bounded> PlaneRow<F> {
@@ -178,33 +195,41 @@ impl<F: Bounded> PlaneRow<F> {
         let t = (a.like(offset) - dot3(origin, normal)) * inverse;
         let of_quotient = inverse.abs() * (like(a, offset_error) + t * like(a, slope_error));
         let is_along = zero.lt(dot3(unit, direction));
-        let [x, y, z] = unit.0;
-        let turned = |x: R| R::select(is_along, -x, x);
         Crossing {
             is_known: like(a, slope_error).lt(slope.abs() * like(a, MOST_OF_SLOPE)),
             t,
             error: of_quotient * like(a, QUOTIENT) + t * like(a, INVERSE * F::UNIT),
-            normal: Vec3([turned(x), turned(y), turned(z)]),
+            is_along,
         }
     }
+}
+
+/// A vector, turned where this holds; not to `−0`.
+#[inline(always)]
+fn turned<R: SideBySide>(holds: R::Mask, v: Vec3<R>) -> Vec3<R> {
+    let [x, y, z] = v.0;
+    let turned = |x: R| R::select(holds, x.like(R::Plain::ZERO) - x, x);
+    Vec3([turned(x), turned(y), turned(z)])
 }
 
 impl<F: Bounded> Finds<F> for PlaneRow<F> {
     #[inline(always)]
     fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
-        let Crossing { is_known, t, error, normal } = self.crossing(rays);
+        let Crossing { is_known, t, error, is_along } = self.crossing(rays);
         let zero = t.like(F::ZERO);
-        Found { low: R::select(is_known, t - error, zero), high: t + error, normal }
+        let normal = turned(is_along, t.like3(self.nearest));
+        let low = R::select(is_known, t - error, zero);
+        Found { low, high: t + error, normal_low: normal, normal_high: normal }
     }
 
     #[inline(always)]
     fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
-        let Crossing { is_known, t, error, normal } = self.crossing(rays);
+        let Crossing { is_known, t, error, is_along } = self.crossing(rays);
         Reached {
             is_known: is_known.and(t.like(F::ZERO).lt(t)),
             t,
             error: error * like(t, longest),
-            normal,
+            normal: turned(is_along, t.like3(self.unit)),
             normal_error: like(t, self.unit_error),
         }
     }
@@ -247,6 +272,7 @@ impl OfPicture for f64 {
             normal: plane.normal,
             unit: plane.unit,
             unit_error: guard::steps::NORMALIZED * f64::UNIT,
+            nearest: Vec3(plane.unit_f32.map(f64::from)),
             offset_error: plane.offset_error(distance, stage.bounds.input),
             slope_error: plane.direction_error * pixels.longest_direction(),
         }
@@ -293,6 +319,7 @@ impl OfPicture for f32 {
             normal: unit,
             unit,
             unit_error: ROOM * f32::UNIT,
+            nearest: Vec3(plane.unit_f32),
             offset_error: ROOM * of_point
                 + f32::UNIT * (2.0 * ROOM * offset.abs() + ACROSS * pixels.spread())
                 + guard::TINY_F32,
@@ -429,7 +456,7 @@ impl<T: Finds<f64>> Row<'_, T> {
         let places: [f64; MOST_LANES] = std::array::from_fn(|lane| 2.0 * lane as f64);
         let (places, j) = (WideF64::load(simd, &places), WideF64::splat(simd, j as f64));
         let (mut low, mut high) = ([0.0; BLOCK], [0.0; BLOCK]);
-        let mut normals = [[0.0; BLOCK]; 3];
+        let (mut lows, mut highs) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
         for (block, (t, normal)) in t.chunks_mut(BLOCK).zip(normal.chunks_mut(BLOCK)).enumerate() {
             for first in (0..t.len()).step_by(n_lanes) {
                 let column = i + 2 * (block * BLOCK + first) as i64;
@@ -437,17 +464,21 @@ impl<T: Finds<f64>> Row<'_, T> {
                 found.low.store(&mut low[first..]);
                 found.high.store(&mut high[first..]);
                 for axis in 0..3 {
-                    found.normal.0[axis].store(&mut normals[axis][first..]);
+                    found.normal_low.0[axis].store(&mut lows[axis][first..]);
+                    found.normal_high.0[axis].store(&mut highs[axis][first..]);
                 }
             }
             let (mut ts, mut rounded) = ([0.0; BLOCK], [[0.0; 3]; BLOCK]);
             for lane in 0..BLOCK {
                 let (low, high) = (low[lane] as f32, high[lane] as f32);
-                let is_certain = (low > 0.0) & (low == high) & (high < f32::INFINITY);
+                let mut is_certain = (low > 0.0) & (low == high) & (high < f32::INFINITY);
+                for (lows, highs) in lows.iter().zip(&highs) {
+                    is_certain &= lows[lane] as f32 == highs[lane] as f32;
+                }
                 ts[lane] = if is_certain { low } else { 0.0 };
             }
             for lane in 0..BLOCK {
-                let [x, y, z] = &normals;
+                let [x, y, z] = &lows;
                 rounded[lane] = [x[lane] as f32, y[lane] as f32, z[lane] as f32];
             }
             put(&ts, t);

@@ -65,12 +65,11 @@ impl InF64 {
         ShaderKey { light: Some(words), n_spheres, n_planes, ..key }
     }
 
-    /// The words of the planes' unit normals as [`super::lanes`] rounds them, and whether the plane in the list
-    /// is turned.
+    /// The words of the planes' exact unit normals, rounded, and whether the plane in the list is turned.
     pub fn units(&self, prepared: &Prepared) -> Vec<[u32; 4]> {
         let unit = |(plane, listed): (&Plane, &PlaneCertified<f64>)| {
-            let PlaneF64 { normal, unit, .. } = PlaneF64::new(plane, self.frame.input);
-            let [x, y, z] = unit.0.map(|component| (component as f32).to_bits());
+            let PlaneF64 { normal, unit_f32, .. } = PlaneF64::new(plane, self.frame.input);
+            let [x, y, z] = unit_f32.map(f32::to_bits);
             [x, y, z, u32::from(listed.normal != normal.0)]
         };
         prepared.scene.planes.iter().zip(&self.lists.planes).map(unit).collect()

@@ -5,18 +5,16 @@ use bytemuck::{Pod, Zeroable};
 use super::nearness::{Foot, K, Place, PlaneF64, t_f32};
 use super::{RayF64, Stage, StageRays};
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
-use crate::guard::{self, InputError};
+use crate::guard::{self, InputError, steps};
 use crate::kernel::RayOf;
-use crate::kernel::certified::{
-    Nearness, Widening, closest_approach, half_chord_radius, normalized, plane_nearness,
-};
-use crate::scene::Object;
+use crate::kernel::certified::{Nearness, Widening, closest_approach, plane_nearness};
+use crate::scene::{Object, Plane};
+use crate::shape::plane_normal;
 use crate::vec3::{Real, Vec3, dot3};
 
-/// Largest error of an f64 normal before it is rounded to f32: with the rounding itself, `√3·2⁻²⁵`,
-/// it stays below `2⁻²³`, also if it were twice as large; not four times.
+/// Largest error of an f64 normal that is of use. No bound: what each is off by decides whether its components have
+/// one nearest f32.
 pub const NORMAL_TOLERANCE: f64 = 1.0 / (1u64 << 25) as f64;
-const _: () = assert!(NORMAL_TOLERANCE + 1.7321 / (1u64 << 25) as f64 <= 1.0 / (1u64 << 23) as f64);
 
 /// `t` and the normal of a hit.
 pub type Surface = (f32, [f32; 3]);
@@ -46,25 +44,62 @@ pub struct Found {
     root: Nearness<f64>,
     /// Whether the normal and the kind of root are certain.
     is_certain: bool,
+    /// Where it is, relative to the ray's origin, and a bound of the error.
+    pub at: Vec3<f64>,
+    pub error: f64,
     pub normal: Vec3<f64>,
     /// Bound of the normal's error.
     pub normal_error: f64,
+    /// The exact normal, each component rounded to the nearest f32, where all is certain.
+    nearest: [f32; 3],
+}
+
+/// The f32 that each component is nearest to if it is off by no more than `error`, and whether there is one for each.
+#[inline(always)]
+fn nearest_f32(normal: Vec3<f64>, error: Vec3<f64>) -> ([f32; 3], bool) {
+    let (mut nearest, mut is_one) = ([0.0; 3], true);
+    for (nearest, (component, error)) in nearest.iter_mut().zip(normal.0.iter().zip(error.0)) {
+        // The ends are rounded, too.
+        let error = error + guard::UNIT_F64 * component.abs();
+        *nearest = (component - error) as f32;
+        is_one &= *nearest == (component + error) as f32;
+    }
+    (nearest, is_one)
+}
+
+/// The exact unit normal of a plane, each component rounded to the nearest f32. `unit` is the same in f64.
+pub fn unit_f32(plane: &Plane, unit: Vec3<f64>) -> [f32; 3] {
+    if let (nearest, true) = nearest_f32(unit, Vec3([steps::NORMALIZED * guard::UNIT_F64; 3])) {
+        return nearest;
+    }
+    let exact = plane_normal(plane.normal);
+    exact.map_or([0.0; 3], |normal| normal.map(|component| component.to_f32()))
+}
+
+/// Where a root is, relative to the ray's origin, and a bound of the error, which is infinite where nothing is known.
+///
+/// With `t` between two bounds, `Δ` half their difference, and its middle, `t·d` is off by `|d|·Δ`, by the direction's
+/// `δε·t|d|`, and by the rounding of the middle, of the product and of the sum with an origin, `ε·t|d|` each. What comes with
+/// the origin is left to those who add it.
+#[inline(always)]
+fn reach(ray: &RayOf<f64>, root: Nearness<f64>, bounds: &Bounds) -> (Vec3<f64>, f64) {
+    let Bounds { widening, input } = bounds;
+    let (near, far) =
+        (widening.narrower / (ray.a * root.high), widening.wider / (ray.a * root.low));
+    let is_known = (root.low > 0.0) & (near > 0.0);
+    let (near, far) = if is_known { (near, far) } else { (0.0, f64::INFINITY) };
+    let half = (far - near) / 2.0;
+    let t = near + half;
+    let rounding = guard::UNIT_F64 * (input.direction + steps::POINT) * t;
+    (ray.direction * t, guard::ROOM * (ray.a.sqrt() * (half + rounding)))
 }
 
 impl Found {
-    /// Bounds of `t`; infinite ones where there are none.
-    #[inline(always)]
-    pub fn t(&self, a: f64, widening: &Widening<f64>) -> (f64, f64) {
-        let Nearness { low, high } = self.root;
-        let (near, far) = (widening.narrower / (a * high), widening.wider / (a * low));
-        if (low > 0.0) & (near > 0.0) { (near, far) } else { (0.0, f64::INFINITY) }
-    }
-
     /// `t`, multiplied with `scale`, and the normal; a `t` of 0 where they are not certain.
     #[inline(always)]
     pub fn to_f32(&self, a: f64, scale: f64, widening: &Widening<f64>) -> Surface {
         let t = t_f32(a, self.root, scale, widening);
-        (if self.is_certain { t } else { 0.0 }, self.normal.0.map(|component| component as f32))
+        (if self.is_certain { t } else { 0.0 }, self.nearest)
     }
 }
 
@@ -73,9 +108,10 @@ impl Found {
 #[repr(C)]
 pub struct SphereSight {
     l: [f64; 3],
-    r: f64,
-    /// Most that the halves of the chord may differ for a normal that is certain.
-    most_width: f64,
+    inverse_radius: f64,
+    /// What `l` is off by, and each of its components.
+    offset_error: f64,
+    offset_errors: [f64; 3],
     inner2: f64,
     outer2: f64,
     slack: f64,
@@ -103,10 +139,16 @@ impl SphereSight {
         let (unit, input) = (guard::UNIT_F64, bounds.input);
         let q = bounds.widening.inverse(k.value.abs(), k.error);
         let is_certain = guard::sphere_in_range_f64(r, distance) & (k.value.abs() > k.error);
+        let offset_error = input.offset * unit * distance;
+        // From the origin itself a component is but a difference that is rounded.
+        let is_there = place.origin == [0.0; 3];
+        let offset_errors =
+            l.0.map(|component| if is_there { unit * component.abs() } else { offset_error });
         SphereSight {
             l: l.0,
-            r,
-            most_width: guard::most_width(r, distance, unit, input, NORMAL_TOLERANCE),
+            inverse_radius: 1.0 / r,
+            offset_error,
+            offset_errors,
             inner2: guard.inner2,
             outer2: guard.outer2,
             slack: guard.slack,
@@ -116,26 +158,42 @@ impl SphereSight {
         }
     }
 
-    /// Half the chords of a ray: of the inner radius, of the outer one, and the normal from that of
-    /// the radius itself.
+    /// Half the chords of a ray: of the inner radius, and of the outer one.
     #[inline(always)]
-    fn chords(&self, ray: &RayOf<f64>, is_outside: bool) -> Chords {
-        let &SphereSight { r, most_width, inner2, outer2, .. } = self;
+    fn chords(&self, ray: &RayOf<f64>) -> Chords {
+        let &SphereSight { inner2, outer2, .. } = self;
         let l = Vec3(self.l);
         let (s, m) = closest_approach(ray.direction, ray.inv_a, l);
         let half = |r2: f64| (Real::max(r2 - m, 0.0) * ray.inv_a).sqrt();
-        let (inner, outer) = (half(inner2), half(outer2));
-        let width = outer - inner;
-        Chords {
-            s,
-            inner,
-            outer,
-            is_hit: inner2 >= m,
-            normal: normalized(half_chord_radius(ray, l, r, is_outside)),
-            is_precise: (most_width > 0.0) & (width * width * ray.a <= most_width * most_width),
-            // That of `guard::most_width` for the width that it has.
-            normal_error: 1.01 * (NORMAL_TOLERANCE + (width * ray.a.sqrt() - most_width) / r),
+        Chords { s, inner: half(inner2), outer: half(outer2), is_hit: inner2 >= m }
+    }
+
+    /// What is found where its root is, with the normal `(t·d − l)/r`: off by what the point and `l` are, by the difference's
+    /// rounding, and by that of the inverse and the product, each `ε` of the component. The shorter way: where the eye is
+    /// near a large sphere, half a chord would be off by far more than `t·d`.
+    #[inline(always)]
+    fn found(
+        &self,
+        ray: &RayOf<f64>,
+        root: Nearness<f64>,
+        bounds: &Bounds,
+        is_inside: bool,
+        is_certain: bool,
+    ) -> Found {
+        let (at, error) = reach(ray, root, bounds);
+        let outward = (at - Vec3(self.l)) * self.inverse_radius;
+        let normal = if is_inside { -outward } else { outward };
+        let rounding = steps::NORMAL_OF_POINT * guard::UNIT_F64;
+        let of_point = (error + self.offset_error) * self.inverse_radius;
+        let normal_error = guard::ROOM * (of_point + rounding);
+        let mut errors = Vec3::ZERO;
+        for axis in 0..3 {
+            let of_point = (error + self.offset_errors[axis]) * self.inverse_radius;
+            errors.0[axis] = guard::ROOM * (of_point + rounding * normal.0[axis].abs());
         }
+        let (nearest, is_one) = nearest_f32(normal, errors);
+        let is_certain = is_certain & is_one;
+        Found { root, is_certain, at, error, normal, normal_error, nearest }
     }
 }
 
@@ -145,23 +203,19 @@ struct Chords {
     inner: f64,
     outer: f64,
     is_hit: bool,
-    normal: Vec3<f64>,
-    is_precise: bool,
-    normal_error: f64,
 }
 
 impl Sight for Outside {
     /// [`crate::kernel::certified::outside_nearness`] without its branches.
     #[inline(always)]
-    fn surface(&self, ray: &RayOf<f64>, _: &Bounds) -> Found {
+    fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
         let Outside(sight) = self;
         let SphereSight { slack, q_low, q_high, .. } = *sight;
-        let chords = sight.chords(ray, true);
+        let chords = sight.chords(ray);
         let low = ((chords.s - slack) + chords.inner) * q_low;
         let high = ((chords.s + slack) + chords.outer) * q_high;
-        let is_certain = chords.is_hit & chords.is_precise & (sight.k > 0.0);
-        let Chords { normal, normal_error, .. } = chords;
-        Found { root: Nearness { low, high }, is_certain, normal, normal_error }
+        let is_certain = chords.is_hit & (sight.k > 0.0);
+        sight.found(ray, Nearness { low, high }, bounds, false, is_certain)
     }
 }
 
@@ -173,7 +227,7 @@ impl Sight for Inside {
     fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
         let Inside(sight) = self;
         let SphereSight { slack, q_low, q_high, .. } = *sight;
-        let chords = sight.chords(ray, false);
+        let chords = sight.chords(ray);
         let s = chords.s;
         let u_low = (s.abs() + chords.inner) - slack;
         let u_high = (s.abs() + chords.outer) + slack;
@@ -184,8 +238,7 @@ impl Sight for Inside {
             low: if s > 0.0 { ahead_low } else { u_low * q_low },
             high: if s > 0.0 { ahead_high } else { u_high * q_high },
         };
-        let is_certain = chords.is_precise & (sight.k < 0.0);
-        Found { root, is_certain, normal: chords.normal, normal_error: chords.normal_error }
+        sight.found(ray, root, bounds, true, sight.k < 0.0)
     }
 }
 
@@ -197,6 +250,8 @@ pub struct PlaneSight {
     away: [f64; 3],
     /// Unit length, either way.
     unit: [f64; 3],
+    /// The same, exactly and rounded to f32.
+    nearest: [f64; 3],
     direction_error: f64,
     q_low: f64,
     q_high: f64,
@@ -204,27 +259,32 @@ pub struct PlaneSight {
 
 impl PlaneSight {
     pub fn new(plane: &PlaneF64, ray: &RayF64, bounds: &Bounds) -> PlaneSight {
-        let PlaneF64 { normal, unit, direction_error, .. } = *plane;
+        let PlaneF64 { normal, unit, unit_f32, direction_error, .. } = *plane;
         let (offset, error) = plane.offset(ray, bounds.input);
         let q = match offset.abs() > error {
             true => bounds.widening.inverse(offset.abs(), error),
             false => Nearness { low: 0.0, high: 0.0 },
         };
         let away = if offset < 0.0 { -normal } else { normal };
-        PlaneSight { away: away.0, unit: unit.0, direction_error, q_low: q.low, q_high: q.high }
+        let (unit, nearest) = (unit.0, unit_f32.map(f64::from));
+        PlaneSight { away: away.0, unit, nearest, direction_error, q_low: q.low, q_high: q.high }
     }
 }
 
 impl Sight for PlaneSight {
     #[inline(always)]
-    fn surface(&self, ray: &RayOf<f64>, _: &Bounds) -> Found {
+    fn surface(&self, ray: &RayOf<f64>, bounds: &Bounds) -> Found {
         let q = Nearness { low: self.q_low, high: self.q_high };
         let away = dot3(ray.direction, Vec3(self.away));
         let root = plane_nearness(ray, away, self.direction_error, q);
         let unit = Vec3(self.unit);
-        let normal = if dot3(unit, ray.direction) > 0.0 { -unit } else { unit };
-        let normal_error = guard::steps::NORMALIZED * guard::UNIT_F64;
-        Found { root, is_certain: true, normal, normal_error }
+        let is_along = dot3(unit, ray.direction) > 0.0;
+        let normal = if is_along { -unit } else { unit };
+        let normal_error = steps::NORMALIZED * guard::UNIT_F64;
+        // Not `−0`.
+        let nearest = self.nearest.map(|x| if is_along { 0.0 - x } else { x } as f32);
+        let (at, error) = reach(ray, root, bounds);
+        Found { root, is_certain: true, at, error, normal, normal_error, nearest }
     }
 }
 
@@ -260,13 +320,16 @@ impl Stage<'_> {
         self.row_sight(id)?.find_one(camera, pixels.offset2(x, y))
     }
 
-    /// `t` and normal of a hit that is known to exist: in f64, else exactly.
+    /// `t` and normal of a hit that is known to exist: in f64, else with more digits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<Surface> {
         let object = self.scene.object(id)?;
         if let Some(surface) = self.surface_in_row(index, id) {
             return Some(surface);
         }
         if let Some(surface) = self.surface_f64(&self.ray_f64(index), id, object) {
+            return Some(surface);
+        }
+        if let Some(surface) = self.surface_in_balls(index, id, object) {
             return Some(surface);
         }
         let ray = self.exact_ray(index);
@@ -278,6 +341,6 @@ impl Stage<'_> {
     }
 }
 
-fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
+pub(super) fn exact_surface(ray: &ExactRay, hit: &ExactHit, shape: &Shape) -> Surface {
     (hit.t_f32(), hit.normal_f32(ray, shape))
 }

@@ -1,7 +1,7 @@
 //! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
 
 use super::decide::{Candidates, Decision, Quick};
-use super::surface::{MISS, Surface};
+use super::surface::{MISS, Surface, exact_surface};
 use super::*;
 use crate::exact::{ExactHit, Shape, visible_root};
 use crate::random::SplitMix;
@@ -272,6 +272,35 @@ fn surfaces_in_rows_are_exact() {
         }
         println!("{bundle:?}: {n_known} known in a row, {n_open} left open");
         assert!(n_known > 3000 && n_open > 0);
+    }
+}
+
+/// With 100 bits nearly all is known, and it is what exact arithmetic says, bit by bit.
+#[test]
+fn surfaces_in_balls_are_exact() {
+    for bundle in Bundle::ALL {
+        let (mut n_known, mut n_open) = (0, 0);
+        for seed in 400..490 {
+            let (scene, rays) = case(seed, bundle);
+            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
+            let stage = Stage::new(&prepared, &rays);
+            let hits = decided(&stage, rays.len());
+            for (index, &id) in hits.id.iter().enumerate() {
+                let Some(object) = stage.scene.object(id) else { continue };
+                let Some(found) = stage.surface_in_balls(index, id, object) else {
+                    n_open += 1;
+                    continue;
+                };
+                n_known += 1;
+                let (ray, shape) = (stage.exact_ray(index), Shape::from(object));
+                let (root, side) = visible_root(&ray, &shape).unwrap();
+                let exact = exact_surface(&ray, &ExactHit { id, root, side }, &shape);
+                let bits = |(t, normal): Surface| (t.to_bits(), normal.map(f32::to_bits));
+                assert_eq!(bits(found), bits(exact), "{bundle:?}, seed {seed}, ray {index}");
+            }
+        }
+        println!("{bundle:?}: {n_known} known in balls, {n_open} left open");
+        assert!(n_known > 50 * n_open && n_known > 3000, "{n_open} open, {n_known} known");
     }
 }
 

@@ -9,6 +9,7 @@
 //! [`ExactRay`] is a ray, [`nearest`] the visible one of several [shapes](crate::shape), and
 //! [`ExactHit`] what is seen there, with `t` and the normal correctly rounded.
 
+mod ball;
 mod enclosure;
 mod fraction;
 mod light;
@@ -18,6 +19,7 @@ mod root;
 
 use std::cmp::Ordering;
 
+pub use ball::Ball;
 pub use enclosure::Enclosure;
 pub use fraction::Fraction;
 pub use light::{ExactBeam, ExactCosine, ExactPoint};

@@ -43,6 +43,9 @@ pub const CHORD: f64 = 6.6;
 /// (1 + 1 + 5.5 + 1)/2 + 4.5, `h·d` and the sum 2.
 pub const CHORD_WIDE: f64 = 10.8;
 
+/// `(t·d − l)/r` but for `t·d` and `l`, of 1: the difference 1, the inverse and the product 1 each.
+pub const NORMAL_OF_POINT: f64 = 3.01;
+
 /// [`crate::kernel::certified::normalized`] there: 3/2 + 4.5 + 2.5 + 1.
 pub const NORMALIZED_WIDE: f64 = 9.6;
 

@@ -70,7 +70,8 @@ pub struct Promise {
 pub struct Exactness {
     /// Largest error of `t`, in f32 steps at the exact `t`.
     pub t_ulp: f64,
-    /// Largest distance of a normal from the exact one.
+    /// Largest distance of a normal from the exact one, each component of which is rounded: `√3` halves of an f32 step
+    /// below 1.
     pub normal_distance: f64,
 }
 

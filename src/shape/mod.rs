@@ -6,6 +6,7 @@ mod sphere;
 
 use glam::DVec3;
 
+pub(crate) use plane::plane_normal;
 pub use plane::{PlaneNumbers, PlanePlace, plane_numbers};
 pub use sphere::{SphereNumbers, is_outside, signum_of_discriminant, sphere_numbers};
 
@@ -79,6 +80,6 @@ pub fn visible_root(ray: &ExactRay, shape: &Shape) -> Option<(Root, Side)> {
 pub(crate) fn outward_normal(ray: &ExactRay, root: &Root, shape: &Shape) -> Option<[Root; 3]> {
     match *shape {
         Shape::Sphere { center, radius } => sphere::outward_normal(ray, root, center, radius),
-        Shape::Plane { normal, .. } => plane::outward_normal(normal),
+        Shape::Plane { normal, .. } => plane_normal(normal),
     }
 }

@@ -25,7 +25,7 @@ pub(super) fn visible_root(ray: &ExactRay, point: DVec3, normal: DVec3) -> Optio
 }
 
 /// `nᵢ/‖n‖ = sgn(nᵢ)·√(nᵢ²·‖n‖²) / ‖n‖²`
-pub(super) fn outward_normal(normal: DVec3) -> Option<[Root; 3]> {
+pub(crate) fn plane_normal(normal: DVec3) -> Option<[Root; 3]> {
     let n = real3(normal)?;
     let norm_squared = product3(&n, &n);
     if signum(&norm_squared) == 0 {

@@ -21,6 +21,8 @@ pub struct AgainstExact {
     pub t_ulp_max: f64,
     /// Largest distance of a normal from the exact one where the object is right.
     pub normal_distance_max: f64,
+    /// Normals with a component that is not the f32 nearest to that of the exact one, where the object is right.
+    pub normals_not_nearest: u64,
     /// Index of the first ray with a wrong id.
     pub first_wrong_id: Option<usize>,
 }
@@ -39,6 +41,7 @@ impl AgainstExact {
         self.wrong_object += other.wrong_object;
         self.t_ulp_max = self.t_ulp_max.max(other.t_ulp_max);
         self.normal_distance_max = self.normal_distance_max.max(other.normal_distance_max);
+        self.normals_not_nearest += other.normals_not_nearest;
         let first = other.first_wrong_id.map(|index| first_ray + index);
         self.first_wrong_id = self.first_wrong_id.or(first);
     }
@@ -145,7 +148,8 @@ pub fn ray_errors<'a>(hits: &'a Hits, truth: &'a Truth) -> impl Iterator<Item = 
 /// `hits` has them and the id is right. A ray that `hits` lacks counts as a wrong id.
 pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
     let mut result = AgainstExact { rays: truth.index.len() as u64, ..AgainstExact::default() };
-    for (&index, error) in truth.index.iter().zip(ray_errors(hits, truth)) {
+    let rays = truth.index.iter().zip(&truth.normal_f32);
+    for ((&index, nearest), error) in rays.zip(ray_errors(hits, truth)) {
         let wrong = match error {
             RayError::FalseHit => &mut result.false_hits,
             RayError::FalseMiss => &mut result.false_misses,
@@ -154,6 +158,8 @@ pub fn compare_to_exact(hits: &Hits, truth: &Truth) -> AgainstExact {
                 result.t_ulp_max = result.t_ulp_max.max(t.map_or(0.0, |t| t.ulp));
                 result.normal_distance_max =
                     result.normal_distance_max.max(normal.map_or(0.0, |normal| normal.distance));
+                let is_nearest = hits.normal.get(index).is_none_or(|normal| normal == nearest);
+                result.normals_not_nearest += u64::from(!is_nearest);
                 continue;
             }
         };

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Shape, Side};
+use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
 use crate::kernel::coordinates::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Pixels, Rays};
@@ -27,6 +27,8 @@ pub struct Truth {
     pub t: Vec<f64>,
     /// The exact unit normals, each component rounded to f64; zero on the background.
     pub normal: Vec<[f64; 3]>,
+    /// The same, each component rounded to f32.
+    pub normal_f32: Vec<[f32; 3]>,
     /// Whether a sphere is seen from inside, or a plane from behind: the normal is then turned.
     pub is_back: Vec<bool>,
 }
@@ -116,6 +118,7 @@ impl Truth {
             id: seen.iter().map(|seen| seen.id).collect(),
             t: seen.iter().map(|seen| seen.t).collect(),
             normal: seen.iter().map(|seen| seen.normal).collect(),
+            normal_f32: seen.iter().map(|seen| seen.normal_f32).collect(),
             is_back: seen.iter().map(|seen| seen.is_back).collect(),
         }
     }
@@ -149,11 +152,13 @@ struct Seen {
     id: u32,
     t: f64,
     normal: [f64; 3],
+    normal_f32: [f32; 3],
     is_back: bool,
 }
 
 /// The background.
-const NOTHING: Seen = Seen { id: 0, t: f64::INFINITY, normal: [0.0; 3], is_back: false };
+const NOTHING: Seen =
+    Seen { id: 0, t: f64::INFINITY, normal: [0.0; 3], normal_f32: [0.0; 3], is_back: false };
 
 fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> Seen {
     seen(scene, ray, hit_of(scene, ray, near))
@@ -162,8 +167,13 @@ fn see(scene: &Scene, ray: &ExactRay, near: &Near) -> Seen {
 fn seen(scene: &Scene, ray: &ExactRay, hit: Option<ExactHit>) -> Seen {
     let Some(hit) = hit else { return NOTHING };
     let normal = scene.object(hit.id).and_then(|object| hit.normal(ray, &object.into()));
-    let normal = normal.map_or([0.0; 3], |normal| normal.map(|component| component.to_f64()));
-    Seen { id: hit.id, t: hit.t_f64(), normal, is_back: hit.side == Side::Back }
+    Seen {
+        id: hit.id,
+        t: hit.t_f64(),
+        normal: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f64)),
+        normal_f32: normal.as_ref().map_or([0.0; 3], |n| n.each_ref().map(Root::to_f32)),
+        is_back: hit.side == Side::Back,
+    }
 }
 
 /// The hit of a ray, by exact arithmetic on every object that f64 does not clearly rule out. No
@@ -238,8 +248,8 @@ mod tests {
         let known = Truth::of_known(&scene, &rays, &truth.id, &control).unwrap();
         assert!(truth.is_back.contains(&true) && truth.id.iter().any(|&id| id > 1));
         let of = |truth: &Truth| {
-            let Truth { index, id, t, normal, is_back } = truth.clone();
-            (index, id, t, normal, is_back)
+            let Truth { index, id, t, normal, normal_f32, is_back } = truth.clone();
+            (index, id, t, normal, normal_f32, is_back)
         };
         assert_eq!(of(&known), of(&truth));
         assert!(Truth::of_known(&scene, &rays, &truth.id[1..], &control).is_err());

@@ -93,7 +93,7 @@ impl Tally {
 }
 
 /// Every id and every `t` must be the exact one (`t` rounded to the nearest f32), and the normal
-/// of every `normal_step`-th ray within 2⁻²³.
+/// of every `normal_step`-th ray, component by component, too.
 pub fn judge(scene: &Scene, rays: &Rays, hits: &Hits, normal_step: usize) -> Result<Tally, String> {
     let n = rays.len();
     if [hits.id.len(), hits.t.len(), hits.normal.len(), hits.level.len()] != [n; 4] {
@@ -115,7 +115,7 @@ pub fn judge(scene: &Scene, rays: &Rays, hits: &Hits, normal_step: usize) -> Res
             tally.normals += u64::from(exact.is_some());
             let hit = exact.as_ref()?;
             let normal = hit.normal(&ray, &objects[hit.id as usize - 1].1)?;
-            Some(normal.map(|component| component.to_f64()))
+            Some(normal.map(|component| component.to_f32()))
         })
         .map_err(|what| format!("{what}\n{}", paste(scene, rays, i)))?;
         tally.hits += u64::from(exact.is_some());
@@ -127,7 +127,7 @@ fn judge_ray(
     hits: &Hits,
     i: usize,
     exact: Option<&ExactHit>,
-    normal: impl FnOnce() -> Option<[f64; 3]>,
+    normal: impl FnOnce() -> Option<[f32; 3]>,
 ) -> Result<(), String> {
     let id = exact.map_or(0, |hit| hit.id);
     if hits.id[i] != id {
@@ -138,9 +138,9 @@ fn judge_ray(
         return Err(format!("t {:e} instead of {t:e}, level {}", hits.t[i], hits.level[i]));
     }
     if let Some(normal) = normal() {
-        let off = DVec3::from(hits.normal[i].map(f64::from)).distance(DVec3::from(normal));
-        if off.is_nan() || off > NORMAL_DISTANCE {
-            return Err(format!("normal {:?} off by {off:e} from {normal:?}", hits.normal[i]));
+        let bits = |normal: [f32; 3]| normal.map(f32::to_bits);
+        if bits(hits.normal[i]) != bits(normal) {
+            return Err(format!("normal {:?} instead of {normal:?}", hits.normal[i]));
         }
     }
     Ok(())

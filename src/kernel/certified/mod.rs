@@ -47,8 +47,7 @@ pub(super) const ABOUT: About = About {
     },
 };
 
-const WORDS: &str =
-    "ids exact, t the exact one rounded, normals within 2^-23, GPU and CPU equal bit by bit";
+const WORDS: &str = "ids exact, t the exact one rounded, each component of a normal the exact one rounded, GPU and CPU equal bit by bit";
 
 const PROMISE: Promise = Promise {
     words: WORDS,
@@ -56,7 +55,7 @@ const PROMISE: Promise = Promise {
     exact: Some(Exactness {
         // The nearest f32.
         t_ulp: 0.5,
-        normal_distance: 1.0 / (1u64 << 23) as f64,
+        normal_distance: 1.7321 / (1u64 << 25) as f64,
     }),
 };
 

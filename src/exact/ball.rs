@@ -1,0 +1,272 @@
+//! Numbers of some 100 bits with a bound of their error, between f64 and exact arithmetic.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Half a step of f64 at 1, squared: what the operations here are off by is a small multiple of it.
+const UNIT2: f64 = 1.0 / (1u128 << 106) as f64;
+
+/// Of `|x| + |y|` in a sum. The low parts' sum is off by `u²(|x| + |y|)`, its sum with the high parts' rest by twice that.
+pub const SUM: f64 = 3.1 * UNIT2;
+
+/// Of `|xy|`. The product of the low parts is left out (1), the others are rounded (1 each), so is their sum (2), and that
+/// with the rest of the high parts (3).
+pub const PRODUCT: f64 = 8.1 * UNIT2;
+
+/// Of `|x/y|`. The rest `x − qy` is at most `2u|x|` and off by `5u²|x|`; its own quotient is off by `4u` of it.
+pub const QUOTIENT: f64 = 13.2 * UNIT2;
+
+/// Of `√x`. The rest `x − q²` is at most `2u|x|` and off by `4u²|x|`; half of it over `q` is off by `3u` of it, and what a
+/// step of Newton's leaves is half the square of `u`.
+pub const ROOT: f64 = 6.2 * UNIT2;
+
+/// More than the bounds' own rounding, in one operation.
+const ROOM: f64 = 1.0 + 1.0 / (1u64 << 40) as f64;
+
+/// What leaves f64's normal range on the way.
+const TINY: f64 = f64::MIN_POSITIVE;
+
+/// `high + low`, off by `error` at most. Numbers that leave f64's range have an error that is infinite or not a number, and
+/// then nothing is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
+    /// The number that is nearest to the middle.
+    pub high: f64,
+    /// The rest.
+    pub low: f64,
+    /// Bound of the error.
+    pub error: f64,
+}
+
+/// `x + y` and what its rounding lost.
+#[inline(always)]
+fn two_sum(x: f64, y: f64) -> (f64, f64) {
+    let sum = x + y;
+    let of_y = sum - x;
+    (sum, (x - (sum - of_y)) + (y - of_y))
+}
+
+/// The upper 26 bits and the rest.
+#[inline(always)]
+fn split(x: f64) -> (f64, f64) {
+    let moved = x * ((1u64 << 27) + 1) as f64;
+    let upper = moved - (moved - x);
+    (upper, x - upper)
+}
+
+/// `xy` and what its rounding lost (Dekker 1971).
+#[inline(always)]
+fn two_product(x: f64, y: f64) -> (f64, f64) {
+    let product = x * y;
+    let ((a, b), (c, d)) = (split(x), split(y));
+    (product, ((a * c - product) + a * d + b * c) + b * d)
+}
+
+impl From<f64> for Ball {
+    fn from(x: f64) -> Ball {
+        Ball { high: x, low: 0.0, error: 0.0 }
+    }
+}
+
+impl Ball {
+    /// `x − y`, exactly.
+    pub fn difference(x: f64, y: f64) -> Ball {
+        let (high, low) = two_sum(x, -y);
+        Ball { high, low, error: 0.0 }
+    }
+
+    #[inline(always)]
+    fn of((high, low): (f64, f64), error: f64) -> Ball {
+        let (high, low) = two_sum(high, low);
+        Ball { high, low, error: ROOM * error }
+    }
+
+    /// Whether it surely is above 0.
+    pub fn is_positive(&self) -> bool {
+        self.high > ROOM * self.error
+    }
+
+    /// `√x`, of a number that is not surely negative.
+    pub fn sqrt(self) -> Ball {
+        let root = self.high.max(0.0).sqrt();
+        if self.high <= 2.0 * self.error {
+            // Between 0 and the root of what is three times as much.
+            return Ball {
+                high: root,
+                low: 0.0,
+                error: 2.0 * (self.high.abs() + self.error).sqrt(),
+            };
+        }
+        let (square, rest) = two_product(root, root);
+        let low = ((self.high - square) - rest + self.low) / (2.0 * root);
+        // `√(x + e) − √x` is at most `e/√x` on both sides, as `e ≤ x/2`.
+        Ball::of((root, low), ROOT * root + self.error / root + TINY)
+    }
+
+    /// `x/y`.
+    pub fn over(self, y: Ball) -> Ball {
+        let quotient = self.high / y.high;
+        let (product, rest) = two_product(quotient, y.high);
+        let rest = (self.high - product) - rest + self.low - quotient * y.low;
+        let least = y.high.abs() - ROOM * y.error;
+        let error = (self.error + quotient.abs() * y.error * ROOM) / least;
+        let error = if least > 0.0 { error + QUOTIENT * quotient.abs() } else { f64::INFINITY };
+        Ball::of((quotient, rest / y.high), error + TINY)
+    }
+
+    /// The f32 that every number in it is nearest to, where there is one in the normal range.
+    pub fn nearest_f32(&self) -> Option<f32> {
+        let nearest = self.high as f32;
+        let edge = |next: f32| (f64::from(nearest) + f64::from(next)) / 2.0;
+        let above = (edge(nearest.next_up()) - self.high) - self.low;
+        let below = (self.high - edge(nearest.next_down())) + self.low;
+        let error = ROOM * self.error;
+        let is_one = above > error && below > error && nearest.next_up().is_finite();
+        (is_one && nearest.is_normal()).then_some(nearest)
+    }
+}
+
+impl Add for Ball {
+    type Output = Ball;
+    #[inline(always)]
+    fn add(self, y: Ball) -> Ball {
+        let (sum, rest) = two_sum(self.high, y.high);
+        let size = self.high.abs() + y.high.abs();
+        Ball::of((sum, rest + (self.low + y.low)), self.error + y.error + SUM * size)
+    }
+}
+
+impl Neg for Ball {
+    type Output = Ball;
+    #[inline(always)]
+    fn neg(self) -> Ball {
+        Ball { high: -self.high, low: -self.low, ..self }
+    }
+}
+
+impl Sub for Ball {
+    type Output = Ball;
+    #[inline(always)]
+    fn sub(self, y: Ball) -> Ball {
+        self + -y
+    }
+}
+
+impl Mul for Ball {
+    type Output = Ball;
+    #[inline(always)]
+    fn mul(self, y: Ball) -> Ball {
+        let (product, rest) = two_product(self.high, y.high);
+        let rest = rest + (self.high * y.low + self.low * y.high);
+        let carried = self.high.abs() * y.error + (y.high.abs() + y.error) * self.error;
+        Ball::of((product, rest), carried + PRODUCT * product.abs() + TINY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::exact::{Real, Root, real, signum};
+
+    fn exact(x: &Ball) -> Real {
+        real(x.high).unwrap() + real(x.low).unwrap()
+    }
+
+    fn is_within(found: &Ball, error: f64, middle: &Root) -> bool {
+        let (here, error) = (exact(found), real(error).unwrap());
+        middle.cmp_real(&(&here - &error)).is_ge() && middle.cmp_real(&(&here + &error)).is_le()
+    }
+
+    fn drawn(rng: &mut ChaCha8Rng) -> Ball {
+        let mut part = |scale: i32| rng.random_range(-1.0..1.0f64) * 2f64.powi(scale);
+        let (high, low) = two_sum(part(0), part(-53));
+        let scale = 2f64.powi(rng.random_range(-90..90));
+        Ball { high: high * scale, low: low * scale, error: 0.0 }
+    }
+
+    type Operation = (&'static str, f64, fn(Ball, Ball) -> Ball, fn(Real, Real) -> Root, f64);
+
+    const OPERATIONS: [Operation; 4] = [
+        ("sum", SUM, |x, y| x + y, |x, y| Root::from(x + y), 0.3),
+        ("product", PRODUCT, |x, y| x * y, |x, y| Root::from(x * y), 0.3),
+        ("quotient", QUOTIENT, Ball::over, quotient, 0.2),
+        ("root", ROOT, |x, _| x.sqrt(), |x, _| Root::new(Real::zero(), 1, x, Real::one(), 1), 0.2),
+    ];
+
+    fn quotient(x: Real, y: Real) -> Root {
+        match signum(&y) {
+            1 => Root::quotient(x, y, 1),
+            _ => Root::quotient(-x, -y, 1),
+        }
+    }
+
+    /// Every operation is within its bound, and not within a part of it.
+    #[test]
+    fn operations_are_within_their_bounds() {
+        for (name, bound, operation, truth, part) in OPERATIONS {
+            let mut rng = ChaCha8Rng::seed_from_u64(7);
+            let mut n_beyond = 0;
+            for _ in 0..200_000 {
+                let (mut x, mut y) = (drawn(&mut rng), drawn(&mut rng));
+                if name == "sum" {
+                    (x.high, x.low) = (x.high.abs(), x.low.abs());
+                    y = Ball { error: 0.0, ..y * Ball::from(x.high / y.high) };
+                }
+                if name == "root" {
+                    x = if x.high < 0.0 { -x } else { x };
+                }
+                let (found, middle) = (operation(x, y), truth(exact(&x), exact(&y)));
+                assert!(
+                    is_within(&found, found.error, &middle),
+                    "{name} of {x:?} and {y:?}: {found:?}"
+                );
+                n_beyond += usize::from(!is_within(&found, part * found.error, &middle));
+            }
+            assert!(n_beyond > 0, "{name}: {bound:e} is more than {}-fold", 1.0 / part);
+        }
+    }
+
+    /// What the numbers are off by goes through all operations.
+    #[test]
+    fn errors_are_carried() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        for (name, _, operation, truth, _) in OPERATIONS {
+            for _ in 0..50_000 {
+                let off = |x: Ball, rng: &mut ChaCha8Rng| {
+                    let error = x.high.abs() * 2f64.powi(-rng.random_range(1..100));
+                    let moved = real(error).unwrap() * real(rng.random_range(-1.0..1.0)).unwrap();
+                    (Ball { error, ..x }, exact(&x) + moved)
+                };
+                let (x, y) = (drawn(&mut rng), drawn(&mut rng));
+                let x = if name == "root" && x.high < 0.0 { -x } else { x };
+                let ((x, moved_x), (y, moved_y)) = (off(x, &mut rng), off(y, &mut rng));
+                if signum(&moved_y) == 0 || name == "root" && signum(&moved_x) < 0 {
+                    continue;
+                }
+                let (found, middle) = (operation(x, y), truth(moved_x, moved_y));
+                let is_right =
+                    found.error == f64::INFINITY || is_within(&found, found.error, &middle);
+                assert!(is_right, "{name} of {x:?} and {y:?}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_near_the_middle_of_two_have_no_nearest_one() {
+        let middle = 1.0 + f64::from(f32::EPSILON) / 2.0;
+        let at = |low: f64, error: f64| Ball { high: middle, low, error }.nearest_f32();
+        assert_eq!(at(1e-20, 1e-21), None);
+        assert_eq!(at(-1e-20, 1e-21), Some(1.0));
+        assert_eq!(at(-1e-20, 2e-20), None);
+        let at = |high: f64, error: f64| Ball { high, low: 0.0, error }.nearest_f32();
+        assert_eq!(at(middle + 1e-9, 1e-10), Some(1.0 + f32::EPSILON));
+        assert_eq!(at(1.0, 0.0), Some(1.0));
+        for unknown in [f64::NAN, f64::INFINITY] {
+            assert_eq!(at(1.0, unknown), None);
+            assert_eq!(at(unknown, 0.0), None);
+        }
+        assert_eq!((at(0.0, 1e-30), at(1e-40, 1e-50), at(1e39, 1.0)), (None, None, None));
+    }
+}
