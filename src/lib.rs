@@ -78,6 +78,9 @@
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, a folder each, and the registry of them |
+//! | [`num`] | numbers that a formula is written in: one by one or in lanes, with masks and no order |
+//! | [`seen`] | objects as rays see them: their numbers and formulas, a file a shape |
+//! | [`engine`] | what rays see of few objects, in squares, pixels and samples |
 //! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
@@ -117,15 +120,16 @@
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
-//!    `shaders/render.wgsl`, on the CPU the twin in the folder of the [`kernel`], `cpu/tile.rs` for
-//!    many spheres.
+//!    `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of pixels, large ones first, with the
+//!    formulas of [`seen`] in lanes of f32, `cpu/tile.rs` at many spheres, and the folder of the [`kernel`] at lists and for
+//!    kernels without a proof.
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
-//!    the same shader in f64 with the numbers of `certify/in_f64.rs`, and exact arithmetic
-//!    ([`exact::nearest`]) the rest; `certify/rows.rs` fills in `t` and normals of neighbours that see
+//!    the same shader in f64 with the numbers of `certify/in_f64.rs`, on the CPU by the same formulas in lanes of f64
+//!    ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/rows.rs` fills in `t` and normals of neighbours that see
 //!    one object, and the points where light falls on them, `certify/lanes.rs` those of others, or `shaders/surface.wgsl` on a GPU where it is
-//!    sure of each byte.
+//!    sure of each byte; what f64 cannot round goes through numbers of 100 bits (`certify/in_balls.rs`) before exact ones.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
-//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after `cpu/squares/` has proven
+//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine or `cpu/squares/` has proven
 //!    which pixels show one object alone. Lit ones come of `shade/lit.rs`: bytes of few objects first in f32
 //!    (`shade/bytes.rs`), all others and what that leaves open in f64 (`shade/finder.rs`), both by the bounds of
 //!    `shade/beam.rs`, and else exactly (`exact/light.rs`, `shade/mean.rs`). A GPU proposes them
@@ -154,6 +158,7 @@ pub mod cpu;
 pub mod device;
 pub mod digest;
 mod digits;
+pub mod engine;
 pub mod error;
 pub mod exact;
 pub mod explain;
@@ -173,6 +178,7 @@ pub mod kernel;
 mod markup;
 pub mod memory;
 mod npy;
+pub mod num;
 pub mod output;
 pub mod picture;
 pub mod plain;
@@ -183,6 +189,7 @@ pub mod render;
 #[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
+pub mod seen;
 mod session;
 pub mod shade;
 pub mod shape;

@@ -34,8 +34,6 @@ pub trait SideBySide: Number {
     type Plain: Real;
     /// What comparisons give.
     type Mask: Holds;
-    /// As many whole numbers.
-    type Whole: Copy;
     /// The same number in all places.
     fn like(self, number: Self::Plain) -> Self;
     /// Square root.
@@ -48,8 +46,6 @@ pub trait SideBySide: Number {
     fn le(self, other: Self) -> Self::Mask;
     /// `a` where the mask holds, `b` elsewhere.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
-    /// The same of whole numbers.
-    fn select_whole(mask: Self::Mask, a: Self::Whole, b: Self::Whole) -> Self::Whole;
 
     /// The same vector in all places.
     #[inline(always)]
@@ -72,11 +68,10 @@ pub trait SideBySide: Number {
 }
 
 macro_rules! plain_lanes {
-    ($float:ident, $uint:ident) => {
+    ($float:ident) => {
         impl SideBySide for $float {
             type Plain = $float;
             type Mask = bool;
-            type Whole = $uint;
             #[inline(always)]
             fn like(self, number: $float) -> $float {
                 number
@@ -101,22 +96,18 @@ macro_rules! plain_lanes {
             fn select(mask: bool, a: $float, b: $float) -> $float {
                 if mask { a } else { b }
             }
-            #[inline(always)]
-            fn select_whole(mask: bool, a: $uint, b: $uint) -> $uint {
-                if mask { a } else { b }
-            }
         }
     };
 }
-plain_lanes!(f32, u32);
-plain_lanes!(f64, u64);
+plain_lanes!(f32);
+plain_lanes!(f64);
 
 macro_rules! wide {
     (
-        $Wide:ident, $Mask:ident, $float:ident, $floats:ident, $uints:ident, $masks:ident,
+        $Wide:ident, $Mask:ident, $float:ident, $floats:ident, $masks:ident,
         $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $neg:ident,
         $abs:ident, $sqrt:ident, $less:ident, $less_or_equal:ident, $and:ident, $or:ident,
-        $select:ident, $select_uint:ident
+        $select:ident
     ) => {
         #[doc = concat!("A register of ", stringify!($float), ".")]
         #[derive(Clone, Copy)]
@@ -162,7 +153,6 @@ macro_rules! wide {
         impl<S: Simd> SideBySide for $Wide<S> {
             type Plain = $float;
             type Mask = $Mask<S>;
-            type Whole = S::$uints;
             #[inline(always)]
             fn like(self, number: $float) -> Self {
                 $Wide::splat(self.simd, number)
@@ -194,11 +184,6 @@ macro_rules! wide {
             fn select(mask: $Mask<S>, a: Self, b: Self) -> Self {
                 mask.select(a, b)
             }
-
-            #[inline(always)]
-            fn select_whole(mask: $Mask<S>, a: S::$uints, b: S::$uints) -> S::$uints {
-                mask.select_whole(a, b)
-            }
         }
 
         #[allow(dead_code, reason = "both sorts have the same operations")]
@@ -208,12 +193,6 @@ macro_rules! wide {
             pub fn select(self, a: $Wide<S>, b: $Wide<S>) -> $Wide<S> {
                 let lanes = self.simd.$select(self.lanes, a.lanes, b.lanes);
                 $Wide { simd: self.simd, lanes }
-            }
-
-            /// The same of whole numbers.
-            #[inline(always)]
-            pub fn select_whole(self, a: S::$uints, b: S::$uints) -> S::$uints {
-                self.simd.$select_uint(self.lanes, a, b)
             }
 
             /// A bit for each place, the lowest for the first one.
@@ -303,7 +282,6 @@ wide!(
     MaskF32,
     f32,
     f32s,
-    u32s,
     m32s,
     splat_f32s,
     add_f32s,
@@ -317,15 +295,13 @@ wide!(
     less_than_or_equal_f32s,
     and_m32s,
     or_m32s,
-    select_f32s,
-    select_u32s
+    select_f32s
 );
 wide!(
     WideF64,
     MaskF64,
     f64,
     f64s,
-    u64s,
     m64s,
     splat_f64s,
     add_f64s,
@@ -339,8 +315,7 @@ wide!(
     less_than_or_equal_f64s,
     and_m64s,
     or_m64s,
-    select_f64s,
-    select_u64s
+    select_f64s
 );
 
 #[cfg(test)]

@@ -128,7 +128,7 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
 /// What the Rust twin proposes.
 fn twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
     match (&prepared.hierarchy, rays) {
-        (Some(_), Rays::Pixels(pixels)) => return propose_alone(prepared, pixels).unwrap(),
+        (_, Rays::Pixels(pixels)) => return propose_alone(prepared, pixels).unwrap(),
         (Some(_), Rays::List(_)) => return propose_in_space(prepared, rays).unwrap(),
         _ => {}
     }

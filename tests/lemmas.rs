@@ -585,6 +585,22 @@ fn normals_from_half_chords() {
     }
 }
 
+/// `k` and the root are what they are; the direction's own error is granted beside.
+#[test]
+fn roots_from_their_product() {
+    let found = worst(5, |x, choices| {
+        let ((d, exact_d), (k, exact_k), (root, exact_root)) =
+            (vector(x), number(x[3].abs()), number(x[4].abs()));
+        set_choices(choices, true);
+        let none = Adversarial(0.0);
+        let one = Adversarial(1.0);
+        let t = f64::from((((k - none) * ray(d).inv_a) / root * (one - none)).0);
+        let exact = exact_k / exact_d.length_squared() / exact_root;
+        Some((t - exact).abs() / (UNIT_F32 * exact))
+    });
+    assert_tight("RELATIVE", steps::RELATIVE, found);
+}
+
 #[test]
 fn normals_of_points() {
     let found = worst(3, |x, choices| {

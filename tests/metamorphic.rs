@@ -276,8 +276,8 @@ fn ties_go_to_the_lowest_id() {
                 let expected = if id as usize > n { id + n as u32 } else { id };
                 assert_eq!(doubled, expected, "ray {i}, {}", world.name);
             }
-            // f32 decides no tie. A hierarchy leaves out what equals an earlier sphere.
-            if world.scene.spheres.len() <= FEW_SPHERES {
+            // A device's f32 decides no tie. The CPU and a hierarchy leave out what equals an earlier sphere.
+            if on_gpu && world.scene.spheres.len() <= FEW_SPHERES {
                 let others = doubled.counts.f64 + doubled.counts.exact;
                 assert!(others >= doubled.n_hits(), "{}", world.name);
             }

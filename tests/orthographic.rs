@@ -272,21 +272,7 @@ fn proposals_are_the_same() {
         let wants = Wants::default();
         let device =
             proposed(&mut GpuTracer::new(gpu(), Arc::clone(&prepared), wants).unwrap(), &rays);
-        let twin = match prepared.hierarchy {
-            Some(_) => propose_alone(&prepared, &picture).unwrap(),
-            None => {
-                let whole = proposed(&mut CpuTracer::new(Arc::clone(&prepared), wants), &rays);
-                // Too narrow for a packet.
-                let part = Pixels { x: 90, width: 7, ..picture };
-                let narrow = Rays::Pixels(part);
-                let narrow = proposed(&mut CpuTracer::new(prepared, wants), &narrow);
-                for (index, id) in narrow.into_iter().enumerate() {
-                    let (x, y) = part.xy(index);
-                    assert_eq!(id, whole[y as usize * 203 + x as usize], "in a packet");
-                }
-                whole
-            }
-        };
+        let twin = propose_alone(&prepared, &picture).unwrap();
         let differs = |ray: &usize| {
             let (a, b) = (device[*ray], twin[*ray]);
             a != b && (is_ieee || a != UNDECIDED && b != UNDECIDED)

@@ -293,10 +293,9 @@ fn an_empty_scene_is_background() {
     }
 }
 
-/// The CPU takes eight pixels of a row at a time and the rest one by one; rectangles of one column
-/// have no eight.
+/// The CPU looks at squares of pixels before single ones; rectangles of one column have no squares.
 #[test]
-fn packets_give_what_single_rays_give() {
+fn squares_give_what_single_rays_give() {
     for seed in 20..26 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let spheres = (0..FEW_SPHERES)
@@ -313,20 +312,20 @@ fn packets_give_what_single_rays_give() {
             let rays = Rays::Pixels(pixels);
             let prepared =
                 Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
-            assert!(!prepared.near && prepared.hierarchy.is_none(), "no packets here");
+            assert!(!prepared.near && prepared.hierarchy.is_none(), "no squares here");
             let mut hits = Hits::default();
             let wants = Wants { surface: false, level: true };
             CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();
             hits
         };
-        let packets = on_cpu(whole);
-        assert!(packets.n_hits() > 0);
+        let squares = on_cpu(whole);
+        assert!(squares.n_hits() > 0);
         for x in 0..67 {
             let single = on_cpu(Pixels { x, width: 1, ..whole });
             for y in 0..50 {
                 let index = y * 67 + x as usize;
-                assert_eq!(single.id[y], packets.id[index], "seed {seed}, pixel {x}, {y}");
-                assert_eq!(single.level[y], packets.level[index], "seed {seed}, pixel {x}, {y}");
+                assert_eq!(single.id[y], squares.id[index], "seed {seed}, pixel {x}, {y}");
+                assert_eq!(single.level[y], squares.level[index], "seed {seed}, pixel {x}, {y}");
             }
         }
     }

@@ -51,7 +51,7 @@ fn on_device(gpu: &Arc<Gpu>, prepared: Prepared, rays: &Rays) -> Vec<u32> {
 /// What the twin proposes, for which each ray goes through a hierarchy alone.
 fn of_twin(prepared: Prepared, rays: &Rays) -> Vec<u32> {
     match (&prepared.hierarchy, rays) {
-        (Some(_), Rays::Pixels(pixels)) => propose_alone(&prepared, pixels).unwrap(),
+        (_, Rays::Pixels(pixels)) => propose_alone(&prepared, pixels).unwrap(),
         (Some(_), Rays::List(_)) => propose_in_space(&prepared, rays).unwrap(),
         _ => proposed(&mut CpuTracer::new(Arc::new(prepared), Wants::default()), rays),
     }

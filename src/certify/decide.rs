@@ -7,11 +7,11 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::packets::Packets;
 use super::surface::MISS;
 use super::walk::Walks;
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::control::Control;
+use crate::engine::{Find64, Tile};
 use crate::error::Result;
 use crate::exact::{Shape, nearest};
 use crate::guard;
@@ -79,15 +79,22 @@ const RAYS_PER_PART: usize = 1 << 10;
 
 /// A quicker way to the ids of many rays, of which it leaves some open.
 pub enum Quick<'a> {
-    Packets(Packets<'a>),
+    Few(Find64<'a>),
     Walks(&'a Hierarchy),
 }
 
+/// More objects than this are found through a hierarchy where there is one.
+const MOST_LISTED: usize = 64;
+
 impl<'a> Quick<'a> {
     pub fn new(stage: &'a Stage<'a>) -> Option<Quick<'a>> {
+        let is_listed = stage.hierarchy.is_none() || stage.scene.n_objects() <= MOST_LISTED;
         match (stage.hierarchy, &stage.rays) {
             (Some(hierarchy), StageRays::List(_)) => Some(Quick::Walks(hierarchy)),
-            _ => Packets::new(stage).map(Quick::Packets),
+            (_, StageRays::Pixels { pixels, .. }) if stage.usable && is_listed => {
+                Some(Quick::Few(Find64::new(stage.prepared, pixels)))
+            }
+            _ => None,
         }
     }
 
@@ -103,10 +110,14 @@ impl<'a> Quick<'a> {
         ids: &mut [u32],
     ) -> Result<()> {
         let parts = rays.par_chunks(RAYS_PER_PART).zip(ids.par_chunks_mut(RAYS_PER_PART));
-        parts.try_for_each(|(rays, ids)| {
+        parts.try_for_each_init(Tile::default, |tile, (rays, ids)| {
+            control.check()?;
             host::check()?;
             match *self {
-                Quick::Packets(ref packets) => packets.decide(rays, control, ids),
+                Quick::Few(ref few) => {
+                    few.decide(rays, tile, ids);
+                    Ok(())
+                }
                 Quick::Walks(hierarchy) => {
                     pulp::Arch::new().dispatch(Walks { stage, hierarchy, rays, control, ids })
                 }
@@ -270,7 +281,7 @@ impl Stage<'_> {
     }
 
     /// The nearest of the candidates.
-    fn settle(&self, index: usize, candidates: &[u32], wants: Wants) -> Settled {
+    pub(super) fn settle(&self, index: usize, candidates: &[u32], wants: Wants) -> Settled {
         let (t, normal) = MISS;
         let level = Level::Exact;
         let miss = Settled { id: 0, t, normal, level };

@@ -6,7 +6,6 @@ mod in_balls;
 mod in_f64;
 mod lanes;
 mod nearness;
-mod packets;
 mod point;
 mod rows;
 #[cfg(feature = "gpu")]
@@ -293,6 +292,7 @@ enum StageRays<'a> {
 
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
+    prepared: &'a Prepared,
     scene: &'a Scene,
     rays: StageRays<'a>,
     /// Finds the spheres that are not in `rest`.
@@ -384,6 +384,7 @@ impl<'a> Stage<'a> {
         };
         let planes = scene.planes.iter().enumerate().map(plane).collect();
         let mut stage = Stage {
+            prepared,
             scene,
             rays,
             hierarchy,

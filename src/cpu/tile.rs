@@ -18,11 +18,11 @@ use crate::guard::{self, Reach};
 use crate::kernel::RayOf;
 use crate::kernel::certified::{
     Filter, GuardOf, Nearest, Nearness, ParallelFilter, PointFilter, SphereCertified, SphereFar,
-    Widening, closest_approach, far_nearness_at, outside_at, parallel_nearness_at,
+    Widening, closest_approach, far_nearness_at, parallel_nearness_at,
 };
 use crate::rays::{CameraF32, Pixels};
 use crate::tree::footprints::{Cells, Footprints, Leaves};
-use crate::vec3::Vec3;
+use crate::vec3::{Real, Vec3};
 
 /// Columns and rows of a tile, px.
 pub const TILE: usize = 8;
@@ -154,7 +154,14 @@ impl TileRays for PointSquares {
 
     #[inline(always)]
     fn nearness(s: f32, m: f32, inv_a: f32, leaf: &Leaf, _: &Widening<f32>) -> Nearness<f32> {
-        outside_at(s, m, inv_a, &leaf.guard, leaf.q)
+        let GuardOf { inner2, outer2, slack } = leaf.guard;
+        let (inner, outer) = (inner2 - m, outer2 - m);
+        let low = ((s - slack) + (Real::max(inner, 0.0) * inv_a).sqrt()) * leaf.q.low;
+        let high = ((s + slack) + (Real::max(outer, 0.0) * inv_a).sqrt()) * leaf.q.high;
+        Nearness {
+            low: if inner < 0.0 { 0.0 } else { low },
+            high: if outer < 0.0 { 0.0 } else { high },
+        }
     }
 }
 

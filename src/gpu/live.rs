@@ -239,12 +239,15 @@ mod tests {
     use crate::scene::parse_scene;
     use crate::trace::{Kernel, Wants};
 
-    /// A picture of two spheres at one place: f32 can't tell which is hit.
+    /// A picture of two spheres at nearly one place: f32 can't tell which is hit.
     fn twins(fov: f64, eye: f64) -> (Rays, Arc<Prepared>) {
-        let sphere = "{ center = [0, 0, 0], radius = 1, color = \"#d62728\" }";
+        let sphere =
+            |x: f64| format!("{{ center = [{x}, 0, 0], radius = 1, color = \"#d62728\" }}");
         let text = format!(
             "camera = {{ position = [0, 0, {eye:?}], look_at = [0, 0, -9], fov = {fov:?} }}\n\
-             sphere = [{sphere}, {sphere}]\n"
+             sphere = [{}, {}]\n",
+            sphere(0.0),
+            sphere(1e-9)
         );
         let scene = parse_scene(&text, "twins.toml".as_ref()).unwrap();
         let camera = scene.camera.clone().unwrap();

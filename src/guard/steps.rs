@@ -16,6 +16,10 @@ pub const ASIDE: f64 = 111.0;
 /// Half the chord, relative, without `δ`: (1 + 5.5 + 1)/2 + 4.5.
 pub const HALF_CHORD: f64 = 8.26;
 
+/// `k/a` over a root, relative, but for `2δ` and for `k` and the root themselves: `1/a` 3 + 2.5, a sum, a product, a
+/// quotient 2.5, and 2 for the product that widens.
+pub const RELATIVE: f64 = 12.1;
+
 /// Two sums of a root, of `ℓ + r`.
 pub const TWO_SUMS: f64 = 2.01;
 

@@ -2,8 +2,6 @@
 
 use super::arithmetic::Arithmetic;
 use super::{Hit, RayOf};
-use crate::control::Control;
-use crate::error::Result;
 use crate::vec3::Vec3;
 
 /// A kernel with its objects, for one bundle of rays.
@@ -18,20 +16,6 @@ pub trait Twin: Sync {
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The same of a ray that starts anywhere, as shadow rays do.
     fn closest_from_anywhere(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
-    /// Writes the ids of the first pixels of a row, where the kernel has a quicker way for several, and says
-    /// of how many. The row's first pixel is at this [`crate::rays::Pixels::offset2`].
-    ///
-    /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    fn row(
-        &self,
-        _camera: &<Self::Float as Arithmetic>::Camera,
-        _offset: (i64, i64),
-        _control: &Control,
-        _ids: &mut [u32],
-    ) -> Result<usize> {
-        Ok(0)
-    }
     /// The normal at a hit.
     fn normal_at(&self, ray: &RayOf<Self::Float>, hit: Hit<Self::Float>) -> Vec3<Self::Float>;
 }

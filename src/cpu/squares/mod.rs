@@ -1,7 +1,6 @@
 //! Samples of pixels: those that show one object alone are proven to be such (see [`crate::guard::Reach`]).
 //! Only pixels that are left are sampled.
 
-mod few;
 mod many;
 
 use std::time::Instant;
@@ -11,6 +10,7 @@ use rayon::prelude::*;
 use super::tile::TILE;
 use crate::certify;
 use crate::control::Control;
+use crate::engine::{LARGEST, Room, Search};
 use crate::error::Result;
 use crate::guard::Reach;
 use crate::host;
@@ -19,7 +19,6 @@ use crate::kernel::certified::UNDECIDED;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
 use crate::trace::{Level, Mixed, SampleIds, StageCounts, Timing, resize};
-use few::{Few, LARGEST, Room};
 use many::Many;
 
 /// Pixels that are looked at before their samples.
@@ -33,7 +32,7 @@ pub(super) struct Squares<'a> {
 }
 
 enum Way<'a> {
-    Few(Few<'a>),
+    Few(Search<'a>),
     Many(Box<Many<'a>>),
 }
 
@@ -45,7 +44,7 @@ impl<'a> Squares<'a> {
             return None;
         }
         let way = match &prepared.hierarchy {
-            None => Way::Few(Few::new(prepared, pixels, n)?),
+            None => Way::Few(Search::new(prepared, pixels, n)),
             Some(hierarchy) => {
                 let reach = Reach::of_samples(pixels, 1, n);
                 Way::Many(Box::new(Many::new(prepared, hierarchy, pixels, n, reach)?))
@@ -128,7 +127,6 @@ mod tests {
 
     use glam::DVec3;
 
-    use super::few::Size;
     use super::*;
     use crate::cpu::CpuTracer;
     use crate::random::SplitMix;
@@ -189,22 +187,20 @@ mod tests {
     }
 
     /// Samples of pixels that are said to show one object by bounds for this part of their reach, and that don't
-    /// see it; and how many pixels are said to. Of few spheres the pixels are squares of this side.
-    fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), side: u32, part: f64) -> (usize, usize) {
-        let (mut n_wrong, mut n_whole, n) = (0, 0, 16 / side);
+    /// see it; and how many pixels are said to.
+    fn wrong(case: fn(u64) -> (Arc<Scene>, Pixels), n: u32, part: f64) -> (usize, usize) {
+        let (mut n_wrong, mut n_whole) = (0, 0);
         for seed in 0..120 {
             let (scene, pixels) = case(seed);
-            let reach = Reach::new(&pixels, part * (f64::from(side) - 1.0 / f64::from(n)));
             let mut tracer = tracer(&scene, &pixels, n);
             let mut whole = vec![UNDECIDED; pixels.len()];
             match &tracer.prepared.hierarchy {
                 None => {
-                    let Some(size) = Size::new(&pixels, &scene, side, reach) else { continue };
-                    let (prepared, sizes) = (&*tracer.prepared, vec![size]);
-                    let few = Few { prepared, pixels: &pixels, n, sizes };
-                    few.find_whole(0, &mut whole, &mut Room::default());
+                    let search = Search::with_reach(&tracer.prepared, &pixels, n, part);
+                    search.look(0, &mut whole, &mut Room::default());
                 }
                 Some(hierarchy) => {
+                    let reach = Reach::new(&pixels, part * (1.0 - 1.0 / f64::from(n)));
                     let many = Many::new(&tracer.prepared, hierarchy, &pixels, n, reach).unwrap();
                     for (strip, whole) in whole.chunks_mut(TILE * pixels.width as usize).enumerate()
                     {
@@ -226,19 +222,44 @@ mod tests {
 
     #[test]
     fn what_fills_a_square_is_seen_by_all_of_its_samples() {
-        for (case, side) in [(few as fn(_) -> _, 1), (few, 4), (many, 1)] {
-            let (n_wrong, n_whole) = wrong(case, side, 1.0);
-            assert_eq!(n_wrong, 0, "squares of {side}");
-            assert!(n_whole > 60_000, "{n_whole} with squares of {side}");
+        for (case, n) in [(few as fn(_) -> _, 2), (few, 5), (many, 16)] {
+            let (n_wrong, n_whole) = wrong(case, n, 1.0);
+            assert_eq!(n_wrong, 0, "{n} samples");
+            assert!(n_whole > 60_000, "{n_whole} with {n} samples");
         }
     }
 
     #[test]
     fn sabotage_half_the_reach_is_noticed() {
-        for (case, side) in [(few as fn(_) -> _, 2), (few, 8), (many, 1)] {
-            let (n_wrong, _) = wrong(case, side, 0.5);
-            assert!(n_wrong > 20, "{n_wrong} with squares of {side}");
+        for (case, n) in [(few as fn(_) -> _, 2), (few, 8), (many, 16)] {
+            let (n_wrong, _) = wrong(case, n, 0.5);
+            assert!(n_wrong > 20, "{n_wrong} with {n} samples");
         }
+    }
+
+    #[test]
+    fn pixels_are_those_that_are_looked_at_one_by_one() {
+        let mut n_wrong = [0, 0];
+        for seed in 0..120 {
+            let (scene, pixels) = few(seed);
+            let tracer = tracer(&scene, &pixels, 1);
+            for (n_wrong, part) in n_wrong.iter_mut().zip([1.0, 0.5]) {
+                let mut ids = vec![UNDECIDED; pixels.len()];
+                let search = Search::with_reach(&tracer.prepared, &pixels, 1, part);
+                search.look(0, &mut ids, &mut Room::default());
+                for (at, id) in ids.into_iter().enumerate() {
+                    let (x, y) = pixels.xy(at);
+                    let one = Pixels { x, y, width: 1, height: 1, ..pixels };
+                    let mut alone = [UNDECIDED];
+                    let search = Search::new(&tracer.prepared, &one, 1);
+                    search.look(0, &mut alone, &mut Room::default());
+                    let is_known = id != UNDECIDED && alone[0] != UNDECIDED;
+                    *n_wrong += usize::from(is_known && id != alone[0]);
+                }
+            }
+        }
+        assert_eq!(n_wrong[0], 0);
+        assert!(n_wrong[1] > 20, "{n_wrong:?}");
     }
 
     #[test]

@@ -3,10 +3,8 @@
 //! [`crate::guard`].
 
 mod filter;
-mod lanes;
 mod prepare;
 mod records;
-mod rows;
 mod seen;
 mod twin;
 
@@ -21,11 +19,9 @@ pub use filter::{
     far_nearness_at, half_chord_radius, inside_nearness, normalized, outside_nearness,
     parallel_nearness, parallel_nearness_at, plane_nearness, plane_nearness_at, sphere_nearness,
 };
-pub(crate) use lanes::{NearestOf, inside_at, outside_at, plane_nearness as plane_nearness_of};
 pub(super) use prepare::objects;
 pub(crate) use prepare::{Frame, Leaf, farthest_origin, k_in_range, offset_in_range};
 pub use records::{PlaneCertified, SphereCertified, SphereFar};
-pub(crate) use rows::{Places, SeenObjects};
 pub(crate) use seen::SeenFrom;
 pub(super) use twin::with_twin;
 

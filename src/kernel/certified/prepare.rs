@@ -4,7 +4,6 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 
 use super::FEW_SPHERES;
-use super::filter::Widening;
 use super::records::{PlaneCertified, SphereCertified, SphereFar};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
@@ -130,11 +129,6 @@ impl Frame {
         let frame = Frame::new(&Rays::Pixels(*pixels), pixels.view.position, scene);
         let is_small = frame.in_range && reach.turned <= guard::LARGEST_TURN;
         is_small.then_some(Frame { near: true, reach, ..frame })
-    }
-
-    /// The relative factors of the filter for these rays.
-    pub fn widening(&self) -> Widening<f32> {
-        self.reach.widening_f32()
     }
 
     /// Some spheres of a scene, and its planes.

@@ -6,19 +6,15 @@ use super::filter::{
     FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, nearest_listed,
 };
 use super::records::{PlaneCertified, SphereCertified};
-use super::rows::{DecideRow, decide_row, no_row};
-use crate::control::Control;
-use crate::error::Result;
 use crate::guard;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Hit, Lists, RayOf};
-use crate::rays::{Bundle, CameraF32};
+use crate::rays::Bundle;
 use crate::vec3::Vec3;
 
 struct Certified<'a, F> {
     objects: &'a Lists<SphereCertified, PlaneCertified>,
     widening: Widening<f32>,
-    row: DecideRow,
     filter: PhantomData<F>,
 }
 
@@ -47,16 +43,6 @@ impl<F: Filter> Twin for Certified<'_, F> {
         self.closest_by::<FreeFilter>(ray)
     }
 
-    fn row(
-        &self,
-        camera: &CameraF32,
-        offset: (i64, i64),
-        control: &Control,
-        ids: &mut [u32],
-    ) -> Result<usize> {
-        (self.row)(self.objects, &self.widening, camera, offset, control, ids)
-    }
-
     #[inline(always)]
     fn normal_at(&self, _: &RayOf<f32>, _: Hit<f32>) -> Vec3<f32> {
         Vec3::ZERO
@@ -71,18 +57,17 @@ pub fn with_twin<W: WithTwin>(
     work: W,
 ) -> W::Output {
     match bundle {
-        Bundle::Point if near => with::<PointFilter, W>(lists, decide_row::<PointFilter>, work),
-        Bundle::Point => with::<FarFilter, W>(lists, decide_row::<FarFilter>, work),
-        Bundle::Parallel => with::<ParallelFilter, W>(lists, decide_row::<ParallelFilter>, work),
-        Bundle::Free => with::<FreeFilter, W>(lists, no_row, work),
+        Bundle::Point if near => with::<PointFilter, W>(lists, work),
+        Bundle::Point => with::<FarFilter, W>(lists, work),
+        Bundle::Parallel => with::<ParallelFilter, W>(lists, work),
+        Bundle::Free => with::<FreeFilter, W>(lists, work),
     }
 }
 
 fn with<F: Filter, W: WithTwin>(
     objects: &Lists<SphereCertified, PlaneCertified>,
-    row: DecideRow,
     work: W,
 ) -> W::Output {
     let widening = guard::widening_f32();
-    work.with(&Certified::<F> { objects, widening, row, filter: PhantomData })
+    work.with(&Certified::<F> { objects, widening, filter: PhantomData })
 }

@@ -1,0 +1,231 @@
+//! What the pixels of a picture see, and the samples of those that show several objects.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::tile::{Camera, Tile, eye_of};
+use crate::guard::{LARGEST_TURN, Reach};
+use crate::prepare::Prepared;
+use crate::rays::Pixels;
+use crate::scene::{Object, Sphere};
+use crate::seen::{OPEN, Objects};
+use crate::trace::Mixed;
+
+/// Columns and rows of the largest squares, px.
+pub const LARGEST: u32 = 16;
+
+/// Columns of a block, px: what is looked at together.
+const COLUMNS: u32 = 128;
+
+/// The objects as squares of some size see them.
+struct Level {
+    /// Columns and rows, px.
+    side: u32,
+    objects: Objects<f32>,
+}
+
+/// Pixels of a picture of few objects, that are looked at in squares before each by itself.
+pub struct Search<'a> {
+    pixels: &'a Pixels,
+    /// Samples across and down a pixel.
+    n: u32,
+    /// From large squares to small ones.
+    levels: Vec<Level>,
+    /// Of the samples.
+    camera: Camera<f32>,
+    objects: Objects<f32>,
+}
+
+/// Room for the squares of a block.
+#[derive(Default)]
+pub struct Room {
+    open: Vec<[u32; 2]>,
+    next: Vec<[u32; 2]>,
+    tile: Tile,
+}
+
+/// The objects that a ray may see: of equal ones the first, and none that no ray hits.
+fn objects(prepared: &Prepared) -> impl Iterator<Item = (u32, Object<'_>)> {
+    let n_spheres = prepared.scene.spheres.len();
+    let mut seen = HashSet::new();
+    let mut is_first = move |sphere: &Sphere| {
+        let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
+        seen.insert([x, y, z, sphere.radius.to_bits()])
+    };
+    prepared.scene.objects().filter(move |&(id, object)| match object {
+        Object::Sphere(sphere) => sphere.radius != 0.0 && is_first(sphere),
+        Object::Plane(plane) => {
+            let index = id as usize - 1 - n_spheres;
+            plane.normal != DVec3::ZERO && !prepared.repeats_a_plane(index)
+        }
+    })
+}
+
+impl<'a> Search<'a> {
+    /// For `n` × `n` samples of each of these pixels; `prepared` is of the picture of the samples.
+    pub fn new(prepared: &Prepared, pixels: &'a Pixels, n: u32) -> Search<'a> {
+        Search::with_reach(prepared, pixels, n, 1.0)
+    }
+
+    /// With squares whose rays are said to be this share as far apart as they are.
+    pub(crate) fn with_reach(
+        prepared: &Prepared,
+        pixels: &'a Pixels,
+        n: u32,
+        share: f64,
+    ) -> Search<'a> {
+        let samples = pixels.samples(n);
+        let level = |side| {
+            let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
+            let reach = Reach { apart: share * apart, turned: share * turned };
+            let eye = eye_of(&samples, reach);
+            (turned <= LARGEST_TURN)
+                .then(|| Level { side, objects: Objects::new(objects(prepared), &eye) })
+        };
+        // With one sample a square of one pixel is that.
+        let sides = [LARGEST, LARGEST / 4, 1].into_iter().filter(|&side| side * n > 1);
+        Search {
+            pixels,
+            n,
+            levels: sides.filter_map(level).collect(),
+            camera: Camera::new(&samples),
+            objects: Objects::new(objects(prepared), &eye_of(&samples, Reach::default())),
+        }
+    }
+
+    /// Finds what the pixels of some rows see, from `first_row` on, in f32: of each the object that all its samples see, or
+    /// [`OPEN`]; and of those with several samples that are left, these.
+    pub fn look(&self, first_row: u32, whole: &mut [u32], room: &mut Room) -> Mixed {
+        let n_rows = whole.len() as u32 / self.pixels.width;
+        whole.fill(OPEN);
+        for y in (0..n_rows).step_by(LARGEST as usize) {
+            for x in (0..self.pixels.width).step_by(COLUMNS as usize) {
+                let columns = COLUMNS.min(self.pixels.width - x);
+                let rows = LARGEST.min(n_rows - y);
+                self.look_at_block([x, y], [columns, rows], first_row, whole, room);
+            }
+        }
+        match self.n {
+            1 => Mixed::default(),
+            _ => self.sample(first_row, whole, room),
+        }
+    }
+
+    /// What a block of pixels sees. `corner` is its left upper one.
+    fn look_at_block(
+        &self,
+        [left, top]: [u32; 2],
+        [columns, rows]: [u32; 2],
+        first_row: u32,
+        whole: &mut [u32],
+        room: &mut Room,
+    ) {
+        let width = self.pixels.width;
+        let Room { open, next, tile } = room;
+        let (right, bottom) = (left + columns, top + rows);
+        let split = |[x, y]: [u32; 2], [columns, rows]: [u32; 2], step: u32, to: &mut Vec<_>| {
+            for y in (y..(y + rows).min(bottom)).step_by(step as usize) {
+                to.extend((x..(x + columns).min(right)).step_by(step as usize).map(|x| [x, y]));
+            }
+        };
+        open.clear();
+        let first = self.levels.first().map_or(1, |level| level.side);
+        split([left, top], [columns, rows], first, open);
+        for (at, level) in self.levels.iter().enumerate() {
+            let side = level.side;
+            let smaller = self.levels.get(at + 1).map_or(1, |level| level.side);
+            next.clear();
+            // What the block cuts off is no square of the picture.
+            open.retain(|&[x, y]| {
+                let is_inside = x + side <= right && y + side <= bottom;
+                if !is_inside {
+                    split([x, y], [side; 2], smaller, next);
+                }
+                is_inside
+            });
+            self.aim(open, first_row, side, tile);
+            tile.find_f32(&self.camera, &level.objects);
+            for (&[x, y], &id) in open.iter().zip(&tile.ids) {
+                if id == OPEN && side > 1 {
+                    split([x, y], [side; 2], smaller, next);
+                    continue;
+                }
+                for row in y..y + side {
+                    let first = (row * width + x) as usize;
+                    whole[first..first + side as usize].fill(id);
+                }
+            }
+            std::mem::swap(open, next);
+        }
+        if self.n == 1 {
+            self.aim(open, first_row, 1, tile);
+            tile.find_f32(&self.camera, &self.objects);
+            for (&[x, y], &id) in open.iter().zip(&tile.ids) {
+                whole[(y * width + x) as usize] = id;
+            }
+        }
+    }
+
+    /// The rays through the middles of squares.
+    fn aim(&self, squares: &[[u32; 2]], first_row: u32, side: u32, tile: &mut Tile) {
+        let Pixels { x, y, image_width, image_height, .. } = *self.pixels;
+        let n = i64::from(self.n);
+        tile.clear();
+        for [column, row] in squares {
+            let (x, y) = (x + column, y + first_row + row);
+            // As `Pixels::offset2` has it of a pixel's.
+            let i = i64::from(2 * x + side) - i64::from(image_width);
+            let j = i64::from(image_height) - i64::from(2 * y + side);
+            tile.push((n * i, n * j));
+        }
+    }
+
+    /// What f32 sees of the samples of those pixels of some rows that are left.
+    fn sample(&self, first_row: u32, whole: &[u32], room: &mut Room) -> Mixed {
+        let samples = self.pixels.samples(self.n);
+        let tile = &mut room.tile;
+        tile.clear();
+        let first = (first_row * self.pixels.width) as usize;
+        let mixed: Vec<u32> = (0..whole.len())
+            .filter(|&at| whole[at] == OPEN)
+            .map(|at| (first + at) as u32)
+            .collect();
+        for &pixel in &mixed {
+            let (x, y) = self.pixels.xy(pixel as usize);
+            for y in y * self.n..(y + 1) * self.n {
+                for x in x * self.n..(x + 1) * self.n {
+                    tile.push(samples.offset2(x, y));
+                }
+            }
+        }
+        tile.find_f32(&self.camera, &self.objects);
+        (mixed, std::mem::take(&mut tile.ids))
+    }
+}
+
+/// The rays that f32 leaves open, in f64.
+pub struct Find64<'a> {
+    pixels: &'a Pixels,
+    camera: Camera<f64>,
+    objects: Objects<f64>,
+}
+
+impl<'a> Find64<'a> {
+    /// For the pixels that a scene is prepared for.
+    pub fn new(prepared: &Prepared, pixels: &'a Pixels) -> Find64<'a> {
+        let objects = Objects::new(objects(prepared), &eye_of(pixels, Reach::default()));
+        Find64 { pixels, camera: Camera::new(pixels), objects }
+    }
+
+    /// The ids of some rays, [`OPEN`] where f64 leaves them so.
+    pub fn decide(&self, rays: &[u32], tile: &mut Tile, ids: &mut [u32]) {
+        tile.clear();
+        for &ray in rays {
+            let (x, y) = self.pixels.xy(ray as usize);
+            tile.push(self.pixels.offset2(x, y));
+        }
+        tile.find_f64(&self.camera, &self.objects);
+        ids.copy_from_slice(&tile.ids);
+    }
+}

@@ -1,0 +1,184 @@
+//! Numbers side by side in a plain array, which the compiler puts into registers.
+//!
+//! Loops over lanes alone: `map` of an array and closures become calls, and go through memory.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{Bits, Float, Mask, Real};
+
+/// `N` numbers, one a lane.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Lanes<F, const N: usize>(pub [F; N]);
+
+/// A mask, or ids, of numbers of `F`: as wide as these.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct LaneBits<F: Float, const N: usize>(pub [F::Bits; N]);
+
+macro_rules! lane_by_lane {
+    ($($trait:ident $function:ident $sign:tt),*) => {$(
+        impl<F: Float, const N: usize> $trait for Lanes<F, N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(mut self, other: Self) -> Self {
+                for lane in 0..N {
+                    self.0[lane] = self.0[lane] $sign other.0[lane];
+                }
+                self
+            }
+        }
+    )*};
+}
+
+lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl<F: Float, const N: usize> Neg for Lanes<F, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = -self.0[lane];
+        }
+        self
+    }
+}
+
+impl<F: Float, const N: usize> Real for Lanes<F, N> {
+    type One = F;
+    type Mask = LaneBits<F, N>;
+    type Id = LaneBits<F, N>;
+
+    #[inline(always)]
+    fn splat(x: F) -> Self {
+        Lanes([x; N])
+    }
+
+    #[inline(always)]
+    fn splat_id(id: u32) -> LaneBits<F, N> {
+        LaneBits([F::Bits::from_id(id); N])
+    }
+
+    #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = self.0[lane].sqrt();
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn abs(mut self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = self.0[lane].abs();
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneBits<F, N> {
+        let mut mask = LaneBits([F::Bits::default(); N]);
+        for lane in 0..N {
+            mask.0[lane] = F::Bits::from_bool(self.0[lane].lt(other.0[lane]));
+        }
+        mask
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneBits<F, N> {
+        let mut mask = LaneBits([F::Bits::default(); N]);
+        for lane in 0..N {
+            mask.0[lane] = F::Bits::from_bool(self.0[lane].le(other.0[lane]));
+        }
+        mask
+    }
+
+    #[inline(always)]
+    fn select(mask: LaneBits<F, N>, yes: Self, mut no: Self) -> Self {
+        for lane in 0..N {
+            let holds = mask.0[lane] != F::Bits::default();
+            no.0[lane] = if holds { yes.0[lane] } else { no.0[lane] };
+        }
+        no
+    }
+
+    #[inline(always)]
+    fn select_id(
+        mask: LaneBits<F, N>,
+        yes: LaneBits<F, N>,
+        mut no: LaneBits<F, N>,
+    ) -> LaneBits<F, N> {
+        for lane in 0..N {
+            let holds = mask.0[lane] != F::Bits::default();
+            no.0[lane] = if holds { yes.0[lane] } else { no.0[lane] };
+        }
+        no
+    }
+}
+
+impl<F: Float, const N: usize> Mask for LaneBits<F, N> {
+    #[inline(always)]
+    fn and(mut self, other: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = self.0[lane].and(other.0[lane]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn or(mut self, other: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = self.0[lane].or(other.0[lane]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn not(mut self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = self.0[lane].not();
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        let mut any = F::Bits::default();
+        for lane in 0..N {
+            any = any.or(self.0[lane]);
+        }
+        any != F::Bits::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
+
+    #[test]
+    fn lanes_are_numbers_side_by_side() {
+        let mut random = SplitMix::new(1);
+        let mut numbers = || -> [f32; 16] {
+            std::array::from_fn(|_| {
+                (random.unit() - 0.5) as f32 * 2f32.powi((random.next() % 9) as i32)
+            })
+        };
+        for _ in 0..1000 {
+            let [a, b, c] = [numbers(), numbers(), numbers()];
+            let some = Lanes(a) * Lanes(b) - Lanes(c).abs().sqrt() / -Lanes(b);
+            let mask =
+                Lanes(a).lt(Lanes(b)).and(Lanes(c).le(Lanes(b)).not()).or(Lanes(a).lt(Lanes(c)));
+            let found = Lanes::select(mask, some.max(Lanes(a)), Lanes(c).min(Lanes(b)) + Lanes(a));
+            for lane in 0..16 {
+                let (a, b, c) = (a[lane], b[lane], c[lane]);
+                let some = a * b - c.abs().sqrt() / -b;
+                let holds = a < b && c > b || a < c;
+                let expected = if holds { Real::max(some, a) } else { Real::min(c, b) + a };
+                assert_eq!(found.0[lane].to_bits(), expected.to_bits());
+            }
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Numbers that a formula can be written in: one by one, or side by side in lanes.
+//!
+//! A [`Real`] has masks and no order, so that a formula cannot say `if`, which lanes could not follow. So one text
+//! serves f32, f64 and lanes of both, with the same operations in the same order: what is calculated side by side is what
+//! is calculated alone, bit by bit.
+
+mod lanes;
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use glam::DVec3;
+
+pub use lanes::{LaneBits, Lanes};
+
+use crate::guard::{UNIT_F32, UNIT_F64, round_down, round_up};
+
+/// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
+pub trait Mask: Copy {
+    /// Where both hold.
+    fn and(self, other: Self) -> Self;
+    /// Where either holds.
+    fn or(self, other: Self) -> Self;
+    /// Where it does not hold.
+    fn not(self) -> Self;
+    /// False where surely no lane is true. For early exits alone: no result may depend on it.
+    fn any(self) -> bool;
+}
+
+/// A number that formulas are written in. `+ - * /` and `sqrt` round once; nothing is fused.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// What records hold, the same for all lanes.
+    type One: Float;
+    /// What comparisons give.
+    type Mask: Mask;
+    /// An id, or one a lane.
+    type Id: Copy;
+
+    /// The same number in all lanes.
+    fn splat(x: Self::One) -> Self;
+    /// The same id in all lanes.
+    fn splat_id(id: u32) -> Self::Id;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// `self < other`
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self ≤ other`
+    fn le(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The same of ids.
+    fn select_id(mask: Self::Mask, yes: Self::Id, no: Self::Id) -> Self::Id;
+
+    /// A constant: the nearest number.
+    #[inline(always)]
+    fn lit(x: f64) -> Self {
+        Self::splat(Self::One::near(x))
+    }
+
+    /// The larger of two numbers; `self` where one is none.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+
+    /// The smaller of two numbers; `self` where one is none.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.lt(self), other, self)
+    }
+}
+
+/// A number of the machine.
+pub trait Float: Real<One = Self, Mask = bool, Id = u32> + Default + Send + Sync + 'static {
+    /// As wide as the number: a lane of a mask, or an id.
+    type Bits: Bits;
+    /// Of a faithful rounding (either neighbour), the worst of all devices.
+    const UNIT: f64;
+    /// Distances and radii up to this keep formulas in range,
+    const FARTHEST: f64;
+    /// and radii down to this.
+    const SMALLEST: f64;
+    /// More than what a dozen operations lose below the normal numbers.
+    const TINY: f64;
+    /// Beyond every `t` that is looked at, and no infinity: devices may assume that there is none.
+    const BEYOND: f64;
+
+    /// The nearest number.
+    fn near(x: f64) -> Self;
+    /// The largest number not above.
+    fn down(x: f64) -> Self;
+    /// The smallest number not below.
+    fn up(x: f64) -> Self;
+    /// The number itself.
+    fn to_f64(self) -> f64;
+}
+
+/// A lane of a mask, all bits or none, or an id.
+pub trait Bits: Copy + PartialEq + Default + Send + Sync + 'static {
+    /// All bits, or none.
+    fn from_bool(holds: bool) -> Self;
+    /// An id.
+    fn from_id(id: u32) -> Self;
+    /// The id.
+    fn to_id(self) -> u32;
+    /// Bit by bit.
+    fn and(self, other: Self) -> Self;
+    /// Bit by bit.
+    fn or(self, other: Self) -> Self;
+    /// Bit by bit.
+    fn not(self) -> Self;
+}
+
+const fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
+
+macro_rules! machine_number {
+    ($float:ident, $bits:ident, $down:expr, $up:expr, $unit:expr, $($name:ident: $exponent:literal),*) => {
+        impl Bits for $bits {
+            #[inline(always)]
+            fn from_bool(holds: bool) -> $bits {
+                $bits::from(holds).wrapping_neg()
+            }
+
+            #[inline(always)]
+            fn from_id(id: u32) -> $bits {
+                id.into()
+            }
+
+            #[inline(always)]
+            fn to_id(self) -> u32 {
+                self as u32
+            }
+
+            #[inline(always)]
+            fn and(self, other: $bits) -> $bits {
+                self & other
+            }
+
+            #[inline(always)]
+            fn or(self, other: $bits) -> $bits {
+                self | other
+            }
+
+            #[inline(always)]
+            fn not(self) -> $bits {
+                !self
+            }
+        }
+
+        impl Real for $float {
+            type One = $float;
+            type Mask = bool;
+            type Id = u32;
+
+            #[inline(always)]
+            fn splat(x: $float) -> $float {
+                x
+            }
+
+            #[inline(always)]
+            fn splat_id(id: u32) -> u32 {
+                id
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> $float {
+                $float::sqrt(self)
+            }
+
+            #[inline(always)]
+            fn abs(self) -> $float {
+                $float::abs(self)
+            }
+
+            #[inline(always)]
+            fn lt(self, other: $float) -> bool {
+                self < other
+            }
+
+            #[inline(always)]
+            fn le(self, other: $float) -> bool {
+                self <= other
+            }
+
+            #[inline(always)]
+            fn select(mask: bool, yes: $float, no: $float) -> $float {
+                if mask { yes } else { no }
+            }
+
+            #[inline(always)]
+            fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+                if mask { yes } else { no }
+            }
+        }
+
+        impl Float for $float {
+            type Bits = $bits;
+            const UNIT: f64 = $unit;
+            $(const $name: f64 = power_of_two($exponent);)*
+
+            #[inline(always)]
+            fn near(x: f64) -> $float {
+                x as $float
+            }
+
+            fn down(x: f64) -> $float {
+                $down(x)
+            }
+
+            fn up(x: f64) -> $float {
+                $up(x)
+            }
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
+        }
+    };
+}
+
+machine_number!(f32, u32, round_down, round_up, UNIT_F32,
+    FARTHEST: 60, SMALLEST: -40, TINY: -90, BEYOND: 100);
+machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT_F64,
+    FARTHEST: 240, SMALLEST: -160, TINY: -720, BEYOND: 400);
+
+impl Mask for bool {
+    #[inline(always)]
+    fn and(self, other: bool) -> bool {
+        self & other
+    }
+
+    #[inline(always)]
+    fn or(self, other: bool) -> bool {
+        self | other
+    }
+
+    #[inline(always)]
+    fn not(self) -> bool {
+        !self
+    }
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+/// Three numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct V3<R>(pub [R; 3]);
+
+impl<R: Real> V3<R> {
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(V3([x, y, z]): V3<R::One>) -> V3<R> {
+        V3([R::splat(x), R::splat(y), R::splat(z)])
+    }
+
+    /// `(x + y) + z`: the order of rounding is part of the formula.
+    #[inline(always)]
+    pub fn dot(self, other: V3<R>) -> R {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        (a * x + b * y) + c * z
+    }
+}
+
+impl<F: Float> V3<F> {
+    /// The nearest numbers.
+    pub fn near(v: DVec3) -> V3<F> {
+        V3(v.to_array().map(F::near))
+    }
+}
+
+impl<R: Real> Add for V3<R> {
+    type Output = V3<R>;
+    #[inline(always)]
+    fn add(self, other: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        V3([a + x, b + y, c + z])
+    }
+}
+
+impl<R: Real> Sub for V3<R> {
+    type Output = V3<R>;
+    #[inline(always)]
+    fn sub(self, other: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        V3([a - x, b - y, c - z])
+    }
+}
+
+impl<R: Real> Mul<R> for V3<R> {
+    type Output = V3<R>;
+    #[inline(always)]
+    fn mul(self, scale: R) -> V3<R> {
+        let V3([a, b, c]) = self;
+        V3([a * scale, b * scale, c * scale])
+    }
+}

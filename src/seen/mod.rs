@@ -1,0 +1,233 @@
+//! Objects as rays see them: a file a shape, with the numbers that it becomes and the formula of where a ray meets it.
+//! Each formula is written once, and runs in f32, f64 and lanes of both.
+
+mod plane;
+mod sphere;
+
+use glam::DVec3;
+
+pub use plane::PlaneSeen;
+pub use sphere::SphereSeen;
+
+use crate::guard::{InputError, Reach};
+use crate::num::{Float, Mask, Real, V3};
+use crate::scene::Object;
+
+/// The numbers of an object in f64. Those in another number, and in all lanes, come from these.
+pub trait Record: Copy {
+    /// The same in numbers of `R`.
+    type In<R: Real>: Copy;
+    /// Each field by its rule: `near`, `down` or `up`.
+    fn round<F: Float>(&self) -> Self::In<F>;
+    /// The same numbers in all lanes.
+    fn splat<R: Real>(one: &Self::In<R::One>) -> Self::In<R>;
+}
+
+/// A record in numbers of `R`.
+pub type In<T, R> = <T as Record>::In<R>;
+
+/// Declares a record: fields are a `num` or a `vec`, and are rounded `near`, `down` or `up`.
+macro_rules! record {
+    ($(#[$doc:meta])* $name:ident { $($(#[$note:meta])* $field:ident: $kind:ident $rule:ident,)* }) => {
+        $(#[$doc])*
+        pub struct $name<R> {
+            $($(#[$note])* pub $field: $crate::seen::record!(@type $kind R),)*
+        }
+
+        // A derive cannot look into a macro that stands for a type.
+        impl<R: Copy> Clone for $name<R> {
+            #[inline(always)]
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+
+        impl<R: Copy> Copy for $name<R> {}
+
+        impl $crate::seen::Record for $name<f64> {
+            type In<R: $crate::num::Real> = $name<R>;
+
+            fn round<F: $crate::num::Float>(&self) -> $name<F> {
+                $name { $($field: $crate::seen::record!(@round $kind $rule F, self.$field),)* }
+            }
+
+            #[inline(always)]
+            fn splat<R: $crate::num::Real>(one: &$name<R::One>) -> $name<R> {
+                $name { $($field: $crate::seen::record!(@splat $kind R, one.$field),)* }
+            }
+        }
+    };
+    (@type num $R:ident) => { $R };
+    (@type vec $R:ident) => { $crate::num::V3<$R> };
+    (@round num $rule:ident $F:ident, $x:expr) => { $F::$rule($x) };
+    (@round vec $rule:ident $F:ident, $x:expr) => { $crate::num::V3($x.0.map($F::$rule)) };
+    (@splat num $R:ident, $x:expr) => { $R::splat($x) };
+    (@splat vec $R:ident, $x:expr) => { $crate::num::V3::splat($x) };
+}
+use record;
+
+/// The rays that see objects: the point that their numbers are relative to, how far from it they start, and what they are
+/// off by.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    /// World units.
+    pub reference: DVec3,
+    /// Bound of an origin's distance from there, world units.
+    pub spread: f64,
+    /// What the numbers of a ray are off by.
+    pub input: InputError,
+    /// How far the rays may be apart for which one ray stands.
+    pub reach: Reach,
+}
+
+/// A ray, relative to the eye's reference point; `|d| ≥ 1`.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<R> {
+    /// Its origin.
+    pub origin: V3<R>,
+    /// Its direction.
+    pub direction: V3<R>,
+    /// `d·d`
+    pub a: R,
+    /// `1/a`
+    pub inv_a: R,
+}
+
+impl<R: Real> Ray<R> {
+    /// A ray with its derived numbers.
+    #[inline(always)]
+    pub fn new(origin: V3<R>, direction: V3<R>) -> Ray<R> {
+        let a = direction.dot(direction);
+        Ray { origin, direction, a, inv_a: R::lit(1.0) / a }
+    }
+}
+
+/// Bounds of the `t` at which an object is seen. `low` at least [`Float::BEYOND`]: surely nowhere. `high` there: perhaps
+/// nowhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds<R> {
+    /// Lower bound.
+    pub low: R,
+    /// Upper bound.
+    pub high: R,
+}
+
+/// An object as an eye sees it.
+pub trait Seen: Record {
+    /// Whether [`Seen::bounds_close`] is needed.
+    fn is_close(&self) -> bool {
+        false
+    }
+    /// Where a ray meets it; `None` where surely no lane does.
+    fn bounds<R: Real>(seen: &In<Self, R>, ray: &Ray<R>) -> Option<Bounds<R>>;
+    /// The same of an object so large and so close that its size hides its distance.
+    #[inline(always)]
+    fn bounds_close<R: Real>(seen: &In<Self, R>, ray: &Ray<R>) -> Option<Bounds<R>> {
+        Self::bounds(seen, ray)
+    }
+}
+
+/// The nearest object so far: bounds of its `t`, and the least that all others may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest<R: Real> {
+    low: R,
+    high: R,
+    second: R,
+    id: R::Id,
+}
+
+/// A `t` up to this is in f32's range.
+const LARGEST_T: f64 = (1u128 << 127) as f64;
+
+/// The id of a ray that the bounds leave open.
+pub const OPEN: u32 = u32::MAX;
+
+impl<R: Real> Nearest<R> {
+    #[inline(always)]
+    fn none() -> Nearest<R> {
+        let beyond = R::lit(R::One::BEYOND);
+        Nearest { low: beyond, high: beyond, second: beyond, id: R::splat_id(0) }
+    }
+
+    #[inline(always)]
+    fn with(self, next: Bounds<R>, id: u32) -> Nearest<R> {
+        let is_nearer = next.low.lt(self.low);
+        Nearest {
+            second: R::select(is_nearer, self.low, self.second.min(next.low)),
+            low: R::select(is_nearer, next.low, self.low),
+            high: R::select(is_nearer, next.high, self.high),
+            id: R::select_id(is_nearer, R::splat_id(id), self.id),
+        }
+    }
+
+    /// The object's id, 0 for none, [`OPEN`] where another may be as near; and where that is. Of equal `t` exact arithmetic gives
+    /// the lower id.
+    #[inline(always)]
+    pub fn decide(self) -> (R::Id, R::Mask) {
+        let is_none = R::lit(R::One::BEYOND).le(self.low);
+        let is_hit = self.high.lt(self.second).and(self.high.lt(R::lit(LARGEST_T)));
+        let is_sure = is_hit.or(is_none);
+        (R::select_id(is_sure, self.id, R::splat_id(OPEN)), is_sure.not())
+    }
+}
+
+/// Records of one shape with their ids, apart by [`Seen::is_close`].
+struct List<T: Seen, F: Float> {
+    far: Vec<(u32, In<T, F>)>,
+    close: Vec<(u32, In<T, F>)>,
+}
+
+impl<T: Seen, F: Float> List<T, F> {
+    fn new() -> List<T, F> {
+        List { far: Vec::new(), close: Vec::new() }
+    }
+
+    fn push(&mut self, id: u32, seen: &T) {
+        let group = if seen.is_close() { &mut self.close } else { &mut self.far };
+        group.push((id, seen.round()));
+    }
+
+    #[inline(always)]
+    fn nearer<R: Real<One = F>>(&self, ray: &Ray<R>, mut best: Nearest<R>) -> Nearest<R> {
+        for (id, seen) in &self.far {
+            if let Some(next) = T::bounds(&T::splat(seen), ray) {
+                best = best.with(next, *id);
+            }
+        }
+        for (id, seen) in &self.close {
+            if let Some(next) = T::bounds_close(&T::splat(seen), ray) {
+                best = best.with(next, *id);
+            }
+        }
+        best
+    }
+}
+
+/// All objects as an eye sees them, in numbers of `F`.
+pub struct Objects<F: Float> {
+    spheres: List<SphereSeen<f64>, F>,
+    planes: List<PlaneSeen<f64>, F>,
+}
+
+impl<F: Float> Objects<F> {
+    /// Those with these ids.
+    pub fn new<'a>(objects: impl IntoIterator<Item = (u32, Object<'a>)>, eye: &Eye) -> Objects<F> {
+        let mut all = Objects { spheres: List::new(), planes: List::new() };
+        for (id, object) in objects {
+            match object {
+                Object::Sphere(sphere) => all.spheres.push(id, &SphereSeen::new::<F>(sphere, eye)),
+                Object::Plane(plane) => all.planes.push(id, &PlaneSeen::new::<F>(plane, eye)),
+            }
+        }
+        all
+    }
+
+    /// What each lane's ray sees.
+    #[inline(always)]
+    pub fn nearest<R: Real<One = F>>(&self, ray: &Ray<R>) -> Nearest<R> {
+        self.planes.nearer(ray, self.spheres.nearer(ray, Nearest::none()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,266 @@
+//! The formulas against exact arithmetic, in all numbers; every bound that is cut is seen.
+
+use std::cell::Cell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::*;
+use crate::exact::{ExactRay, Real as Exact, Root, Shape, real, visible_root};
+use crate::guard;
+use crate::num::Lanes;
+use crate::prepare::Scaled;
+use crate::random::SplitMix;
+use crate::scene::{Color, Plane, Sphere};
+
+/// An object, and a ray's origin and direction.
+type Case<T> = (T, DVec3, DVec3);
+
+struct Random(SplitMix);
+
+impl Random {
+    /// From −1 to 1.
+    fn number(&mut self) -> f64 {
+        2.0 * self.0.unit() - 1.0
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+
+    /// A size over some decades.
+    fn size(&mut self, decades: f64) -> f64 {
+        10f64.powf(self.number() * decades)
+    }
+}
+
+/// A ray that is nearly tangent, for any unit of rounding, and its sphere.
+fn tangent(random: &mut Random) -> Case<Sphere> {
+    let (origin, way) = (random.vector() * random.size(2.0), random.vector());
+    let radius = random.size(3.0);
+    let aside = way.cross(random.vector()).normalize();
+    let near = 1.0 + random.number() * 10f64.powf(-6.5 + 3.0 * random.number());
+    let at = origin + way.normalize() * (random.number() * random.size(3.0));
+    let away = if random.0.next().is_multiple_of(4) { radius * 0.5 } else { radius * near };
+    (Sphere { center: at + aside * away, radius }, origin, way * random.size(3.0))
+}
+
+/// An eye close to a large sphere, outside or inside, and a ray that goes anywhere.
+fn ground(random: &mut Random) -> Case<Sphere> {
+    let (radius, away) = (1e5 * random.size(4.0), random.vector().normalize());
+    let eye = random.vector() * 10.0;
+    let height = random.size(3.0) * if random.0.next().is_multiple_of(4) { -1.0 } else { 1.0 };
+    let direction = away * (-height * random.number().abs()) + random.vector() * random.size(2.0);
+    (Sphere { center: eye - away * (radius + height), radius }, eye, direction)
+}
+
+/// A plane, nearly along the ray.
+fn grazing(random: &mut Random) -> Case<Plane> {
+    let (origin, way, normal) = (random.vector(), random.vector(), random.vector());
+    let along = way.cross(normal).normalize();
+    let normal = along + way * (random.number() * 10f64.powf(-5.0 + 5.0 * random.number()));
+    let point = origin + random.vector() * random.size(3.0);
+    let normal = normal * random.size(6.0);
+    (Plane { name: None, point, normal, color: Color::BLACK }, origin, way)
+}
+
+/// An f32 of a bad device: each operation is off by as much as the table in [`crate::guard`] allows, either way.
+#[derive(Clone, Copy, Debug)]
+struct Shaky(f32);
+
+thread_local! {
+    static SHAKE: Cell<u64> = const { Cell::new(1) };
+}
+
+impl Shaky {
+    fn off(x: f64, units: f64) -> Shaky {
+        let mut random = SplitMix::new(SHAKE.get());
+        let sign = if random.next().is_multiple_of(2) { 1.0 } else { -1.0 };
+        let x = x * (1.0 + sign * units * f32::UNIT);
+        let is_up = random.next().is_multiple_of(2);
+        SHAKE.set(random.next());
+        Shaky(if is_up { f32::up(x) } else { f32::down(x) })
+    }
+}
+
+macro_rules! shaky {
+    ($($trait:ident $function:ident $sign:tt $units:literal),*) => {$(
+        impl $trait for Shaky {
+            type Output = Shaky;
+            fn $function(self, other: Shaky) -> Shaky {
+                Shaky::off(f64::from(self.0) $sign f64::from(other.0), $units)
+            }
+        }
+    )*};
+}
+
+shaky!(Add add + 0.0, Sub sub - 0.0, Mul mul * 0.0, Div div / 1.5);
+
+impl Neg for Shaky {
+    type Output = Shaky;
+    fn neg(self) -> Shaky {
+        Shaky(-self.0)
+    }
+}
+
+impl Real for Shaky {
+    type One = f32;
+    type Mask = bool;
+    type Id = u32;
+    fn splat(x: f32) -> Shaky {
+        Shaky(x)
+    }
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+    fn sqrt(self) -> Shaky {
+        Shaky::off(f64::from(self.0).sqrt(), 3.5)
+    }
+    fn abs(self) -> Shaky {
+        Shaky(self.0.abs())
+    }
+    fn lt(self, other: Shaky) -> bool {
+        self.0 < other.0
+    }
+    fn le(self, other: Shaky) -> bool {
+        self.0 <= other.0
+    }
+    fn select(mask: bool, yes: Shaky, no: Shaky) -> Shaky {
+        if mask { yes } else { no }
+    }
+    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+        if mask { yes } else { no }
+    }
+}
+
+/// A shape's record from its object.
+trait Object {
+    type Seen: Seen;
+    fn seen<F: Float>(&self, eye: &Eye) -> Self::Seen;
+    fn shape(&self) -> Shape;
+}
+
+impl Object for Sphere {
+    type Seen = SphereSeen<f64>;
+    fn seen<F: Float>(&self, eye: &Eye) -> SphereSeen<f64> {
+        SphereSeen::new::<F>(self, eye)
+    }
+    fn shape(&self) -> Shape {
+        Shape::from(self)
+    }
+}
+
+impl Object for Plane {
+    type Seen = PlaneSeen<f64>;
+    fn seen<F: Float>(&self, eye: &Eye) -> PlaneSeen<f64> {
+        PlaneSeen::new::<F>(self, eye)
+    }
+    fn shape(&self) -> Shape {
+        Shape::from(self)
+    }
+}
+
+/// Whether bounds say the truth of a root.
+fn holds(low: f64, high: f64, beyond: f64, root: Option<&Root>) -> bool {
+    let at = |t: f64| real(t).unwrap_or_else(Exact::zero);
+    match root {
+        None => high >= beyond,
+        Some(root) => {
+            let is_below = high >= beyond || root.cmp_real(&at(high)).is_le();
+            low < beyond && root.cmp_real(&at(low)).is_ge() && is_below
+        }
+    }
+}
+
+/// How many of `n` cases are wrong, and how many are certain. Every other ray starts away from the eye.
+fn count<T: Object, R: Real>(
+    n: usize,
+    case: impl Fn(&mut Random) -> Case<T>,
+    cut: impl Fn(&mut T::Seen),
+    number: impl Fn(R) -> f64,
+) -> (usize, usize) {
+    let (mut random, mut wrong, mut certain) = (Random(SplitMix::new(7)), 0, 0);
+    let beyond = R::One::BEYOND;
+    for k in 0..n {
+        let (object, origin, way) = case(&mut random);
+        let scaled = Scaled::new(way).rounded();
+        let away = if k % 2 == 0 { DVec3::ZERO } else { random.vector() * random.size(1.0) };
+        let reference = origin - away;
+        let from = origin - reference;
+        let spread = if k % 2 == 0 { 0.0 } else { guard::length_bound(from) };
+        // All is rounded once, and so is a difference.
+        let eye = Eye { reference, spread, input: guard::LIST, reach: Reach::default() };
+        let exact =
+            ExactRay::new(&crate::rays::Ray { origin: reference + from, direction: scaled });
+        if reference + from != origin {
+            continue;
+        }
+        let root = visible_root(&exact, &object.shape()).map(|(root, _)| root);
+        let mut seen = object.seen::<R::One>(&eye);
+        cut(&mut seen);
+        let is_close = seen.is_close();
+        let one = Record::round::<R::One>(&seen);
+        let seen = T::Seen::splat::<R>(&one);
+        let near = |v: DVec3| V3::splat(V3::<R::One>::near(v));
+        let ray = Ray::new(near(from), near(scaled));
+        let found = if is_close {
+            T::Seen::bounds_close(&seen, &ray)
+        } else {
+            T::Seen::bounds(&seen, &ray)
+        };
+        let (low, high) =
+            found.map_or((beyond, beyond), |found| (number(found.low), number(found.high)));
+        wrong += usize::from(!holds(low, high, beyond, root.as_ref()));
+        certain += usize::from(high < beyond || low >= beyond);
+    }
+    (wrong, certain)
+}
+
+fn one(x: Lanes<f64, 8>) -> f64 {
+    x.0[7]
+}
+
+#[test]
+fn bounds_hold_in_every_number() {
+    let n = 20_000;
+    for (wrong, certain) in [
+        count::<Sphere, f32>(n, tangent, |_| (), f64::from),
+        count::<Sphere, Shaky>(n, tangent, |_| (), |x| x.0.into()),
+        count::<Sphere, Lanes<f64, 8>>(n, tangent, |_| (), one),
+        count::<Sphere, f32>(n, ground, |_| (), f64::from),
+        count::<Sphere, Shaky>(n, ground, |_| (), |x| x.0.into()),
+        count::<Sphere, f64>(n, ground, |_| (), |x| x),
+        count::<Plane, f32>(n, grazing, |_| (), f64::from),
+        count::<Plane, Shaky>(n, grazing, |_| (), |x| x.0.into()),
+        count::<Plane, f64>(n, grazing, |_| (), |x| x),
+    ] {
+        println!("{wrong} wrong, {certain} certain of {n}");
+        assert!(wrong == 0 && certain > n / 10);
+    }
+}
+
+/// With a part of a bound a bad device is caught. Its errors are random, so that the worst do not meet.
+#[test]
+fn sabotage_cut_bounds_are_seen() {
+    let middle = |seen: &SphereSeen<f64>| (seen.outer2 + seen.inner2) / 2.0;
+    type Cut<'a> = (&'a str, fn(&mut Random) -> Case<Sphere>, &'a dyn Fn(&mut SphereSeen<f64>));
+    let cuts: [Cut; 4] = [
+        ("slack", tangent, &|seen| seen.slack *= 0.02),
+        ("outer", tangent, &|seen| {
+            seen.outer2 = middle(seen) + (seen.outer2 - middle(seen)) * 0.2;
+        }),
+        ("inner", tangent, &|seen| {
+            seen.inner2 = middle(seen) + (seen.inner2 - middle(seen)) * 0.2;
+        }),
+        ("slack of a ground", ground, &|seen| seen.slack *= 0.05),
+    ];
+    for (name, case, cut) in cuts {
+        let (wrong, _) = count::<Sphere, Shaky>(200_000, case, cut, |x| x.0.into());
+        assert!(wrong > 0, "{name}");
+    }
+    for (name, cut) in [
+        ("offset", (|seen| seen.offset_error *= 0.1) as fn(&mut PlaneSeen<f64>)),
+        ("slope", |seen| seen.slope_error *= 0.1),
+    ] {
+        let (wrong, _) = count::<Plane, Shaky>(100_000, grazing, cut, |x| x.0.into());
+        assert!(wrong > 0, "{name}");
+    }
+}
