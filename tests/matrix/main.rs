@@ -19,7 +19,7 @@ use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::{Samples, Scene, parse_scene};
-use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -122,8 +122,9 @@ impl Case {
         }
     }
 
-    /// All results of one device.
-    fn check(&self, device: &Device, on: &str) {
+    /// All results of one device, and how many rays each of its stages decided.
+    fn check(&self, device: &Device, on: &str) -> StageCounts {
+        let mut counts = StageCounts::default();
         let control = Control::default();
         let mut session = Session::new(Arc::clone(&self.scene), device.clone(), Kernel::Certified);
         let [width, height] = SIZE;
@@ -134,12 +135,14 @@ impl Case {
             let wants = Wants { surface, level: false };
             for (pixels, rays) in [(whole, "picture"), (part, "part")] {
                 let hits = session.hits(&pixels, wants, &control).unwrap();
+                counts.add(hits.counts);
                 let truth: Vec<Hit> = indices(&pixels).map(|i| self.of_pixels[i]).collect();
                 let command = |i| self.pixel_command(&pixels, i, 1);
                 self.check_hits(&format!("{on}, {what} of {rays}"), &hits, wants, &truth, &command);
             }
             let mut hits = Hits::default();
             session.trace(&self.list, wants, &control, &mut hits).unwrap();
+            counts.add(hits.counts);
             let command = |i| self.ray_command(i);
             self.check_hits(
                 &format!("{on}, {what} of list"),
@@ -161,14 +164,18 @@ impl Case {
                     }
                 }
             }
-            let colors: Vec<[f32; 3]> = session.colors(&part, samples, &control).unwrap();
-            for (i, (found, of)) in colors.iter().zip(indices(&part)).enumerate() {
-                if found.map(f32::to_bits) != truth[of].linear().map(f32::to_bits) {
-                    let way = format!("{on}, floats of {n} x {n} samples, pixel {i}");
-                    self.fail(&way, found, &truth[of], self.pixel_command(&part, i, n));
+            let shorts: Vec<[u16; 3]> = session.colors(&part, samples, &control).unwrap();
+            let floats: Vec<[f32; 3]> = session.colors(&part, samples, &control).unwrap();
+            for (i, of) in indices(&part).enumerate() {
+                let bits = |floats: [f32; 3]| floats.map(f32::to_bits);
+                let (found, truth) = ((shorts[i], floats[i]), &truth[of]);
+                if found.0 != truth.srgb16() || bits(found.1) != bits(truth.linear()) {
+                    let way = format!("{on}, 16 bits and floats of {n} x {n} samples, pixel {i}");
+                    self.fail(&way, &found, truth, self.pixel_command(&part, i, n));
                 }
             }
         }
+        counts
     }
 }
 
@@ -201,11 +208,17 @@ fn the_scenes_are_not_one_sided() {
     assert!(lit * 4 > rays, "{lit} of {rays}");
 }
 
+fn check_all(cases: &[&Case], device: &Device, on: &str) {
+    let mut counts = StageCounts::default();
+    cases.iter().for_each(|case| counts.add(case.check(device, on)));
+    println!("{on}: {} scenes, {counts:?}", cases.len());
+    assert!(counts.f32 > 0 && counts.f64 > 0 && counts.exact > 0, "{counts:?}");
+}
+
 fn on_cpu(n_threads: usize) {
-    let cases = cases();
+    let cases: Vec<&Case> = cases().iter().collect();
     let pool = ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-    let on = format!("CPU, {n_threads} threads");
-    pool.install(|| cases.iter().for_each(|case| case.check(&Device::Cpu, &on)));
+    pool.install(|| check_all(&cases, &Device::Cpu, &format!("CPU, {n_threads} threads")));
 }
 
 #[test]
@@ -224,5 +237,6 @@ fn the_cpu_with_threads() {
 fn the_device() {
     let device = Device::Gpu(common::gpu());
     let one_in = setting("KUGELBLITZ_DEVICE", 5) as usize;
-    cases().iter().step_by(one_in).for_each(|case| case.check(&device, "device"));
+    let cases: Vec<&Case> = cases().iter().step_by(one_in).collect();
+    check_all(&cases, &device, "device");
 }

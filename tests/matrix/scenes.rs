@@ -364,7 +364,7 @@ fn place(rng: &mut Rng) -> Place {
 
 fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
     let is_bundle = rng.random_bool(0.3);
-    (0..16)
+    (0..48)
         .map(|_| {
             let (center, radius) = match draft.spheres.len() {
                 0 => (draft.look_at, draft.half),
