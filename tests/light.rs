@@ -4,8 +4,6 @@
 #[path = "common/cases.rs"]
 mod cases;
 mod common;
-#[path = "common/enclosure.rs"]
-mod enclosure;
 #[path = "common/light_cases.rs"]
 mod light_cases;
 #[path = "common/light_judge.rs"]

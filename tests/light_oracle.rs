@@ -1,12 +1,10 @@
-//! The oracle of light and colour (`common/light_oracle.rs`) against closed forms, and against the
+//! The oracle of light and colour (`oracle/`) against closed forms, and against the
 //! rational oracle where the hit point is rational; and the crate against the oracle in all of these.
 //!
 //! Random cases are seeded: `KUGELBLITZ_SEED=n cargo test --release --test light_oracle` repeats one.
 
 #[path = "common/cases.rs"]
 mod cases;
-#[path = "common/enclosure.rs"]
-mod enclosure;
 #[path = "common/light_judge.rs"]
 mod light_judge;
 #[path = "common/light_oracle.rs"]
@@ -28,8 +26,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use cases::{any_vector, integer_frame, integer_vector, nonzero, seed};
-use enclosure::{Big, Narrow, Number, Undecided};
 use light_judge::{LightCase, judge};
+use light_oracle::enclosure::{Big, Narrow, Number, Undecided};
 use light_oracle::{Answer, Oracle, Truth, edges};
 use oracle::{OracleRay, OracleRoot, Q, q};
 

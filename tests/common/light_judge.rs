@@ -1,6 +1,6 @@
 //! Lit pictures judged pixel by pixel by the oracle of light and colour. What is wrong comes back as
-//! text with a case to paste. A test that takes this module takes `enclosure.rs` and `light_oracle.rs`
-//! as its modules `enclosure` and `light_oracle`.
+//! text with a case to paste. A test that takes this module takes `light_oracle.rs` as its module
+//! `light_oracle`.
 #![allow(dead_code)] // each test uses what it needs
 
 use std::collections::BTreeSet;
@@ -79,7 +79,7 @@ impl LightCase {
         LightCase { scene, pixels, n_samples, background, aims }
     }
 
-    pub fn oracle(&self) -> Oracle<'_> {
+    pub fn oracle(&self) -> Oracle {
         let Pixels { view, image_width, image_height, .. } = self.pixels;
         Oracle::with_view(&self.scene, view, image_width, image_height, self.n_samples)
             .before(self.background)

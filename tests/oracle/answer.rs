@@ -2,9 +2,8 @@
 
 use std::sync::OnceLock;
 
-use kugelblitz::scene::linear_from_srgb;
-
-use crate::enclosure::Big;
+use super::enclosure::Big;
+use super::scene::linear;
 
 /// One number of a pixel, and whether the exact one lies on an edge of its range as far as
 /// [`TIE_BITS`](super::TIE_BITS) tell.
@@ -55,7 +54,7 @@ pub fn edges(largest: u16) -> &'static [f64] {
     static EDGES: [OnceLock<Vec<f64>>; 2] = [OnceLock::new(), OnceLock::new()];
     EDGES[usize::from(largest > 255)].get_or_init(|| {
         let largest_f64 = f64::from(largest);
-        (1..=largest).map(|b| linear_from_srgb((f64::from(b) - 0.5) / largest_f64)).collect()
+        (1..=largest).map(|b| linear((f64::from(b) - 0.5) / largest_f64)).collect()
     })
 }
 

@@ -2,12 +2,14 @@
 
 use std::cmp::Ordering::{Equal, Greater, Less};
 
-use super::light_numbers::{LampNumbers, Model, difference, numerators, scaled};
-use crate::enclosure::{Number, Undecided, dot, norm2};
+use super::enclosure::{Number, Undecided, dot, norm2};
+use super::numbers::{LampNumbers, Model, difference, numerators, scaled};
 
 /// A hit point `P/m` with a normal that faces the ray.
 pub struct Surface<N> {
     pub id: u32,
+    /// The contract's `t`, the first over the second.
+    pub t: [N; 2],
     pub point: [N; 3],
     pub m: N,
     /// Of any length.

@@ -3,17 +3,14 @@
 
 use std::cmp::Ordering::{Equal, Greater, Less};
 
-use glam::DVec3;
-use kugelblitz::rays::{Lens, View};
-use kugelblitz::scene::{Color, Light, Scene, Source};
-
-use crate::enclosure::{Number, Undecided, integer_shift};
+use super::enclosure::{Number, Undecided, integer_shift};
+use super::scene::{Camera, Light, Scene, Source, V};
 
 /// Where light comes from, with nothing left to look up.
 #[derive(Clone, Copy, Debug)]
 pub struct Lamp {
     pub source: LampSource,
-    pub color: Color,
+    pub color: V,
     /// The light's intensity is the product of these over the divisor.
     pub factors: [f64; 2],
     pub divisor: u32,
@@ -22,9 +19,9 @@ pub struct Lamp {
 
 #[derive(Clone, Copy, Debug)]
 pub enum LampSource {
-    Point(DVec3),
+    Point(V),
     /// The way that its light travels.
-    Sun(DVec3),
+    Sun(V),
 }
 
 /// The powers of two that make integers.
@@ -64,8 +61,8 @@ pub struct LampNumbers<N> {
     pub strength: [N; 3],
 }
 
-pub fn v3<N: Number>(v: DVec3, shift: i64, bits: u64) -> [N; 3] {
-    v.to_array().map(|x| N::new(x, shift, bits))
+pub fn v3<N: Number>(v: V, shift: i64, bits: u64) -> [N; 3] {
+    v.map(|x| N::new(x, shift, bits))
 }
 
 pub fn sum<N: Number>(u: &[N; 3], v: &[N; 3]) -> [N; 3] {
@@ -94,21 +91,18 @@ pub fn numerators<N: Number>(a: &N, b: &N, k: &N) -> Result<Vec<N>, Undecided> {
 }
 
 /// What all lengths are multiplied by: an orthographic camera's rays start at fractions of a row.
-pub fn length_factor(view: &View, rows: u32) -> u32 {
-    match view.lens {
-        Lens::Perspective => 1,
-        Lens::Orthographic => rows,
-    }
+pub fn length_factor(camera: &Camera, rows: u32) -> u32 {
+    if camera.is_orthographic { rows } else { 1 }
 }
 
 /// The scene's lights, then the suns of its sky.
-pub fn lamps(scene: &Scene, view: &View) -> Vec<Lamp> {
+pub fn lamps(scene: &Scene, camera: &Camera) -> Vec<Lamp> {
     let lamp = |light: &Light| {
-        let source = match (light.source, view.lens) {
-            (Source::Point(position), _) => LampSource::Point(position),
-            (Source::Sun(direction), _) => LampSource::Sun(direction),
-            (Source::Eye, Lens::Perspective) => LampSource::Point(view.position),
-            (Source::Eye, Lens::Orthographic) => LampSource::Sun(view.forward),
+        let source = match light.source {
+            Source::Point(position) => LampSource::Point(position),
+            Source::Sun(direction) => LampSource::Sun(direction),
+            Source::Eye if camera.is_orthographic => LampSource::Sun(camera.forward),
+            Source::Eye => LampSource::Point(camera.position),
         };
         let Light { color, intensity, shadows, .. } = *light;
         Lamp { source, color, factors: [intensity, 1.0], divisor: 1, shadows }
@@ -116,7 +110,7 @@ pub fn lamps(scene: &Scene, view: &View) -> Vec<Lamp> {
     let suns = scene.sky.iter().flat_map(|sky| {
         sky.suns().into_iter().map(|sun| Lamp {
             source: LampSource::Sun(sun),
-            color: Color([1.0; 3]),
+            color: [1.0; 3],
             factors: [sky.intensity, 4.0],
             divisor: sky.directions,
             shadows: true,
@@ -126,22 +120,22 @@ pub fn lamps(scene: &Scene, view: &View) -> Vec<Lamp> {
 }
 
 impl Shifts {
-    pub fn new(scene: &Scene, view: &View, lamps: &[Lamp]) -> Shifts {
-        let vectors = [view.forward, view.right, view.true_up];
-        let frame = integer_shift(vectors.iter().flat_map(|v| v.to_array()));
-        let h = integer_shift([view.h]);
-        let spheres = scene.spheres.iter().flat_map(|s| [s.center, DVec3::splat(s.radius)]);
+    pub fn new(scene: &Scene, camera: &Camera, lamps: &[Lamp]) -> Shifts {
+        let vectors = [camera.forward, camera.right, camera.true_up];
+        let frame = integer_shift(vectors.iter().flatten().copied());
+        let h = integer_shift([camera.h]);
+        let spheres = scene.spheres.iter().flat_map(|s| [s.center, [s.radius; 3]]);
         let points = lamps.iter().filter_map(|lamp| match lamp.source {
             LampSource::Point(position) => Some(position),
             LampSource::Sun(_) => None,
         });
         let planes = scene.planes.iter().map(|plane| plane.point);
-        let lengths = spheres.chain(points).chain(planes).chain([view.position]);
-        let length = integer_shift(lengths.flat_map(|v| v.to_array()));
+        let lengths = spheres.chain(points).chain(planes).chain([camera.position]);
+        let length = integer_shift(lengths.flatten());
         // An orthographic camera's `h` is a length along one of the unit vectors.
-        let length = match view.lens {
-            Lens::Perspective => length,
-            Lens::Orthographic => length.max(frame + h),
+        let length = match camera.is_orthographic {
+            false => length,
+            true => length.max(frame + h),
         };
         Shifts { length, frame, h }
     }
@@ -150,8 +144,8 @@ impl Shifts {
 impl<N: Number> Model<N> {
     pub fn new(scene: &Scene, lamps: &[Lamp], shifts: Shifts, factor: u32, bits: u64) -> Model<N> {
         let factor = N::new(f64::from(factor), 0, bits);
-        let point = |v: DVec3| scaled(&v3(v, shifts.length, bits), &factor);
-        let vector = |v: DVec3| v3(v, integer_shift(v.to_array()), bits);
+        let point = |v: V| scaled(&v3(v, shifts.length, bits), &factor);
+        let vector = |v: V| v3(v, integer_shift(v), bits);
         let spheres = scene.spheres.iter().map(|sphere| {
             let radius = N::new(sphere.radius, shifts.length, bits).times(&factor);
             SphereNumbers { center: point(sphere.center), radius2: radius.squared(), radius }
@@ -163,7 +157,7 @@ impl<N: Number> Model<N> {
         let lamps = lamps.iter().map(|lamp| {
             let (place, is_point) = match lamp.source {
                 LampSource::Point(position) => (point(position), true),
-                LampSource::Sun(direction) => (vector(-direction), false),
+                LampSource::Sun(direction) => (vector(direction.map(|x| -x)), false),
             };
             let number = |x: f64| N::new(x, 0, bits);
             let [first, second] = lamp.factors.map(number);
@@ -172,7 +166,7 @@ impl<N: Number> Model<N> {
                 1 => first.times(&second),
                 _ => first.times(&second).over(&divisor).unwrap_or_else(|_| unreachable!("n > 0")),
             };
-            let strength = lamp.color.0.map(|color| number(color).times(&intensity));
+            let strength = lamp.color.map(|color| number(color).times(&intensity));
             LampNumbers { place, is_point, strength }
         });
         Model { bits, spheres: spheres.collect(), planes: planes.collect(), lamps: lamps.collect() }

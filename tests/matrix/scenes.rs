@@ -1,0 +1,514 @@
+//! Scenes where it is hard, as scene files, and rays through them. A family is a function that fills a
+//! [`Draft`] at sizes around 1; where it lies, how large it is, its lights and its camera's kind are drawn
+//! for all families alike. To add a case, add a function to [`FAMILIES`].
+
+use std::fmt::Write as _;
+
+use glam::{DVec3, dvec3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A scene file's text, and rays: origin and direction.
+pub struct Hard {
+    pub family: &'static str,
+    pub text: String,
+    pub rays: Vec<[DVec3; 2]>,
+}
+
+/// A scene before it has its place and its lights.
+struct Draft {
+    eye: DVec3,
+    look_at: DVec3,
+    /// Half the picture's height where it looks at.
+    half: f64,
+    spheres: Vec<(DVec3, f64)>,
+    planes: Vec<(DVec3, DVec3)>,
+}
+
+type Family = fn(&mut Rng) -> Draft;
+type Rng = ChaCha8Rng;
+
+const FAMILIES: [(&str, Family); 16] = [
+    ("silhouettes", silhouettes),
+    ("eye near a surface", eye_near),
+    ("eye on a surface", eye_on),
+    ("touching", touching),
+    ("nested", nested),
+    ("coincident", coincident),
+    ("ground", ground),
+    ("tiny", tiny_balls),
+    ("planes about the eye", planes_about_eye),
+    ("near-parallel planes", near_parallel),
+    ("tangent planes", tangent_planes),
+    ("grazing planes", grazing),
+    ("interpenetrating", interpenetrating),
+    ("crowd", crowd),
+    ("far crowd", far_crowd),
+    ("mixture", mixture),
+];
+
+pub const N_FAMILIES: u64 = FAMILIES.len() as u64;
+
+/// The scene of this number, the same for the same seed.
+pub fn scene(seed: u64, index: u64) -> Hard {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(index);
+    let rng = &mut rng;
+    let (family, make) = FAMILIES[(index % N_FAMILIES) as usize];
+    let draft = make(rng);
+    let place = place(rng);
+    let rays = rays(rng, &draft).into_iter().map(|ray| place.ray(ray)).collect();
+    let is_orthographic = rng.random_bool(0.3);
+    let text = text(rng, &draft, place, is_orthographic);
+    Hard { family, text, rays }
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is drawn
+
+fn sign(rng: &mut Rng) -> f64 {
+    if rng.random() { 1.0 } else { -1.0 }
+}
+
+fn power_of_ten(rng: &mut Rng, low: f64, high: f64) -> f64 {
+    10f64.powf(rng.random_range(low..high))
+}
+
+/// `2^-52 … 2^-4` of either sign, or 0.
+fn little(rng: &mut Rng) -> f64 {
+    if rng.random_bool(0.2) { 0.0 } else { 2f64.powi(rng.random_range(-52..-3)) * sign(rng) }
+}
+
+fn within(rng: &mut Rng, size: f64) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-size..size)))
+}
+
+fn unit(rng: &mut Rng) -> DVec3 {
+    within(rng, 1.0).normalize_or(DVec3::X)
+}
+
+fn across(rng: &mut Rng, v: DVec3) -> DVec3 {
+    v.cross(unit(rng)).normalize_or(v.any_orthonormal_vector())
+}
+
+fn integers(rng: &mut Rng, most: i32) -> DVec3 {
+    let mut one = || f64::from(rng.random_range(-most..=most));
+    let v = dvec3(one(), one(), one());
+    if v == DVec3::ZERO { DVec3::Y } else { v }
+}
+
+/// A unit vector, often with short numbers.
+fn way(rng: &mut Rng) -> DVec3 {
+    match rng.random_range(0..3) {
+        0 => [DVec3::X, DVec3::Y, DVec3::Z][rng.random_range(0..3)] * sign(rng),
+        1 => dvec3(0.6, 0.8, 0.0) * sign(rng),
+        _ => unit(rng),
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Families
+
+fn draft(eye: DVec3, look_at: DVec3, half: f64) -> Draft {
+    Draft { eye, look_at, half, spheres: Vec::new(), planes: Vec::new() }
+}
+
+/// The picture shows a piece of a sphere's outline, often a very small one.
+fn silhouettes(rng: &mut Rng) -> Draft {
+    let eye = way(rng) * power_of_ten(rng, 0.1, 4.0);
+    let distance = eye.length();
+    let sine = 1.0 / distance;
+    let edge = across(rng, eye) * (1.0 - sine * sine).sqrt() + eye / distance * sine;
+    let mut draft = draft(eye, edge * (1.0 + little(rng)), power_of_ten(rng, -9.0, 0.3));
+    draft.spheres = vec![(DVec3::ZERO, 1.0)];
+    for _ in 0..rng.random_range(0..3) {
+        let radius = power_of_ten(rng, -2.0, 1.0);
+        draft.spheres.push((edge + (edge - eye) * 0.1 + way(rng) * radius, radius));
+    }
+    draft
+}
+
+fn eye_near(rng: &mut Rng) -> Draft {
+    let radius = power_of_ten(rng, -1.0, 3.0);
+    let outward = way(rng);
+    let eye = outward * (radius * (1.0 + little(rng)));
+    let look_at = match rng.random_range(0..3) {
+        0 => DVec3::ZERO,
+        1 => eye + across(rng, outward) * radius,
+        _ => eye + outward,
+    };
+    let mut draft = draft(eye, look_at, (look_at - eye).length() * power_of_ten(rng, -2.0, 0.5));
+    draft.spheres = vec![(DVec3::ZERO, radius), (eye + unit(rng) * 4.0, 1.0)];
+    if rng.random() {
+        draft.planes.push((eye - outward * little(rng), outward));
+    }
+    draft
+}
+
+/// Exactly on it, and exactly in a plane.
+fn eye_on(rng: &mut Rng) -> Draft {
+    let eye = dvec3(3.0, 4.0, 0.0);
+    let look_at = [DVec3::ZERO, dvec3(-1.0, 7.0, 0.0), dvec3(3.0, 4.0, 9.0), integers(rng, 9)]
+        [rng.random_range(0..4)];
+    let mut draft = draft(eye, look_at, power_of_ten(rng, -1.0, 1.0));
+    draft.spheres = vec![(DVec3::ZERO, 5.0), (dvec3(3.0, 4.0, 2.0), 2.0)];
+    draft.spheres.push((integers(rng, 20), 3.0));
+    draft.planes = vec![(eye, integers(rng, 3)), (DVec3::ZERO, dvec3(4.0, -3.0, 0.0))];
+    draft
+}
+
+/// 3² + 4² = 5²: the points of contact are numbers of f64.
+fn touching(rng: &mut Rng) -> Draft {
+    let mut draft = draft(integers(rng, 12), dvec3(3.0, 4.0, 0.0), power_of_ten(rng, -6.0, 0.8));
+    draft.spheres = vec![
+        (DVec3::ZERO, 5.0),
+        (dvec3(6.0, 8.0, 0.0), 5.0),
+        (dvec3(1.5, 2.0, 0.0), 2.5),
+        (dvec3(4.5, 6.0, 0.0), 2.5),
+    ];
+    draft.planes = vec![(dvec3(3.0, 4.0, 0.0), dvec3(3.0, 4.0, 0.0))];
+    draft
+}
+
+fn nested(rng: &mut Rng) -> Draft {
+    let (mut radius, n) = (1.0f64, rng.random_range(2..7));
+    let eye = match rng.random_range(0..3) {
+        0 => DVec3::ZERO,
+        1 => way(rng) * (1.0 + little(rng)),
+        _ => way(rng) * rng.random_range(1.5..6.0),
+    };
+    let look_at = eye + unit(rng).lerp(-eye, 0.7);
+    let mut draft = draft(eye, look_at, power_of_ten(rng, -6.0, 0.5));
+    for _ in 0..n {
+        draft.spheres.push((way(rng) * little(rng), radius));
+        radius *= match rng.random_range(0..3) {
+            0 => 1.0 + 2f64.powi(-rng.random_range(40..53)),
+            1 => 1.0 + 2f64.powi(-rng.random_range(10..40)),
+            _ => rng.random_range(1.1..3.0),
+        };
+    }
+    draft
+}
+
+/// The same thing twice, and one that is it but for the last bits.
+fn coincident(rng: &mut Rng) -> Draft {
+    let mut draft = mixture(rng);
+    for _ in 0..3 {
+        let (center, radius) = draft.spheres[rng.random_range(0..draft.spheres.len())];
+        draft.spheres.push((center, radius));
+        draft.spheres.push((center * (1.0 + little(rng)), radius * (1.0 + little(rng))));
+    }
+    let normal = integers(rng, 3);
+    draft.planes = vec![(DVec3::ZERO, normal), (DVec3::ZERO, normal * -3.0)];
+    draft.planes.push((dvec3(normal.y, -normal.x, 0.0), normal * 0.5));
+    draft
+}
+
+/// A huge ball is the ground, seen from close by; small balls lie on it.
+fn ground(rng: &mut Rng) -> Draft {
+    let radius = power_of_ten(rng, 2.0, 9.0).round();
+    let eye = dvec3(0.0, power_of_ten(rng, -3.0, 1.0), 5.0);
+    let mut draft = draft(eye, dvec3(0.0, 0.4, 0.0), rng.random_range(0.3..4.0));
+    draft.spheres = vec![(dvec3(0.0, -radius, 0.0), radius)];
+    for _ in 0..rng.random_range(1..5) {
+        let size = power_of_ten(rng, -3.0, 0.3);
+        draft
+            .spheres
+            .push((dvec3(rng.random_range(-3.0..3.0), size * (1.0 + little(rng)), 0.0), size));
+    }
+    draft
+}
+
+fn tiny_balls(rng: &mut Rng) -> Draft {
+    let size = power_of_ten(rng, -14.0, -3.0);
+    let mut draft = draft(way(rng) * 3.0, DVec3::ZERO, size * power_of_ten(rng, 0.0, 1.5));
+    for _ in 0..rng.random_range(1..8) {
+        draft.spheres.push((within(rng, size * 4.0), size * rng.random_range(0.1..3.0)));
+    }
+    if rng.random() {
+        draft.planes.push((DVec3::ZERO, way(rng)));
+    }
+    draft
+}
+
+fn planes_about_eye(rng: &mut Rng) -> Draft {
+    let eye = integers(rng, 5);
+    let mut draft = draft(eye, eye + way(rng) * 4.0, power_of_ten(rng, -1.0, 1.0));
+    for _ in 0..rng.random_range(2..6) {
+        let normal = if rng.random() { integers(rng, 4) } else { unit(rng) };
+        draft.planes.push((eye + normal * little(rng), normal * power_of_ten(rng, -3.0, 3.0)));
+    }
+    draft.spheres.push((eye + unit(rng) * 3.0, 1.0));
+    draft
+}
+
+fn near_parallel(rng: &mut Rng) -> Draft {
+    let mut draft = draft(way(rng) * 6.0 + DVec3::Y, DVec3::ZERO, power_of_ten(rng, -6.0, 1.0));
+    let (point, normal) = (within(rng, 1.0), way(rng));
+    for _ in 0..rng.random_range(2..6) {
+        let turned = normal + across(rng, normal) * little(rng);
+        draft.planes.push((point + normal * little(rng), turned * power_of_ten(rng, -2.0, 2.0)));
+    }
+    draft
+}
+
+fn tangent_planes(rng: &mut Rng) -> Draft {
+    let normal =
+        [dvec3(3.0, 4.0, 0.0), dvec3(1.0, 2.0, 2.0), dvec3(2.0, 3.0, 6.0)][rng.random_range(0..3)];
+    // Its length is a whole number.
+    let contact = normal * f64::from(rng.random_range(1..4));
+    let radius = contact.length();
+    let eye = contact + normal * rng.random_range(0.0..4.0) + within(rng, 2.0);
+    let mut draft = draft(eye, contact, radius * power_of_ten(rng, -7.0, 0.0));
+    draft.spheres = vec![(DVec3::ZERO, radius), (contact * 2.0, radius)];
+    draft.planes = vec![(contact, normal), (contact * (1.0 + little(rng)), -normal)];
+    draft
+}
+
+/// Planes along which the picture's rays go, and things on them.
+fn grazing(rng: &mut Rng) -> Draft {
+    let ahead = way(rng);
+    let normal = across(rng, ahead);
+    let mut draft =
+        draft(-ahead * 8.0 + normal * little(rng), DVec3::ZERO, power_of_ten(rng, -5.0, 0.5));
+    draft.planes =
+        vec![(DVec3::ZERO, normal), (normal * little(rng), normal + ahead * little(rng))];
+    draft.spheres = vec![(ahead * 2.0 + normal * 0.5, 0.5), (ahead * 2.0 - normal * 0.5, 0.5)];
+    draft
+}
+
+fn interpenetrating(rng: &mut Rng) -> Draft {
+    let mut draft = draft(integers(rng, 5) * 2.0, DVec3::ZERO, power_of_ten(rng, -2.0, 0.7));
+    for _ in 0..rng.random_range(3..7) {
+        draft.spheres.push((within(rng, 1.0), rng.random_range(0.3..1.8)));
+    }
+    draft.planes.push((within(rng, 0.3), integers(rng, 2)));
+    draft
+}
+
+/// Enough for a tree.
+fn crowd(rng: &mut Rng) -> Draft {
+    let mut draft = draft(unit(rng) * 9.0, DVec3::ZERO, power_of_ten(rng, -0.5, 0.6));
+    for _ in 0..rng.random_range(36..70) {
+        draft.spheres.push((within(rng, 3.0), power_of_ten(rng, -2.5, 0.2)));
+    }
+    if rng.random() {
+        draft.planes.push((DVec3::Y * -3.0, DVec3::Y));
+    }
+    draft
+}
+
+/// The same with touching balls of a lattice, far away, and the ground below.
+fn far_crowd(rng: &mut Rng) -> Draft {
+    let mut draft =
+        draft(unit(rng) * power_of_ten(rng, 1.5, 5.0), DVec3::ZERO, power_of_ten(rng, -1.0, 0.8));
+    for k in 0..64 {
+        let [x, y, z] = [k % 4, k / 4 % 4, k / 16].map(f64::from);
+        draft.spheres.push((dvec3(x, y, z) * 2.0 - 3.0, 1.0));
+    }
+    draft.spheres.push((DVec3::Y * -1e6, 1e6 - 4.0));
+    draft
+}
+
+fn mixture(rng: &mut Rng) -> Draft {
+    let mut draft = draft(within(rng, 9.0), DVec3::ZERO, power_of_ten(rng, -1.0, 0.8));
+    for _ in 0..rng.random_range(2..9) {
+        draft.spheres.push((within(rng, 4.0), power_of_ten(rng, -2.0, 0.8)));
+    }
+    for _ in 0..rng.random_range(0..3) {
+        draft.planes.push((within(rng, 4.0), unit(rng)));
+    }
+    draft
+}
+
+// ---------------------------------------------------------------------------------------------
+// Its place and its rays
+
+/// Where a draft lies: `(v + by)·scale`.
+#[derive(Clone, Copy)]
+struct Place {
+    by: DVec3,
+    scale: f64,
+}
+
+impl Place {
+    fn point(self, v: DVec3) -> DVec3 {
+        (v + self.by) * self.scale
+    }
+
+    fn ray(self, [origin, direction]: [DVec3; 2]) -> [DVec3; 2] {
+        [self.point(origin), direction * self.scale]
+    }
+}
+
+fn place(rng: &mut Rng) -> Place {
+    let by = match rng.random_range(0..6) {
+        0..3 => DVec3::ZERO,
+        // Short numbers stay short.
+        3 => within(rng, 1e6).round(),
+        4 => within(rng, 1.0) * power_of_ten(rng, 0.0, 4.0),
+        _ => within(rng, 1.0) * power_of_ten(rng, 4.0, 12.0),
+    };
+    let scale = match rng.random_range(0..16) {
+        0..6 => 1.0,
+        6..10 => 2f64.powi(rng.random_range(-30..30)),
+        10..14 => power_of_ten(rng, -6.0, 6.0),
+        14 => power_of_ten(rng, -36.0, 36.0),
+        _ => {
+            let exponent = rng.random_range(100.0..290.0);
+            10f64.powf(exponent * sign(rng))
+        }
+    };
+    Place { by, scale }
+}
+
+fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
+    let is_bundle = rng.random_bool(0.3);
+    (0..48)
+        .map(|_| {
+            let (center, radius) = match draft.spheres.len() {
+                0 => (draft.look_at, draft.half),
+                n => draft.spheres[rng.random_range(0..n)],
+            };
+            let on = center + way(rng) * radius;
+            let origin = match rng.random_range(0..5) {
+                _ if is_bundle => draft.eye,
+                0 => on,
+                1 => on + (on - center) * little(rng),
+                2 => center + unit(rng) * (radius * rng.random_range(0.0..1.0)),
+                3 => center + unit(rng) * (radius * power_of_ten(rng, 0.0, 5.0)),
+                _ => draft.eye,
+            };
+            let toward = center - origin;
+            let distance = toward.length();
+            let sine = ((1.0 + little(rng)) * radius / distance).min(1.0);
+            let target = match rng.random_range(0..5) {
+                0 => toward,
+                1 => draft.look_at - origin,
+                2 => unit(rng) * draft.half,
+                3 => integers(rng, 3),
+                // Past the outline.
+                _ => toward * (1.0 - sine * sine).sqrt() + across(rng, toward) * (distance * sine),
+            };
+            let length = if rng.random() { 1.0 } else { power_of_ten(rng, -8.0, 8.0) };
+            let direction = target * length;
+            let fits = direction.is_finite() && direction != DVec3::ZERO;
+            [origin, if fits { direction } else { DVec3::X }]
+        })
+        .collect()
+}
+
+// ---------------------------------------------------------------------------------------------
+// The file
+
+fn numbers(v: DVec3) -> String {
+    // Debug prints the shortest text that reads back as the same f64.
+    let [x, y, z] = v.to_array();
+    format!("[{x:?}, {y:?}, {z:?}]")
+}
+
+fn color(rng: &mut Rng) -> String {
+    match rng.random_range(0..3) {
+        0 => format!("\"#{:06x}\"", rng.random_range(0..1 << 24)),
+        1 => "[1.0, 1.0, 1.0]".to_string(),
+        _ => numbers(within(rng, 1.0).abs()),
+    }
+}
+
+fn text(rng: &mut Rng, draft: &Draft, place: Place, is_orthographic: bool) -> String {
+    let mut text = format!("background = {}\n", color(rng));
+    let depth = (draft.look_at - draft.eye).length();
+    let (position, mut look_at) = (place.point(draft.eye), place.point(draft.look_at));
+    if look_at == position {
+        look_at = position + DVec3::X * (position.abs().max_element() + place.scale);
+    }
+    let ahead = (look_at / place.scale - position / place.scale).normalize_or(DVec3::X);
+    let up = match ahead.y.abs() > 0.95 {
+        true => DVec3::X,
+        false => DVec3::Y,
+    };
+    let shape = match is_orthographic {
+        true => format!("height = {:?}", 2.0 * draft.half * place.scale),
+        false => {
+            let degrees = 2.0 * (draft.half / depth.max(1e-9)).atan().to_degrees();
+            format!("fov = {:?}", degrees.clamp(1e-7, 170.0))
+        }
+    };
+    let [position, look_at, up] = [position, look_at, up].map(numbers);
+    let lights = lights(rng, draft, place);
+    // Tables come last.
+    let _ = write!(text, "{}", lights.0);
+    let _ = writeln!(
+        text,
+        "\n[camera]\nposition = {position}\nlook_at = {look_at}\nup = {up}\n{shape}"
+    );
+    let _ = write!(text, "{}", lights.1);
+    for (center, radius) in &draft.spheres {
+        let (center, radius) = (numbers(place.point(*center)), radius * place.scale);
+        let color = color(rng);
+        let _ =
+            writeln!(text, "\n[[sphere]]\ncenter = {center}\nradius = {radius:?}\ncolor = {color}");
+    }
+    for (point, normal) in &draft.planes {
+        let (point, normal) = (numbers(place.point(*point)), numbers(*normal));
+        let color = color(rng);
+        let _ = writeln!(text, "\n[[plane]]\npoint = {point}\nnormal = {normal}\ncolor = {color}");
+    }
+    text
+}
+
+/// What stands before the tables, and the tables.
+fn lights(rng: &mut Rng, draft: &Draft, place: Place) -> (String, String) {
+    let (mut values, mut tables) = (String::new(), String::new());
+    if rng.random_bool(0.1) {
+        return (values, tables);
+    }
+    match rng.random_range(0..4) {
+        0 => values = format!("ambient = {}\n", color(rng)),
+        1 => values = format!("ambient = {:?}\n", rng.random_range(0.0..0.3)),
+        _ => {}
+    }
+    for _ in 0..rng.random_range(1..4) {
+        let (intensity, color) = (power_of_ten(rng, -2.0, 0.5), color(rng));
+        let shadows = rng.random_bool(0.9);
+        let _ = writeln!(
+            tables,
+            "\n[[light]]\n{}\ncolor = {color}\nintensity = {intensity:?}\nshadows = {shadows}",
+            source(rng, draft, place)
+        );
+    }
+    if rng.random_bool(0.2) {
+        let (intensity, directions) = (rng.random_range(0.1..1.0), rng.random_range(1..7));
+        let _ = writeln!(tables, "\n[sky]\nintensity = {intensity:?}\ndirections = {directions}");
+    }
+    (values, tables)
+}
+
+/// A light in, on, beside or behind things.
+fn source(rng: &mut Rng, draft: &Draft, place: Place) -> String {
+    let (center, radius) = match draft.spheres.len() {
+        0 => (draft.look_at, draft.half),
+        n => draft.spheres[rng.random_range(0..n)],
+    };
+    let outward = way(rng);
+    let at = match rng.random_range(0..9) {
+        0 => center,
+        1 => center + outward * (radius * rng.random_range(0.0..1.0)),
+        2 => center + outward * radius,
+        3 => center + outward * (radius * (1.0 + little(rng))),
+        4 => draft.look_at + outward * (draft.half * power_of_ten(rng, -3.0, 2.0)),
+        5 => draft.look_at + outward * power_of_ten(rng, 2.0, 12.0),
+        6 => return "position = \"eye\"".to_string(),
+        _ => {
+            let direction = match (rng.random_range(0..3), draft.planes.first()) {
+                // Along a plane.
+                (0, Some((_, n))) if n.truncate().length() > 0.0 => dvec3(n.y, -n.x, 0.0),
+                (1, _) => integers(rng, 3),
+                _ => draft.look_at - (draft.look_at + unit(rng)),
+            };
+            let direction = if direction == DVec3::ZERO { DVec3::X } else { direction };
+            return format!("direction = {}", numbers(direction * power_of_ten(rng, -6.0, 6.0)));
+        }
+    };
+    format!("position = {}", numbers(place.point(at)))
+}
