@@ -20,7 +20,7 @@ use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::certified::UNDECIDED;
 use crate::kernel::coordinates::Coordinates;
-use crate::kernel::twin::{Twin, WithTwin};
+use crate::kernel::twin::{PACKET, Packet, Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
 use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
@@ -55,17 +55,52 @@ struct HitsSlice<'a> {
 }
 
 impl HitsSlice<'_> {
+    /// Finds what rays hit, of which `ray` gives each with what its `t` is multiplied with.
     #[inline(always)]
-    fn put<T: Twin>(&mut self, index: usize, twin: &T, ray: &RayOf<T::Float>, t_scale: f64) {
-        let hit = twin.closest(ray);
-        let seen = T::Float::seen(hit, t_scale);
-        self.id[index] = seen.id;
-        if let Some((t, normal)) = &mut self.surface {
-            t[index] = seen.t;
-            if seen.id != 0 {
-                normal[index] = T::Float::normal(twin.normal_at(ray, hit));
+    fn find<T: Twin>(
+        &mut self,
+        twin: &T,
+        control: &Control,
+        ray: impl Fn(usize) -> (RayOf<T::Float>, f64),
+    ) -> Result<()> {
+        let len = self.id.len();
+        for first in (0..len).step_by(PACKET) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            // The last one stands for lanes that don't count.
+            let index = |lane: usize| (first + lane).min(len - 1);
+            let mut packet = Packet::new(|lane| ray(index(lane)).0);
+            twin.closest_of(&mut packet);
+            for lane in 0..PACKET.min(len - first) {
+                let (at, hit) = (first + lane, packet.hit(lane));
+                let seen = T::Float::seen(hit, ray(at).1);
+                self.id[at] = seen.id;
+                if let Some((t, normal)) = &mut self.surface {
+                    t[at] = seen.t;
+                    if seen.id != 0 {
+                        normal[at] = T::Float::normal(twin.normal_at(&packet.ray(lane), hit));
+                    }
+                }
             }
         }
+        Ok(())
+    }
+}
+
+/// The rays of a slice, compiled for each instruction set that the processor may have.
+struct Find<'a, 'b, T, R> {
+    slice: &'a mut HitsSlice<'b>,
+    twin: &'a T,
+    control: &'a Control,
+    ray: R,
+}
+
+impl<T: Twin, R: Fn(usize) -> (RayOf<T::Float>, f64)> pulp::WithSimd for Find<'_, '_, T, R> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
+        self.slice.find(self.twin, self.control, self.ray)
     }
 }
 
@@ -299,13 +334,8 @@ fn trace_row<T: Twin>(
     slice: &mut HitsSlice,
 ) -> Result<()> {
     let (offset_i, j) = pixels.offset2(pixels.x, pixels.y + row);
-    let ray_at = |column: usize| T::Float::pixel_ray(camera, offset_i + 2 * column as i64, j);
-    let width = pixels.width as usize;
-    for column in 0..width {
-        control.check()?;
-        slice.put(column, twin, &ray_at(column), 1.0);
-    }
-    Ok(())
+    let ray = |column: usize| (T::Float::pixel_ray(camera, offset_i + 2 * column as i64, j), 1.0);
+    pulp::Arch::new().dispatch(Find { slice, twin, control, ray })
 }
 
 fn trace_list<T: Twin>(
@@ -315,12 +345,8 @@ fn trace_list<T: Twin>(
     control: &Control,
     slice: &mut HitsSlice,
 ) -> Result<()> {
-    for (index, ray) in rays.iter().enumerate() {
-        control.check()?;
-        let (ray, t_scale) = T::Float::list_ray(coordinates, ray);
-        slice.put(index, twin, &ray, t_scale);
-    }
-    Ok(())
+    let ray = |index: usize| T::Float::list_ray(coordinates, &rays[index]);
+    pulp::Arch::new().dispatch(Find { slice, twin, control, ray })
 }
 
 /// Runs `work(chunk index, entries)` over all chunks of `n` rays in parallel, until cancelled.

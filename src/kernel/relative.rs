@@ -6,7 +6,7 @@
 
 use super::about::{Part, part};
 use super::arithmetic::Arithmetic;
-use super::twin::{Twin, WithTwin};
+use super::twin::{Packet, Twin, WithTwin};
 use super::{Hit, Lists, RayOf};
 use crate::rays::Bundle;
 use crate::vec3::{Real, Vec3, dot3, facing};
@@ -179,6 +179,16 @@ where
     #[inline(always)]
     fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
         closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn closest_of(&self, rays: &mut Packet<S::Float>) {
+        let Lists { spheres, planes } = self.0;
+        for (sphere, id) in spheres.iter().zip(1..) {
+            rays.closer(|ray, hit| closer_sphere::<IS_POINT, S>(ray, hit, sphere, id));
+        }
+        for (plane, id) in planes.iter().zip(spheres.len() as u32 + 1..) {
+            rays.closer(|ray, hit| closer_plane::<IS_POINT, P>(ray, hit, plane, id));
+        }
     }
     fn closest_from_anywhere(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
         closest::<false, S, P>(ray, &self.0.spheres, &self.0.planes)

@@ -1,7 +1,7 @@
 //! Twin of `shaders/lecture.wgsl`.
 
 use super::{PlaneLecture, SphereLecture};
-use crate::kernel::twin::{Twin, WithTwin};
+use crate::kernel::twin::{Packet, Twin, WithTwin};
 use crate::kernel::{Hit, Lists, RayOf};
 use crate::vec3::{Real, Vec3, dot3, facing};
 
@@ -107,6 +107,16 @@ impl Twin for Lecture<'_> {
     #[inline(always)]
     fn closest(&self, ray: &RayOf<f32>) -> Hit<f32> {
         closest(ray, &self.0.spheres, &self.0.planes)
+    }
+    #[inline(always)]
+    fn closest_of(&self, rays: &mut Packet<f32>) {
+        let Lists { spheres, planes } = self.0;
+        for (sphere, id) in spheres.iter().zip(1..) {
+            rays.closer(|ray, hit| closer_sphere(ray, hit, sphere, id));
+        }
+        for (plane, id) in planes.iter().zip(spheres.len() as u32 + 1..) {
+            rays.closer(|ray, hit| closer_plane(ray, hit, plane, id));
+        }
     }
     fn closest_from_anywhere(&self, ray: &RayOf<f32>) -> Hit<f32> {
         self.closest(ray)
