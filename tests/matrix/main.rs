@@ -90,14 +90,18 @@ impl Case {
     fn pixel_command(&self, pixels: &Pixels, index: usize, samples: u32) -> String {
         let (x, y) = pixels.xy(index);
         let [width, height] = SIZE;
-        let samples = if samples == 1 { String::new() } else { format!(" --samples {samples}") };
-        format!("explain hard.toml --size {width}x{height} --pixel {x},{y}{samples}")
+        match samples {
+            1 => format!("explain hard.toml --size {width}x{height} --pixel {x},{y}"),
+            n => format!(
+                "render hard.toml --size {width}x{height} --crop {x},{y},1,1 --samples {n} -o pixel.npy"
+            ),
+        }
     }
 
     fn ray_command(&self, index: usize) -> String {
         let [origin, direction] = self.hard.rays[index];
-        let numbers: Vec<String> =
-            [origin.to_array(), direction.to_array()].concat().iter().map(f64::to_string).collect();
+        let numbers = [origin.to_array(), direction.to_array()].concat();
+        let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
         format!("explain hard.toml --ray={}", numbers.join(","))
     }
 
