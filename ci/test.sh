@@ -29,6 +29,7 @@ step cargo clippy --release --locked --all-targets -- -D warnings
 step cargo clippy --release --locked --no-default-features --all-targets -- -D warnings
 step cargo clippy --release --locked --no-default-features --features cli -- -D warnings
 step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+step ci/instructions.sh
 # Builds the program as well, with the features that the tests' dependencies ask for: a plain build
 # would compile the largest dependencies a second time.
 step cargo test --release --locked --no-run
