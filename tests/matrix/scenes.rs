@@ -364,7 +364,9 @@ impl Place {
     }
 
     fn ray(self, [origin, direction]: [DVec3; 2]) -> [DVec3; 2] {
-        [self.point(origin), direction * self.scale]
+        let scaled = direction * self.scale;
+        let fits = scaled.is_finite() && scaled != DVec3::ZERO;
+        [self.point(origin), if fits { scaled } else { direction }]
     }
 }
 
@@ -417,7 +419,12 @@ fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
                 // Past the outline.
                 _ => toward * (1.0 - sine * sine).sqrt() + across(rng, toward) * (distance * sine),
             };
-            let length = if rng.random() { 1.0 } else { power_of_ten(rng, -8.0, 8.0) };
+            let length = match rng.random_range(0..4) {
+                0 | 1 => 1.0,
+                2 => power_of_ten(rng, -8.0, 8.0),
+                // `t` leaves f32's range.
+                _ => power_of_ten(rng, -46.0, 46.0),
+            };
             let direction = target * length;
             let fits = direction.is_finite() && direction != DVec3::ZERO;
             [origin, if fits { direction } else { DVec3::X }]
