@@ -23,12 +23,20 @@ struct Draft {
     half: f64,
     spheres: Vec<(DVec3, f64)>,
     planes: Vec<(DVec3, DVec3)>,
+    /// A light that it is all about, and no perspective camera.
+    light: Option<Light>,
+}
+
+/// A light at a point, or a sun that shines along a vector.
+enum Light {
+    Point(DVec3),
+    Sun(DVec3),
 }
 
 type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-const FAMILIES: [(&str, Family); 16] = [
+const FAMILIES: [(&str, Family); 17] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -45,6 +53,7 @@ const FAMILIES: [(&str, Family); 16] = [
     ("crowd", crowd),
     ("far crowd", far_crowd),
     ("mixture", mixture),
+    ("edges of shadows", edges_of_shadows),
 ];
 
 pub const N_FAMILIES: u64 = FAMILIES.len() as u64;
@@ -58,7 +67,7 @@ pub fn scene(seed: u64, index: u64) -> Hard {
     let draft = make(rng);
     let place = place(rng);
     let rays = rays(rng, &draft).into_iter().map(|ray| place.ray(ray)).collect();
-    let is_orthographic = rng.random_bool(0.3);
+    let is_orthographic = draft.light.is_some() || rng.random_bool(0.3);
     let text = text(rng, &draft, place, is_orthographic);
     Hard { family, text, rays }
 }
@@ -110,7 +119,8 @@ fn way(rng: &mut Rng) -> DVec3 {
 // Families
 
 fn draft(eye: DVec3, look_at: DVec3, half: f64) -> Draft {
-    Draft { eye, look_at, half, spheres: Vec::new(), planes: Vec::new() }
+    let (spheres, planes) = (Vec::new(), Vec::new());
+    Draft { eye, look_at, half, spheres, planes, light: None }
 }
 
 /// The picture shows a piece of a sphere's outline, often a very small one.
@@ -321,6 +331,23 @@ fn mixture(rng: &mut Rng) -> Draft {
     draft
 }
 
+/// Pixels of the floor lie exactly where a ball's shadow ends, in numbers of f64: the camera looks down from
+/// between the two, pixels are 1 apart, `1.5² + 2² = 2.5²`, and `4.5² + 6² = 7.5²` where rays from 10 high pass
+/// a ball of radius 3 half-way.
+fn edges_of_shadows(rng: &mut Rng) -> Draft {
+    let is_point = rng.random();
+    let (x, height, radius) = if is_point { (4.5, 5.0, 3.0) } else { (0.5, 6.0, 2.5) };
+    let eye = dvec3(x, 1.0, 0.0);
+    let mut draft = draft(eye, eye - DVec3::Y, 4.0);
+    draft.spheres = vec![(dvec3(0.0, height, 0.0), radius)];
+    draft.planes = vec![(DVec3::ZERO, DVec3::Y * f64::from(rng.random_range(1..4)))];
+    draft.light = Some(match is_point {
+        true => Light::Point(DVec3::Y * 10.0),
+        false => Light::Sun(-DVec3::Y),
+    });
+    draft
+}
+
 // ---------------------------------------------------------------------------------------------
 // Its place and its rays
 
@@ -337,7 +364,9 @@ impl Place {
     }
 
     fn ray(self, [origin, direction]: [DVec3; 2]) -> [DVec3; 2] {
-        [self.point(origin), direction * self.scale]
+        let scaled = direction * self.scale;
+        let fits = scaled.is_finite() && scaled != DVec3::ZERO;
+        [self.point(origin), if fits { scaled } else { direction }]
     }
 }
 
@@ -390,7 +419,12 @@ fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
                 // Past the outline.
                 _ => toward * (1.0 - sine * sine).sqrt() + across(rng, toward) * (distance * sine),
             };
-            let length = if rng.random() { 1.0 } else { power_of_ten(rng, -8.0, 8.0) };
+            let length = match rng.random_range(0..4) {
+                0 | 1 => 1.0,
+                2 => power_of_ten(rng, -8.0, 8.0),
+                // `t` leaves f32's range.
+                _ => power_of_ten(rng, -46.0, 46.0),
+            };
             let direction = target * length;
             let fits = direction.is_finite() && direction != DVec3::ZERO;
             [origin, if fits { direction } else { DVec3::X }]
@@ -460,8 +494,14 @@ fn text(rng: &mut Rng, draft: &Draft, place: Place, is_orthographic: bool) -> St
 /// What stands before the tables, and the tables.
 fn lights(rng: &mut Rng, draft: &Draft, place: Place) -> (String, String) {
     let (mut values, mut tables) = (String::new(), String::new());
-    if rng.random_bool(0.1) {
-        return (values, tables);
+    let given = match draft.light {
+        None if rng.random_bool(0.1) => return (values, tables),
+        None => None,
+        Some(Light::Point(at)) => Some(format!("position = {}", numbers(place.point(at)))),
+        Some(Light::Sun(direction)) => Some(format!("direction = {}", numbers(direction))),
+    };
+    if let Some(source) = given {
+        let _ = writeln!(tables, "\n[[light]]\n{source}");
     }
     match rng.random_range(0..4) {
         0 => values = format!("ambient = {}\n", color(rng)),
