@@ -177,10 +177,9 @@ pub mod steps;
 use glam::DVec3;
 
 use crate::kernel::certified::Widening;
+use crate::num::{Float, Real, V3};
 use crate::rays::{Bundle, Lens, Pixels, View};
-use crate::vec3::{Vec3, dot3};
 pub use crate::vec3::{round_down, round_up};
-use crate::wide::SideBySide;
 pub use squares::{LARGEST_TURN, Reach};
 
 /// Error of the filter's inputs, in units `ε`.
@@ -251,10 +250,10 @@ pub const ROOM: f64 = 1.01;
 pub const LONGEST_IN_F32: f64 = 1024.0;
 
 /// Unit of a faithful rounding of f32.
-pub const UNIT_F32: f64 = 1.0 / (1u64 << 23) as f64;
+pub const UNIT_F32: f64 = f32::UNIT;
 
 /// Unit of a faithful rounding of f64.
-pub const UNIT_F64: f64 = 1.0 / (1u64 << 52) as f64;
+pub const UNIT_F64: f64 = f64::UNIT;
 
 /// What the filter needs to know about a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -281,26 +280,21 @@ impl Guard {
 
     /// The numbers of guards, in the order of their fields.
     #[inline(always)]
-    pub(crate) fn numbers<R: SideBySide<Plain = f64>>(
-        r: R,
-        l: R,
-        unit: f64,
-        input: InputError,
-    ) -> [R; 4] {
+    pub(crate) fn numbers<R: Real<One = f64>>(r: R, l: R, unit: f64, input: InputError) -> [R; 4] {
         let InputError { offset, direction } = input;
-        let eta = r.like(unit) * l;
-        let kappa_eta = r.like(steps::FOOT + offset + direction) * eta;
+        let eta = R::lit(unit) * l;
+        let kappa_eta = R::lit(steps::FOOT + offset + direction) * eta;
         let relative = steps::SQUARE * unit + 8.0 * UNIT_F64;
         let inner = r - kappa_eta;
         let outer = r + kappa_eta;
-        let inner2 = inner * inner * r.like(1.0 - relative);
-        let outer2 = (outer * outer + r.like(steps::ASIDE) * eta * eta) * r.like(1.0 + relative);
-        let of_distance = r.like(steps::CLOSEST + offset + direction + steps::TWO_SUMS);
-        let of_radius = r.like(steps::HALF_CHORD + direction + steps::TWO_SUMS);
-        let slack = r.like(unit) * (of_distance * l + of_radius * outer);
-        let of_distance2 = r.like(steps::DOT + 2.0 * offset + steps::DIFFERENCE);
-        let k_error = r.like(unit) * (of_distance2 * l * l + r.like(steps::R2) * r * r);
-        [R::select(r.like(0.0).lt(inner), inner2, r.like(-1.0)), outer2, slack, k_error]
+        let inner2 = inner * inner * R::lit(1.0 - relative);
+        let outer2 = (outer * outer + R::lit(steps::ASIDE) * eta * eta) * R::lit(1.0 + relative);
+        let of_distance = R::lit(steps::CLOSEST + offset + direction + steps::TWO_SUMS);
+        let of_radius = R::lit(steps::HALF_CHORD + direction + steps::TWO_SUMS);
+        let slack = R::lit(unit) * (of_distance * l + of_radius * outer);
+        let of_distance2 = R::lit(steps::DOT + 2.0 * offset + steps::DIFFERENCE);
+        let k_error = R::lit(unit) * (of_distance2 * l * l + R::lit(steps::R2) * r * r);
+        [R::select(R::lit(0.0).lt(inner), inner2, R::lit(-1.0)), outer2, slack, k_error]
     }
 
     /// The guard in f32: the inner radius rounded down, everything else up.
@@ -442,17 +436,17 @@ pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
 /// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
 #[inline(always)]
 pub fn length_bound(v: DVec3) -> f64 {
-    length_bounds(v.into())
+    length_bounds(V3(v.to_array()))
 }
 
 /// [`length_bound`] of vectors side by side.
 #[inline(always)]
-pub(crate) fn length_bounds<R: SideBySide<Plain = f64>>(v: Vec3<R>) -> R {
+pub(crate) fn length_bounds<R: Real<One = f64>>(v: V3<R>) -> R {
     let [x, y, z] = v.0;
     let largest = x.abs().max(y.abs()).max(z.abs());
-    let length = dot3(v, v).sqrt() * x.like(1.0 + 16.0 * UNIT_F64);
-    let is_tiny = largest.lt(x.like(1.0 / LARGEST_F64));
-    R::select(is_tiny, x.like(1.8) * largest, length)
+    let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * UNIT_F64);
+    let is_tiny = largest.lt(R::lit(1.0 / LARGEST_F64));
+    R::select(is_tiny, R::lit(1.8) * largest, length)
 }
 
 /// Largest distance and radius with which the filter's f32 stays in range.
@@ -609,8 +603,8 @@ pub fn far_inverse_f32(k: f64) -> f32 {
 
 /// [`far_inverse_f32`] before it is rounded.
 #[inline(always)]
-pub(crate) fn far_inverse<R: SideBySide<Plain = f64>>(k: R) -> R {
-    k.like(1.0 + WIDENING * UNIT_F32) / (k * k.like(1.0 - FAR))
+pub(crate) fn far_inverse<R: Real<One = f64>>(k: R) -> R {
+    R::lit(1.0 + WIDENING * UNIT_F32) / (k * R::lit(1.0 - FAR))
 }
 
 /// Bounds in f32 of `1/x` with the widening in it, magnitudes rounded away from each other, with

@@ -102,6 +102,28 @@ fn every_pixel_of_every_scene_is_right_on_both_devices() {
     }
 }
 
+/// Numbers at the ends of f64's range, in each of which something was certain once that was wrong.
+#[test]
+fn numbers_at_the_ends_of_f64_are_no_less_right() {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/ends"));
+    let mut n_scenes = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let scene = Arc::new(read_scene(&path).unwrap_or_else(|error| panic!("{error}")));
+        let view = View::new(scene.camera.as_ref().expect("a camera"));
+        let size = scene.image.expect("a size");
+        let rays = Rays::Pixels(Pixels::whole(view, size.width, size.height));
+        for gpu in [None, Some(gpu())] {
+            let hits = trace(&scene, Kernel::Certified, &rays, gpu.as_ref());
+            judge(&scene, &rays, &hits, 1).unwrap_or_else(|what| panic!("{path:?}: {what}"));
+            let is_turned = |part: &f32| part.to_bits() == (-0f32).to_bits();
+            assert!(!hits.normal.iter().flatten().any(is_turned), "{path:?}: −0");
+        }
+        n_scenes += 1;
+    }
+    assert_eq!(n_scenes, 5);
+}
+
 /// Else they would not be hard.
 #[test]
 fn the_lectures_formulas_get_every_scene_wrong() {

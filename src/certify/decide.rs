@@ -7,7 +7,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::surface::MISS;
+use super::surfaces::MISS;
 use super::walk::Walks;
 use super::{RayF64, Settled, Stage, StageRays};
 use crate::control::Control;

@@ -6,7 +6,7 @@
 
 use std::array::from_fn;
 
-use super::surface::Surface;
+use super::surfaces::TAndNormal;
 use super::{Stage, StageRays};
 use crate::exact::Ball;
 use crate::rays::{Lens, Pixels, Ray};
@@ -93,7 +93,7 @@ impl Sight {
 }
 
 impl Stage<'_> {
-    pub fn surface_in_balls(&self, index: usize, id: u32, object: Object) -> Option<Surface> {
+    pub fn surface_in_balls(&self, index: usize, id: u32, object: Object) -> Option<TAndNormal> {
         let sight = |point: DVec3| match &self.rays {
             StageRays::Pixels { pixels, .. } => Sight::of_pixel(pixels, index, point),
             StageRays::List(rays) => Sight::of_ray(&rays[index], point),

@@ -4,13 +4,13 @@
 mod decide;
 mod in_balls;
 mod in_f64;
-mod lanes;
 mod nearness;
 mod point;
 mod rows;
+mod run;
 #[cfg(feature = "gpu")]
 mod shaders;
-mod surface;
+mod surfaces;
 mod walk;
 
 use std::collections::HashMap;
@@ -22,10 +22,12 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
-use crate::guard;
+use crate::guard::{self, InputError};
 use crate::host;
 use crate::kernel::RayOf;
+use crate::kernel::certified::Widening;
 use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
+use crate::num::Float;
 use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
@@ -35,16 +37,16 @@ use decide::MOST_HELD;
 pub(crate) use decide::bits;
 use in_f64::is_ordinary;
 pub(crate) use in_f64::{InF64, ray_record, suits_device};
-pub(crate) use lanes::{Completer, Run, run_length};
-use lanes::{Part, Surfaces};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
 pub(crate) use point::{LANES, LengthsOfRays, Pack, PointF64, Points, registers};
-pub(crate) use rows::{Finds, OfPicture, RowSight};
+pub(crate) use rows::{Finds, RowSight};
+pub(crate) use run::{Run, run_length};
 #[cfg(feature = "gpu")]
 pub(crate) use shaders::light_key_in_f32;
-use surface::Bounds;
+pub(crate) use surfaces::Surfaces;
+use surfaces::{InF32, MISS};
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.
@@ -284,6 +286,13 @@ pub(crate) struct Settled {
     level: Level,
 }
 
+/// What the bounds of all hits of a picture share.
+#[derive(Clone, Copy)]
+struct Bounds {
+    widening: Widening<f64>,
+    input: InputError,
+}
+
 /// The rays, in f64 and exactly.
 enum StageRays<'a> {
     Pixels { pixels: &'a Pixels, camera: CameraF64, exact: Box<ExactPixels> },
@@ -363,7 +372,7 @@ impl<'a> Stage<'a> {
                     None => scene.spheres.iter().map(k).collect(),
                     Some(_) => Vec::new(),
                 },
-                pixels.is_in_range(),
+                pixels.is_in_range() && pixels.spread() <= f64::FARTHEST,
                 guard::input_of(pixels.view.lens),
             ),
             Rays::List(rays) => (StageRays::List(rays), Vec::new(), true, guard::LIST_F64),
@@ -433,40 +442,38 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Where a ray starts: [`RayF64::reference`], and the origin from there. A pixel is at `offset`.
-    fn origin(&self, index: usize, (i, j): (i64, i64)) -> (DVec3, Vec3<f64>) {
-        match &self.rays {
-            StageRays::Pixels { pixels, .. } if self.has_one_origin => {
-                (pixels.view.position, Vec3::ZERO)
-            }
-            StageRays::Pixels { pixels, camera, .. } => {
-                (pixels.view.position, camera.camera_ray(i as f64, j as f64).origin)
-            }
-            StageRays::List(rays) => (rays[index].origin, Vec3::ZERO),
-        }
-    }
-
     /// Fills in `t` and normal of all rays but undecided ones; where hits are completed, of those whose `t`
     /// is 0.
     fn fill_surfaces(&self, is_completed: bool, control: &Control, hits: &mut Hits) -> Result<()> {
+        let surfaces = Surfaces::to_be_rounded(self);
         hits.id
             .par_chunks(RAYS_PER_PART)
             .zip(hits.t.par_chunks_mut(RAYS_PER_PART))
             .zip(hits.normal.par_chunks_mut(RAYS_PER_PART))
             .enumerate()
             .try_for_each_init(
-                || Completer::new(self),
-                |completer, (part, ((id, t), normal))| {
+                || (host::check(), Vec::new()),
+                |(checked, room), (part, ((id, t), normal))| {
+                    std::mem::replace(checked, Ok(()))?;
                     control.check()?;
-                    host::check()?;
+                    let first = part * RAYS_PER_PART;
                     let n_open = || t.iter().filter(|&&t| t == 0.0).count();
                     let is_nearly_done = is_completed && n_open() < t.len() / FEW_OPEN;
-                    let (first, out) = (part * RAYS_PER_PART, Surfaces { t, normal });
-                    let mut part = Part { first, id, out };
-                    match is_nearly_done {
-                        true => completer.complete_open(&mut part, control),
-                        false => completer.complete(&mut part, control),
+                    if !surfaces.are_known() {
+                        t.fill(0.0);
+                    } else if !is_nearly_done {
+                        surfaces.find(first, id, room, &mut InF32 { t, normal });
                     }
+                    if !t.contains(&0.0) {
+                        return Ok(());
+                    }
+                    for (at, &id) in id.iter().enumerate() {
+                        if t[at] == 0.0 && id != UNDECIDED {
+                            control.check()?;
+                            (t[at], normal[at]) = self.surface(first + at, id).unwrap_or(MISS);
+                        }
+                    }
+                    Ok(())
                 },
             )
     }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::surface::unit_f32;
+use super::surfaces::unit_f32;
 use super::{RayF64, Stage, StageRays};
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::{self, Guard, InputError};
@@ -120,15 +120,6 @@ impl K {
         }
     }
 
-    /// [`K::new`] in f64 alone: where that is not good enough, nothing is known of `k`.
-    #[inline(always)]
-    pub fn in_f64(place: &Place) -> K {
-        match guard::k_f64(DVec3::from_array(place.center), place.radius) {
-            Some((value, error)) => K { value, error },
-            None => K { value: 0.0, error: f64::INFINITY },
-        }
-    }
-
     /// `k` for an origin, from that for the reference point, `distance` away from the centre
     /// and `from` from the origin: the same one where these are one.
     #[inline(always)]
@@ -171,8 +162,6 @@ impl Place {
 pub struct Foot {
     pub l: Vec3<f64>,
     pub k: K,
-    pub r: f64,
-    pub distance: f64,
     pub guard: Guard,
 }
 
@@ -189,11 +178,12 @@ impl Foot {
             Some(k) => k.moved(place, l, from_reference, from),
             None => K { value: dot3(l, l) - r * r, error: guard.k_error },
         };
-        Foot { l, k, r, distance, guard }
+        Foot { l, k, guard }
     }
 }
 
 /// A plane's numbers for all rays.
+#[derive(Clone)]
 pub struct PlaneF64 {
     pub point: DVec3,
     /// Scaled by a power of two to a largest component in `1..2`.
@@ -216,7 +206,7 @@ impl PlaneF64 {
             normal: normal.into(),
             n_length,
             unit,
-            unit_f32: unit_f32(plane, unit),
+            unit_f32: unit_f32(plane, unit.0),
             direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
             is_repeated: false,
         }

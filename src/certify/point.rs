@@ -1,35 +1,28 @@
 //! Where rays meet their objects, in f64 with bounds of the errors.
 
-use std::ops::Range;
-
-use super::lanes::{self, Output, Part, Queue, Run};
-use super::rows::{Finds, OfPicture, RowSight};
-use super::surface::{Bounds, Found, Inside, Outside, PlaneSight, Sight, SphereSight};
-use super::{Completer, Stage, StageRays, nearness};
+use super::surfaces::{self, Output, Surfaces};
+use super::{Stage, rows::OfPicture};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{InputError, ROOM, UNIT_F64, steps};
-use crate::kernel::RayOf;
-use crate::rays::{CameraF64, Pixels};
-use crate::scene::Object;
-use crate::vec3::{Vec3, dot3};
-use crate::wide::{Holds, SideBySide, WideF64};
+use crate::guard::{InputError, ROOM, steps};
+use crate::num::{Float, Lanes};
+use crate::rays::Pixels;
+use crate::seen::Surface;
+use crate::vec3::Vec3;
+use crate::wide::WideF64;
 #[cfg(feature = "gpu")]
 use crate::{
-    guard::{LIST_F64, input_of_picture},
+    guard::{LIST_F64, UNIT_F64, input_of_picture},
     rays::Bundle,
 };
 
 /// Points side by side.
-pub const LANES: usize = 8;
+pub const LANES: usize = super::surfaces::LANES;
 
 /// Where the registers of a row of [`LANES`] numbers begin.
 #[inline(always)]
 pub fn registers<S: pulp::Simd>() -> impl Iterator<Item = usize> {
     (0..LANES).step_by(WideF64::<S>::LANES)
 }
-
-/// Objects whose numbers are kept from one row to the next.
-const KEPT: usize = 16;
 
 /// Points of surfaces, relative to [`Prepared::reference`](crate::prepare::Prepared::reference), and the
 /// unit normals there that face the rays.
@@ -76,17 +69,6 @@ impl Pack {
         (self.error, self.normal_error) = (Pack::NONE.error, Pack::NONE.normal_error);
         self.is_inside = [false; LANES];
     }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, point: &PointF64, is_inside: bool, direction: Vec3<f64>) {
-        for axis in 0..3 {
-            self.direction[axis][lane] = direction.0[axis];
-            self.at[axis][lane] = point.at.0[axis];
-            self.normal[axis][lane] = point.normal.0[axis];
-        }
-        (self.error[lane], self.normal_error[lane]) = (point.error, point.normal_error);
-        self.is_inside[lane] = is_inside;
-    }
 }
 
 /// One point of a [`Pack`].
@@ -95,21 +77,6 @@ pub struct PointF64 {
     pub at: Vec3<f64>,
     pub error: f64,
     pub normal: Vec3<f64>,
-    normal_error: f64,
-}
-
-impl PointF64 {
-    /// The point relative to its ray's origin, without [`origin_error`].
-    #[inline(always)]
-    fn new(found: &Found) -> PointF64 {
-        let &Found { at, error, normal, normal_error, .. } = found;
-        PointF64 { at, error, normal, normal_error }
-    }
-}
-
-/// The part of a point's error that comes with its ray's origin.
-fn origin_error(origin: Vec3<f64>, bounds: &Bounds) -> f64 {
-    ROOM * UNIT_F64 * of_origin(bounds.input) * dot3(origin, origin).sqrt()
 }
 
 /// Of `t|d|` in a point's error, in units.
@@ -135,95 +102,58 @@ pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
     ]
 }
 
-/// The points of consecutive rays of one [`Stage`].
+/// The points of consecutive rays of one [`Stage`], in the order of the rays.
 #[derive(Default)]
 pub struct Points {
-    /// In the order of the rays.
+    /// The points.
     pub packs: Vec<Pack>,
-    /// Objects as all rays see them, with their ids, each in the place that its id gives it.
-    sights: Vec<(u32, Option<RowSight<f64>>)>,
-    lengths: Option<LengthsOfRays>,
+    room: Vec<surfaces::Pack<Option<Surface<Lanes<f64, LANES>>>>>,
 }
 
 impl Points {
     /// Finds the points that rays from `first` on see, whose objects are known.
-    pub fn find(&mut self, completer: &mut Completer, first: usize, ids: &[u32]) {
-        let stage = completer.stage();
+    pub fn find(&mut self, surfaces: &Surfaces, first: usize, ids: &[u32]) {
         self.packs.resize(ids.len().div_ceil(LANES), Pack::NONE);
         for (pack, ids) in self.packs.iter_mut().zip(ids.chunks(LANES)) {
             pack.reset(ids);
         }
-        self.sights.resize_with(KEPT, || (0, None));
-        let mut part = Part { first, id: ids, out: Found8 { points: self, first } };
-        completer.complete_in_f64(&mut part);
-        for at in completer.open.drain(..) {
-            let pack = &mut self.packs[at / LANES];
-            let alone = stage.point_f64(first + at, ids[at]);
-            if let Some((point, is_inside)) = alone {
-                let direction = stage.direction(first + at);
-                pack.set(at % LANES, &point, is_inside, direction);
-            }
+        if surfaces.are_known() {
+            let mut room = std::mem::take(&mut self.room);
+            surfaces.find(first, ids, &mut room, self);
+            self.room = room;
         }
     }
 }
 
-/// Takes points from the queues.
-struct Found8<'a> {
-    points: &'a mut Points,
-    first: usize,
-}
+impl Output for Points {
+    type Kept = Option<Surface<Lanes<f64, LANES>>>;
 
-impl Output for Found8<'_> {
-    fn take_run(&mut self, stage: &Stage, run: &Run, open: &mut Vec<usize>) -> bool {
-        let StageRays::Pixels { pixels, camera, .. } = &stage.rays else { return false };
-        let Points { packs, sights, lengths } = &mut *self.points;
-        let kept = &mut sights[run.id as usize % KEPT];
-        if kept.0 != run.id {
-            *kept = (run.id, stage.point_sight(run.id));
-        }
-        let lengths = *lengths.get_or_insert_with(|| LengthsOfRays::new::<f64>(stage, pixels));
-        let arch = pulp::Arch::new();
-        match &kept.1 {
-            None => return false,
-            Some(RowSight::Sphere(sight)) => {
-                arch.dispatch(FindRun { sight, camera, run, lengths, packs, open });
-            }
-            Some(RowSight::Plane(sight)) => {
-                arch.dispatch(FindRun { sight, camera, run, lengths, packs, open });
-            }
-        }
-        true
+    #[inline(always)]
+    fn keep(surface: &Surface<Lanes<f64, LANES>>, kept: &mut Self::Kept) {
+        *kept = Some(*surface);
     }
 
-    fn miss(&mut self, _: Range<usize>) {}
-
-    fn take<S: Sight, const N: usize>(
-        &mut self,
-        stage: &Stage,
-        hits: &Queue<S, N>,
-        open: &mut Vec<usize>,
-    ) {
-        let mut columns = [[0.0; lanes::LANES]; 8];
-        let bounds = stage.bounds;
-        pulp::Arch::new().dispatch(FindPoints { hits, bounds, columns: &mut columns });
-        for (lane, &at) in hits.places().iter().enumerate() {
-            let [x, y, z, error, nx, ny, nz, normal_error] =
-                std::array::from_fn(|column: usize| columns[column][lane]);
-            let mut point =
-                PointF64 { at: Vec3([x, y, z]), error, normal: Vec3([nx, ny, nz]), normal_error };
-            if !(error.is_finite() && normal_error.is_finite()) {
-                open.push(at);
-                continue;
+    #[inline(always)]
+    fn take(&mut self, at: usize, n: usize, found: &surfaces::Pack<Self::Kept>) {
+        let Some(surface) = &found.kept else { return };
+        let pack = &mut self.packs[at / LANES];
+        for axis in 0..3 {
+            pack.at[axis] = surface.point.0[axis].0;
+            pack.normal[axis] = surface.normal.0[axis].0;
+            pack.direction[axis] = found.ray.direction.0[axis].0;
+        }
+        let is_known = |error: f64| error < f64::BEYOND / 4.0;
+        for lane in 0..n {
+            if pack.id[lane] != 0 && is_known(surface.point_error.0[lane]) {
+                pack.error[lane] = surface.point_error.0[lane];
+                pack.normal_error[lane] = surface.normal_error.0[lane];
+                pack.is_inside[lane] = surface.front.0[lane] == 0 && found.is_sphere(lane);
             }
-            if !stage.has_one_origin {
-                let origin = stage.ray_f64(self.first + at).ray.origin;
-                point.at = origin + point.at;
-                point.error += origin_error(origin, &bounds);
-            }
-            let pack = &mut self.points.packs[at / LANES];
-            pack.set(at % LANES, &point, S::IS_INSIDE, hits.hit(lane).0);
         }
     }
+
+    #[inline(always)]
+    fn miss(&mut self, _: usize, _: usize) {}
 }
 
 /// What the errors of a picture's points share.
@@ -249,131 +179,21 @@ impl LengthsOfRays {
     }
 }
 
-/// Neighbours that hit one object. The places of those that are left open go into `open`.
-///
-/// The errors are those of [`super::surface::reach`]: `|d|·Δ` is what [`Finds::reach`] says of `t`, and the lengths of
-/// the ray and of its origin are those that none in the picture exceeds.
-struct FindRun<'a, T> {
-    sight: &'a T,
-    camera: &'a CameraF64,
-    run: &'a Run,
-    lengths: LengthsOfRays,
-    packs: &'a mut [Pack],
-    open: &'a mut Vec<usize>,
-}
-
-impl<T: Finds<f64>> pulp::WithSimd for FindRun<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let FindRun { sight, camera, run, lengths, packs, open } = self;
-        let LengthsOfRays { longest, of_t, of_origin } = lengths;
-        let like = |number: f64| WideF64::splat(simd, number);
-        let lanes: [f64; LANES] = std::array::from_fn(|lane| lane as f64);
-        let j = like(run.offset.1 as f64);
-        let (first, end) = (run.at, run.at + run.n);
-        let numbers = first / LANES..end.div_ceil(LANES);
-        for (number, pack) in numbers.clone().zip(&mut packs[numbers]) {
-            let start = number * LANES;
-            let mut n_known = 0;
-            for at in registers::<S>() {
-                let places = WideF64::load(simd, &lanes[at..]) + like(start as f64);
-                let columns = (places - like(first as f64)) * like(2.0);
-                let rays = camera.camera_rays(like(run.offset.0 as f64) + columns, j);
-                let found = sight.reach(&rays, longest);
-                let is_in_run = like(first as f64).le(places).and(places.lt(like(end as f64)));
-                let is_known = found.is_known.and(is_in_run);
-                let place = rays.origin + rays.direction * found.t;
-                let error = like(ROOM) * (found.error + found.t * like(of_t)) + like(of_origin);
-                let put = |to: &mut [f64; LANES], numbers: WideF64<S>| {
-                    let to = &mut to[at..];
-                    is_known.select(numbers, WideF64::load(simd, to)).store(to);
-                };
-                for axis in 0..3 {
-                    put(&mut pack.at[axis], place.0[axis]);
-                    put(&mut pack.normal[axis], found.normal.0[axis]);
-                    put(&mut pack.direction[axis], rays.direction.0[axis]);
-                }
-                put(&mut pack.error, error);
-                put(&mut pack.normal_error, found.normal_error);
-                n_known += is_known.bits().count_ones() as usize;
-            }
-            let lanes = first.max(start) - start..end.min(start + LANES) - start;
-            pack.is_inside[lanes.clone()].fill(sight.is_inside());
-            if n_known < lanes.len() {
-                let is_open = |lane: &usize| pack.error[*lane] == f64::INFINITY;
-                open.extend(lanes.filter(is_open).map(|lane| start + lane));
-            }
-        }
-    }
-}
-
-struct FindPoints<'a, S, const N: usize> {
-    hits: &'a Queue<S, N>,
-    bounds: Bounds,
-    columns: &'a mut [[f64; lanes::LANES]; 8],
-}
-
-impl<S: Sight, const N: usize> pulp::WithSimd for FindPoints<'_, S, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<A: pulp::Simd>(self, _: A) {
-        let FindPoints { hits, bounds, columns } = self;
-        for lane in 0..lanes::LANES {
-            let (direction, sight) = hits.hit(lane);
-            let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, direction);
-            let point = PointF64::new(&sight.surface(&ray, &bounds));
-            let [[x, y, z], [nx, ny, nz]] = [point.at.0, point.normal.0];
-            let row = [x, y, z, point.error, nx, ny, nz, point.normal_error];
-            for (column, number) in columns.iter_mut().zip(row) {
-                column[lane] = number;
-            }
-        }
+impl Surfaces<'_> {
+    /// The point of the object that a ray is known to see, and whether that is a sphere around the ray's
+    /// origin; `None` where nothing is known in f64.
+    pub fn point(&self, index: usize, id: u32) -> Option<(PointF64, bool)> {
+        let mut points = Points::default();
+        points.find(self, index, &[id]);
+        let [pack] = &points.packs[..] else { return None };
+        let first = |rows: &[[f64; LANES]; 3]| Vec3([rows[0][0], rows[1][0], rows[2][0]]);
+        let point =
+            PointF64 { at: first(&pack.at), error: pack.error[0], normal: first(&pack.normal) };
+        point.error.is_finite().then_some((point, pack.is_inside[0]))
     }
 }
 
 impl Stage<'_> {
-    /// Bound of the relative error of a picture's directions in numbers of `F`.
-    pub(crate) fn direction_error<F: OfPicture>(&self) -> f64 {
-        F::UNIT * F::input(self).direction
-    }
-
-    /// Direction of a ray.
-    pub(crate) fn direction(&self, index: usize) -> Vec3<f64> {
-        self.ray_f64(index).ray.direction
-    }
-
-    /// The point of the object that a ray is known to see, and whether that is a sphere around the ray's
-    /// origin; `None` where nothing is known in f64.
-    pub(crate) fn point_f64(&self, index: usize, id: u32) -> Option<(PointF64, bool)> {
-        let ray = self.ray_f64(index);
-        if !self.usable || ray.exponent != 0 {
-            return None;
-        }
-        let (bounds, seen) = (&self.bounds, &ray.ray);
-        let (found, is_inside) = match self.scene.object(id)? {
-            Object::Sphere(sphere) => {
-                let place = nearness::Place::new(sphere, ray.reference, seen.origin);
-                let sight = SphereSight::new(&place, self.known_k(id, sphere), bounds);
-                match sight.k {
-                    0.0 => return None,
-                    k if k > 0.0 => (Outside(sight).surface(seen, bounds), false),
-                    _ => (Inside(sight).surface(seen, bounds), true),
-                }
-            }
-            Object::Plane(_) => {
-                (PlaneSight::new(self.plane(id), &ray, bounds).surface(seen, bounds), false)
-            }
-        };
-        let mut point = PointF64::new(&found);
-        point.at = seen.origin + point.at;
-        point.error += origin_error(seen.origin, bounds);
-        let is_known = point.error.is_finite() && point.normal_error.is_finite();
-        is_known.then_some((point, is_inside))
-    }
-
     /// The point that a ray is known to see, exactly, and the shape of its object.
     pub(crate) fn exact_point(&self, index: usize, id: u32) -> Option<(ExactPoint, Shape)> {
         let ray = self.exact_ray(index);
@@ -392,6 +212,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::guard::UNIT_F64;
     use crate::kernel::Kernel;
     use crate::prepare::Prepared;
     use crate::rays::{Rays, View};
@@ -438,7 +259,7 @@ mod tests {
                 })
                 .collect();
             let mut points = Points::default();
-            points.find(&mut Completer::new(&stage), 0, &ids);
+            points.find(&Surfaces::new(&stage), 0, &ids);
             for (at, &id) in ids.iter().enumerate().filter(|(_, id)| **id != 0) {
                 let (pack, lane) = (&points.packs[at / LANES], at % LANES);
                 let error = pack.error[lane];

@@ -1,44 +1,19 @@
 //! `t` and normals of neighbours in a row of pixels that see one object, side by side, in f64 or f32. Their bounds are
-//! those of [`crate::guard::rows`]; what these leave open goes to [`super::surface`].
+//! those of [`crate::guard::rows`]; what these leave open goes to [`super::surfaces`].
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use pulp::Simd;
-
 use super::nearness::PlaneF64;
-use super::surface::{NORMAL_TOLERANCE, Surface};
 use super::{Stage, StageRays};
 use crate::guard::host::{Bounded, input_in_f32};
 use crate::guard::rows::{ACROSS, ChordGuard, INVERSE, MOST_OF_SLOPE, QUOTIENT};
 use crate::guard::{self, InputError, ROOM};
 use crate::kernel::RayOf;
 use crate::kernel::certified::closest_approach;
-use crate::rays::{CameraF64, Lens, Pixels};
+use crate::rays::{Lens, Pixels};
 use crate::scene::{Object, Sphere};
 use crate::vec3::{Real, Vec3, dot3};
-use crate::wide::{Holds, SideBySide, WideF64};
-
-/// Part of `t` up to which an error is of use: f32 then leaves one of a thousand rays open.
-const MOST_ERROR: f64 = 1.0 / (1u64 << 36) as f64;
-
-/// Part of `t` up to which an error is of use for points. Where it is more, for one beside a sphere that is large,
-/// the bounds of [`super::surface`] are narrower.
-const MOST_OF_POINT: f64 = 1.0 / (1u64 << 46) as f64;
-
-/// Rays whose numbers are held at once.
-const BLOCK: usize = 16;
-
-/// Most numbers of a register.
-const MOST_LANES: usize = 8;
-
-/// What is found of rays: two numbers that `t` lies between, where the lower one is positive, and two that the
-/// normal's components lie between.
-pub struct Found<R> {
-    low: R,
-    high: R,
-    normal_low: Vec3<R>,
-    normal_high: Vec3<R>,
-}
+use crate::wide::{Holds, SideBySide};
 
 /// Where rays meet what they hit, seen from their origins.
 pub struct Reached<R: SideBySide> {
@@ -64,8 +39,7 @@ pub trait Finds<F> {
     fn is_inside(&self) -> bool {
         false
     }
-    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R>;
-    /// The same with bounds for each ray; none is longer than `longest`.
+    /// With bounds for each ray; none is longer than `longest`.
     fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R>;
 }
 
@@ -128,23 +102,6 @@ impl<F: Bounded> Finds<F> for SphereRow<F> {
     }
 
     #[inline(always)]
-    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
-        let a = rays.a;
-        let error = like(a, self.guard.error);
-        let Chord { is_known, half, t, radius } = self.chord(rays);
-        let normal = radius * (a.like(F::ONE) / dot3(radius, radius).sqrt());
-        // With the rounding of both ends.
-        let off = self.normal_error(half) + a.like(F::from_f64(F::UNIT));
-        let off = Vec3([off; 3]);
-        Found {
-            low: R::select(is_known, t - error, a.like(F::ZERO)),
-            high: t + error,
-            normal_low: normal - off,
-            normal_high: normal + off,
-        }
-    }
-
-    #[inline(always)]
     fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
         let a = rays.a;
         let ChordGuard { slack, of_chord, .. } = self.guard;
@@ -168,8 +125,6 @@ pub struct PlaneRow<F> {
     /// Unit length, either way.
     unit: Vec3<F>,
     unit_error: f64,
-    /// The exact one, rounded to f32.
-    nearest: Vec3<F>,
     /// Of `N`, and of `M`.
     offset_error: f64,
     slope_error: f64,
@@ -214,15 +169,6 @@ fn turned<R: SideBySide>(holds: R::Mask, v: Vec3<R>) -> Vec3<R> {
 
 impl<F: Bounded> Finds<F> for PlaneRow<F> {
     #[inline(always)]
-    fn find<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>) -> Found<R> {
-        let Crossing { is_known, t, error, is_along } = self.crossing(rays);
-        let zero = t.like(F::ZERO);
-        let normal = turned(is_along, t.like3(self.nearest));
-        let low = R::select(is_known, t - error, zero);
-        Found { low, high: t + error, normal_low: normal, normal_high: normal }
-    }
-
-    #[inline(always)]
     fn reach<R: SideBySide<Plain = F>>(&self, rays: &RayOf<R>, longest: f64) -> Reached<R> {
         let Crossing { is_known, t, error, is_along } = self.crossing(rays);
         Reached {
@@ -247,36 +193,6 @@ pub trait OfPicture: Bounded {
     fn holds_sphere(r: f64, l: f64) -> bool;
     /// `N` of a plane and its error, and its normal.
     fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<Self>;
-}
-
-impl OfPicture for f64 {
-    const TOLERANCE: f64 = NORMAL_TOLERANCE;
-
-    fn input(stage: &Stage) -> InputError {
-        stage.bounds.input
-    }
-
-    fn holds(_: &Pixels, l: f64) -> bool {
-        guard::plane_in_range_f64(l)
-    }
-
-    fn holds_sphere(r: f64, l: f64) -> bool {
-        guard::sphere_in_range_f64(r, l)
-    }
-
-    fn plane(plane: &PlaneF64, pixels: &Pixels, stage: &Stage) -> PlaneRow<f64> {
-        let point = plane.point - pixels.view.position;
-        let distance = guard::length_bound(point) + pixels.spread();
-        PlaneRow {
-            offset: dot3(point.into(), plane.normal),
-            normal: plane.normal,
-            unit: plane.unit,
-            unit_error: guard::steps::NORMALIZED * f64::UNIT,
-            nearest: Vec3(plane.unit_f32.map(f64::from)),
-            offset_error: plane.offset_error(distance, stage.bounds.input),
-            slope_error: plane.direction_error * pixels.longest_direction(),
-        }
-    }
 }
 
 /// Most that the normal of a sphere may be off by in f32: a part of a byte.
@@ -319,7 +235,6 @@ impl OfPicture for f32 {
             normal: unit,
             unit,
             unit_error: ROOM * f32::UNIT,
-            nearest: Vec3(plane.unit_f32),
             offset_error: ROOM * of_point
                 + f32::UNIT * (2.0 * ROOM * offset.abs() + ACROSS * pixels.spread())
                 + guard::TINY_F32,
@@ -330,177 +245,51 @@ impl OfPicture for f32 {
 
 impl Stage<'_> {
     /// An object as all rays of the picture see it; `None` for lists, and where that is of no use.
-    pub fn row_sight(&self, id: u32) -> Option<RowSight<f64>> {
-        self.sight_with(id, |sphere, least_t| sphere.guard.error <= MOST_ERROR * least_t)
-    }
-
-    /// The same, for those who want bounds for each ray.
-    pub fn point_sight(&self, id: u32) -> Option<RowSight<f64>> {
-        self.sight_with(id, |sphere, least_t| {
-            let ChordGuard { slack, of_chord, .. } = sphere.guard;
-            slack + of_chord / sphere.r <= MOST_OF_POINT * least_t
-        })
-    }
-
-    /// The same in f32.
-    pub fn narrow_sight(&self, id: u32) -> Option<RowSight<f32>> {
-        self.sight_with(id, |_, _| true)
-    }
-
-    /// `is_of_use` is told of a sphere and of the least `t` that it is seen at.
-    fn sight_with<F: OfPicture>(
-        &self,
-        id: u32,
-        is_of_use: impl Fn(&SphereRow<F>, f64) -> bool,
-    ) -> Option<RowSight<F>> {
+    pub fn narrow_sight<F: OfPicture>(&self, id: u32) -> Option<RowSight<F>> {
         let StageRays::Pixels { pixels, .. } = &self.rays else { return None };
         match self.scene.object(id)? {
             _ if !self.usable => None,
-            Object::Sphere(sphere) => {
-                let (row, least_t) = self.sphere_row(pixels, id, sphere)?;
-                is_of_use(&row, least_t).then_some(RowSight::Sphere(row))
-            }
+            Object::Sphere(sphere) => self.sphere_row(pixels, id, sphere).map(RowSight::Sphere),
             Object::Plane(_) => self.plane_row(pixels, self.plane(id)).map(RowSight::Plane),
         }
     }
 
-    /// A sphere, and the least `t` that it is seen at.
     fn sphere_row<F: OfPicture>(
         &self,
         pixels: &Pixels,
         id: u32,
         sphere: &Sphere,
-    ) -> Option<(SphereRow<F>, f64)> {
+    ) -> Option<SphereRow<F>> {
         let (center, r) = (sphere.center - pixels.view.position, sphere.radius.abs());
         let from_position = guard::length_bound(center);
         let distance = from_position + pixels.spread();
         if !(F::holds(pixels, distance) && F::holds_sphere(r, distance)) {
             return None;
         }
-        let (is_outside, least_t) = match pixels.view.lens {
+        let is_outside = match pixels.view.lens {
             Lens::Perspective => {
                 let k = self.known_k(id, sphere)?;
                 if k.value.abs() <= k.error {
                     return None;
                 }
-                (k.value > 0.0, (from_position - r).abs() / pixels.longest_direction())
+                k.value > 0.0
             }
             // All rays start on one side of it, in a plane that is across the axis up to `2⁻¹⁰`.
             Lens::Orthographic => {
                 let depth = center.dot(pixels.view.forward) - pixels.spread() / 512.0;
-                (depth > 1.01 * r, depth - r)
+                depth > 1.01 * r
             }
         };
         let guard = ChordGuard::new(r, distance, F::UNIT, F::input(self), F::TOLERANCE)?;
         let is_known = is_outside || pixels.view.lens == Lens::Perspective;
         let center = Vec3(center.to_array().map(F::from_f64));
         let row = SphereRow { center, r: F::from_f64(r), is_outside, guard };
-        is_known.then_some((row, least_t))
+        is_known.then_some(row)
     }
 
     fn plane_row<F: OfPicture>(&self, pixels: &Pixels, plane: &PlaneF64) -> Option<PlaneRow<F>> {
         let point = plane.point - pixels.view.position;
         let distance = guard::length_bound(point) + pixels.spread();
         F::holds(pixels, distance).then(|| F::plane(plane, pixels, self))
-    }
-}
-
-impl RowSight<f64> {
-    /// Finds `t` and normals of neighbours that hit it, the first one at this
-    /// [`crate::rays::Pixels::offset2`]: a `t` of 0 where they are open.
-    pub fn find(
-        &self,
-        camera: &CameraF64,
-        offset: (i64, i64),
-        t: &mut [f32],
-        normal: &mut [[f32; 3]],
-    ) {
-        let arch = pulp::Arch::new();
-        match self {
-            RowSight::Sphere(sight) => arch.dispatch(Row { sight, camera, offset, t, normal }),
-            RowSight::Plane(sight) => arch.dispatch(Row { sight, camera, offset, t, normal }),
-        }
-    }
-
-    /// The same of one pixel.
-    pub fn find_one(&self, camera: &CameraF64, offset: (i64, i64)) -> Option<Surface> {
-        let (mut t, mut normal) = ([0.0], [[0.0; 3]]);
-        let simd = pulp::Scalar;
-        let (t_of, normal_of) = (&mut t, &mut normal);
-        match self {
-            RowSight::Sphere(sight) => {
-                Row { sight, camera, offset, t: t_of, normal: normal_of }.find(simd);
-            }
-            RowSight::Plane(sight) => {
-                Row { sight, camera, offset, t: t_of, normal: normal_of }.find(simd);
-            }
-        }
-        (t[0] > 0.0).then_some((t[0], normal[0]))
-    }
-}
-
-/// Neighbours that hit one object.
-struct Row<'a, T> {
-    sight: &'a T,
-    camera: &'a CameraF64,
-    offset: (i64, i64),
-    t: &'a mut [f32],
-    normal: &'a mut [[f32; 3]],
-}
-
-impl<T: Finds<f64>> Row<'_, T> {
-    #[inline(always)]
-    fn find<S: Simd>(self, simd: S) {
-        let Row { sight, camera, offset: (i, j), t, normal } = self;
-        let n_lanes = WideF64::<S>::LANES.min(MOST_LANES);
-        let places: [f64; MOST_LANES] = std::array::from_fn(|lane| 2.0 * lane as f64);
-        let (places, j) = (WideF64::load(simd, &places), WideF64::splat(simd, j as f64));
-        let (mut low, mut high) = ([0.0; BLOCK], [0.0; BLOCK]);
-        let (mut lows, mut highs) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
-        for (block, (t, normal)) in t.chunks_mut(BLOCK).zip(normal.chunks_mut(BLOCK)).enumerate() {
-            for first in (0..t.len()).step_by(n_lanes) {
-                let column = i + 2 * (block * BLOCK + first) as i64;
-                let found = sight.find(&camera.camera_rays(j.like(column as f64) + places, j));
-                found.low.store(&mut low[first..]);
-                found.high.store(&mut high[first..]);
-                for axis in 0..3 {
-                    found.normal_low.0[axis].store(&mut lows[axis][first..]);
-                    found.normal_high.0[axis].store(&mut highs[axis][first..]);
-                }
-            }
-            let (mut ts, mut rounded) = ([0.0; BLOCK], [[0.0; 3]; BLOCK]);
-            for lane in 0..BLOCK {
-                let (low, high) = (low[lane] as f32, high[lane] as f32);
-                let mut is_certain = (low > 0.0) & (low == high) & (high < f32::INFINITY);
-                for (lows, highs) in lows.iter().zip(&highs) {
-                    is_certain &= lows[lane] as f32 == highs[lane] as f32;
-                }
-                ts[lane] = if is_certain { low } else { 0.0 };
-            }
-            for lane in 0..BLOCK {
-                let [x, y, z] = &lows;
-                rounded[lane] = [x[lane] as f32, y[lane] as f32, z[lane] as f32];
-            }
-            put(&ts, t);
-            put(&rounded, normal);
-        }
-    }
-}
-
-/// The first numbers of a block into a slice; a whole block without a call.
-#[inline(always)]
-fn put<T: Copy>(block: &[T; BLOCK], to: &mut [T]) {
-    match <&mut [T; BLOCK]>::try_from(&mut *to) {
-        Ok(to) => *to = *block,
-        Err(_) => to.copy_from_slice(&block[..to.len()]),
-    }
-}
-
-impl<T: Finds<f64>> pulp::WithSimd for Row<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.find(simd);
     }
 }

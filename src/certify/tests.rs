@@ -1,7 +1,7 @@
 //! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
 
 use super::decide::{Candidates, Decision, Quick};
-use super::surface::{MISS, Surface, exact_surface};
+use super::surfaces::{InF32, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
 use crate::exact::{ExactHit, Shape, visible_root};
 use crate::random::SplitMix;
@@ -189,7 +189,7 @@ fn n_different(stage: &Stage, hits: &Hits) -> usize {
             0 => MISS,
             id => stage.surface(ray, id).unwrap(),
         };
-        let bits = |(t, [x, y, z]): Surface| [t, x, y, z].map(f32::to_bits);
+        let bits = |(t, [x, y, z]): TAndNormal| [t, x, y, z].map(f32::to_bits);
         bits(alone) != bits((hits.t[ray], hits.normal[ray]))
     };
     (0..hits.id.len()).filter(differs).count()
@@ -212,67 +212,21 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
                 assert_eq!(n_different(&stage, &hits), 1, "{bundle:?}, seed {seed}");
             }
 
-            let mut part = Part {
-                first: 0,
-                id: &hits.id,
-                out: Surfaces { t: &mut hits.t, normal: &mut hits.normal },
-            };
-            let mut completer = Completer::new(&stage);
-            completer.complete_in_f64(&mut part);
-            let mut open = completer.open.clone();
-            open.sort_unstable();
-            let is_open = |&ray: &usize| {
-                let id = hits.id[ray];
-                let object = stage.scene.object(id);
-                object.is_some_and(|o| stage.surface_f64(&stage.ray_f64(ray), id, o).is_none())
-            };
-            let mut expected: Vec<usize> = (0..rays.len()).filter(is_open).collect();
-            // Neighbours in a row may know more.
-            expected.retain(|&ray| {
-                open.contains(&ray) || stage.surface_in_row(ray, hits.id[ray]).is_none()
-            });
-            assert_eq!(open, expected, "{bundle:?}, seed {seed}");
+            let (mut t, mut normal) = (hits.t.clone(), hits.normal.clone());
+            let surfaces = Surfaces::to_be_rounded(&stage);
+            surfaces.find(
+                0,
+                &hits.id,
+                &mut Vec::new(),
+                &mut InF32 { t: &mut t, normal: &mut normal },
+            );
+            let open: Vec<usize> = (0..t.len()).filter(|&ray| t[ray] == 0.0).collect();
             n_hits[kind] += hits.n_hits();
             n_open[kind] += open.len();
         }
     }
     println!("{n_hits:?} hits, of which f64 leaves {n_open:?} open");
     assert!(n_hits.iter().all(|&n| n > 5000) && n_open.iter().all(|&n| n > 0));
-}
-
-fn exact_t(stage: &Stage, index: usize, id: u32) -> Option<f32> {
-    let ray = stage.exact_ray(index);
-    let shape = Shape::from(stage.scene.object(id)?);
-    let (root, side) = visible_root(&ray, &shape)?;
-    Some(ExactHit { id, root, side }.t_f32())
-}
-
-/// What neighbours in a row find is what one ray finds in f64 and exactly.
-#[test]
-fn surfaces_in_rows_are_exact() {
-    for bundle in [Bundle::Point, Bundle::Parallel] {
-        let (mut n_known, mut n_open) = (0, 0);
-        for seed in 300..390 {
-            let (scene, rays) = case(seed, bundle);
-            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
-            let stage = Stage::new(&prepared, &rays);
-            let hits = decided(&stage, rays.len());
-            for (index, &id) in hits.id.iter().enumerate() {
-                let Some(object) = stage.scene.object(id) else { continue };
-                let Some((t, normal)) = stage.surface_in_row(index, id) else {
-                    n_open += 1;
-                    continue;
-                };
-                n_known += 1;
-                assert_eq!(Some(t), exact_t(&stage, index, id), "{bundle:?}, seed {seed}, {index}");
-                if let Some(alone) = stage.surface_f64(&stage.ray_f64(index), id, object) {
-                    assert_eq!((t, normal), alone, "{bundle:?}, seed {seed}, ray {index}");
-                }
-            }
-        }
-        println!("{bundle:?}: {n_known} known in a row, {n_open} left open");
-        assert!(n_known > 3000 && n_open > 0);
-    }
 }
 
 /// With 100 bits nearly all is known, and it is what exact arithmetic says, bit by bit.
@@ -295,34 +249,12 @@ fn surfaces_in_balls_are_exact() {
                 let (ray, shape) = (stage.exact_ray(index), Shape::from(object));
                 let (root, side) = visible_root(&ray, &shape).unwrap();
                 let exact = exact_surface(&ray, &ExactHit { id, root, side }, &shape);
-                let bits = |(t, normal): Surface| (t.to_bits(), normal.map(f32::to_bits));
+                let bits = |(t, normal): TAndNormal| (t.to_bits(), normal.map(f32::to_bits));
                 assert_eq!(bits(found), bits(exact), "{bundle:?}, seed {seed}, ray {index}");
             }
         }
         println!("{bundle:?}: {n_known} known in balls, {n_open} left open");
         assert!(n_known > 50 * n_open && n_known > 3000, "{n_open} open, {n_known} known");
-    }
-}
-
-/// The steps without branches find the roots that the filter finds.
-#[test]
-fn surfaces_have_the_roots_of_the_filter() {
-    for bundle in Bundle::ALL {
-        for seed in 100..160 {
-            let (scene, rays) = case(seed, bundle);
-            let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
-            let stage = Stage::new(&prepared, &rays);
-            let hits = decided(&stage, rays.len());
-            for (index, &id) in hits.id.iter().enumerate() {
-                let Some(object) = stage.scene.object(id) else { continue };
-                let ray = stage.ray_f64(index);
-                let root = stage.to_f32(&ray, stage.nearness(&ray, id, object));
-                let surface = stage.surface_f64(&ray, id, object);
-                if let Some((t, _)) = surface {
-                    assert_eq!(root, Some(t), "{bundle:?}, seed {seed}, ray {index}");
-                }
-            }
-        }
     }
 }
 

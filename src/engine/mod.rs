@@ -5,4 +5,4 @@ mod search;
 mod tile;
 
 pub use search::{Find64, LARGEST, Room, Search};
-pub use tile::Tile;
+pub use tile::{Camera, Tile, eye_of};

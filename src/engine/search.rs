@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::tile::{Camera, Tile, eye_of};
 use crate::guard::{LARGEST_TURN, Reach};
+use crate::num::Float;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::{Object, Sphere};
@@ -79,7 +80,7 @@ impl<'a> Search<'a> {
         let level = |side| {
             let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
             let reach = Reach { apart: share * apart, turned: share * turned };
-            let eye = eye_of(&samples, reach);
+            let eye = eye_of(&samples, reach, f32::UNIT);
             (turned <= LARGEST_TURN)
                 .then(|| Level { side, objects: Objects::new(objects(prepared), &eye) })
         };
@@ -90,7 +91,10 @@ impl<'a> Search<'a> {
             n,
             levels: sides.filter_map(level).collect(),
             camera: Camera::new(&samples),
-            objects: Objects::new(objects(prepared), &eye_of(&samples, Reach::default())),
+            objects: Objects::new(
+                objects(prepared),
+                &eye_of(&samples, Reach::default(), f32::UNIT),
+            ),
         }
     }
 
@@ -214,7 +218,7 @@ pub struct Find64<'a> {
 impl<'a> Find64<'a> {
     /// For the pixels that a scene is prepared for.
     pub fn new(prepared: &Prepared, pixels: &'a Pixels) -> Find64<'a> {
-        let objects = Objects::new(objects(prepared), &eye_of(pixels, Reach::default()));
+        let objects = Objects::new(objects(prepared), &eye_of(pixels, Reach::default(), f64::UNIT));
         Find64 { pixels, camera: Camera::new(pixels), objects }
     }
 

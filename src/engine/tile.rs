@@ -32,8 +32,9 @@ impl<F: Float> Camera<F> {
         }
     }
 
+    /// Rays by twice their offsets from the picture's centre.
     #[inline(always)]
-    fn ray<const N: usize>(&self, across: [F; N], up: [F; N]) -> Ray<Lanes<F, N>> {
+    pub fn ray<const N: usize>(&self, across: [F; N], up: [F; N]) -> Ray<Lanes<F, N>> {
         let right = V3::splat(self.right_step) * Lanes(across);
         let true_up = V3::splat(self.true_up_step) * Lanes(up);
         let (forward, zero) = (V3::splat(self.forward), V3([Lanes::lit(0.0); 3]));
@@ -44,13 +45,15 @@ impl<F: Float> Camera<F> {
     }
 }
 
-/// The rays of a picture as objects' numbers ask for them. One of them stands for all within `reach`.
-pub fn eye_of(pixels: &Pixels, reach: Reach) -> Eye {
+/// The rays of a picture as objects' numbers in arithmetic with this unit ask for them. One of them stands for all within
+/// `reach`.
+pub fn eye_of(pixels: &Pixels, reach: Reach, unit: f64) -> Eye {
     Eye {
         reference: pixels.view.position,
         spread: pixels.spread(),
         input: guard::input_of(pixels.view.lens),
         reach,
+        unit,
     }
 }
 

@@ -99,7 +99,7 @@ impl Ball {
         let (square, rest) = two_product(root, root);
         let low = ((self.high - square) - rest + self.low) / (2.0 * root);
         // `√(x + e) − √x` is at most `e/√x` on both sides, as `e ≤ x/2`.
-        Ball::of((root, low), ROOT * root + self.error / root + TINY)
+        Ball::of((root, low), ROOT * root + (self.error + TINY) / root + TINY)
     }
 
     /// `x/y`.
@@ -108,7 +108,7 @@ impl Ball {
         let (product, rest) = two_product(quotient, y.high);
         let rest = (self.high - product) - rest + self.low - quotient * y.low;
         let least = y.high.abs() - ROOM * y.error;
-        let error = (self.error + quotient.abs() * y.error * ROOM) / least;
+        let error = (self.error + quotient.abs() * y.error * ROOM + TINY) / least;
         let error = if least > 0.0 { error + QUOTIENT * quotient.abs() } else { f64::INFINITY };
         Ball::of((quotient, rest / y.high), error + TINY)
     }

@@ -133,7 +133,8 @@ impl Root {
         let guess = |x: &Repr<2>| u64::from(x.to_f32().value().to_bits());
         let infinity = u64::from(f32::INFINITY.to_bits());
         let (sign, bits) = self.to_nearest(value, guess, infinity);
-        f32::from_bits(bits as u32) * sign as f32
+        // Not `−0`.
+        f32::from_bits(bits as u32) * sign as f32 + 0.0
     }
 
     /// The nearest f64, ties to even; infinite from `2^1024 − 2^970` on.

@@ -43,6 +43,11 @@ pub const NORMAL_FOOT: f64 = 10.6;
 /// (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2.
 pub const CHORD: f64 = 6.6;
 
+/// A radius of a sphere from `P` and half its chord on the host, but for `P` and for what half the chord may be between its
+/// bounds; of `r`: half the chord (1 + 4 + 1)/2 + 1, the mean of its bounds 1, `h·d` and the sum 2, the radius' inverse and
+/// the product with it 2; and 1 for a sum with its error.
+pub const CHORD_MIDDLE: f64 = 10.1;
+
 /// The same on a device, whose division takes 2.5 and whose root 4.5: half the chord
 /// (1 + 1 + 5.5 + 1)/2 + 4.5, `h·d` and the sum 2.
 pub const CHORD_WIDE: f64 = 10.8;

@@ -18,6 +18,23 @@ pub struct Lanes<F, const N: usize>(pub [F; N]);
 #[repr(C, align(64))]
 pub struct LaneBits<F: Float, const N: usize>(pub [F::Bits; N]);
 
+impl<F: Float, const N: usize> Default for Lanes<F, N> {
+    #[inline(always)]
+    fn default() -> Self {
+        Lanes([F::default(); N])
+    }
+}
+
+impl<F: Float, const N: usize> Lanes<F, N> {
+    /// The first `N` of some numbers.
+    #[inline(always)]
+    pub fn load(numbers: &[F]) -> Self {
+        let mut lanes = [F::default(); N];
+        lanes.copy_from_slice(&numbers[..N]);
+        Lanes(lanes)
+    }
+}
+
 macro_rules! lane_by_lane {
     ($($trait:ident $function:ident $sign:tt),*) => {$(
         impl<F: Float, const N: usize> $trait for Lanes<F, N> {

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 pub use lanes::{LaneBits, Lanes};
 
-use crate::guard::{UNIT_F32, UNIT_F64, round_down, round_up};
+use crate::vec3::{round_down, round_up};
 
 /// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
 pub trait Mask: Copy {
@@ -124,7 +124,7 @@ const fn power_of_two(exponent: i64) -> f64 {
 }
 
 macro_rules! machine_number {
-    ($float:ident, $bits:ident, $down:expr, $up:expr, $unit:expr, $($name:ident: $exponent:literal),*) => {
+    ($float:ident, $bits:ident, $down:expr, $up:expr, $($name:ident: $exponent:literal),*) => {
         impl Bits for $bits {
             #[inline(always)]
             fn from_bool(holds: bool) -> $bits {
@@ -205,7 +205,6 @@ macro_rules! machine_number {
 
         impl Float for $float {
             type Bits = $bits;
-            const UNIT: f64 = $unit;
             $(const $name: f64 = power_of_two($exponent);)*
 
             #[inline(always)]
@@ -229,9 +228,9 @@ macro_rules! machine_number {
     };
 }
 
-machine_number!(f32, u32, round_down, round_up, UNIT_F32,
+machine_number!(f32, u32, round_down, round_up, UNIT: -23,
     FARTHEST: 60, SMALLEST: -40, TINY: -90, BEYOND: 100);
-machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT_F64,
+machine_number!(f64, u64, std::convert::identity, std::convert::identity, UNIT: -52,
     FARTHEST: 240, SMALLEST: -160, TINY: -720, BEYOND: 400);
 
 impl Mask for bool {
@@ -267,6 +266,19 @@ impl<R: Real> V3<R> {
         V3([R::splat(x), R::splat(y), R::splat(z)])
     }
 
+    /// The nearest vector, in all lanes.
+    #[inline(always)]
+    pub fn lit(v: DVec3) -> V3<R> {
+        V3([R::lit(v.x), R::lit(v.y), R::lit(v.z)])
+    }
+
+    /// `yes` where the mask holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: V3<R>, no: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (yes, no);
+        V3([R::select(mask, a, x), R::select(mask, b, y), R::select(mask, c, z)])
+    }
+
     /// `(x + y) + z`: the order of rounding is part of the formula.
     #[inline(always)]
     pub fn dot(self, other: V3<R>) -> R {
@@ -288,6 +300,15 @@ impl<R: Real> Add for V3<R> {
     fn add(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a + x, b + y, c + z])
+    }
+}
+
+impl<R: Real> Neg for V3<R> {
+    type Output = V3<R>;
+    #[inline(always)]
+    fn neg(self) -> V3<R> {
+        let V3([a, b, c]) = self;
+        V3([-a, -b, -c])
     }
 }
 

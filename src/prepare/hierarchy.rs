@@ -17,14 +17,13 @@ use crate::error::Result;
 use crate::guard;
 use crate::kernel::certified::{LISTED_SPHERES, Leaf, SphereFar};
 use crate::memory::{self, Available};
+use crate::num::{Lanes, Real, V3};
 use crate::rays::Pixels;
 use crate::scene::{Scene, Sphere};
 use crate::trace::Rays;
 use crate::tree::Tree;
 use crate::tree::footprint::{Footprint, Outline, Projection};
 use crate::tree::footprints::{Footprints, Given, Parts};
-use crate::vec3::Vec3;
-use crate::wide::{SideBySide, WideF64};
 
 /// Many spheres: those that are found through the tree, and the rest. Left out are those that can't
 /// be hit.
@@ -274,26 +273,27 @@ impl Columns {
     }
 
     #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S, frame: &Frame, projection: &Projection, longest: f64) {
-        for first in (0..BLOCK).step_by(WideF64::<S>::LANES) {
+    fn look(&mut self, frame: &Frame, projection: &Projection, longest: f64) {
+        const N: usize = 8;
+        let put = |column: &mut Column, first: usize, numbers: Lanes<f64, N>| {
+            column[first..first + N].copy_from_slice(&numbers.0);
+        };
+        for first in (0..BLOCK).step_by(N) {
+            let lanes = |column: &Column| Lanes::<f64, N>::load(&column[first..]);
             let [x, y, z] = &self.center;
-            let l = Vec3([
-                WideF64::load(simd, &x[first..]),
-                WideF64::load(simd, &y[first..]),
-                WideF64::load(simd, &z[first..]),
-            ]);
-            let r = WideF64::load(simd, &self.radius[first..]);
+            let (l, r) = (V3([lanes(x), lanes(y), lanes(z)]), lanes(&self.radius));
             let (leaf, is_known) = frame.leaves(l, r, longest);
             let Leaf { inner2, outer2, q_or_slack } = leaf;
             for (column, numbers) in self.leaf.iter_mut().zip([inner2, outer2, q_or_slack]) {
-                numbers.store(&mut column[first..]);
+                put(column, first, numbers);
             }
-            is_known.select(r.like(1.0), r.like(0.0)).store(&mut self.is_known[first..]);
+            let is_known = Lanes::select(is_known, Lanes::lit(1.0), Lanes::lit(0.0));
+            put(&mut self.is_known, first, is_known);
             let Outline { columns: [left, right], rows: [top, bottom], t, farthest } =
                 projection.outline(l, r);
             let outline = [left, right, top, bottom, t, farthest];
             for (column, numbers) in self.outline.iter_mut().zip(outline) {
-                numbers.store(&mut column[first..]);
+                put(column, first, numbers);
             }
         }
     }
@@ -361,7 +361,7 @@ impl pulp::WithSimd for Look<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<u32> {
+    fn with_simd<S: Simd>(self, _: S) -> Vec<u32> {
         let Look { frame, projection, longest, spheres, order, far, seen_as } = self;
         let mut close = Vec::new();
         let (mut columns, mut rounded) = (Columns::default(), Rounded::default());
@@ -375,7 +375,7 @@ impl pulp::WithSimd for Look<'_> {
                     columns.put(&padded, frame.reference);
                 }
             }
-            columns.look(simd, frame, projection, longest);
+            columns.look(frame, projection, longest);
             columns.round(projection, &mut rounded);
             for (lane, &index) in order.iter().enumerate() {
                 // Put together in its place: from elsewhere, its copy would wait for its parts.

@@ -10,7 +10,7 @@ use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
 use crate::vec3::{Vec3, dot3};
-use crate::wide::{SideBySide, WideF32, WideF64};
+use crate::wide::{SideBySide, WideF32};
 
 /// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -242,26 +242,6 @@ impl CameraF64 {
             Lens::Perspective => RayOf::new(Vec3::ZERO, Vec3::ZERO, self.camera_direction(i, j)),
             Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
         }
-    }
-}
-
-impl CameraF64 {
-    /// [`CameraF64::camera_ray`] of pixels side by side.
-    #[inline(always)]
-    pub(crate) fn camera_rays<S: pulp::Simd>(
-        &self,
-        i: WideF64<S>,
-        j: WideF64<S>,
-    ) -> RayOf<WideF64<S>> {
-        let (forward, right, true_up) =
-            (i.like3(self.forward), i.like3(self.right), i.like3(self.true_up));
-        let (step, zero) = (i.like(self.step), i.like3(Vec3::ZERO));
-        let (origin, direction) = match self.lens {
-            Lens::Perspective => (zero, (forward + right * (step * i)) + true_up * (step * j)),
-            Lens::Orthographic => (zero + (right * (step * i) + true_up * (step * j)), forward),
-        };
-        let a = dot3(direction, direction);
-        RayOf { origin, origin_low: zero, direction, a, inv_a: i.like(1.0) / a }
     }
 }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 pub use plane::PlaneSeen;
 pub use sphere::SphereSeen;
 
-use crate::guard::{InputError, Reach};
+use crate::guard::{InputError, ROOM, Reach, rows, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Object;
 
@@ -78,6 +78,8 @@ pub struct Eye {
     pub input: InputError,
     /// How far the rays may be apart for which one ray stands.
     pub reach: Reach,
+    /// The unit of rounding that bounds are in: [`Float::UNIT`] where a device has a part in it, the host's own elsewhere.
+    pub unit: f64,
 }
 
 /// A ray, relative to the eye's reference point; `|d| ≥ 1`.
@@ -104,12 +106,123 @@ impl<R: Real> Ray<R> {
 
 /// Bounds of the `t` at which an object is seen. `low` at least [`Float::BEYOND`]: surely nowhere. `high` there: perhaps
 /// nowhere.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Bounds<R> {
     /// Lower bound.
     pub low: R,
     /// Upper bound.
     pub high: R,
+}
+
+/// What the rays of an eye share where they meet an object.
+#[derive(Clone, Copy, Debug)]
+pub struct Lengths<R> {
+    /// No direction is longer.
+    pub longest: R,
+    /// Of `t`, in a point's error: the direction's own, and the rounding of `o + t·d`.
+    pub of_t: R,
+    /// What comes with the farthest origin.
+    pub of_origin: R,
+    /// What a normal `(t·d − l)/r` is off by for its own roundings.
+    pub of_normal: R,
+    /// Of a number that is rounded.
+    pub rounding: R,
+    /// Of a plane's `t`, for its roundings.
+    pub of_quotient: R,
+}
+
+impl<F: Float> Lengths<F> {
+    /// Those of an eye no direction of whose rays is longer than `longest`.
+    pub fn new(eye: &Eye, longest: f64) -> Lengths<F> {
+        let InputError { offset, direction } = eye.input;
+        let of_t = ROOM * eye.unit * (direction + steps::POINT) * longest;
+        let of_origin = ROOM * eye.unit * (offset + steps::POINT_ORIGIN) * eye.spread;
+        // With that of the radius' inverse, and a sum with its error.
+        let of_normal = ROOM * eye.unit * (steps::NORMAL_OF_POINT + 2.0);
+        Lengths {
+            longest: F::up(ROOM * longest),
+            of_t: F::up(of_t),
+            of_origin: F::up(of_origin),
+            of_normal: F::up(of_normal),
+            rounding: F::up(ROOM * eye.unit),
+            of_quotient: F::up(eye.unit * rows::INVERSE),
+        }
+    }
+
+    /// The same numbers in all lanes.
+    #[inline(always)]
+    pub fn splat<R: Real<One = F>>(&self) -> Lengths<R> {
+        let &Lengths { longest, of_t, of_origin, of_normal, rounding, of_quotient } = self;
+        Lengths {
+            longest: R::splat(longest),
+            of_t: R::splat(of_t),
+            of_origin: R::splat(of_origin),
+            of_normal: R::splat(of_normal),
+            rounding: R::splat(rounding),
+            of_quotient: R::splat(of_quotient),
+        }
+    }
+}
+
+/// Where a ray that is known to hit an object does so. What is not known is off by [`Float::BEYOND`] or more.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<R: Real> {
+    /// Bounds of `t`, the lower one 0 or the upper one [`Float::BEYOND`] where there is none.
+    pub t: Bounds<R>,
+    /// The point, relative to the eye's reference point.
+    pub point: V3<R>,
+    /// Bound of its distance from the true one.
+    pub point_error: R,
+    /// Of about unit length, against the ray.
+    pub normal: V3<R>,
+    /// Bound of its distance from the true unit normal,
+    pub normal_error: R,
+    /// and of that of each component, with room for one sum.
+    pub component_error: V3<R>,
+    /// Where the ray comes from outside.
+    pub front: R::Mask,
+}
+
+impl<R: Real> Surface<R> {
+    /// Of which nothing is known.
+    #[inline(always)]
+    pub fn unknown() -> Surface<R> {
+        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
+        Surface {
+            t: Bounds { low: zero, high: beyond },
+            point: V3([zero; 3]),
+            point_error: beyond,
+            normal: V3([zero; 3]),
+            normal_error: beyond,
+            component_error: V3([beyond; 3]),
+            front: zero.lt(zero),
+        }
+    }
+
+    /// The way along a ray to the middle of two bounds of `t`, and what it and the point there are off by, but for the
+    /// origin: half the bounds' difference, `δε` of the direction, and the roundings of middle, product and sum.
+    #[inline(always)]
+    fn along(t: Bounds<R>, ray: &Ray<R>, lengths: &Lengths<R>) -> (V3<R>, R) {
+        let half = (t.high - t.low) * R::lit(0.5);
+        let middle = t.low + half;
+        let error = lengths.longest * half + lengths.of_t * middle;
+        (ray.direction * middle, error)
+    }
+
+    /// `yes` where the mask holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Surface<R>, no: Surface<R>) -> Surface<R> {
+        let number = |yes: R, no: R| R::select(mask, yes, no);
+        Surface {
+            t: Bounds { low: number(yes.t.low, no.t.low), high: number(yes.t.high, no.t.high) },
+            point: V3::select(mask, yes.point, no.point),
+            point_error: number(yes.point_error, no.point_error),
+            normal: V3::select(mask, yes.normal, no.normal),
+            normal_error: number(yes.normal_error, no.normal_error),
+            component_error: V3::select(mask, yes.component_error, no.component_error),
+            front: mask.and(yes.front).or(mask.not().and(no.front)),
+        }
+    }
 }
 
 /// An object as an eye sees it.
@@ -124,6 +237,17 @@ pub trait Seen: Record {
     #[inline(always)]
     fn bounds_close<R: Real>(seen: &In<Self, R>, ray: &Ray<R>) -> Option<Bounds<R>> {
         Self::bounds(seen, ray)
+    }
+    /// Where a ray that is known to hit it does so.
+    fn surface<R: Real>(seen: &In<Self, R>, ray: &Ray<R>, lengths: &Lengths<R>) -> Surface<R>;
+    /// The same of an object that [`Seen::is_close`].
+    #[inline(always)]
+    fn surface_close<R: Real>(
+        seen: &In<Self, R>,
+        ray: &Ray<R>,
+        lengths: &Lengths<R>,
+    ) -> Surface<R> {
+        Self::surface(seen, ray, lengths)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Spheres. The formula starts from the point of the line closest to the centre: an error of its place counts only squared,
 //! as it is moved across the way to the centre. [`crate::guard`] has the bounds.
 
-use super::{Bounds, Eye, Ray, Seen, record};
+use super::{Bounds, Eye, Lengths, Ray, Seen, Surface, record};
 use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
-use crate::guard::{self, Guard, ROOM, length_bound, steps};
+use crate::guard::rows::CHORD;
+use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Sphere;
 
@@ -30,6 +31,20 @@ record! {
         is_close: num near,
         /// What `k/a` over a root is off by, relative.
         k_width: num up,
+        /// `1/r`
+        inv_r: num near,
+        /// What `c` and an origin are off by together.
+        offset_error: num up,
+        /// The same where that is more than a rounding.
+        moved_error: num up,
+        /// `r²`
+        r2: num near,
+        /// `r² − m` from here on tells half a chord,
+        least2: num up,
+        /// which over it bounds what half a chord is off by, as a length.
+        of_chord: num up,
+        /// What the normal that comes from the chord is off by, but for the chord.
+        normal_error: num up,
     }
 }
 
@@ -37,121 +52,202 @@ record! {
 /// weighs a quotient against a slack.
 const CLOSE: f64 = 1.0 / 512.0;
 
+/// Part of `r²` that `r² − m` is at least. No bound: it weighs the rays at the silhouette that are left open
+/// against an error that grows towards it.
+const LEAST: f64 = 1.0 / (1u64 << 14) as f64;
+
 impl SphereSeen<f64> {
     /// With bounds for arithmetic of `F`; all is left open where its range is left.
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
-        let from_reference = length_bound(center);
-        let l = from_reference + eye.spread;
-        if !(l <= F::FARTHEST && r <= F::FARTHEST && r >= F::SMALLEST) {
-            let far = F::FARTHEST;
-            return SphereSeen {
-                center: V3::default(),
-                inner2: -1.0,
-                outer2: far * far,
-                slack: far,
-                near_most: F::BEYOND,
-                k: 0.0,
-                k_error: far,
-                is_close: 0.0,
-                k_width: 1.0,
-            };
-        }
-        let input = eye.reach.widen(eye.input, l);
-        let Guard { inner2, outer2, slack, .. } = Guard::new(r, l, F::UNIT, input);
-        let (k, error, is_outside) = k_of(center, sphere, eye);
-        // Rounded, and moved to an origin: o·(c + l) is off by 20 units of |o|ℓ, with o and l themselves.
-        let k_error = error + ROOM * F::UNIT * (k.abs() + 20.0 * eye.spread * l);
+        let (k, k_error) = k_of(center, sphere, eye);
+        let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread);
+        SphereSeen::of::<F>(V3(center.to_array()), r, k, k_error, input, eye)
+    }
+}
+
+impl<R: Real<One = f64>> SphereSeen<R> {
+    /// Spheres at `center` from the eye's reference point, for which `k` has the right sign where it is off by less than
+    /// itself.
+    #[inline(always)]
+    pub fn of<F: Float>(
+        center: V3<R>,
+        r: R,
+        k: R,
+        k_error: R,
+        input: InputError,
+        eye: &Eye,
+    ) -> SphereSeen<R> {
+        let lit = R::lit;
+        let from_reference = length_bounds(center);
+        let l = from_reference + lit(eye.spread);
+        let farthest = lit(F::FARTHEST);
+        let in_range = l.le(farthest).and(r.le(farthest)).and(lit(F::SMALLEST).le(r));
+        let or = |number: R, open: f64| R::select(in_range, number, lit(open));
+        let [inner2, outer2, slack, _] = Guard::numbers(r, l, eye.unit, input);
+        let InputError { offset, direction } = input;
+        // Rounded, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
+        // dot product and 2 for the difference.
+        let of_moving = lit((3.0 * offset + 9.0) * eye.spread) * l;
+        // What underflows is an origin, times `c + l`, or a product.
+        let lost = lit(F::TINY) * (lit(1.0) + l);
+        let k_error = k_error + lit(ROOM * eye.unit) * (k.abs() + of_moving) + lost;
+        let is_outside = lit(0.0).lt(k);
+        let near_most = match eye.spread > 0.0 {
+            true => lit(F::BEYOND),
+            false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
+        };
         // Origins that are apart change k itself.
-        let is_close = (from_reference - r).abs() <= CLOSE * l && eye.reach.apart == 0.0;
+        let is_close = (from_reference - r).abs().le(lit(CLOSE) * l);
+        let close = if eye.reach.apart == 0.0 { 1.0 } else { 0.0 };
+        let inv_r = lit(1.0) / r;
+        let of_foot = lit(offset + 2.0 * direction + steps::NORMAL_FOOT) * l * inv_r;
+        let normal_error = of_foot + lit(steps::CHORD_MIDDLE + direction);
+        let offset_error = lit(ROOM * eye.unit * offset) * l;
+        let r2 = r * r;
+        let width2 = outer2 - inner2;
+        let least2 = (lit(LEAST) * r2).max(lit(4.0 * ROOM) * width2);
+        let far = F::FARTHEST;
         SphereSeen {
-            center: V3(center.to_array()),
-            inner2,
-            outer2,
-            slack,
-            near_most: if !is_outside && eye.spread == 0.0 { 0.0 } else { F::BEYOND },
-            k,
-            k_error,
-            is_close: f64::from(u8::from(is_close)),
-            k_width: F::UNIT * (steps::RELATIVE + 2.0 * input.direction),
+            center: V3(center.0.map(|x| or(x, 0.0))),
+            inner2: or(inner2, -1.0),
+            outer2: or(outer2, far * far),
+            slack: or(slack, far),
+            near_most: or(near_most, F::BEYOND),
+            k: or(k, 0.0),
+            k_error: or(k_error, far),
+            is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
+            k_width: or(lit(eye.unit * (steps::RELATIVE + 2.0 * direction)), 1.0),
+            inv_r: or(inv_r, 1.0),
+            offset_error: or(offset_error, F::BEYOND),
+            moved_error: or(
+                lit(if eye.spread > 0.0 { 1.0 } else { 0.0 }) * offset_error,
+                F::BEYOND,
+            ),
+            r2: or(r2, 0.0),
+            least2: or(least2, far * far),
+            of_chord: or(lit(ROOM * CHORD) * width2, far * far),
+            normal_error: or(lit(ROOM * eye.unit) * normal_error, F::BEYOND),
         }
     }
 }
 
-/// `k`, what it is off by, and its exact sign: in f64 where that tells it, else exactly and rounded once.
-fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64, bool) {
-    if let Some((k, error)) = guard::k_f64(center, sphere.radius) {
-        return (k, error, k > 0.0);
+/// `k` with its exact sign, and what it is off by: in f64 where that tells it, else exactly and rounded once.
+fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
+    if let Some(known) = guard::k_f64(center, sphere.radius) {
+        return known;
     }
     let ray = ExactRay::new(&crate::rays::Ray { origin: eye.reference, direction: DVec3::X });
     match sphere_numbers(&ray, sphere.center, sphere.radius) {
         Some(numbers) => {
-            let k = numbers.k.to_f64();
-            (k, f64::EPSILON * k.abs() + f64::MIN_POSITIVE, numbers.k.signum() > 0)
+            let k = match numbers.k.signum() {
+                // What is too small for f64 still has its sign.
+                1 => numbers.k.to_f64().max(f64::MIN_POSITIVE),
+                _ => numbers.k.to_f64(),
+            };
+            (k, f64::EPSILON * k.abs() + f64::MIN_POSITIVE)
         }
-        None => (0.0, f64::MAX, true),
+        None => (f64::MAX, f64::MAX),
+    }
+}
+
+/// `k` from where a ray starts.
+#[inline(always)]
+fn k_from<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> R {
+    seen.k - ray.origin.dot(seen.center + l)
+}
+
+/// Where a ray surely starts outside, and where inside.
+#[inline(always)]
+fn sides<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> (R::Mask, R::Mask) {
+    let k = k_from(seen, l, ray);
+    (seen.k_error.lt(k), k.lt(-seen.k_error))
+}
+
+/// The line's point nearest to the centre: its `t`, and by how much the square of its distance is below those of the two
+/// radii.
+struct Foot<R> {
+    s: R,
+    inner: R,
+    outer: R,
+}
+
+impl<R: Real> Foot<R> {
+    #[inline(always)]
+    fn new(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> Foot<R> {
+        let s = ray.direction.dot(l) * ray.inv_a;
+        let to_center = l - ray.direction * s;
+        let m = to_center.dot(to_center);
+        Foot { s, inner: seen.inner2 - m, outer: seen.outer2 - m }
     }
 }
 
 /// Bounds of the near and the far end of a line's chord, and the half chords that they come from.
 struct Chord<R> {
-    s: R,
-    inner: R,
-    outer: R,
     half_inner: R,
     half_outer: R,
     near: Bounds<R>,
     far: Bounds<R>,
 }
 
-/// `None` where surely no lane hits.
-#[inline(always)]
-fn chord<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> Option<Chord<R>> {
-    let zero = R::lit(0.0);
-    let s = ray.direction.dot(l) * ray.inv_a;
-    let foot = l - ray.direction * s;
-    let m = foot.dot(foot);
-    let (inner, outer) = (seen.inner2 - m, seen.outer2 - m);
-    if !zero.le(outer).any() {
-        return None;
+impl<R: Real> Chord<R> {
+    #[inline(always)]
+    fn new(seen: &SphereSeen<R>, foot: &Foot<R>, ray: &Ray<R>) -> Chord<R> {
+        let &Foot { s, inner, outer, .. } = foot;
+        let zero = R::lit(0.0);
+        let half_inner = (inner.max(zero) * ray.inv_a).sqrt();
+        let half_outer = (outer.max(zero) * ray.inv_a).sqrt();
+        Chord {
+            half_inner,
+            half_outer,
+            near: Bounds {
+                low: (s - half_outer) - seen.slack,
+                high: ((s - half_inner) + seen.slack).min(seen.near_most),
+            },
+            far: Bounds { low: (s + half_inner) - seen.slack, high: (s + half_outer) + seen.slack },
+        }
     }
-    let half_inner = (inner.max(zero) * ray.inv_a).sqrt();
-    let half_outer = (outer.max(zero) * ray.inv_a).sqrt();
-    let near = Bounds {
-        low: (s - half_outer) - seen.slack,
-        high: ((s - half_inner) + seen.slack).min(seen.near_most),
-    };
-    let far = Bounds { low: (s + half_inner) - seen.slack, high: (s + half_outer) + seen.slack };
-    Some(Chord { s, inner, outer, half_inner, half_outer, near, far })
 }
 
-/// Bounds of the visible root by the roots' product, which is `k/a`: the one of `s ∓ h` that cancels is `k/a` over
-/// the other, off by as much as that relative to its size.
-#[inline(always)]
-fn visible_by_product<R: Real>(
-    seen: &SphereSeen<R>,
-    l: V3<R>,
-    ray: &Ray<R>,
-    chord: &Chord<R>,
-) -> Bounds<R> {
-    let (zero, one, beyond) = (R::lit(0.0), R::lit(1.0), R::lit(R::One::BEYOND));
-    let &Chord { s, inner, outer, half_inner, half_outer, near, far } = chord;
-    let k = seen.k - ray.origin.dot(seen.center + l);
-    let (outside, inside) = (seen.k_error.lt(k), k.lt(-seen.k_error));
-    let sum_low = (s.abs() + half_inner) - seen.slack;
-    let sum_high = (s.abs() + half_outer) + seen.slack;
-    let low_k = ((k.abs() - seen.k_error) * ray.inv_a) / sum_high * (one - seen.k_width);
-    let high_k =
-        ((k.abs() + seen.k_error) * ray.inv_a) / sum_low.max(seen.slack) * (one + seen.k_width);
-    let high_k = R::select(seen.slack.lt(sum_low), high_k, beyond);
-    // From outside both roots have the sign of s; from inside the far one alone is positive.
-    let is_missed = outside.and(outer.lt(zero).or(s.lt(-seen.slack)));
-    let is_hit = outside.and(zero.le(inner)).and(seen.slack.lt(s)).or(inside);
-    let low = R::select(outside, near.low.max(low_k), far.low.max(low_k));
-    let from_inside = R::select(s.lt(zero), far.high.min(high_k), far.high);
-    let high = R::select(outside, near.high.min(high_k), from_inside);
-    let low = R::select(outside.or(inside), low, zero);
-    Bounds { low: R::select(is_missed, beyond, low), high: R::select(is_hit, high, beyond) }
+/// Bounds of the root that a ray that hits sees.
+struct Visible<R: Real> {
+    t: Bounds<R>,
+    /// Whether the ray surely starts outside, and surely inside. Else nothing is known.
+    outside: R::Mask,
+    inside: R::Mask,
+}
+
+impl<R: Real> Visible<R> {
+    /// By the roots' product, which is `k/a`: the one of `s ∓ h` that cancels is `k/a` over the other, off by as much as that
+    /// relative to its size.
+    #[inline(always)]
+    fn by_product(
+        seen: &SphereSeen<R>,
+        l: V3<R>,
+        ray: &Ray<R>,
+        foot: &Foot<R>,
+        chord: &Chord<R>,
+    ) -> Visible<R> {
+        let (zero, one, beyond) = (R::lit(0.0), R::lit(1.0), R::lit(R::One::BEYOND));
+        let &Chord { half_inner, half_outer, near, far } = chord;
+        let s = foot.s;
+        let k = k_from(seen, l, ray);
+        let (outside, inside) = (seen.k_error.lt(k), k.lt(-seen.k_error));
+        let sum_low = (s.abs() + half_inner) - seen.slack;
+        let sum_high = (s.abs() + half_outer) + seen.slack;
+        let low_k = ((k.abs() - seen.k_error) * ray.inv_a) / sum_high * (one - seen.k_width);
+        let high_k =
+            ((k.abs() + seen.k_error) * ray.inv_a) / sum_low.max(seen.slack) * (one + seen.k_width);
+        let high_k = R::select(seen.slack.lt(sum_low), high_k, beyond);
+        // From outside both roots have the sign of s; from inside the far one alone is positive.
+        let low = R::select(outside, near.low.max(low_k), far.low.max(low_k));
+        let from_inside = R::select(s.lt(zero), far.high.min(high_k), far.high);
+        let high = R::select(outside, near.high.min(high_k), from_inside);
+        let is_known = outside.or(inside);
+        let low = R::select(is_known, low, zero);
+        let high = R::select(is_known, high, beyond);
+        Visible { t: Bounds { low, high }, outside, inside }
+    }
 }
 
 impl Seen for SphereSeen<f64> {
@@ -162,7 +258,12 @@ impl Seen for SphereSeen<f64> {
     #[inline(always)]
     fn bounds<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let Chord { inner, outer, near, far, .. } = chord(seen, seen.center - ray.origin, ray)?;
+        let foot = Foot::new(seen, seen.center - ray.origin, ray);
+        let Foot { inner, outer, .. } = foot;
+        if !zero.le(outer).any() {
+            return None;
+        }
+        let Chord { near, far, .. } = Chord::new(seen, &foot, ray);
         let low = R::select(near.high.le(zero), far.low, near.low);
         let high = R::select(zero.lt(near.low), near.high, far.high);
         let is_missed = outer.lt(zero).or(far.high.le(zero));
@@ -175,8 +276,82 @@ impl Seen for SphereSeen<f64> {
 
     #[inline(always)]
     fn bounds_close<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>) -> Option<Bounds<R>> {
+        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
         let l = seen.center - ray.origin;
-        let chord = chord(seen, l, ray)?;
-        Some(visible_by_product(seen, l, ray, &chord))
+        let foot = Foot::new(seen, l, ray);
+        let Foot { s, inner, outer, .. } = foot;
+        if !zero.le(outer).any() {
+            return None;
+        }
+        let chord = Chord::new(seen, &foot, ray);
+        let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
+        let is_missed = outside.and(outer.lt(zero).or(s.lt(-seen.slack)));
+        let is_hit = outside.and(zero.le(inner)).and(seen.slack.lt(s)).or(inside);
+        Some(Bounds {
+            low: R::select(is_missed, beyond, t.low),
+            high: R::select(is_hit, t.high, beyond),
+        })
+    }
+
+    /// `t = s ∓ h` and the normal `(∓P − h·d)/r`, with one root: [`crate::guard::rows`].
+    #[inline(always)]
+    fn surface<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>, lengths: &Lengths<R>) -> Surface<R> {
+        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
+        let l = seen.center - ray.origin;
+        let s = ray.direction.dot(l) * ray.inv_a;
+        let p = l - ray.direction * s;
+        let chord2 = seen.r2 - p.dot(p);
+        let half = (chord2.max(zero) * ray.inv_a).sqrt();
+        let (outside, inside) = sides(seen, l, ray);
+        let is_known = seen.least2.le(chord2).and(outside.or(inside));
+        let of_half = R::select(is_known, seen.of_chord / half, beyond);
+        let t = R::select(outside, s - half, s + half);
+        let error = seen.slack + of_half;
+        let radius = V3::select(outside, -p, p) - ray.direction * half;
+        let normal_error = seen.normal_error + of_half * seen.inv_r;
+        Surface {
+            t: Bounds { low: (t - error).max(zero), high: t + error },
+            point: ray.origin + ray.direction * t,
+            point_error: lengths.longest * seen.slack
+                + R::lit(ROOM) * of_half
+                + (lengths.of_t * t + lengths.of_origin),
+            normal: radius * seen.inv_r,
+            normal_error,
+            component_error: V3([normal_error; 3]),
+            front: outside,
+        }
+    }
+
+    /// `t` by the roots' product, and the normal `(t·d − l)/r`.
+    #[inline(always)]
+    fn surface_close<R: Real>(
+        seen: &SphereSeen<R>,
+        ray: &Ray<R>,
+        lengths: &Lengths<R>,
+    ) -> Surface<R> {
+        let l = seen.center - ray.origin;
+        let foot = Foot::new(seen, l, ray);
+        let chord = Chord::new(seen, &foot, ray);
+        let Visible { t, outside, .. } = Visible::by_product(seen, l, ray, &foot, &chord);
+        let (along, error) = Surface::along(t, ray, lengths);
+        let outward = along - l;
+        let normal = V3::select(outside, outward, -outward) * seen.inv_r;
+        let (room, of_moved) = (R::lit(ROOM), error + seen.moved_error);
+        let mut component_error = normal;
+        for axis in 0..3 {
+            // From the eye itself a component of `l` is but a difference that is rounded.
+            let of_point = (of_moved + lengths.rounding * l.0[axis].abs()) * seen.inv_r;
+            let of_component = lengths.of_normal * normal.0[axis].abs();
+            component_error.0[axis] = (of_point + of_component) * room;
+        }
+        Surface {
+            t,
+            point: ray.origin + along,
+            point_error: error + lengths.of_origin,
+            normal,
+            normal_error: ((error + seen.offset_error) * seen.inv_r + lengths.of_normal) * room,
+            component_error,
+            front: outside,
+        }
     }
 }

@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::*;
-use crate::exact::{ExactRay, Real as Exact, Root, Shape, real, visible_root};
+use crate::exact::{
+    ExactHit, ExactPoint, ExactRay, Real as Exact, Root, Shape, real, visible_root,
+};
 use crate::guard;
 use crate::num::Lanes;
 use crate::prepare::Scaled;
@@ -187,7 +189,8 @@ fn count<T: Object, R: Real>(
         let from = origin - reference;
         let spread = if k % 2 == 0 { 0.0 } else { guard::length_bound(from) };
         // All is rounded once, and so is a difference.
-        let eye = Eye { reference, spread, input: guard::LIST, reach: Reach::default() };
+        let (reach, unit) = (Reach::default(), R::One::UNIT);
+        let eye = Eye { reference, spread, input: guard::LIST, reach, unit };
         let exact =
             ExactRay::new(&crate::rays::Ray { origin: reference + from, direction: scaled });
         if reference + from != origin {
@@ -262,5 +265,94 @@ fn sabotage_cut_bounds_are_seen() {
     ] {
         let (wrong, _) = count::<Plane, Shaky>(100_000, grazing, cut, |x| x.0.into());
         assert!(wrong > 0, "{name}");
+    }
+}
+
+/// Of `n` rays that hit, how many surfaces are known, and how many are off by more than this share of what they may be: `t`,
+/// the point, or the normal.
+fn off<T: Object, F: Float>(
+    n: usize,
+    unit: f64,
+    share: f64,
+    is_close: bool,
+    case: impl Fn(&mut Random) -> Case<T>,
+) -> [usize; 4] {
+    let mut random = Random(SplitMix::new(11));
+    let [mut known, mut of_t, mut of_point, mut of_normal] = [0; 4];
+    for k in 0..n {
+        let (object, origin, way) = case(&mut random);
+        let from = DVec3::from_array(origin.to_array().map(|x| F::near(x).to_f64()));
+        let scaled = Scaled::new(way).rounded();
+        let reference = if k % 2 == 0 { from } else { DVec3::ZERO };
+        let exact = ExactRay::new(&crate::rays::Ray { origin: from, direction: scaled });
+        let shape = object.shape();
+        let Some((root, side)) = visible_root(&exact, &shape) else { continue };
+        let hit = ExactHit { id: 1, root, side };
+        // The offset of a centre is rounded, and so are centre and difference; the direction is rounded once.
+        let input = InputError { offset: 3.01, direction: 1.001 };
+        let spread = guard::length_bound(from - reference);
+        let eye = Eye { reference, spread, input, reach: Reach::default(), unit };
+        let seen = T::Seen::splat::<F>(&Record::round::<F>(&object.seen::<F>(&eye)));
+        let ray = Ray::new(V3::near(from - reference), V3::near(scaled));
+        let lengths = Lengths::new(&eye, scaled.length());
+        let found = match is_close {
+            false => T::Seen::surface(&seen, &ray, &lengths),
+            true => T::Seen::surface_close(&seen, &ray, &lengths),
+        };
+        let error = found.point_error.to_f64();
+        if !(error < F::BEYOND / 4.0) {
+            continue;
+        }
+        known += 1;
+        let (low, high) = (found.t.low.to_f64(), found.t.high.to_f64());
+        let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * share);
+        of_t += usize::from(!holds(middle - half, middle + half, F::BEYOND, Some(&hit.root)));
+        let point = reference + DVec3::from_array(found.point.0.map(F::to_f64));
+        // The sum is rounded, too.
+        let error = error * share + f64::EPSILON * point.length();
+        let is_there = ExactPoint::new(&exact, &hit).is_within(error, point);
+        of_point += usize::from(is_there != Some(true));
+        let normal = hit.normal(&exact, &shape).unwrap().map(|x| x.to_f64());
+        let is_off = |axis: usize| {
+            let off = (found.normal.0[axis].to_f64() - normal[axis]).abs();
+            off > found.component_error.0[axis].to_f64() * share
+        };
+        let off2: f64 =
+            (0..3).map(|axis| (found.normal.0[axis].to_f64() - normal[axis]).powi(2)).sum();
+        let is_far = off2.sqrt() > found.normal_error.to_f64() * share;
+        of_normal += usize::from(is_far || (0..3).any(is_off));
+    }
+    [known, of_t, of_point, of_normal]
+}
+
+/// What [`off`] counts in f32 and in f64, of spheres by either formula and of planes.
+fn off_all(n: usize, share: f64) -> [[usize; 4]; 8] {
+    let [u, v] = [0.5 * f32::UNIT, 0.5 * f64::UNIT];
+    [
+        off::<Sphere, f32>(n, u, share, false, tangent),
+        off::<Sphere, f64>(n, v, share, false, tangent),
+        off::<Sphere, f32>(n, u, share, true, tangent),
+        off::<Sphere, f64>(n, v, share, true, tangent),
+        off::<Sphere, f32>(n, u, share, true, ground),
+        off::<Sphere, f64>(n, v, share, true, ground),
+        off::<Plane, f32>(n, u, share, false, grazing),
+        off::<Plane, f64>(n, v, share, false, grazing),
+    ]
+}
+
+#[test]
+fn surfaces_are_within_their_bounds() {
+    for [known, wrong @ ..] in off_all(20_000, 1.0) {
+        println!("{known} known, wrong {wrong:?}");
+        assert!(wrong == [0; 3] && known > 1500, "{wrong:?} of {known}");
+    }
+}
+
+/// The largest errors of all steps don't meet in one ray.
+#[test]
+fn sabotage_smaller_bounds_of_surfaces_are_seen() {
+    for (at, [known, wrong @ ..]) in off_all(60_000, 0.06).into_iter().enumerate() {
+        println!("{at}: {known} known, wrong {wrong:?}");
+        assert!(wrong.iter().all(|&n| n > 0), "{at}: {wrong:?} of {known}");
     }
 }

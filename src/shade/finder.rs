@@ -10,11 +10,12 @@ use pulp::Simd;
 
 use super::beam::{Beam, in_the_way};
 use super::lamp::{Lamp, Lighting, Origin};
-use crate::certify::{LANES, OfPicture, Pack, PointF64, Stage, registers};
+use crate::certify::{LANES, Pack, PointF64, Stage, Surfaces, registers};
 use crate::exact::{ExactBeam, ExactPoint, Shape, is_outside, slope_of};
 use crate::guard::UNIT_F64;
+use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
 use crate::prepare::{Prepared, Scaled};
-use crate::rays::Rays;
+use crate::rays::{Lens, Rays};
 use crate::scene::{Object, Scene};
 use crate::trace::StageCounts;
 use crate::tree::{Ahead, Segment, Tree};
@@ -27,6 +28,8 @@ pub type Row = [f64; LANES];
 /// Where objects are looked for.
 pub struct Finder<'a> {
     pub stage: Stage<'a>,
+    pub surfaces: Surfaces<'a>,
+    lens: Lens,
     prepared: &'a Prepared,
     scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one.
@@ -408,6 +411,11 @@ impl<'a> Finder<'a> {
         };
         let suns = lighting.lamps.iter().map(sun).collect();
         Finder {
+            surfaces: Surfaces::new(&stage),
+            lens: match rays {
+                Rays::Pixels(pixels) => pixels.view.lens,
+                Rays::List(_) => Lens::Perspective,
+            },
             stage,
             prepared,
             scene,
@@ -422,7 +430,7 @@ impl<'a> Finder<'a> {
     }
 
     #[inline(always)]
-    pub(super) fn beam<R: SideBySide<Plain: OfPicture>>(
+    pub(super) fn beam<R: SideBySide<Plain: Bounded>>(
         &self,
         lamp: LampF64,
         at: Vec3<R>,
@@ -431,9 +439,17 @@ impl<'a> Finder<'a> {
     ) -> Beam<R> {
         match lamp {
             // Against the ray, whose direction is better known than the point.
-            LampF64::Eye => Beam::to_eye(at, direction, self.stage.direction_error::<R::Plain>()),
+            LampF64::Eye => Beam::to_eye(at, direction, self.direction_error::<R::Plain>()),
             LampF64::Point(position) => Beam::to_point(at, error, position),
             LampF64::Sun(way) => Beam::to_sun(at, error, way),
+        }
+    }
+
+    /// Bound of the relative error of a picture's directions in numbers of `F`.
+    fn direction_error<F: Bounded>(&self) -> f64 {
+        match F::ROUNDED > 0.0 {
+            true => F::UNIT * input_in_f32(self.lens).direction,
+            false => HOST_UNIT_F64 * input_in_f64(Some(self.lens)).direction,
         }
     }
 
@@ -807,7 +823,7 @@ pub struct SamplePoint {
 impl SamplePoint {
     /// Of a ray that sees this object.
     pub fn new(finder: &Finder, at: usize, id: u32) -> SamplePoint {
-        let in_f64 = finder.stage.point_f64(at, id);
+        let in_f64 = finder.surfaces.point(at, id);
         SamplePoint { at, id, in_f64, exact: OnceCell::new() }
     }
 

@@ -16,7 +16,7 @@ use super::lamp::{Lighting, Origin};
 use super::mean::ExactMean;
 use super::written::{Interval, Written};
 use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
-use crate::certify::{Completer, LANES, Pack, Points, registers};
+use crate::certify::{LANES, Pack, Points, registers};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::{exact, integer};
@@ -379,7 +379,6 @@ impl Certified<'_> {
 /// Samples side by side on their way to bounds.
 pub(super) struct Work<'a, T> {
     certified: &'a Certified<'a>,
-    completer: Box<Completer<'a>>,
     points: Points,
     /// Bounds of the colours of the samples in the rows of a part, [`LANES`] together.
     colors: Vec<[[Row; 2]; 3]>,
@@ -396,14 +395,13 @@ pub(super) struct Work<'a, T> {
 
 impl<'a, T: Written> Work<'a, T> {
     pub fn new(certified: &'a Certified<'a>) -> Work<'a, T> {
-        let Certified { job, finder } = certified;
+        let Certified { job, .. } = certified;
         let n_lamps = job.lit.lighting.lamps.len();
         let part = job.part() * job.lit.style.n_samples.across() as usize;
         // Of `n` terms, products of three numbers: `n + 4` roundings at most.
         let n_terms = n_terms(job.lit.style.n_samples.across(), &job.lit.lighting);
         Work {
             certified,
-            completer: Completer::new(&finder.stage),
             points: Points::default(),
             colors: Vec::new(),
             open: Vec::new(),
@@ -435,7 +433,7 @@ impl<'a, T: Written> Work<'a, T> {
         for row in 0..n_samples {
             let start = job.first_sample(first) + row * job.row;
             let ids = &job.ids[start..start + n * n_samples];
-            self.points.find(&mut self.completer, start, ids);
+            self.points.find(&finder.surfaces, start, ids);
             for at in (0..n * n_samples).filter(|at| !is_asked(at / n_samples)) {
                 self.points.packs[at / LANES].is_object[at % LANES] = 0.0;
             }

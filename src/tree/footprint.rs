@@ -41,9 +41,8 @@
 use glam::DVec3;
 
 use crate::guard::round_down;
+use crate::num::{Mask, Real, V3};
 use crate::rays::{Lens, Pixels, View};
-use crate::vec3::{Vec3, dot3};
-use crate::wide::{Holds, SideBySide};
 
 /// Part of a sphere's distance and radius that it is widened by: `2¹¹` times the need.
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
@@ -150,19 +149,19 @@ impl Projection {
     /// it.
     #[inline(always)]
     pub fn footprint(&self, l: DVec3, r: f64) -> Option<Footprint> {
-        self.cells_of(&self.outline(l.into(), r))
+        self.cells_of(&self.outline(V3(l.to_array()), r))
     }
 
     /// What spheres at `l` from the eye with radius `r` cover.
     #[inline(always)]
-    pub(crate) fn outline<R: SideBySide<Plain = f64>>(&self, l: Vec3<R>, r: R) -> Outline<R> {
-        let depth = dot3(r.like3(self.depth.into()), l);
-        let across = dot3(r.like3(self.across.into()), l);
-        let upward = dot3(r.like3(self.upward.into()), l);
-        let spare = r.like(SPARE) * (dot3(l, l).sqrt() + r);
-        let reach = r * r.like(self.depth_length) + spare;
+    pub(crate) fn outline<R: Real<One = f64>>(&self, l: V3<R>, r: R) -> Outline<R> {
+        let depth = V3::lit(self.depth).dot(l);
+        let across = V3::lit(self.across).dot(l);
+        let upward = V3::lit(self.upward).dot(l);
+        let spare = R::lit(SPARE) * (l.dot(l).sqrt() + r);
+        let reach = r * R::lit(self.depth_length) + spare;
         let [radius_across, radius_upward] =
-            [r * r.like(self.stretch[0]) + spare, r * r.like(self.stretch[1]) + spare];
+            [r * R::lit(self.stretch[0]) + spare, r * R::lit(self.stretch[1]) + spare];
         let [left, right, bottom, top] = match self.lens {
             Lens::Perspective => {
                 let [left, right] = slopes(depth, across, radius_across);
@@ -176,13 +175,13 @@ impl Projection {
                 upward + radius_upward,
             ],
         };
-        let (step, two) = (r.like(self.step), r.like(2.0));
-        let width = r.like(f64::from(self.width) - 1.0);
-        let height = r.like(f64::from(self.height) - 1.0);
+        let (step, two) = (R::lit(self.step), R::lit(2.0));
+        let width = R::lit(f64::from(self.width) - 1.0);
+        let height = R::lit(f64::from(self.height) - 1.0);
         Outline {
             columns: [(width + left / step) / two, (width + right / step) / two],
             rows: [(height - top / step) / two, (height - bottom / step) / two],
-            t: (depth - reach).max(r.like(0.0)),
+            t: (depth - reach).max(R::lit(0.0)),
             farthest: depth + reach,
         }
     }
@@ -237,23 +236,23 @@ pub(crate) struct Outline<R> {
 
 /// The least and the largest slope `b/a`, where `a > 0`, in the disc about `(a, b)`.
 #[inline(always)]
-fn slopes<R: SideBySide<Plain = f64>>(a: R, b: R, radius: R) -> [R; 2] {
+fn slopes<R: Real<One = f64>>(a: R, b: R, radius: R) -> [R; 2] {
     let distance = (a * a + b * b).sqrt();
     let tangent = ((distance - radius) * (distance + radius)).sqrt();
-    let is_bounded = (a.like(GRAZING) * distance).lt(distance - radius);
+    let is_bounded = (R::lit(GRAZING) * distance).lt(distance - radius);
     let [(first, has_first), (last, has_last)] =
         [slope(a, b, tangent, -radius), slope(a, b, tangent, radius)];
     [
-        R::select(is_bounded.and(has_first), first, a.like(f64::NEG_INFINITY)),
-        R::select(is_bounded.and(has_last), last, a.like(f64::INFINITY)),
+        R::select(is_bounded.and(has_first), first, R::lit(f64::NEG_INFINITY)),
+        R::select(is_bounded.and(has_last), last, R::lit(f64::INFINITY)),
     ]
 }
 
 /// The slope of a tangent, and whether it stays where `a > 0`.
 #[inline(always)]
-fn slope<R: SideBySide<Plain = f64>>(a: R, b: R, tangent: R, radius: R) -> (R, R::Mask) {
+fn slope<R: Real<One = f64>>(a: R, b: R, tangent: R, radius: R) -> (R, R::Mask) {
     let turned = a * tangent - b * radius;
-    ((b * tangent + a * radius) / turned, a.like(0.0).lt(turned))
+    ((b * tangent + a * radius) / turned, R::lit(0.0).lt(turned))
 }
 
 #[cfg(test)]

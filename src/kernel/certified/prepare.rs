@@ -9,10 +9,9 @@ use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
 use crate::kernel::coordinates::{Scaled, split};
+use crate::num::{Mask, Real, V3};
 use crate::rays::{Bundle, Lens, Pixels, Ray, Rays, look_at_all};
 use crate::scene::{Plane, Scene, Sphere};
-use crate::vec3::{Vec3, dot3};
-use crate::wide::{Holds, SideBySide};
 
 /// All objects of a scene, for these rays.
 pub fn objects(
@@ -42,7 +41,7 @@ pub struct Leaf<R> {
 impl Leaf<f64> {
     /// The inner radius rounded down, everything else up.
     #[inline(always)]
-    pub fn to_f32(&self, l: Vec3<f64>, id: u32) -> SphereFar {
+    pub fn to_f32(&self, l: V3<f64>, id: u32) -> SphereFar {
         SphereFar {
             center: l.0.map(|component| component as f32),
             inner2: guard::round_down(self.inner2),
@@ -161,9 +160,9 @@ impl Frame {
     /// a ray.
     pub fn leaf(&self, sphere: &Sphere, id: u32, longest: f64) -> Option<SphereFar> {
         let l = sphere.center - self.reference;
-        let (leaf, is_known) = self.leaves(l.into(), sphere.radius.abs(), longest);
+        let (leaf, is_known) = self.leaves(V3(l.to_array()), sphere.radius.abs(), longest);
         if is_known {
-            return Some(leaf.to_f32(l.into(), id));
+            return Some(leaf.to_f32(V3(l.to_array()), id));
         }
         if self.bundle == Bundle::Parallel {
             return None;
@@ -175,38 +174,32 @@ impl Frame {
         let inverse = guard::far_inverse(k);
         let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
         let Guard { inner2, outer2, .. } = guard;
-        is_suited.then(|| Leaf { inner2, outer2, q_or_slack: inverse }.to_f32(l.into(), id))
+        is_suited.then(|| Leaf { inner2, outer2, q_or_slack: inverse }.to_f32(V3(l.to_array()), id))
     }
 
     /// Spheres at `l` from the reference point as leaves, and which of them f64 is sure of.
     #[inline(always)]
-    pub fn leaves<R: SideBySide<Plain = f64>>(
-        &self,
-        l: Vec3<R>,
-        r: R,
-        longest: f64,
-    ) -> (Leaf<R>, R::Mask) {
-        let distance = guard::length_bounds(l) + r.like(self.farthest_origin);
+    pub fn leaves<R: Real<One = f64>>(&self, l: V3<R>, r: R, longest: f64) -> (Leaf<R>, R::Mask) {
+        let distance = guard::length_bounds(l) + R::lit(self.farthest_origin);
         let [inner2, outer2, slack, _] = Guard::numbers(r, distance, guard::UNIT_F32, self.input);
-        let (l2, r2) = (dot3(l, l), r * r);
+        let (l2, r2) = (l.dot(l), r * r);
         let k = l2 - r2;
-        let largest = r.like(guard::LARGEST_F32);
+        let largest = R::lit(guard::LARGEST_F32);
         let is_in_range =
-            r.like(guard::SMALLEST_RADIUS_F32).le(r).and(r.le(largest)).and(distance.le(largest));
-        let error = r.like(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
+            R::lit(guard::SMALLEST_RADIUS_F32).le(r).and(r.le(largest)).and(distance.le(largest));
+        let error = R::lit(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
         let (tolerance, q_or_slack, is_far) = match self.bundle {
             Bundle::Parallel => (guard::K_TOLERANCE, slack, is_in_range),
             Bundle::Point | Bundle::Free => {
-                let is_in_range = r
-                    .like(SMALLEST_K)
+                let is_in_range = R::lit(SMALLEST_K)
                     .le(k)
-                    .and(k.le(r.like(LARGEST_OFFSET)))
-                    .and((r + distance).le(k * r.like(guard::LARGEST_NEARNESS)));
-                let is_far = (slack * r.like(longest)).le(r.like(guard::FAR) * k.sqrt());
+                    .and(k.le(R::lit(LARGEST_OFFSET)))
+                    .and((r + distance).le(k * R::lit(guard::LARGEST_NEARNESS)));
+                let is_far = (slack * R::lit(longest)).le(R::lit(guard::FAR) * k.sqrt());
                 (OFFSET_TOLERANCE, guard::far_inverse(k), is_in_range.and(is_far))
             }
         };
-        let is_known = error.le(r.like(tolerance) * k.abs());
+        let is_known = error.le(R::lit(tolerance) * k.abs());
         (Leaf { inner2, outer2, q_or_slack }, is_in_range.and(is_known).and(is_far))
     }
 
