@@ -374,24 +374,12 @@ pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f6
     unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
 }
 
-/// Most that the halves of the chord that `inner2` and `outer2` give may differ, as lengths, for a
-/// normal in f64 that is off by at most `tolerance`; negative where nothing is small enough. The normal
-/// is that of [`crate::kernel::certified::half_chord_radius`], for a sphere of radius `r` at distance up
-/// to `l`. The difference is the chord's error by that of `P`. `P` itself is off by the offset, by the
-/// turned line, twice as that turns the chord too, and by its rounding. The host's rounding of this sum
-/// and of what it is compared with is some `2⁻⁵²` of `tolerance`, which is not that sharp.
-#[inline(always)]
-pub fn most_width(r: f64, l: f64, unit: f64, input: InputError, tolerance: f64) -> f64 {
-    let InputError { offset, direction } = input;
-    let foot = (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit * l;
-    tolerance * r - (foot + (steps::CHORD + steps::NORMALIZED + direction) * unit * r)
-}
-
 /// How far the normal of a device in f64 and that of the host, or the exact one, may be from each other,
 /// as factors of what the device knows of a hit.
 ///
-/// Each is off as [`most_width`] says: by the chord's error, by that of `P`, and by the rounding of the
-/// rest, for which a device's division and root have constants of their own. The chord's error is at most
+/// Each is off by the chord's error, by that of `P`, and by the rounding of the rest, for which a device's division and root
+/// have constants of their own. `P` is off by the offset, by the turned line, twice as that turns the chord too, and by its
+/// rounding. The chord's error is at most
 /// the difference `w` of the halves of the chord that the guard's radii give. Let `b` be the difference of
 /// the squared radii. The `m` of the two are off from `p²` by at most `b`, and from each other by no more.
 /// Where `inner2 − m ≥ 3b` on the device, it is at least `1.9b` on the host, and `w`, which grows like the

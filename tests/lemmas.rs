@@ -315,8 +315,10 @@ fn rays_of_the_host() {
         let error = (f64::from(found) - (f64::from(offset) - normal.dot(exact_o))).abs();
         Some((error - unit * f64::from(offset).abs()) / (unit * exact_o.length().max(1e-30)))
     });
-    println!("ACROSS: {found:.4}");
-    assert!(found <= rows::ACROSS && found > rows::ACROSS / 4.0, "{found}");
+    // A dot product with a rounded normal and an origin, and the difference.
+    let granted = steps::DOT + 1.001 + 1.0 + input.offset;
+    println!("an origin's part of N: {found:.4} of {granted}");
+    assert!(found <= granted && found > granted / 4.0, "{found}");
 }
 
 /// A vector, and the same off by at most `by` of a length.

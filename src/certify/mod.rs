@@ -6,8 +6,6 @@ mod in_balls;
 mod in_f64;
 mod nearness;
 mod point;
-mod rows;
-mod run;
 #[cfg(feature = "gpu")]
 mod shaders;
 mod surfaces;
@@ -40,9 +38,7 @@ pub(crate) use in_f64::{InF64, ray_record, suits_device};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, LengthsOfRays, Pack, PointF64, Points, registers};
-pub(crate) use rows::{Finds, RowSight};
-pub(crate) use run::{Run, run_length};
+pub(crate) use point::{LANES, Pack, PointF64, Points, registers};
 #[cfg(feature = "gpu")]
 pub(crate) use shaders::light_key_in_f32;
 pub(crate) use surfaces::Surfaces;

@@ -189,7 +189,6 @@ pub struct PlaneF64 {
     /// Scaled by a power of two to a largest component in `1..2`.
     pub normal: Vec3<f64>,
     n_length: f64,
-    pub unit: Vec3<f64>,
     /// The exact one, each component rounded to the nearest f32.
     pub unit_f32: [f32; 3],
     pub direction_error: f64,
@@ -205,16 +204,10 @@ impl PlaneF64 {
             point: plane.point,
             normal: normal.into(),
             n_length,
-            unit,
             unit_f32: unit_f32(plane, unit.0),
             direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
             is_repeated: false,
         }
-    }
-
-    /// A bound of the normal's length.
-    pub fn length(&self) -> f64 {
-        self.n_length
     }
 
     /// `(a − o)·n` and a bound of its error, which is ∞ where the bounds don't hold.

@@ -1,17 +1,15 @@
 //! Where rays meet their objects, in f64 with bounds of the errors.
 
+use super::Stage;
 use super::surfaces::{self, Output, Surfaces};
-use super::{Stage, rows::OfPicture};
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-use crate::guard::{InputError, ROOM, steps};
 use crate::num::{Float, Lanes};
-use crate::rays::Pixels;
 use crate::seen::Surface;
 use crate::vec3::Vec3;
 use crate::wide::WideF64;
 #[cfg(feature = "gpu")]
 use crate::{
-    guard::{LIST_F64, UNIT_F64, input_of_picture},
+    guard::{LIST_F64, UNIT_F64, input_of_picture, steps},
     rays::Bundle,
 };
 
@@ -79,24 +77,14 @@ pub struct PointF64 {
     pub normal: Vec3<f64>,
 }
 
-/// Of `t|d|` in a point's error, in units.
-fn of_point(input: InputError) -> f64 {
-    input.direction + steps::POINT
-}
-
-/// Of the length of its ray's origin.
-fn of_origin(input: InputError) -> f64 {
-    input.offset + steps::POINT_ORIGIN
-}
-
-/// The constants of the same in `shaders/lit.wgsl`, by their names there. A device's division is in the
+/// The constants of points in `shaders/lit.wgsl`, by their names there. A device's division is in the
 /// bounds of `t`, its roots are lengths in bounds, and a plane's unit normal has a bound for a device.
 #[cfg(feature = "gpu")]
 pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
     let input = input_of_picture(bundle).unwrap_or(LIST_F64);
     [
-        ("OF_POINT", of_point(input)),
-        ("OF_ORIGIN", of_origin(input)),
+        ("OF_POINT", input.direction + steps::POINT),
+        ("OF_ORIGIN", input.offset + steps::POINT_ORIGIN),
         ("OF_PLANE_NORMAL", steps::NORMALIZED_WIDE),
         ("DIRECTION_ERROR", UNIT_F64 * input.direction),
     ]
@@ -107,7 +95,7 @@ pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
 pub struct Points {
     /// The points.
     pub packs: Vec<Pack>,
-    room: Vec<surfaces::Pack<Option<Surface<Lanes<f64, LANES>>>>>,
+    room: Vec<surfaces::Pack<Surface<Lanes<f64, LANES>>>>,
 }
 
 impl Points {
@@ -126,57 +114,33 @@ impl Points {
 }
 
 impl Output for Points {
-    type Kept = Option<Surface<Lanes<f64, LANES>>>;
+    type Kept = Surface<Lanes<f64, LANES>>;
 
     #[inline(always)]
-    fn keep(surface: &Surface<Lanes<f64, LANES>>, kept: &mut Self::Kept) {
-        *kept = Some(*surface);
+    fn keep(surface: &Self::Kept, kept: &mut Self::Kept) {
+        *kept = *surface;
     }
 
     #[inline(always)]
-    fn take(&mut self, at: usize, n: usize, found: &surfaces::Pack<Self::Kept>) {
-        let Some(surface) = &found.kept else { return };
-        let pack = &mut self.packs[at / LANES];
+    fn take(&mut self, at: usize, _: usize, found: &surfaces::Pack<Self::Kept>) {
+        let (pack, surface) = (&mut self.packs[at / LANES], &found.kept);
         for axis in 0..3 {
             pack.at[axis] = surface.point.0[axis].0;
             pack.normal[axis] = surface.normal.0[axis].0;
             pack.direction[axis] = found.ray.direction.0[axis].0;
         }
-        let is_known = |error: f64| error < f64::BEYOND / 4.0;
-        for lane in 0..n {
-            if pack.id[lane] != 0 && is_known(surface.point_error.0[lane]) {
-                pack.error[lane] = surface.point_error.0[lane];
-                pack.normal_error[lane] = surface.normal_error.0[lane];
-                pack.is_inside[lane] = surface.front.0[lane] == 0 && found.is_sphere(lane);
-            }
+        for lane in 0..LANES {
+            let error = surface.point_error.0[lane];
+            let is_known = (pack.id[lane] != 0) & (error < f64::BEYOND / 4.0);
+            let known = |error: f64| if is_known { error } else { f64::INFINITY };
+            pack.error[lane] = known(error);
+            pack.normal_error[lane] = known(surface.normal_error.0[lane]);
+            pack.is_inside[lane] = is_known & (surface.front.0[lane] == 0);
         }
     }
 
     #[inline(always)]
     fn miss(&mut self, _: usize, _: usize) {}
-}
-
-/// What the errors of a picture's points share.
-#[derive(Clone, Copy)]
-pub struct LengthsOfRays {
-    /// No direction is longer.
-    pub longest: f64,
-    /// Of `t`, as a length.
-    pub of_t: f64,
-    /// What no ray's origin adds more than.
-    pub of_origin: f64,
-}
-
-impl LengthsOfRays {
-    /// Those of rays in numbers of `F`.
-    pub fn new<F: OfPicture>(stage: &Stage, pixels: &Pixels) -> LengthsOfRays {
-        let (longest, input) = (pixels.longest_direction(), F::input(stage));
-        LengthsOfRays {
-            longest,
-            of_t: F::UNIT * of_point(input) * longest,
-            of_origin: ROOM * F::UNIT * of_origin(input) * pixels.spread(),
-        }
-    }
 }
 
 impl Surfaces<'_> {
@@ -215,7 +179,7 @@ mod tests {
     use crate::guard::UNIT_F64;
     use crate::kernel::Kernel;
     use crate::prepare::Prepared;
-    use crate::rays::{Rays, View};
+    use crate::rays::{Pixels, Rays, View};
     use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 
     /// A sphere and a plane as a camera at the origin sees them, from far or from inside.

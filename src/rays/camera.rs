@@ -9,8 +9,7 @@ use glam::DVec3;
 use super::{Bundle, Ray};
 use crate::kernel::RayOf;
 use crate::scene::{Camera, Projection};
-use crate::vec3::{Vec3, dot3};
-use crate::wide::{SideBySide, WideF32};
+use crate::vec3::Vec3;
 
 /// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -291,23 +290,5 @@ impl CameraF32 {
             Lens::Perspective => RayOf::new(self.origin, Vec3::ZERO, self.camera_direction(i, j)),
             Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
         }
-    }
-
-    /// [`CameraF32::camera_ray`] of pixels side by side.
-    #[inline(always)]
-    pub(crate) fn camera_rays<S: pulp::Simd>(
-        &self,
-        i: WideF32<S>,
-        j: WideF32<S>,
-    ) -> RayOf<WideF32<S>> {
-        let (origin, forward) = (i.like3(self.origin), i.like3(self.forward));
-        let (right_step, true_up_step) = (i.like3(self.right_step), i.like3(self.true_up_step));
-        let zero = i.like3(Vec3::ZERO);
-        let (origin, direction) = match self.lens {
-            Lens::Perspective => (origin, (forward + right_step * i) + true_up_step * j),
-            Lens::Orthographic => (origin + (right_step * i + true_up_step * j), forward),
-        };
-        let a = dot3(direction, direction);
-        RayOf { origin, origin_low: zero, direction, a, inv_a: i.like(1.0) / a }
     }
 }

@@ -179,8 +179,14 @@ pub struct Surface<R: Real> {
     pub normal_error: R,
     /// and of that of each component, with room for one sum.
     pub component_error: V3<R>,
-    /// Where the ray comes from outside.
+    /// Where the ray comes from outside, as any does that hits a plane.
     pub front: R::Mask,
+}
+
+impl<R: Real> Default for Surface<R> {
+    fn default() -> Surface<R> {
+        Surface::unknown()
+    }
 }
 
 impl<R: Real> Surface<R> {

@@ -162,7 +162,7 @@ impl Seen for PlaneSeen<f64> {
             normal: V3::select(is_along, -seen.unit, seen.unit),
             normal_error,
             component_error: V3([normal_error; 3]),
-            front: slope.lt(zero),
+            front: zero.le(zero),
         }
     }
 }

@@ -164,10 +164,11 @@ fn sides<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> (R::Mask, R::
     (seen.k_error.lt(k), k.lt(-seen.k_error))
 }
 
-/// The line's point nearest to the centre: its `t`, and by how much the square of its distance is below those of the two
+/// The line's point nearest to the centre: its `t`, the way from it to the centre, and by how much the square of its distance is below those of the two
 /// radii.
 struct Foot<R> {
     s: R,
+    to_center: V3<R>,
     inner: R,
     outer: R,
 }
@@ -178,7 +179,7 @@ impl<R: Real> Foot<R> {
         let s = ray.direction.dot(l) * ray.inv_a;
         let to_center = l - ray.direction * s;
         let m = to_center.dot(to_center);
-        Foot { s, inner: seen.inner2 - m, outer: seen.outer2 - m }
+        Foot { s, to_center, inner: seen.inner2 - m, outer: seen.outer2 - m }
     }
 }
 
@@ -322,34 +323,43 @@ impl Seen for SphereSeen<f64> {
         }
     }
 
-    /// `t` by the roots' product, and the normal `(t·d − l)/r`.
+    /// `t` by the roots' product, and the normal `(t·d − l)/r`, or as in [`Seen::surface`], whichever is known better.
     #[inline(always)]
     fn surface_close<R: Real>(
         seen: &SphereSeen<R>,
         ray: &Ray<R>,
         lengths: &Lengths<R>,
     ) -> Surface<R> {
+        let (half, room, beyond) = (R::lit(0.5), R::lit(ROOM), R::lit(R::One::BEYOND));
         let l = seen.center - ray.origin;
         let foot = Foot::new(seen, l, ray);
         let chord = Chord::new(seen, &foot, ray);
-        let Visible { t, outside, .. } = Visible::by_product(seen, l, ray, &foot, &chord);
+        let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
         let (along, error) = Surface::along(t, ray, lengths);
-        let outward = along - l;
-        let normal = V3::select(outside, outward, -outward) * seen.inv_r;
-        let (room, of_moved) = (R::lit(ROOM), error + seen.moved_error);
+        let point_error = (error + seen.offset_error) * seen.inv_r + lengths.of_normal;
+        let half_chord = (chord.half_inner + chord.half_outer) * half;
+        let of_half = (chord.half_outer - chord.half_inner) * half * lengths.longest;
+        let chord_error = seen.normal_error + of_half * seen.inv_r;
+        let chord_error = R::select(outside.or(inside), chord_error, beyond);
+        let is_chord = chord_error.lt(point_error);
+        let (p, outward) = (foot.to_center, along - l);
+        let by_chord = V3::select(outside, -p, p) - ray.direction * half_chord;
+        let by_point = V3::select(outside, outward, -outward);
+        let normal = V3::select(is_chord, by_chord, by_point) * seen.inv_r;
+        let of_moved = error + seen.moved_error;
         let mut component_error = normal;
         for axis in 0..3 {
             // From the eye itself a component of `l` is but a difference that is rounded.
             let of_point = (of_moved + lengths.rounding * l.0[axis].abs()) * seen.inv_r;
-            let of_component = lengths.of_normal * normal.0[axis].abs();
-            component_error.0[axis] = (of_point + of_component) * room;
+            let by_point = of_point + lengths.of_normal * normal.0[axis].abs();
+            component_error.0[axis] = R::select(is_chord, chord_error, by_point) * room;
         }
         Surface {
             t,
             point: ray.origin + along,
             point_error: error + lengths.of_origin,
             normal,
-            normal_error: ((error + seen.offset_error) * seen.inv_r + lengths.of_normal) * room,
+            normal_error: R::select(is_chord, chord_error, point_error) * room,
             component_error,
             front: outside,
         }

@@ -18,11 +18,13 @@ use super::finder::{Finder, LampF64, ListedShape, Room, middle_of};
 use super::lamp::MOST_IN_F32;
 use super::lit::Job;
 use super::written::{Interval, Written};
-use crate::certify::{Finds, LengthsOfRays, RowSight, Run, run_length};
-use crate::guard::host::Bounded;
-use crate::guard::{ROOM, round_up};
-use crate::rays::{CameraF32, Pixels};
+use crate::engine::{Camera, eye_of};
+use crate::guard::host::{Bounded, input_in_f32};
+use crate::guard::{LONGEST_IN_F32, ROOM, Reach, round_up};
+use crate::num::{Float, Lanes};
+use crate::rays::Pixels;
 use crate::scene::Edges;
+use crate::seen::{Eye, In, Lengths, PlaneSeen, Seen as SeenObject, SphereSeen};
 use crate::trace::StageCounts;
 use crate::vec3::{Vec3, dot3};
 use crate::wide::{Holds, SideBySide, WideF32};
@@ -86,13 +88,6 @@ fn load3<S: Simd>(simd: S, rows: &[Row; 3], first: usize) -> Vec3<WideF32<S>> {
     Vec3([load(simd, x, first), load(simd, y, first), load(simd, z, first)])
 }
 
-#[inline(always)]
-fn store3<S: Simd>(v: Vec3<WideF32<S>>, rows: &mut [Row; 3], first: usize) {
-    for axis in 0..3 {
-        v.0[axis].store(&mut rows[axis][first..]);
-    }
-}
-
 /// Colours side by side.
 #[derive(Clone, Default)]
 struct Colors {
@@ -117,14 +112,48 @@ pub struct ByteFinder<'a> {
     finder: &'a Finder<'a>,
     job: &'a Job<'a>,
     samples: &'a Pixels,
-    camera: CameraF32,
-    lengths: LengthsOfRays,
-    /// By ids; none where that is left to f64.
-    sights: Vec<Option<RowSight<f32>>>,
+    camera: Camera<f32>,
+    lengths: Lengths<f32>,
+    /// By ids.
+    objects: Vec<SeenInF32>,
     colors: Vec<[f32; 3]>,
     background: [u8; 3],
     /// What sums are off by, relative.
     rounding: f32,
+}
+
+/// A point that is off by as much is not known.
+const UNKNOWN: f32 = <f32 as Float>::BEYOND as f32 / 4.0;
+
+/// A normal that is off by more is of no use for a byte.
+const OF_USE: f32 = 1.0 / (1u32 << 10) as f32;
+
+/// Neighbours in a row that see one object.
+struct Run {
+    id: u32,
+    /// Where in the row they begin.
+    at: usize,
+    n: usize,
+    /// [`Pixels::offset2`] of the first one.
+    offset: (i64, i64),
+}
+
+/// How many ids at the beginning are the same.
+fn run_length(ids: &[u32]) -> usize {
+    // So many are compared at a time.
+    const BLOCK: usize = 16;
+    let Some(&id) = ids.first() else { return 0 };
+    let is_one = |ids: &&[u32]| ids.iter().fold(0, |other, &next| other | (next ^ id)) == 0;
+    let n = BLOCK * ids.chunks_exact(BLOCK).take_while(is_one).count();
+    n + ids[n..].iter().take_while(|&&next| next == id).count()
+}
+
+/// An object as all samples see it.
+pub(super) enum SeenInF32 {
+    Nothing,
+    /// And whether it [`is_close`](SeenObject::is_close).
+    Sphere(SphereSeen<f32>, bool),
+    Plane(PlaneSeen<f32>),
 }
 
 /// Room for the bytes of a part of a row.
@@ -163,13 +192,19 @@ impl<'a> ByteFinder<'a> {
         let n_terms =
             finder.lamps.len() as f64 + f64::from(job.lit.style.n_samples.across()).powi(2);
         let rounding = of_roundings(n_terms + OF_COLOR)?;
+        let longest = samples.longest_direction();
+        if longest > LONGEST_IN_F32 || !finder.surfaces.are_known() {
+            return None;
+        }
+        let eye = eye_of(samples, Reach::default(), <f32 as Bounded>::UNIT);
+        let eye = Eye { input: input_in_f32(samples.view.lens), ..eye };
         Some(ByteFinder {
             finder,
             job,
             samples,
-            camera: CameraF32::new(samples),
-            lengths: LengthsOfRays::new::<f32>(&finder.stage, samples),
-            sights: (0..=n_objects).map(|id| finder.stage.narrow_sight(id)).collect(),
+            camera: Camera::new(samples),
+            lengths: Lengths::new(&eye, longest),
+            objects: (0..=n_objects).map(|id| finder.seen_in_f32(id, &eye)).collect(),
             colors: (0..=n_objects).map(|id| job.color(id).map(|part| part as f32)).collect(),
             background: Written::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default(),
             rounding,
@@ -192,8 +227,85 @@ impl<'a> ByteFinder<'a> {
 /// may be any. The computed sum is the true one times `1 + θ` with `|θ| ≤ γ = nu/(1 − nu)` (Higham 2002, Accuracy and
 /// Stability of Numerical Algorithms, lemma 3.1). So the true one is off by at most `γ/(1 − γ) = nu/(1 − 2nu)` of it.
 fn of_roundings(n: f64) -> Option<f32> {
-    let first_order = n * f32::UNIT;
+    let first_order = n * <f32 as Bounded>::UNIT;
     (first_order < 0.25).then(|| round_up(first_order / (1.0 - 2.0 * first_order)))
+}
+
+/// The points of neighbours, by themselves: in one large function numbers no longer stay in registers.
+struct FindPoints<'a, T: SeenObject> {
+    bytes: &'a ByteFinder<'a>,
+    run: &'a Run,
+    packs: &'a mut [Pack],
+    seen: &'a In<T, f32>,
+    is_close: bool,
+}
+
+impl<T: SeenObject> pulp::WithSimd for FindPoints<'_, T> {
+    type Output = (Vec3<f64>, f64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (Vec3<f64>, f64) {
+        let FindPoints { bytes, run, packs, seen, is_close } = self;
+        let ambient = bytes.job.lit.lighting.ambient.map(|part| [part as f32; LANES]);
+        let (seen, lengths) = (T::splat(seen), bytes.lengths.splat());
+        let (start, end) = (run.at % LANES, run.at % LANES + run.n);
+        let (first, j) = (run.offset.0 - 2 * start as i64, [run.offset.1 as f32; LANES]);
+        for (number, pack) in packs.iter_mut().enumerate() {
+            let mut i = [0.0; LANES];
+            for lane in 0..LANES {
+                i[lane] = first as f32 + 2.0 * (number * LANES + lane) as f32;
+            }
+            let ray = bytes.camera.ray(i, j);
+            let found = match is_close {
+                false => T::surface::<Lanes<f32, LANES>>(&seen, &ray, &lengths),
+                true => T::surface_close(&seen, &ray, &lengths),
+            };
+            for axis in 0..3 {
+                pack.at[axis] = found.point.0[axis].0;
+                pack.normal[axis] = found.normal.0[axis].0;
+                pack.direction[axis] = ray.direction.0[axis].0;
+            }
+            pack.normal_error = found.normal_error.0;
+            for lane in 0..LANES {
+                let column = number * LANES + lane;
+                let is_in_run = (start <= column) & (column < end);
+                // From inside it is left to f64.
+                let error = found.point_error.0[lane];
+                let is_known = (error < UNKNOWN) & (found.front.0[lane] != 0);
+                let is_known = is_known & (found.normal_error.0[lane] < OF_USE);
+                pack.error[lane] = if is_in_run & is_known { error } else { f32::INFINITY };
+            }
+            (pack.light, pack.doubt, pack.n_ways) = (ambient, [0.0; LANES], [0.0; LANES]);
+        }
+        let (mut low, mut high) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
+        let mut most = [0.0; LANES];
+        for pack in packs {
+            for lane in 0..LANES {
+                let is_known = pack.error[lane] < f32::INFINITY;
+                for axis in 0..3 {
+                    let at = pack.at[axis][lane];
+                    let (low, high) = (&mut low[axis][lane], &mut high[axis][lane]);
+                    *low = if is_known & (at < *low) { at } else { *low };
+                    *high = if is_known & (*high < at) { at } else { *high };
+                }
+                let is_more = is_known & (most[lane] < pack.error[lane]);
+                most[lane] = if is_more { pack.error[lane] } else { most[lane] };
+            }
+        }
+        let (mut ends, mut error) = ([Vec3::ZERO; 2], most[0]);
+        for axis in 0..3 {
+            let (mut least, mut largest) = (low[axis][0], high[axis][0]);
+            for lane in 1..LANES {
+                least = if low[axis][lane] < least { low[axis][lane] } else { least };
+                largest = if largest < high[axis][lane] { high[axis][lane] } else { largest };
+            }
+            (ends[0].0[axis], ends[1].0[axis]) = (least.into(), largest.into());
+        }
+        for lane in 1..LANES {
+            error = if error < most[lane] { most[lane] } else { error };
+        }
+        middle_of(ends[0], ends[1], error.into())
+    }
 }
 
 struct FindBytes<'a> {
@@ -264,13 +376,9 @@ impl ByteFinder<'_> {
         while at < n {
             let (id, n) = (ids[at], run_length(&ids[at..]));
             let run = Run { id, at, n, offset: (offset.0 + 2 * at as i64, offset.1) };
-            match self.sights.get(id as usize) {
-                _ if id == 0 => fill(&mut room.samples, at..at + n, self.colors[0], 0.0),
-                Some(Some(RowSight::Sphere(sight))) if !sight.is_inside() => {
-                    self.find_run(simd, sight, &run, room);
-                }
-                Some(Some(RowSight::Plane(sight))) => self.find_run(simd, sight, &run, room),
-                _ => fill(&mut room.samples, at..at + n, [0.0; 3], f32::INFINITY),
+            match id {
+                0 => fill(&mut room.samples, at..at + n, self.colors[0], 0.0),
+                _ => self.find_run(simd, &run, room),
             }
             at += n;
         }
@@ -278,13 +386,13 @@ impl ByteFinder<'_> {
 
     /// Those of neighbours that see one object.
     #[inline(always)]
-    fn find_run<S: Simd>(&self, simd: S, sight: &impl Finds<f32>, run: &Run, room: &mut ByteRoom) {
+    fn find_run<S: Simd>(&self, simd: S, run: &Run, room: &mut ByteRoom) {
         let ByteRoom { packs, room, seen, samples, .. } = room;
         // Their places are those of the colours.
         let numbers = run.at / LANES..(run.at + run.n).div_ceil(LANES);
         packs.resize(packs.len().max(numbers.len()), Pack::NONE);
         let packs = &mut packs[..numbers.len()];
-        let around = self.find_points(simd, sight, run, packs);
+        let around = self.find_points(run, packs);
         self.find_light(simd, run.id, around, packs, seen, room);
         let like = |number: f32| WideF32::splat(simd, number);
         let color = self.colors[run.id as usize];
@@ -312,56 +420,21 @@ impl ByteFinder<'_> {
     }
 
     /// The points that they see; the middle of them, and how far each is from it.
-    #[inline(always)]
-    fn find_points<S: Simd>(
-        &self,
-        simd: S,
-        sight: &impl Finds<f32>,
-        run: &Run,
-        packs: &mut [Pack],
-    ) -> (Vec3<f64>, f64) {
-        let like = |number: f32| WideF32::splat(simd, number);
-        let LengthsOfRays { longest, of_t, of_origin } = self.lengths;
-        let (of_t, of_origin) = (like(of_t as f32), like(of_origin as f32));
-        let (columns, ambient) = (columns(), self.job.lit.lighting.ambient);
-        let (start, end) = (run.at % LANES, run.at % LANES + run.n);
-        let i = like((run.offset.0 - 2 * start as i64) as f32);
-        let j = like(run.offset.1 as f32);
-        let (start, end) = (like(start as f32), like(end as f32));
-        let (infinite, zero) = (like(f32::INFINITY), like(0.0));
-        let mut low = Vec3([infinite; 3]);
-        let (mut high, mut most) = (-low, zero);
-        for (number, pack) in packs.iter_mut().enumerate() {
-            for first in registers::<S>() {
-                let column = load(simd, &columns, first) + like((number * LANES) as f32);
-                let rays = self.camera.camera_rays(i + column * like(2.0), j);
-                let found = sight.reach(&rays, longest);
-                let is_in_run = start.le(column).and(column.lt(end));
-                let is_known = found.is_known.and(is_in_run);
-                let place = rays.origin + rays.direction * found.t;
-                let error = like(ROOM as f32) * (found.error + found.t * of_t) + of_origin;
-                for axis in 0..3 {
-                    let (at, low, high) = (place.0[axis], &mut low.0[axis], &mut high.0[axis]);
-                    *low = is_known.select(at.min(*low), *low);
-                    *high = is_known.select(at.max(*high), *high);
-                    like(ambient[axis] as f32).store(&mut pack.light[axis][first..]);
-                }
-                most = is_known.select(error.max(most), most);
-                is_known.select(error, infinite).store(&mut pack.error[first..]);
-                store3(place, &mut pack.at, first);
-                store3(found.normal, &mut pack.normal, first);
-                store3(rays.direction, &mut pack.direction, first);
-                found.normal_error.store(&mut pack.normal_error[first..]);
-                zero.store(&mut pack.doubt[first..]);
-                zero.store(&mut pack.n_ways[first..]);
+    fn find_points(&self, run: &Run, packs: &mut [Pack]) -> (Vec3<f64>, f64) {
+        let bytes = self;
+        match &self.objects[run.id as usize] {
+            SeenInF32::Nothing => (Vec3::ZERO, f64::INFINITY),
+            SeenInF32::Sphere(seen, is_close) => {
+                let is_close = *is_close;
+                let find = FindPoints::<SphereSeen<f64>> { bytes, run, packs, seen, is_close };
+                pulp::Arch::new().dispatch(find)
+            }
+            SeenInF32::Plane(seen) => {
+                let is_close = false;
+                let find = FindPoints::<PlaneSeen<f64>> { bytes, run, packs, seen, is_close };
+                pulp::Arch::new().dispatch(find)
             }
         }
-        let (mut lowest, mut highest) = ([0.0; 3], [0.0; 3]);
-        for axis in 0..3 {
-            lowest[axis] = f64::from(least(low.0[axis]));
-            highest[axis] = f64::from(-least(-high.0[axis]));
-        }
-        middle_of(Vec3(lowest), Vec3(highest), f64::from(-least(-most)))
     }
 
     /// What lamps give to points of an object that lie within some distance from a middle.
@@ -618,17 +691,6 @@ fn columns() -> Row {
     std::array::from_fn(|lane| lane as f32)
 }
 
-#[inline(always)]
-fn least<S: Simd>(wide: WideF32<S>) -> f32 {
-    let mut row = [f32::INFINITY; LANES];
-    wide.store(&mut row);
-    let mut least = row[0];
-    for lane in 1..LANES {
-        least = if row[lane] < least { row[lane] } else { least };
-    }
-    least
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -872,10 +934,10 @@ mod tests {
     fn as_many_roundings_as_a_colour_takes_are_granted() {
         for n in [1.0, 2.0, 10.0, 300.0, 4096.0, 1e5, 1e6, 4e6] {
             let granted = f64::from(of_roundings(n).unwrap());
-            let worst = (-n * (-f32::UNIT).ln_1p()).exp_m1();
+            let worst = (-n * (-<f32 as Bounded>::UNIT).ln_1p()).exp_m1();
             assert!(granted >= worst && granted <= 2.0 * worst, "{n}: {granted} {worst}");
-            assert!(n * f32::UNIT < worst, "{n}: the first order alone would do");
+            assert!(n * <f32 as Bounded>::UNIT < worst, "{n}: the first order alone would do");
         }
-        assert_eq!(of_roundings(0.25 / f32::UNIT), None);
+        assert_eq!(of_roundings(0.25 / <f32 as Bounded>::UNIT), None);
     }
 }

@@ -9,6 +9,7 @@ use glam::DVec3;
 use pulp::Simd;
 
 use super::beam::{Beam, in_the_way};
+use super::bytes::SeenInF32;
 use super::lamp::{Lamp, Lighting, Origin};
 use crate::certify::{LANES, Pack, PointF64, Stage, Surfaces, registers};
 use crate::exact::{ExactBeam, ExactPoint, Shape, is_outside, slope_of};
@@ -17,6 +18,7 @@ use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
 use crate::prepare::{Prepared, Scaled};
 use crate::rays::{Lens, Rays};
 use crate::scene::{Object, Scene};
+use crate::seen::{Eye, PlaneSeen, Record, Seen, SphereSeen};
 use crate::trace::StageCounts;
 use crate::tree::{Ahead, Segment, Tree};
 use crate::vec3::{Vec3, dot3};
@@ -353,6 +355,20 @@ impl<'a> Finder<'a> {
     /// Whether spheres are looked for in a tree.
     pub fn has_tree(&self) -> bool {
         self.prepared.hierarchy.is_some()
+    }
+
+    /// An object as an eye sees it in f32.
+    pub fn seen_in_f32(&self, id: u32, eye: &Eye) -> SeenInF32 {
+        match self.scene.object(id) {
+            None => SeenInF32::Nothing,
+            Some(Object::Sphere(sphere)) => {
+                let seen = SphereSeen::new::<f32>(sphere, eye);
+                SeenInF32::Sphere(seen.round(), seen.is_close())
+            }
+            Some(Object::Plane(plane)) => {
+                SeenInF32::Plane(PlaneSeen::new::<f32>(plane, eye).round())
+            }
+        }
     }
 
     /// Number of objects.
