@@ -13,8 +13,9 @@ table=ci/instructions.txt
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# One unit, so that nothing is left for the linker to put in its place; and names that tell types.
-cargo rustc --release --locked --lib --no-default-features -- \
+# One unit, so that nothing is left for the linker to put in its place, nor kept from an earlier build; and names that tell
+# types.
+CARGO_INCREMENTAL=0 cargo rustc --release --locked --lib --no-default-features -- \
     --emit "asm=$folder/library.s" -C codegen-units=1 -C symbol-mangling-version=v0
 
 # Each function's packed sums, products, quotients, roots and extremes.

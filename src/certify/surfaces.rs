@@ -76,7 +76,7 @@ pub struct Pack<K> {
     n_spheres: u32,
     /// Of pixels twice their offset from the picture's centre.
     offset: [F64s; 2],
-    /// Of a list's rays their origins, what `t` is multiplied with, and their directions.
+    /// Of a list's rays their origins, and what `t` is multiplied with.
     reference: V3<F64s>,
     scale: F64s,
     /// The rays.

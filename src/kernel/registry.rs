@@ -88,6 +88,20 @@ impl Objects {
         }
     }
 
+    /// Does `work` with the twin of a kernel without a proof; `None` for the one with it.
+    pub(crate) fn with_plain_twin<W: WithTwin>(
+        &self,
+        bundle: Bundle,
+        work: W,
+    ) -> Option<W::Output> {
+        match self {
+            Objects::Lecture(lists) => Some(lecture::with_twin(lists, work)),
+            Objects::Stable(lists) => Some(relative::with_twin(lists, bundle, work)),
+            Objects::Double(lists) => Some(relative::with_twin(lists, bundle, work)),
+            Objects::Certified(_) => None,
+        }
+    }
+
     /// Does `work` with the kernel's twin for rays that lie so. `near` is that of
     /// [`Prepared`](crate::prepare::Prepared).
     pub(crate) fn with_twin<W: WithTwin>(&self, bundle: Bundle, near: bool, work: W) -> W::Output {

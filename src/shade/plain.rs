@@ -34,10 +34,10 @@ pub(super) fn shade<T: Written>(
     {
         return Ok(true);
     }
-    let work =
+    let mut work =
         |light: Light| job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, light)));
-    let with_light = WithLight { job, prepared, samples, work };
-    prepared.objects.with_twin(prepared.bundle(), prepared.near, with_light)?;
+    let with_light = WithLight { job, prepared, samples, work: &mut work };
+    prepared.objects.with_plain_twin(prepared.bundle(), with_light).transpose()?;
     Ok(false)
 }
 
@@ -106,18 +106,18 @@ fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] 
 /// The light on what a sample sees.
 type Light<'a> = &'a (dyn Fn(usize) -> [f64; 3] + Sync);
 
-/// The work with the kernel.
-struct WithLight<'a, W> {
+/// The work with the kernel, which is not compiled once for each way to write colours.
+struct WithLight<'a> {
     job: &'a Job<'a>,
     prepared: &'a Prepared,
     samples: &'a Pixels,
-    work: W,
+    work: &'a mut dyn FnMut(Light) -> Result<()>,
 }
 
-impl<R, W: FnOnce(Light) -> R> WithTwin for WithLight<'_, W> {
-    type Output = R;
+impl WithTwin for WithLight<'_> {
+    type Output = Result<()>;
 
-    fn with<T: Twin>(self, twin: &T) -> R {
+    fn with<T: Twin>(self, twin: &T) -> Result<()> {
         let WithLight { job, prepared, samples, work } = self;
         let coordinates = prepared.coordinates();
         let camera = T::Float::camera(&coordinates, samples);
@@ -239,7 +239,7 @@ pub(crate) struct PlainWay {
 
 /// The numbers of a kernel for one ray; `None` where it sees the background.
 pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
-    prepared.objects.with_twin(prepared.bundle(), prepared.near, One { prepared, rays, lighting })
+    prepared.objects.with_plain_twin(prepared.bundle(), One { prepared, rays, lighting }).flatten()
 }
 
 struct One<'a> {
