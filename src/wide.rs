@@ -6,22 +6,15 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
-use crate::vec3::{Number, Real, Vec3};
+use crate::vec3::{Number, Real};
 
 /// Where something holds: for one number, or for each of several.
 pub trait Holds: Copy {
-    /// Where both hold.
-    fn and(self, other: Self) -> Self;
     /// Where either holds.
     fn or(self, other: Self) -> Self;
 }
 
 impl Holds for bool {
-    #[inline(always)]
-    fn and(self, other: bool) -> bool {
-        self & other
-    }
-
     #[inline(always)]
     fn or(self, other: bool) -> bool {
         self | other
@@ -36,23 +29,12 @@ pub trait SideBySide: Number {
     type Mask: Holds;
     /// The same number in all places.
     fn like(self, number: Self::Plain) -> Self;
-    /// Square root.
-    fn sqrt(self) -> Self;
-    /// Absolute value.
-    fn abs(self) -> Self;
     /// `self < other`
     fn lt(self, other: Self) -> Self::Mask;
     /// `self ≤ other`
     fn le(self, other: Self) -> Self::Mask;
     /// `a` where the mask holds, `b` elsewhere.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
-
-    /// The same vector in all places.
-    #[inline(always)]
-    fn like3(self, v: Vec3<Self::Plain>) -> Vec3<Self> {
-        let Vec3([x, y, z]) = v;
-        Vec3([self.like(x), self.like(y), self.like(z)])
-    }
 
     /// The smaller of two numbers.
     #[inline(always)]
@@ -77,14 +59,6 @@ macro_rules! plain_lanes {
                 number
             }
             #[inline(always)]
-            fn sqrt(self) -> $float {
-                $float::sqrt(self)
-            }
-            #[inline(always)]
-            fn abs(self) -> $float {
-                $float::abs(self)
-            }
-            #[inline(always)]
             fn lt(self, other: $float) -> bool {
                 self < other
             }
@@ -106,7 +80,7 @@ macro_rules! wide {
     (
         $Wide:ident, $Mask:ident, $float:ident, $floats:ident, $masks:ident,
         $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $neg:ident,
-        $abs:ident, $sqrt:ident, $less:ident, $less_or_equal:ident, $and:ident, $or:ident,
+        $less:ident, $less_or_equal:ident, $or:ident,
         $select:ident
     ) => {
         #[doc = concat!("A register of ", stringify!($float), ".")]
@@ -156,16 +130,6 @@ macro_rules! wide {
             #[inline(always)]
             fn like(self, number: $float) -> Self {
                 $Wide::splat(self.simd, number)
-            }
-
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                $Wide { lanes: self.simd.$sqrt(self.lanes), ..self }
-            }
-
-            #[inline(always)]
-            fn abs(self) -> Self {
-                $Wide { lanes: self.simd.$abs(self.lanes), ..self }
             }
 
             #[inline(always)]
@@ -222,11 +186,6 @@ macro_rules! wide {
         }
 
         impl<S: Simd> Holds for $Mask<S> {
-            #[inline(always)]
-            fn and(self, other: Self) -> Self {
-                $Mask { lanes: self.simd.$and(self.lanes, other.lanes), ..self }
-            }
-
             #[inline(always)]
             fn or(self, other: Self) -> Self {
                 $Mask { lanes: self.simd.$or(self.lanes, other.lanes), ..self }
@@ -289,11 +248,8 @@ wide!(
     mul_f32s,
     div_f32s,
     neg_f32s,
-    abs_f32s,
-    sqrt_f32s,
     less_than_f32s,
     less_than_or_equal_f32s,
-    and_m32s,
     or_m32s,
     select_f32s
 );
@@ -309,11 +265,8 @@ wide!(
     mul_f64s,
     div_f64s,
     neg_f64s,
-    abs_f64s,
-    sqrt_f64s,
     less_than_f64s,
     less_than_or_equal_f64s,
-    and_m64s,
     or_m64s,
     select_f64s
 );
@@ -351,8 +304,6 @@ mod tests {
                 check(x * y, |a, b| a * b);
                 check(x / y, |a, b| a / b);
                 check(-x, |a, _| -a);
-                check(x.abs(), |a, _| a.abs());
-                check(x.sqrt(), |a, _| a.sqrt());
                 check(x.max(y), crate::vec3::Real::max);
                 check(x.min(y), crate::vec3::Real::min);
                 check(x.lt(y).select(x, y), |a, b| if a < b { a } else { b });
@@ -360,7 +311,6 @@ mod tests {
                     (x.lt(y), (|a, b| a < b) as fn(f32, f32) -> bool),
                     (x.le(y), |a, b| a <= b),
                     (x.lt(y).or(y.lt(x)), |a, b| a != b),
-                    (x.le(y).and(y.le(x)), |a, b| a == b),
                 ] {
                     let bit = |lane: usize| u32::from(holds(a[lane], b[lane])) << lane;
                     let expected = (0..n).fold(0, |bits, lane| bits | bit(lane));

@@ -263,7 +263,7 @@ fn inputs_that_are_rounded_once() {
 /// Rays of pixels in the host's f32, which rounds to nearest: the unit is half a faithful one.
 #[test]
 fn rays_of_the_host() {
-    let unit = <f32 as Bounded>::UNIT;
+    let unit = <f32 as Bounded>::ROUNDING;
     let camera = |x: &[f64], lens| {
         let forward = DVec3::from_slice(x).normalize();
         let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();

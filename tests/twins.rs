@@ -35,8 +35,10 @@ const OF_LIGHT: [(&str, &str); 4] = [
 ];
 
 /// Functions whose twin has another name, each with that.
-const OTHER_NAMES: [(&str, &str); 6] = [
+const OTHER_NAMES: [(&str, &str); 8] = [
     ("beam_from", "Beam::new"),
+    ("cosine", "ShadowRay::cosine"),
+    ("to_eye", "ShadowRay::new with a light at the reference point"),
     ("closest_from_anywhere", "closest of the kernel for rays that are free"),
     ("plane_from", "plane_n_offset of rays that are free"),
     ("sphere_from", "sphere_offset and sphere_k of rays that are free"),

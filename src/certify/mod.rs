@@ -38,11 +38,10 @@ pub(crate) use in_f64::{InF64, ray_record, suits_device};
 use nearness::{Foot, K, PlaneF64};
 #[cfg(feature = "gpu")]
 pub(crate) use point::factors_of_points;
-pub(crate) use point::{LANES, Pack, PointF64, Points, registers};
 #[cfg(feature = "gpu")]
 pub(crate) use shaders::light_key_in_f32;
-pub(crate) use surfaces::Surfaces;
 use surfaces::{InF32, MISS};
+pub(crate) use surfaces::{Pack, Surfaces, is_id};
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.

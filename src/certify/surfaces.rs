@@ -8,20 +8,20 @@ use super::nearness::PlaneF64;
 use super::{Stage, StageRays};
 use crate::engine::{Camera, eye_of};
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
-use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
-use crate::guard::{self, Reach};
-use crate::num::{Float, Lanes, Mask, Real, V3};
+use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
+use crate::guard::{self, InputError, Reach};
+use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
-use crate::rays::Pixels;
+use crate::rays::{Lens, Pixels};
 use crate::scene::{Plane, Scene};
-use crate::seen::{Bounds, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
+use crate::seen::{
+    Bounds, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface, SurfacePoint,
+};
 use crate::shape::plane_normal;
 use glam::DVec3;
 
 /// Rays that go side by side.
 pub const LANES: usize = 8;
-
-type F64s = Lanes<f64, LANES>;
 
 /// `t` and the normal of a hit.
 pub type TAndNormal = (f32, [f32; 3]);
@@ -40,23 +40,23 @@ pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
     plane_normal(plane.normal).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
 }
 
-/// Finds where the rays of a stage meet what they are known to hit.
-pub struct Surfaces<'a> {
+/// Finds where the rays of a stage meet what they are known to hit, in numbers of `F`.
+pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
     are_known: bool,
     eye: Eye,
-    lengths: Lengths<f64>,
-    rays: SurfaceRays<'a>,
-    /// With their ids, in the order of these: of pictures those that are not in a hierarchy's tree.
-    spheres: Vec<(u32, SphereSeen<f64>)>,
+    lengths: Lengths<F>,
+    rays: SurfaceRays<'a, F>,
+    /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
+    spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
-    planes: Vec<PlaneSeen<f64>>,
+    planes: Vec<PlaneSeen<F>>,
     planes_f64: Vec<PlaneF64>,
 }
 
 /// The same rays as [`StageRays`].
-enum SurfaceRays<'a> {
-    Pixels(&'a Pixels, Camera<f64>),
+enum SurfaceRays<'a, F> {
+    Pixels(&'a Pixels, Camera<F>),
     List(&'a [crate::rays::Ray]),
 }
 
@@ -70,31 +70,29 @@ enum Kind {
 }
 
 /// Rays side by side, and what is kept of where they meet their objects.
-pub struct Pack<K> {
+pub struct Pack<F: Float, const N: usize, K> {
     /// The objects' ids; 0 for none.
-    pub ids: [u32; LANES],
+    pub ids: [u32; N],
     n_spheres: u32,
     /// Of pixels twice their offset from the picture's centre.
-    offset: [F64s; 2],
+    pub offset: [Lanes<F, N>; 2],
     /// Of a list's rays their origins, and what `t` is multiplied with.
-    reference: V3<F64s>,
-    scale: F64s,
+    reference: V3<Lanes<F, N>>,
+    scale: Lanes<F, N>,
     /// The rays.
-    pub ray: Ray<F64s>,
+    pub ray: Ray<Lanes<F, N>>,
     kind: Kind,
     /// Whether the formula for close spheres is needed.
     is_close: bool,
-    /// Bounds of `t`,
-    pub t: Bounds<F64s>,
-    /// and what else is kept.
+    /// What is kept.
     pub kept: K,
 }
 
-impl<K: Default> Default for Pack<K> {
-    fn default() -> Pack<K> {
+impl<F: Float, const N: usize, K: Default> Default for Pack<F, N, K> {
+    fn default() -> Pack<F, N, K> {
         let zero = Lanes::lit(0.0);
         Pack {
-            ids: [0; LANES],
+            ids: [0; N],
             n_spheres: 0,
             offset: [zero; 2],
             reference: V3([zero; 3]),
@@ -102,96 +100,96 @@ impl<K: Default> Default for Pack<K> {
             ray: Ray { origin: V3([zero; 3]), direction: V3([zero; 3]), a: zero, inv_a: zero },
             kind: Kind::Nothing,
             is_close: false,
-            t: Bounds::default(),
             kept: K::default(),
         }
     }
 }
 
-impl<K> Pack<K> {
+/// What is kept of a surface.
+pub trait Kept<F: Float, const N: usize>: Default {
+    /// Keeps it.
+    fn keep(&mut self, surface: &Surface<Lanes<F, N>>);
+    /// Where something is known of it.
+    fn is_known(&self) -> LaneBits<F, N>;
+}
+
+impl<F: Float, const N: usize> Kept<F, N> for SurfacePoint<Lanes<F, N>> {
     #[inline(always)]
-    fn keep<O: Output<Kept = K>>(&mut self, surface: &Surface<F64s>) {
-        self.t = surface.t;
-        O::keep(surface, &mut self.kept);
+    fn keep(&mut self, surface: &Surface<Lanes<F, N>>) {
+        *self = surface.into();
     }
 
+    #[inline(always)]
+    fn is_known(&self) -> LaneBits<F, N> {
+        SurfacePoint::is_known(self)
+    }
+}
+
+impl<F: Float, const N: usize, K: Kept<F, N>> Pack<F, N, K> {
     /// Whether a lane's object is a sphere.
     #[inline(always)]
     pub fn is_sphere(&self, lane: usize) -> bool {
         self.ids[lane] <= self.n_spheres
     }
+
+    /// Whether all lanes see one object, or nothing.
+    #[inline(always)]
+    pub fn is_uniform(&self) -> bool {
+        self.kind != Kind::Several
+    }
+
+    /// Whether some lane sees an object.
+    #[inline(always)]
+    pub fn sees(&self, id: u32) -> bool {
+        if self.is_uniform() { self.ids[0] == id } else { self.ids.contains(&id) }
+    }
+
+    /// Takes what its rays see, the last one in all lanes behind it.
+    #[inline(always)]
+    pub fn see(&mut self, ids: &[u32], n_spheres: u32) {
+        let mut all = [ids[ids.len() - 1]; N];
+        match <&[u32; N]>::try_from(ids) {
+            Ok(ids) => all = *ids,
+            Err(_) => all[..ids.len()].copy_from_slice(ids),
+        }
+        let differ = all.iter().fold(0, |differ, id| differ | (id ^ all[0]));
+        (self.ids, self.n_spheres, self.is_close) = (all, n_spheres, false);
+        self.kind = match self.ids[0] {
+            _ if differ != 0 => Kind::Several,
+            0 => Kind::Nothing,
+            id if id <= n_spheres => Kind::Sphere,
+            _ => Kind::Plane,
+        };
+    }
 }
 
-/// Takes what is found.
+/// Takes what is found in f64.
 pub trait Output {
     /// What it keeps of a pack.
-    type Kept: Default;
-    /// Keeps it.
-    fn keep(surface: &Surface<F64s>, kept: &mut Self::Kept);
+    type Kept: Kept<f64, LANES>;
     /// Takes the first `n` lanes for the rays at `at` and behind.
-    fn take(&mut self, at: usize, n: usize, pack: &Pack<Self::Kept>);
+    fn take(&mut self, at: usize, n: usize, pack: &Pack<f64, LANES, Self::Kept>);
     /// These hit nothing.
     fn miss(&mut self, at: usize, n: usize);
 }
 
-impl<'a> Surfaces<'a> {
-    /// For points and unit normals.
-    pub fn new(stage: &Stage<'a>) -> Surfaces<'a> {
-        let (eye, longest, rays) = match &stage.rays {
-            StageRays::Pixels { pixels, .. } => {
-                let eye = eye_of(pixels, Reach::default(), HOST_UNIT_F64);
-                let eye = Eye { input: input_in_f64(Some(pixels.view.lens)), ..eye };
-                let rays = SurfaceRays::Pixels(pixels, Camera::new(pixels));
-                (eye, pixels.longest_direction(), rays)
-            }
-            StageRays::List(rays) => {
-                let eye = Eye {
-                    reference: DVec3::ZERO,
-                    spread: 0.0,
-                    input: input_in_f64(None),
-                    reach: Reach::default(),
-                    unit: HOST_UNIT_F64,
-                };
-                // Components are below 2.
-                (eye, 3.47, SurfaceRays::List(rays))
-            }
+impl<'a> Surfaces<'a, f64> {
+    /// For points and unit normals in f64.
+    pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
+        let lens = match &stage.rays {
+            StageRays::Pixels { pixels, .. } => Some(pixels.view.lens),
+            StageRays::List(_) => None,
         };
-        let mut found = Surfaces {
-            scene: stage.scene,
-            are_known: stage.usable,
-            eye,
-            lengths: Lengths::new(&eye, longest),
-            rays,
-            spheres: Vec::new(),
-            planes: Vec::new(),
-            planes_f64: stage.planes.clone(),
-        };
-        if let StageRays::Pixels { .. } = &stage.rays {
-            let spheres = &stage.scene.spheres[..];
-            let seen = |id: u32| (id, SphereSeen::new::<f64>(&spheres[id as usize - 1], &eye));
-            found.spheres = match stage.hierarchy {
-                None => (1..=spheres.len() as u32).map(seen).collect(),
-                Some(hierarchy) => hierarchy.rest.iter().copied().map(seen).collect(),
-            };
-            found.spheres.sort_unstable_by_key(|&(id, _)| id);
-            let plane = |plane| PlaneSeen::new::<f64>(plane, &eye);
-            found.planes = stage.scene.planes.iter().map(plane).collect();
-        }
-        found
+        Surfaces::new(stage, input_in_f64(lens), HOST_UNIT_F64)
     }
 
     /// For `t` and normals in f32: a plane's is the nearest one already.
-    pub fn to_be_rounded(stage: &Stage<'a>) -> Surfaces<'a> {
-        let mut found = Surfaces::new(stage);
+    pub fn to_be_rounded(stage: &Stage<'a>) -> Surfaces<'a, f64> {
+        let mut found = Surfaces::in_f64(stage);
         for (seen, plane) in found.planes.iter_mut().zip(&stage.planes) {
             *seen = rounded(*seen, plane, |x| x);
         }
         found
-    }
-
-    /// Whether its bounds hold for these rays.
-    pub fn are_known(&self) -> bool {
-        self.are_known
     }
 
     /// Gives `output` what it finds of the rays from `first` on, which see these objects.
@@ -201,7 +199,7 @@ impl<'a> Surfaces<'a> {
         &self,
         first: usize,
         ids: &[u32],
-        room: &mut Vec<Pack<O::Kept>>,
+        room: &mut Vec<Pack<f64, LANES, O::Kept>>,
         output: &mut O,
     ) {
         pulp::Arch::new().dispatch(Find { surfaces: self, first, ids, packs: room, output });
@@ -209,22 +207,18 @@ impl<'a> Surfaces<'a> {
 
     /// Puts the rays from `first` on, which see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
-    fn load<K: Default>(&self, first: usize, ids: &[u32], packs: &mut Vec<Pack<K>>) {
+    fn load<K: Kept<f64, LANES>>(
+        &self,
+        first: usize,
+        ids: &[u32],
+        packs: &mut Vec<Pack<f64, LANES, K>>,
+    ) {
         let n_spheres = self.scene.spheres.len() as u32;
         let n_packs = ids.len().div_ceil(LANES);
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
         for (pack, ids) in packs.iter_mut().zip(ids.chunks(LANES)) {
-            (pack.n_spheres, pack.is_close) = (n_spheres, false);
-            pack.ids = [ids[ids.len() - 1]; LANES];
-            pack.ids[..ids.len()].copy_from_slice(ids);
-            let differ = pack.ids.iter().fold(0, |differ, id| differ | (id ^ pack.ids[0]));
-            pack.kind = match pack.ids[0] {
-                _ if differ != 0 => Kind::Several,
-                0 => Kind::Nothing,
-                id if id <= n_spheres => Kind::Sphere,
-                _ => Kind::Plane,
-            };
+            pack.see(ids, n_spheres);
         }
         match &self.rays {
             SurfaceRays::Pixels(pixels, _) => {
@@ -269,9 +263,64 @@ impl<'a> Surfaces<'a> {
             }
         }
     }
+}
+
+impl<'a> Surfaces<'a, f32> {
+    /// For points and unit normals in f32.
+    pub fn in_f32(stage: &Stage<'a>, lens: Lens) -> Surfaces<'a, f32> {
+        Surfaces::new(stage, input_in_f32(lens), f32::ROUNDING)
+    }
+}
+
+impl<'a, F: Float> Surfaces<'a, F> {
+    fn new(stage: &Stage<'a>, input: InputError, unit: f64) -> Surfaces<'a, F> {
+        let reach = Reach::default();
+        let (eye, longest, rays) = match &stage.rays {
+            StageRays::Pixels { pixels, .. } => {
+                let eye = Eye { input, ..eye_of(pixels, reach, unit) };
+                let rays = SurfaceRays::Pixels(pixels, Camera::new(pixels));
+                (eye, pixels.longest_direction(), rays)
+            }
+            StageRays::List(rays) => {
+                let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit };
+                // Components are below 2.
+                (eye, 3.47, SurfaceRays::List(rays))
+            }
+        };
+        let mut found = Surfaces {
+            scene: stage.scene,
+            are_known: stage.usable,
+            eye,
+            lengths: Lengths::new(&eye, longest),
+            rays,
+            spheres: Vec::new(),
+            planes: Vec::new(),
+            planes_f64: stage.planes.clone(),
+        };
+        if let StageRays::Pixels { .. } = &stage.rays {
+            let spheres = &stage.scene.spheres[..];
+            let seen = |id: u32| {
+                let seen = SphereSeen::new::<F>(&spheres[id as usize - 1], &eye);
+                (id, seen.round(), seen.is_close())
+            };
+            found.spheres = match stage.hierarchy {
+                None => (1..=spheres.len() as u32).map(seen).collect(),
+                Some(hierarchy) => hierarchy.rest.iter().copied().map(seen).collect(),
+            };
+            found.spheres.sort_unstable_by_key(|&(id, ..)| id);
+            let plane = |plane| PlaneSeen::new::<F>(plane, &eye).round();
+            found.planes = stage.scene.planes.iter().map(plane).collect();
+        }
+        found
+    }
+
+    /// Whether its bounds hold for these rays.
+    pub fn are_known(&self) -> bool {
+        self.are_known
+    }
 
     #[inline(always)]
-    fn aim<K>(&self, pack: &mut Pack<K>) {
+    fn aim<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
         pack.ray = match &self.rays {
             SurfaceRays::Pixels(_, camera) => {
                 let [across, up] = pack.offset;
@@ -281,12 +330,35 @@ impl<'a> Surfaces<'a> {
         };
     }
 
+    /// Where the rays of packs meet what they see.
+    #[inline(always)]
+    pub fn solve<const N: usize, K: Kept<F, N>>(&self, packs: &mut [Pack<F, N, K>]) {
+        // Small loops over packs in memory are put into registers, where one large one is not.
+        for pack in one_by_one(&mut *packs) {
+            self.aim(pack);
+        }
+        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Sphere) {
+            self.keep_of_sphere(pack);
+        }
+        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Plane) {
+            self.keep_of_plane(pack);
+        }
+        for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Several) {
+            pack.kept.keep(&self.on_several(pack));
+        }
+        // At a silhouette.
+        for pack in one_by_one(&mut *packs).filter(|pack| self.leaves_spheres_open(pack)) {
+            pack.is_close = true;
+            pack.kept.keep(&self.on_several(pack));
+        }
+    }
+
     /// Whether nothing is known of a ray that hits a sphere.
     #[inline(always)]
-    fn leaves_spheres_open<K>(&self, pack: &Pack<K>) -> bool {
-        let mut is_open = false;
-        for lane in 0..LANES {
-            let is_known = pack.t.high.0[lane] < f64::BEYOND / 2.0;
+    fn leaves_spheres_open<const N: usize, K: Kept<F, N>>(&self, pack: &Pack<F, N, K>) -> bool {
+        let (mut is_open, is_known) = (false, pack.kept.is_known());
+        for lane in 0..N {
+            let is_known = is_known.0[lane] != F::Bits::default();
             is_open |= !is_known & (pack.ids[lane] != 0) & pack.is_sphere(lane);
         }
         is_open
@@ -294,73 +366,99 @@ impl<'a> Surfaces<'a> {
 
     /// Where a pack's rays meet their objects: the spheres together, then each plane.
     #[inline(always)]
-    fn on_several<K>(&self, pack: &Pack<K>) -> Surface<F64s> {
+    fn on_several<const N: usize, K: Kept<F, N>>(
+        &self,
+        pack: &Pack<F, N, K>,
+    ) -> Surface<Lanes<F, N>> {
         let ids = &pack.ids;
         let mut surface = self.on_spheres(pack);
-        for lane in 0..LANES {
+        for lane in 0..N {
             let id = ids[lane];
             if id > pack.n_spheres && !ids[..lane].contains(&id) {
-                let mut here = [0.0; LANES];
-                for lane in 0..LANES {
-                    here[lane] = if ids[lane] == id { 1.0 } else { 0.0 };
-                }
-                let here = Lanes::lit(0.0).lt(Lanes(here));
+                let here = is_id(ids, id);
                 surface = Surface::select(here, self.on_plane(id, pack), surface);
             }
         }
         surface
     }
 
+    // What several branches return goes through memory, and in pieces: each keeps its own.
     #[inline(always)]
-    fn on_sphere<K>(&self, pack: &Pack<K>) -> Surface<F64s> {
-        match self.spheres.binary_search_by_key(&pack.ids[0], |&(id, _)| id) {
-            Ok(place) => {
-                let seen = &self.spheres[place].1;
-                let (is_close, seen) = (seen.is_close(), SphereSeen::splat(seen));
-                match is_close || pack.is_close {
-                    false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.splat()),
-                    true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.splat()),
-                }
-            }
-            Err(_) => self.on_spheres(pack),
+    fn keep_of_sphere<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
+        let Ok(place) = self.spheres.binary_search_by_key(&pack.ids[0], |&(id, ..)| id) else {
+            return pack.kept.keep(&self.on_spheres(pack));
+        };
+        let (_, seen, is_close) = &self.spheres[place];
+        let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.splat());
+        match *is_close || pack.is_close {
+            false => pack.kept.keep(&SphereSeen::surface(&seen, &pack.ray, &lengths)),
+            true => pack.kept.keep(&SphereSeen::surface_close(&seen, &pack.ray, &lengths)),
         }
     }
 
     #[inline(always)]
-    fn on_spheres<K>(&self, pack: &Pack<K>) -> Surface<F64s> {
+    fn keep_of_plane<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
+        match self.planes.get(pack.ids[0] as usize - 1 - self.scene.spheres.len()) {
+            Some(seen) => {
+                let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
+                pack.kept.keep(&PlaneSeen::surface(&seen, &pack.ray, &lengths));
+            }
+            None => pack.kept.keep(&self.on_plane(pack.ids[0], pack)),
+        }
+    }
+
+    #[inline(always)]
+    fn on_spheres<const N: usize, K: Kept<F, N>>(
+        &self,
+        pack: &Pack<F, N, K>,
+    ) -> Surface<Lanes<F, N>> {
         let spheres = &self.scene.spheres[..];
-        let (mut center, mut r) = (V3([Lanes::lit(0.0); 3]), Lanes::lit(0.0));
-        for lane in 0..LANES {
+        let (mut center, mut r) = (V3([Lanes::<f64, N>::lit(0.0); 3]), Lanes::lit(0.0));
+        for lane in 0..N {
             if let Some(sphere) = spheres.get((pack.ids[lane] as usize).wrapping_sub(1)) {
                 for axis in 0..3 {
-                    center.0[axis].0[lane] = sphere.center[axis];
+                    center.0[axis].0[lane] = match &self.rays {
+                        SurfaceRays::Pixels(..) => sphere.center[axis] - self.eye.reference[axis],
+                        SurfaceRays::List(_) => {
+                            sphere.center[axis] - pack.reference.0[axis].0[lane].to_f64()
+                        }
+                    };
                 }
                 r.0[lane] = sphere.radius.abs();
             }
         }
-        let l = match &self.rays {
-            SurfaceRays::Pixels(..) => center - V3::lit(self.eye.reference),
-            SurfaceRays::List(_) => center - pack.reference,
-        };
-        let (l2, r2) = (l.dot(l), r * r);
+        let (l2, r2) = (center.dot(center), r * r);
         let k_error = Lanes::lit(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
         let eye = &self.eye;
-        let seen = SphereSeen::of::<f64>(l, r, l2 - r2, k_error, eye.input, eye);
-        match pack.is_close || Lanes::lit(0.0).lt(seen.is_close).any() {
+        let seen = SphereSeen::of::<F>(center, r, l2 - r2, k_error, eye.input, eye);
+        let is_close = Lanes::lit(0.0).lt(seen.is_close).any();
+        let seen = SphereSeen::round_lanes(&seen);
+        match pack.is_close || is_close {
             false => SphereSeen::surface(&seen, &pack.ray, &self.lengths.splat()),
             true => SphereSeen::surface_close(&seen, &pack.ray, &self.lengths.splat()),
         }
     }
 
     #[inline(always)]
-    fn on_plane<K>(&self, id: u32, pack: &Pack<K>) -> Surface<F64s> {
+    fn on_plane<const N: usize, K: Kept<F, N>>(
+        &self,
+        id: u32,
+        pack: &Pack<F, N, K>,
+    ) -> Surface<Lanes<F, N>> {
         let index = id as usize - 1 - self.scene.spheres.len();
         let seen = match (self.planes.get(index), self.planes_f64.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
             (None, Some(plane)) => {
-                let l = V3::lit(plane.point) - pack.reference;
+                let mut l = V3([Lanes::<f64, N>::lit(0.0); 3]);
+                for axis in 0..3 {
+                    for lane in 0..N {
+                        let origin = pack.reference.0[axis].0[lane].to_f64();
+                        l.0[axis].0[lane] = plane.point[axis] - origin;
+                    }
+                }
                 let normal = DVec3::from_array(plane.normal.0);
-                rounded(PlaneSeen::of::<f64>(normal, l, &self.eye), plane, Lanes::lit)
+                let seen = PlaneSeen::of::<F>(normal, l, &self.eye);
+                PlaneSeen::round_lanes(&rounded(seen, plane, Lanes::lit))
             }
             // Undecided.
             (None, None) => return Surface::unknown(),
@@ -375,12 +473,22 @@ fn rounded<R: Copy>(seen: PlaneSeen<R>, plane: &PlaneF64, lit: impl Fn(f64) -> R
     PlaneSeen { unit, unit_error: lit(0.0), ..seen }
 }
 
+/// Where each lane's id is this one.
+#[inline(always)]
+pub fn is_id<F: Float, const N: usize>(ids: &[u32; N], id: u32) -> LaneBits<F, N> {
+    let mut here = LaneBits([F::Bits::default(); N]);
+    for lane in 0..N {
+        here.0[lane] = F::Bits::from_bool(ids[lane] == id);
+    }
+    here
+}
+
 /// Some rays, compiled for each instruction set that the processor may have.
 struct Find<'a, O: Output> {
-    surfaces: &'a Surfaces<'a>,
+    surfaces: &'a Surfaces<'a, f64>,
     first: usize,
     ids: &'a [u32],
-    packs: &'a mut Vec<Pack<O::Kept>>,
+    packs: &'a mut Vec<Pack<f64, LANES, O::Kept>>,
     output: &'a mut O,
 }
 
@@ -399,22 +507,7 @@ impl<O: Output> WithSimd for Find<'_, O> {
                 continue;
             }
             surfaces.load(first + at, ids, packs);
-            // Small loops over packs in memory are put into registers, where one large one is not.
-            packs.iter_mut().for_each(|pack| surfaces.aim(pack));
-            for pack in packs.iter_mut().filter(|pack| pack.kind == Kind::Sphere) {
-                pack.keep::<O>(&surfaces.on_sphere(pack));
-            }
-            for pack in packs.iter_mut().filter(|pack| pack.kind == Kind::Plane) {
-                pack.keep::<O>(&surfaces.on_plane(pack.ids[0], pack));
-            }
-            for pack in packs.iter_mut().filter(|pack| pack.kind == Kind::Several) {
-                pack.keep::<O>(&surfaces.on_several(pack));
-            }
-            // At a silhouette.
-            for pack in packs.iter_mut().filter(|pack| surfaces.leaves_spheres_open(pack)) {
-                pack.is_close = true;
-                pack.keep::<O>(&surfaces.on_several(pack));
-            }
+            surfaces.solve(packs);
             for (number, pack) in packs.iter().enumerate() {
                 let n = LANES.min(ids.len() - number * LANES);
                 match pack.kind == Kind::Nothing {
@@ -429,8 +522,22 @@ impl<O: Output> WithSimd for Find<'_, O> {
 /// What [`InF32`] keeps of a [`Surface`].
 #[derive(Default)]
 pub struct Rounding {
-    normal: V3<F64s>,
-    component_error: V3<F64s>,
+    t: Bounds<Lanes<f64, LANES>>,
+    normal: V3<Lanes<f64, LANES>>,
+    component_error: V3<Lanes<f64, LANES>>,
+}
+
+impl Kept<f64, LANES> for Rounding {
+    #[inline(always)]
+    fn keep(&mut self, surface: &Surface<Lanes<f64, LANES>>) {
+        let &Surface { t, normal, component_error, .. } = surface;
+        *self = Rounding { t, normal, component_error };
+    }
+
+    #[inline(always)]
+    fn is_known(&self) -> LaneBits<f64, LANES> {
+        self.t.high.lt(Lanes::lit(f64::BEYOND / 2.0))
+    }
 }
 
 /// `t` and normals in f32.
@@ -445,15 +552,9 @@ impl Output for InF32<'_> {
     type Kept = Rounding;
 
     #[inline(always)]
-    fn keep(surface: &Surface<F64s>, kept: &mut Rounding) {
-        let &Surface { normal, component_error, .. } = surface;
-        *kept = Rounding { normal, component_error };
-    }
-
-    #[inline(always)]
-    fn take(&mut self, at: usize, n: usize, pack: &Pack<Rounding>) {
-        let Rounding { normal, component_error } = &pack.kept;
-        let (low, high) = (pack.t.low * pack.scale, pack.t.high * pack.scale);
+    fn take(&mut self, at: usize, n: usize, pack: &Pack<f64, LANES, Rounding>) {
+        let Rounding { t, normal, component_error } = &pack.kept;
+        let (low, high) = (t.low * pack.scale, t.high * pack.scale);
         let mut ts = [0.0; LANES];
         for lane in 0..LANES {
             let (low, high) = (low.0[lane] as f32, high.0[lane] as f32);

@@ -6,29 +6,33 @@
 //! half, and what comes from f64 is what it is.
 
 use super::{InputError, UNIT_F64};
+use crate::num::Float;
 use crate::rays::Lens;
-use crate::vec3::Real;
 
 /// A float that the host finds bounds in.
-pub trait Bounded: Real {
+pub trait Bounded: Float {
     /// `ε`
-    const UNIT: f64;
+    const ROUNDING: f64;
     /// What a number that comes from f64 is off by, in units.
     const ROUNDED: f64;
     /// Numbers up to this and above its inverse have squares in range, and these inverses.
     const LARGEST_ROOT: f64;
+    /// The largest number.
+    const LARGEST: f64;
 }
 
 impl Bounded for f32 {
-    const UNIT: f64 = 1.0 / (1u64 << 24) as f64;
+    const ROUNDING: f64 = 1.0 / (1u64 << 24) as f64;
     const ROUNDED: f64 = 1.0;
     const LARGEST_ROOT: f64 = (1u64 << 50) as f64;
+    const LARGEST: f64 = f32::MAX as f64;
 }
 
 impl Bounded for f64 {
-    const UNIT: f64 = UNIT_F64;
+    const ROUNDING: f64 = UNIT_F64;
     const ROUNDED: f64 = 0.0;
     const LARGEST_ROOT: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
+    const LARGEST: f64 = f64::MAX;
 }
 
 /// [`super::input_of`] for pixels in the host's f32, in its units: [`super::PIXELS`] and [`super::PARALLEL`] with 1 for

@@ -35,6 +35,13 @@ impl<F: Float, const N: usize> Lanes<F, N> {
     }
 }
 
+/// Packs of lanes one after another: else the compiler would put the same lane of several packs into a register, where the
+/// lanes of one belong.
+#[inline(always)]
+pub fn one_by_one<I: IntoIterator>(packs: I) -> impl Iterator<Item = I::Item> {
+    packs.into_iter().map(std::hint::black_box)
+}
+
 macro_rules! lane_by_lane {
     ($($trait:ident $function:ident $sign:tt),*) => {$(
         impl<F: Float, const N: usize> $trait for Lanes<F, N> {

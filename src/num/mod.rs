@@ -10,7 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::DVec3;
 
-pub use lanes::{LaneBits, Lanes};
+pub use lanes::{LaneBits, Lanes, one_by_one};
 
 use crate::vec3::{round_down, round_up};
 
@@ -212,10 +212,12 @@ macro_rules! machine_number {
                 x as $float
             }
 
+            #[inline(always)]
             fn down(x: f64) -> $float {
                 $down(x)
             }
 
+            #[inline(always)]
             fn up(x: f64) -> $float {
                 $up(x)
             }
@@ -279,6 +281,34 @@ impl<R: Real> V3<R> {
         V3([R::select(mask, a, x), R::select(mask, b, y), R::select(mask, c, z)])
     }
 
+    /// Absolute values.
+    #[inline(always)]
+    pub fn abs(self) -> V3<R> {
+        let V3([a, b, c]) = self;
+        V3([a.abs(), b.abs(), c.abs()])
+    }
+
+    /// The smaller numbers of two vectors.
+    #[inline(always)]
+    pub fn min(self, other: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        V3([a.min(x), b.min(y), c.min(z)])
+    }
+
+    /// The larger numbers of two vectors.
+    #[inline(always)]
+    pub fn max(self, other: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        V3([a.max(x), b.max(y), c.max(z)])
+    }
+
+    /// Component by component, as a colour with light.
+    #[inline(always)]
+    pub fn times(self, other: V3<R>) -> V3<R> {
+        let (V3([a, b, c]), V3([x, y, z])) = (self, other);
+        V3([a * x, b * y, c * z])
+    }
+
     /// `(x + y) + z`: the order of rounding is part of the formula.
     #[inline(always)]
     pub fn dot(self, other: V3<R>) -> R {
@@ -327,5 +357,14 @@ impl<R: Real> Mul<R> for V3<R> {
     fn mul(self, scale: R) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([a * scale, b * scale, c * scale])
+    }
+}
+
+impl<R: Real> Div<R> for V3<R> {
+    type Output = V3<R>;
+    #[inline(always)]
+    fn div(self, divisor: R) -> V3<R> {
+        let V3([a, b, c]) = self;
+        V3([a / divisor, b / divisor, c / divisor])
     }
 }

@@ -4,12 +4,11 @@
 
 use std::sync::LazyLock;
 
-use pulp::Simd;
 use rayon::prelude::*;
 
 use super::linear_from_srgb;
-use crate::vec3::{Real, round_up};
-use crate::wide::{Holds, MaskF32, SideBySide, WideF32};
+use crate::num::{Float, Lanes, Mask, Real};
+use crate::vec3::round_up;
 
 /// The linear values at which sRGB numbers of 8 or of 16 bits end: between `b − 1` and `b` lies
 /// `linear_from_srgb((b − ½)/largest)` as f64, `largest` being 255 or 65535. A value on an edge
@@ -42,7 +41,7 @@ pub struct Edges {
 /// [`Edges::nearest`] and [`Edges::ends`] of bytes, in tables with a place for each number that a place in them
 /// can be made of; empty for others.
 #[derive(Debug)]
-pub(crate) struct OfBytes {
+pub struct OfBytes {
     nearest: [u8; 2 * BYTE_PARTS],
     ends: [f64; 512],
     /// Rounded up: a number of f32 is below an end where it is below this.
@@ -56,9 +55,9 @@ const CLOSE: usize = 8;
 const BYTE_PARTS: usize = 1 << 12;
 
 /// Linear values in f32 or f64.
-pub(crate) trait Linear: Real {
+pub trait Linear: Float {
     /// From here to twice as much there are whole numbers alone.
-    const WHOLE: Self;
+    const WHOLE: f64;
     /// The last bits of one of these.
     fn last_bits(self) -> usize;
     /// The ends of the ranges of bytes.
@@ -66,7 +65,7 @@ pub(crate) trait Linear: Real {
 }
 
 impl Linear for f32 {
-    const WHOLE: f32 = (1u32 << 23) as f32;
+    const WHOLE: f64 = (1u32 << 23) as f64;
 
     #[inline(always)]
     fn last_bits(self) -> usize {
@@ -169,67 +168,47 @@ impl Edges {
         (numbers, are_same)
     }
 
-    /// [`Edges::numbers`] of bytes.
+    /// [`Edges::numbers`] of bytes; quicker where they are close together.
     #[inline(always)]
     pub(crate) fn bytes<F: Linear, const N: usize>(
-        low: &[F; N],
-        high: &[F; N],
+        low: Lanes<F, N>,
+        high: Lanes<F, N>,
     ) -> ([u8; N], [bool; N]) {
         let of_bytes = &*Edges::srgb8().of_bytes;
         let (nearest, ends) = (&of_bytes.nearest, F::ends(of_bytes));
-        let parts = places(F::from_f64(BYTE_PARTS as f64), low);
         let (mut bytes, mut are_same) = ([0; N], [false; N]);
-        for at in 0..N {
-            let first = usize::from(nearest[parts[at].last_bits() % (2 * BYTE_PARTS)]);
-            let number = first + usize::from(ends[first] <= low[at]);
-            bytes[at] = number as u8;
-            are_same[at] = high[at] < ends[number];
-        }
-        (bytes, are_same)
-    }
-
-    /// [`Edges::bytes`] of values in a register, where `is_asked`: quicker where these bytes are close together.
-    #[inline(always)]
-    pub(crate) fn close_bytes<S: Simd>(
-        simd: S,
-        is_asked: MaskF32<S>,
-        low: WideF32<S>,
-        high: WideF32<S>,
-    ) -> (WideF32<S>, MaskF32<S>) {
-        const MOST_LANES: usize = 16;
-        let like = |number: f32| WideF32::splat(simd, number);
-        let of_bytes = &*Edges::srgb8().of_bytes;
-        let mut lows = [0.0; MOST_LANES];
-        low.store(&mut lows);
-        let [part] = places(BYTE_PARTS as f32, &[lows[WideF32::<S>::LANES / 2]]);
-        let middle = usize::from(of_bytes.nearest[part.last_bits() % (2 * BYTE_PARTS)]);
+        let [part] = places(F::near(BYTE_PARTS as f64), &[low.0[N / 2]]);
+        let middle = usize::from(nearest[part.last_bits() % (2 * BYTE_PARTS)]);
         for n_ends in [2, CLOSE] {
             // The first of the bytes that are looked at, and where they end.
             let first = middle.saturating_sub(n_ends / 2);
-            let ends = &of_bytes.narrow_ends[first..=first + n_ends];
-            let below =
-                first.checked_sub(1).map_or(f32::NEG_INFINITY, |at| of_bytes.narrow_ends[at]);
-            let is_close = like(below).le(low).and(high.lt(like(ends[n_ends])));
-            if is_close.bits() & is_asked.bits() == is_asked.bits() {
-                let (zero, one) = (like(0.0), like(1.0));
-                let (mut byte, mut last) = (like(first as f32), like(first as f32));
-                for &end in &ends[..n_ends] {
-                    byte = byte + like(end).le(low).select(one, zero);
-                    last = last + like(end).le(high).select(one, zero);
-                }
-                return (byte, last.le(byte));
+            let below = first.checked_sub(1).map_or(F::near(f64::NEG_INFINITY), |at| ends[at]);
+            let (below, last) = (Lanes::splat(below), Lanes::splat(ends[first + n_ends]));
+            if below.le(low).and(high.lt(last)).not().any() {
+                continue;
             }
+            let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
+            let (mut byte, mut byte_of_high) = (zero, zero);
+            for &end in &ends[first..first + n_ends] {
+                let end = Lanes::splat(end);
+                byte = byte + Lanes::select(end.le(low), one, zero);
+                byte_of_high = byte_of_high + Lanes::select(end.le(high), one, zero);
+            }
+            let number = byte + Lanes::lit(first as f64 + F::WHOLE);
+            for lane in 0..N {
+                bytes[lane] = number.0[lane].last_bits() as u8;
+                are_same[lane] = byte_of_high.0[lane].le(byte.0[lane]);
+            }
+            return (bytes, are_same);
         }
-        let mut highs = [0.0; MOST_LANES];
-        high.store(&mut highs);
-        let (bytes, are_same) = Edges::bytes(&lows, &highs);
-        let (mut numbers, mut doubts) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
-        for lane in 0..MOST_LANES {
-            numbers[lane] = f32::from(bytes[lane]);
-            doubts[lane] = if are_same[lane] { 0.0 } else { 1.0 };
+        let parts = places(F::near(BYTE_PARTS as f64), &low.0);
+        for at in 0..N {
+            let first = usize::from(nearest[parts[at].last_bits() % (2 * BYTE_PARTS)]);
+            let number = first + usize::from(ends[first].le(low.0[at]));
+            bytes[at] = number as u8;
+            are_same[at] = high.0[at].lt(ends[number]);
         }
-        let is_same = WideF32::load(simd, &doubts).le(like(0.0));
-        (WideF32::load(simd, &numbers), is_same)
+        (bytes, are_same)
     }
 
     /// The ends of a number's range: it holds the linear values from the first to below the
@@ -246,12 +225,12 @@ impl Edges {
 /// The place of the nearest of so many parts, in the last bits of each number.
 #[inline(always)]
 fn places<F: Linear, const N: usize>(n_parts: F, linear: &[F; N]) -> [F; N] {
-    let mut places = [F::ZERO; N];
+    let mut places = [F::default(); N];
     for at in 0..N {
-        let part = linear[at] * n_parts;
-        let part = if part > F::ZERO { part } else { F::ZERO };
+        // What is no number is in the first part.
+        let part = F::default().max(linear[at] * n_parts);
         // The sum is rounded to a whole number.
-        places[at] = (if part < n_parts { part } else { n_parts }) + F::WHOLE;
+        places[at] = n_parts.min(part) + F::near(F::WHOLE);
     }
     places
 }
@@ -311,7 +290,7 @@ mod tests {
                     assert_eq!(number, edges.number(*low));
                     assert_eq!(is_same, edges.number(*high) == number, "{low:e} {high:e}");
                     if largest == 255 {
-                        let of_bytes = Edges::bytes(&[*low], &[*high]);
+                        let of_bytes = Edges::bytes(Lanes([*low]), Lanes([*high]));
                         assert_eq!(of_bytes, ([number as u8], [is_same]), "{low:e} {high:e}");
                     }
                 }
@@ -319,58 +298,44 @@ mod tests {
             for nothing in [f64::NAN, f64::INFINITY] {
                 assert_eq!(edges.numbers(&[0.0], &[nothing]).1, [false]);
                 assert_eq!(edges.numbers(&[nothing], &[nothing]).1, [false]);
-                assert_eq!(Edges::bytes(&[nothing], &[nothing]).1, [false]);
+                assert_eq!(Edges::bytes(Lanes([nothing]), Lanes([nothing])).1, [false]);
             }
         }
     }
 
     /// Values side by side, in steps that are far below a byte's range, about as large, and larger.
-    struct CloseBytes;
-
-    impl pulp::WithSimd for CloseBytes {
-        type Output = ();
-
-        fn with_simd<S: Simd>(self, simd: S) {
-            let edges = Edges::srgb8();
-            let n = WideF32::<S>::LANES;
-            for first in 0..2000 {
-                let first = (first as f32 - 20.0) / 1900.0;
-                for step in [0.0, 1e-5, 3e-4, 2e-3, 0.05] {
-                    for width in [0.0, 1e-6, 1e-3] {
-                        let (mut low, mut high) = ([0.0; 16], [0.0; 16]);
-                        for lane in 0..16 {
-                            low[lane] = first + step * (lane % 5) as f32;
-                            high[lane] = low[lane] + width;
-                        }
-                        let (lows, highs) = (WideF32::load(simd, &low), WideF32::load(simd, &high));
-                        let all = lows.le(highs);
-                        let (bytes, are_same) = Edges::close_bytes(simd, all, lows, highs);
-                        let mut found = [0.0; 16];
-                        bytes.store(&mut found);
-                        for lane in 0..n {
-                            let number = edges.number(low[lane].into());
-                            let is_same = edges.number(high[lane].into()) == number;
-                            let case = (low[lane], high[lane]);
-                            assert_eq!(are_same.bits() >> lane & 1 != 0, is_same, "{case:?}");
-                            if is_same {
-                                assert_eq!(found[lane], f32::from(number), "{case:?}");
-                            }
+    fn look_at_close_bytes<F: Linear>() {
+        let edges = Edges::srgb8();
+        for first in 0..2000 {
+            let first = (f64::from(first) - 20.0) / 1900.0;
+            for step in [0.0, 1e-5, 3e-4, 2e-3, 0.05] {
+                for width in [0.0, 1e-6, 1e-3] {
+                    let low = Lanes::<F, 16>(std::array::from_fn(|lane| {
+                        F::near(first + step * (lane % 5) as f64)
+                    }));
+                    let high = low + Lanes::lit(width);
+                    let (bytes, are_same) = Edges::bytes(low, high);
+                    for lane in 0..16 {
+                        let [low, high] = [low, high].map(|some| some.0[lane].to_f64());
+                        let is_same = edges.number(high) == edges.number(low);
+                        assert_eq!(are_same[lane], is_same, "{low:e} {high:e}");
+                        if is_same {
+                            assert_eq!(u16::from(bytes[lane]), edges.number(low), "{low:e}");
                         }
                     }
                 }
             }
-            // What is no number has no byte.
-            let nothing = WideF32::splat(simd, f32::NAN);
-            let zero = WideF32::splat(simd, 0.0);
-            let (_, are_same) = Edges::close_bytes(simd, zero.le(zero), nothing, nothing);
-            assert_eq!(are_same.bits(), 0);
         }
+        // What is no number has no byte.
+        let nothing = Lanes::<F, 16>::lit(f64::NAN);
+        assert_eq!(Edges::bytes(nothing, nothing).1, [false; 16]);
+        assert_eq!(Edges::bytes(Lanes::lit(0.0), nothing).1, [false; 16]);
     }
 
     #[test]
     fn bytes_that_are_close_are_those_of_each() {
-        pulp::Arch::new().dispatch(CloseBytes);
-        pulp::WithSimd::with_simd(CloseBytes, pulp::Scalar);
+        look_at_close_bytes::<f32>();
+        look_at_close_bytes::<f64>();
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub use color::{Color, hex, linear_from_srgb, srgb_from_linear};
 pub use colormap::ColorMap;
 pub use compose::{Composed, compose_scene, place_camera, recompose_scene};
 pub use edges::Edges;
+pub(crate) use edges::Linear;
 pub(crate) use framing::turned;
 pub use framing::{Framing, FramingLens, USUAL_FOV_DEGREES};
 pub use legend::Coloring;

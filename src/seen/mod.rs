@@ -2,15 +2,17 @@
 //! Each formula is written once, and runs in f32, f64 and lanes of both.
 
 mod plane;
+pub mod shadow;
 mod sphere;
 
 use glam::DVec3;
 
-pub use plane::PlaneSeen;
-pub use sphere::SphereSeen;
+pub use plane::{PlaneMet, PlaneSeen};
+pub use shadow::{Occluder, ShadowRay, Verdict};
+pub use sphere::{SphereMet, SphereSeen};
 
 use crate::guard::{InputError, ROOM, Reach, rows, steps};
-use crate::num::{Float, Mask, Real, V3};
+use crate::num::{Float, Lanes, Mask, Real, V3};
 use crate::scene::Object;
 
 /// The numbers of an object in f64. Those in another number, and in all lanes, come from these.
@@ -19,6 +21,10 @@ pub trait Record: Copy {
     type In<R: Real>: Copy;
     /// Each field by its rule: `near`, `down` or `up`.
     fn round<F: Float>(&self) -> Self::In<F>;
+    /// The same of records side by side.
+    fn round_lanes<F: Float, const N: usize>(
+        lanes: &Self::In<Lanes<f64, N>>,
+    ) -> Self::In<Lanes<F, N>>;
     /// The same numbers in all lanes.
     fn splat<R: Real>(one: &Self::In<R::One>) -> Self::In<R>;
 }
@@ -52,6 +58,17 @@ macro_rules! record {
             }
 
             #[inline(always)]
+            fn round_lanes<F: $crate::num::Float, const N: usize>(
+                lanes: &$name<$crate::num::Lanes<f64, N>>,
+            ) -> $name<$crate::num::Lanes<F, N>> {
+                let zero = $crate::num::Lanes::lit(0.0);
+                let mut rounded =
+                    $name { $($field: $crate::seen::record!(@all $kind zero),)* };
+                $($crate::seen::record!(@lanes $kind $rule F N, lanes.$field, rounded.$field);)*
+                rounded
+            }
+
+            #[inline(always)]
             fn splat<R: $crate::num::Real>(one: &$name<R::One>) -> $name<R> {
                 $name { $($field: $crate::seen::record!(@splat $kind R, one.$field),)* }
             }
@@ -61,6 +78,20 @@ macro_rules! record {
     (@type vec $R:ident) => { $crate::num::V3<$R> };
     (@round num $rule:ident $F:ident, $x:expr) => { $F::$rule($x) };
     (@round vec $rule:ident $F:ident, $x:expr) => { $crate::num::V3($x.0.map($F::$rule)) };
+    (@all num $x:expr) => { $x };
+    (@all vec $x:expr) => { $crate::num::V3([$x; 3]) };
+    (@lanes num $rule:ident $F:ident $N:ident, $from:expr, $to:expr) => {
+        for lane in 0..$N {
+            $to.0[lane] = $F::$rule($from.0[lane]);
+        }
+    };
+    (@lanes vec $rule:ident $F:ident $N:ident, $from:expr, $to:expr) => {
+        for lane in 0..$N {
+            $to.0[0].0[lane] = $F::$rule($from.0[0].0[lane]);
+            $to.0[1].0[lane] = $F::$rule($from.0[1].0[lane]);
+            $to.0[2].0[lane] = $F::$rule($from.0[2].0[lane]);
+        }
+    };
     (@splat num $R:ident, $x:expr) => { $R::splat($x) };
     (@splat vec $R:ident, $x:expr) => { $crate::num::V3::splat($x) };
 }
@@ -186,6 +217,56 @@ pub struct Surface<R: Real> {
 impl<R: Real> Default for Surface<R> {
     fn default() -> Surface<R> {
         Surface::unknown()
+    }
+}
+
+/// What light needs of a [`Surface`].
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint<R: Real> {
+    /// The point, relative to the eye's reference point.
+    pub point: V3<R>,
+    /// Bound of its distance from the true one.
+    pub point_error: R,
+    /// Of about unit length, against the ray.
+    pub normal: V3<R>,
+    /// Bound of its distance from the true unit normal.
+    pub normal_error: R,
+    /// Where the ray comes from outside.
+    pub front: R::Mask,
+}
+
+impl<R: Real> From<&Surface<R>> for SurfacePoint<R> {
+    #[inline(always)]
+    fn from(surface: &Surface<R>) -> SurfacePoint<R> {
+        let &Surface { point, point_error, normal, normal_error, front, .. } = surface;
+        SurfacePoint { point, point_error, normal, normal_error, front }
+    }
+}
+
+impl<R: Real> Default for SurfacePoint<R> {
+    fn default() -> SurfacePoint<R> {
+        SurfacePoint::from(&Surface::unknown())
+    }
+}
+
+impl<R: Real> SurfacePoint<R> {
+    /// Where something is known.
+    #[inline(always)]
+    pub fn is_known(&self) -> R::Mask {
+        self.point_error.lt(R::lit(R::One::BEYOND / 4.0))
+    }
+}
+
+impl<F: Float, const N: usize> SurfacePoint<Lanes<F, N>> {
+    /// That of a lane.
+    pub fn lane(&self, lane: usize) -> SurfacePoint<F> {
+        SurfacePoint {
+            point: V3(self.point.0.map(|x| x.0[lane])),
+            point_error: self.point_error.0[lane],
+            normal: V3(self.normal.0.map(|x| x.0[lane])),
+            normal_error: self.normal_error.0[lane],
+            front: self.front.0[lane] != F::Bits::default(),
+        }
     }
 }
 

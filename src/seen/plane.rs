@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 
+use super::shadow::{OF_PLANE, OF_SLOPE, Occluder, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
+use crate::guard::host::Bounded;
 use crate::guard::{self, InputError, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::prepare::{Scaled, power_of_two};
@@ -146,23 +148,81 @@ impl Seen for PlaneSeen<f64> {
         let (zero, one, beyond) = (R::lit(0.0), R::lit(1.0), R::lit(R::One::BEYOND));
         let offset = seen.offset - seen.normal.dot(ray.origin);
         let slope = seen.normal.dot(ray.direction);
+        let against = R::select(zero.lt(slope), -one, one);
         let slope_error = seen.slope_error * lengths.longest;
         let inverse = one / slope;
         let t = offset * inverse;
         let of_quotient = inverse.abs() * (seen.offset_error + t * slope_error);
         let error = of_quotient * R::lit(rows::QUOTIENT) + t * lengths.of_quotient;
-        let is_known = slope_error.lt(slope.abs() * R::lit(rows::MOST_OF_SLOPE)).and(zero.lt(t));
+        let is_known = zero.lt(t.min(slope.abs() * R::lit(rows::MOST_OF_SLOPE) - slope_error));
         let (t, error) = (R::select(is_known, t, zero), R::select(is_known, error, beyond));
-        let is_along = zero.lt(slope);
         let normal_error = R::select(is_known, seen.unit_error, beyond);
         Surface {
             t: Bounds { low: (t - error).max(zero), high: t + error },
             point: ray.origin + ray.direction * t,
             point_error: lengths.longest * error + (lengths.of_t * t + lengths.of_origin),
-            normal: V3::select(is_along, -seen.unit, seen.unit),
+            normal: seen.unit * against,
             normal_error,
             component_error: V3([normal_error; 3]),
             front: zero.le(zero),
         }
+    }
+}
+
+record! {
+    /// A plane as shadow rays meet it.
+    PlaneMet {
+        /// From the reference point.
+        point: vec near,
+        /// With a largest component from 1 to 2.
+        normal: vec near,
+        /// Its length.
+        length: num up,
+        /// What the point's place is off by, in units.
+        place: num up,
+    }
+}
+
+impl PlaneMet<f64> {
+    /// For a point from the reference point, and a normal that is [`Scaled`].
+    pub fn new(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
+        let (length, place) = (length_bound(normal), length_bound(point));
+        PlaneMet { point: V3(point.to_array()), normal: V3(normal.to_array()), length, place }
+    }
+}
+
+impl Occluder for PlaneMet<f64> {
+    /// `N = n·(a − p)` at the start and `N₁ = n·(a − L)` at the end; it is in the
+    /// way where their signs differ. They are off by `|n|·E`, without the end's part at the start, and `3ε` of the
+    /// product of the lengths for the dot product. A sun's end has the sign of `−n·w`, off by `3ε|n||w|` alone, as both are
+    /// exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
+    #[inline(always)]
+    fn occlude<R: Real<One: Bounded>>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+        let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
+        let &PlaneMet { point, normal, length: n, place } = met;
+        let l = point - ray.from;
+        let (of_lengths, unit) = (lit(OF_PLANE + more), ray.unit);
+        // Below that squares underflow.
+        let distance = l.dot(l).sqrt().max(lit(1.0 / R::One::LARGEST_ROOT));
+        let here = ray.error + unit * (place + of_lengths * distance);
+        let e = here + ray.end_error + unit * (of_lengths * ray.length);
+        let start = normal.dot(l);
+        let start_error = lit(ROOM) * n * here;
+        let stop = normal.dot(l * ray.from_point - ray.way);
+        let of_slope = lit(OF_SLOPE + more) * unit * ray.length;
+        let stop_error = n * (lit(ROOM) * e * ray.from_point).max(of_slope);
+        let start_error =
+            R::select(e.lt(lit(R::One::LARGEST_ROOT)), start_error, lit(f64::INFINITY));
+        let [above, below] = [start - start_error, -start - start_error];
+        let [end_above, end_below] = [stop - stop_error, -stop - stop_error];
+        let blocked = above.min(end_below).max(below.min(end_above));
+        let clear = above.min(end_above).max(below.min(end_below));
+        // What is 0 in f32 may have been less before.
+        if more > 0.0 {
+            return Verdict { blocked, clear };
+        }
+        let both = |axis: usize| normal.0[axis].abs().min(ray.way.0[axis].abs());
+        let runs_along = both(0).max(both(1)).max(both(2)).max(ray.from_point).le(zero);
+        Verdict { blocked, clear: R::select(runs_along, lit(1.0), clear) }
     }
 }

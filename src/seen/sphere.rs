@@ -1,10 +1,12 @@
 //! Spheres. The formula starts from the point of the line closest to the centre: an error of its place counts only squared,
 //! as it is moved across the way to the centre. [`crate::guard`] has the bounds.
 
+use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, Occluder, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Ray, Seen, Surface, record};
 use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
+use crate::guard::host::Bounded;
 use crate::guard::rows::CHORD;
 use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
@@ -157,13 +159,6 @@ fn k_from<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> R {
     seen.k - ray.origin.dot(seen.center + l)
 }
 
-/// Where a ray surely starts outside, and where inside.
-#[inline(always)]
-fn sides<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> (R::Mask, R::Mask) {
-    let k = k_from(seen, l, ray);
-    (seen.k_error.lt(k), k.lt(-seen.k_error))
-}
-
 /// The line's point nearest to the centre: its `t`, the way from it to the centre, and by how much the square of its distance is below those of the two
 /// radii.
 struct Foot<R> {
@@ -303,12 +298,14 @@ impl Seen for SphereSeen<f64> {
         let p = l - ray.direction * s;
         let chord2 = seen.r2 - p.dot(p);
         let half = (chord2.max(zero) * ray.inv_a).sqrt();
-        let (outside, inside) = sides(seen, l, ray);
-        let is_known = seen.least2.le(chord2).and(outside.or(inside));
-        let of_half = R::select(is_known, seen.of_chord / half, beyond);
-        let t = R::select(outside, s - half, s + half);
+        let k = k_from(seen, l, ray);
+        let outside = seen.k_error.lt(k);
+        let side = R::select(outside, R::lit(-1.0), R::lit(1.0));
+        let of_half = R::select(seen.least2.le(chord2), seen.of_chord / half, beyond);
+        let of_half = R::select(seen.k_error.lt(k.abs()), of_half, beyond);
+        let t = s + half * side;
         let error = seen.slack + of_half;
-        let radius = V3::select(outside, -p, p) - ray.direction * half;
+        let radius = p * side - ray.direction * half;
         let normal_error = seen.normal_error + of_half * seen.inv_r;
         Surface {
             t: Bounds { low: (t - error).max(zero), high: t + error },
@@ -343,17 +340,15 @@ impl Seen for SphereSeen<f64> {
         let chord_error = R::select(outside.or(inside), chord_error, beyond);
         let is_chord = chord_error.lt(point_error);
         let (p, outward) = (foot.to_center, along - l);
-        let by_chord = V3::select(outside, -p, p) - ray.direction * half_chord;
-        let by_point = V3::select(outside, outward, -outward);
+        let side = R::select(outside, R::lit(-1.0), R::lit(1.0));
+        let by_chord = p * side - ray.direction * half_chord;
+        let by_point = outward * -side;
         let normal = V3::select(is_chord, by_chord, by_point) * seen.inv_r;
         let of_moved = error + seen.moved_error;
-        let mut component_error = normal;
-        for axis in 0..3 {
-            // From the eye itself a component of `l` is but a difference that is rounded.
-            let of_point = (of_moved + lengths.rounding * l.0[axis].abs()) * seen.inv_r;
-            let by_point = of_point + lengths.of_normal * normal.0[axis].abs();
-            component_error.0[axis] = R::select(is_chord, chord_error, by_point) * room;
-        }
+        // From the eye itself a component of `l` is but a difference that is rounded.
+        let of_point = V3([of_moved; 3]) + l.abs() * lengths.rounding;
+        let by_point = of_point * seen.inv_r + normal.abs() * lengths.of_normal;
+        let component_error = V3::select(is_chord, V3([chord_error; 3]), by_point) * room;
         Surface {
             t,
             point: ray.origin + along,
@@ -364,4 +359,69 @@ impl Seen for SphereSeen<f64> {
             front: outside,
         }
     }
+}
+
+record! {
+    /// A sphere as shadow rays meet it.
+    SphereMet {
+        /// From the reference point.
+        center: vec near,
+        /// Its radius.
+        r: num near,
+        /// What its place and its radius are off by, in units.
+        place: num up,
+    }
+}
+
+impl SphereMet<f64> {
+    /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left.
+    pub fn new<F: Bounded>(center: DVec3, radius: f64) -> SphereMet<f64> {
+        let r = radius.abs();
+        let in_range = 1.0 / F::LARGEST_ROOT < r && r < F::LARGEST_ROOT;
+        let place = OF_PLACE * center.abs().max_element() + F::ROUNDED * r;
+        SphereMet {
+            center: V3(center.to_array()),
+            r,
+            place: if in_range { place } else { f64::INFINITY },
+        }
+    }
+}
+
+impl Occluder for SphereMet<f64> {
+    /// [`super::shadow`] has the bounds.
+    #[inline(always)]
+    fn occlude<R: Real<One: Bounded>>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+        let (lit, zero) = (R::lit, R::lit(0.0));
+        let rounded = R::One::ROUNDED;
+        let l = met.center - ray.from;
+        let l2 = l.dot(l);
+        let foot = (l.dot(ray.way) * ray.inv_square).max(zero).min(ray.last);
+        let q = l - ray.way * foot;
+        let distance = l2.sqrt();
+        let here = ray.error + ray.unit * (met.place + lit(OF_OFFSET + rounded) * distance);
+        let e = here + (ray.bend * distance).min(ray.end_error);
+        let in_range = e.max(l2).lt(lit(R::One::LARGEST_ROOT));
+        let e = R::select(in_range, e, lit(f64::INFINITY));
+        let least2 = q.dot(q);
+        let (inner2, outer2) = squares(met.r, e);
+        let end = l - ray.way;
+        let end2 = end.dot(end).max(ray.end2);
+        let (end_inner2, end_outer2) = squares(met.r, here + ray.end_error);
+        let (end_inside, end_outside) = (end_inner2 - end2, end2 - end_outer2);
+        Verdict {
+            clear: (least2 - outer2).max(end_inside.min(inner2 - l2)),
+            blocked: (inner2 - least2).min((l2 - outer2).max(end_outside)),
+        }
+    }
+}
+
+/// Squares of `r − e`, −1 where that is negative, and of `r + e`: what a squared distance must be below, or above, to be
+/// surely inside, or outside.
+#[inline(always)]
+fn squares<R: Real<One: Bounded>>(r: R, e: R) -> (R, R) {
+    let (lit, relative) = (R::lit, OF_SQUARES * R::One::ROUNDING);
+    let (inner, outer) = (r - e, r + e);
+    let inner2 = inner * inner * lit(1.0 - relative);
+    let inner2 = R::select(lit(0.0).lt(inner), inner2, lit(-1.0));
+    (inner2, outer * outer * lit(1.0 + relative))
 }

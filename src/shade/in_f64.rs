@@ -4,11 +4,11 @@
 use rayon::prelude::*;
 
 use super::beam::LARGEST;
-use super::finder::{Finder, LampF64, ListedShape};
 use super::in_f32::in_f32;
 use super::lamp::{Lamp, Lighting};
 use super::lit::{Certified, Job, Lit, Work};
 use super::narrow::{narrow_plane, narrow_sphere};
+use super::occluders::{Met, Occluders};
 use super::written::Written;
 use super::{Background, Colors, Encoding, Style};
 use crate::control::Control;
@@ -22,6 +22,8 @@ use crate::prepare::{
 };
 use crate::rays::Pixels;
 use crate::scene::{Color, Edges, Sphere};
+use crate::seen::PlaneMet;
+use crate::seen::shadow::Origin;
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::{ProposeColors, ProposedColors};
 use crate::tree::slabs::least_slack_of_beams;
@@ -50,25 +52,25 @@ impl Lit {
             return None;
         }
         let rays = Rays::Pixels(*samples);
-        let finder = Finder::new(prepared, &rays, lighting);
+        let occluders = Occluders::new(prepared, &rays, lighting);
         let LightKey { words, n_samples, shows_background, leaves_out } = self.light_key();
         let (mut spheres, mut planes) = (Vec::new(), Vec::new());
-        for listed in &finder.listed {
-            let (id, at) = (listed.id, listed.at.0);
-            match listed.shape {
-                ListedShape::Sphere(radius) => {
-                    if !(all_in_range(&at) && radius < LARGEST) {
+        for listed in &occluders.listed {
+            let id = listed.id;
+            match listed.met {
+                Met::Sphere(met) => {
+                    if !(all_in_range(&met.center.0) && met.r < LARGEST) {
                         return None;
                     }
                     spheres.push(id);
                 }
-                ListedShape::Plane(normal) => planes.push(PlaneInTheWay {
-                    point: at,
+                Met::Plane(PlaneMet { point, normal, .. }) => planes.push(PlaneInTheWay {
+                    point: point.0,
                     id,
                     padding: 0,
                     normal: normal.0,
                     padding_again: 0.0,
-                    narrow: narrow_plane(at, normal.0),
+                    narrow: narrow_plane(point.0, normal.0),
                     padding_behind: [0; 4],
                 }),
             }
@@ -81,7 +83,7 @@ impl Lit {
         let all = LightOfAll {
             ambient: lighting.ambient,
             mean_error: n_terms(n_samples, lighting) as f64 * UNIT_F64,
-            to_tree: finder.to_tree.to_array(),
+            to_tree: occluders.to_tree.to_array(),
             n_lamps: lighting.lamps.len() as u32,
             n_samples,
             n_listed_spheres: spheres.len() as u32,
@@ -99,7 +101,7 @@ impl Lit {
         let light = LightInF64 {
             words,
             all,
-            lamps: lighting.lamps.iter().zip(&finder.lamps).map(lamp_in_f64).collect(),
+            lamps: lighting.lamps.iter().zip(&occluders.origins).map(lamp_in_f64).collect(),
             narrow: prepared.scene.spheres[..].par_iter().map(narrow).collect(),
             spheres,
             planes,
@@ -152,9 +154,9 @@ impl Lit {
     ) -> Result<(u64, StageCounts)> {
         let rays = Rays::Pixels(*samples);
         prepared.prepare_shadows(control)?;
-        let finder = Finder::new(prepared, &rays, &self.lighting);
+        let occluders = Occluders::new(prepared, &rays, &self.lighting);
         let job = Job { lit: self, ids, row: samples.width as usize };
-        let job = Certified { job, finder: &finder };
+        let job = Certified::new(job, &occluders, samples, false);
         match colors {
             Colors::Srgb8(out) => {
                 let take = |words: &[u32; 1]| {
@@ -188,30 +190,29 @@ impl Certified<'_> {
         let (proposed, _) = proposed.as_chunks::<N>();
         out.clear();
         out.extend(proposed.iter().map(take));
-        let is_open = |pixel: &usize| proposed[*pixel][0] == OPEN_COLOR;
-        let open: Vec<usize> = (0..proposed.len()).filter(is_open).collect();
-        self.job.advance(control, proposed.len() - open.len());
-        let some = |open: &[usize]| {
-            let mut work: Work<T> = Work::new(self);
-            let mut found = Vec::with_capacity(open.len());
-            for &at in open {
+        self.job.advance(control, proposed.len());
+        let (row, part) = (self.job.n_columns(), self.job.part());
+        let paint_row = |(y, out): (usize, &mut [T])| {
+            let (mut n_open, mut work) = (0, Work::default());
+            for (number, out) in out.chunks_mut(part).enumerate() {
                 control.check()?;
                 host::check()?;
-                // Each is a part by itself, the first one of its row.
-                work.find(at, 1, 0);
-                self.job.advance(control, 1);
-                found.push((at, work.color(at, 0)));
+                let first = y * row + number * part;
+                let is_open = |pixel: &usize| proposed[*pixel][0] == OPEN_COLOR;
+                let open = (first..first + out.len()).filter(is_open);
+                let n_here = open.clone().count() as u64;
+                if n_here > 0 {
+                    self.find(open, (first, out), &mut work);
+                }
+                n_open += n_here;
             }
-            Ok((found, work.counts))
+            Ok((n_open, work.counts))
         };
-        let parts: Vec<_> =
-            open.par_chunks(self.job.part()).map(some).collect::<Result<Vec<_>>>()?;
-        let mut counts = StageCounts::default();
-        for (found, counted) in parts {
-            counts.add(counted);
-            found.into_iter().for_each(|(at, color)| out[at] = color);
-        }
-        Ok((open.len() as u64, counts))
+        let found = out.par_chunks_mut(row.max(1)).enumerate().map(paint_row);
+        found.try_reduce(Default::default, |(n, mut counts), (n_more, more)| {
+            counts.add(more);
+            Ok((n + n_more, counts))
+        })
     }
 }
 
@@ -221,11 +222,11 @@ pub fn n_terms(n_samples: u32, lighting: &Lighting) -> usize {
     n_samples.pow(2) as usize + lighting.lamps.len() + 9
 }
 
-fn lamp_in_f64((lamp, here): (&Lamp, &LampF64)) -> LampInF64 {
+fn lamp_in_f64((lamp, here): (&Lamp, &Origin)) -> LampInF64 {
     let (at, kind) = match *here {
-        LampF64::Eye => ([0.0; 3], lamp_kind::EYE),
-        LampF64::Point(position) => (position.0, lamp_kind::POINT),
-        LampF64::Sun(way) => (way.0, lamp_kind::SUN),
+        Origin::Point(_) if lamp.origin == super::Origin::Eye => ([0.0; 3], lamp_kind::EYE),
+        Origin::Point(position) => (position.to_array(), lamp_kind::POINT),
+        Origin::Sun(way) => (way.to_array(), lamp_kind::SUN),
     };
     let shadows = u32::from(lamp.casts_shadows());
     LampInF64 { at, kind, shadows, weight: lamp.weight, padding: 0.0 }

@@ -1,16 +1,17 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
 mod beam;
-mod bytes;
+mod decide;
 mod exactly;
-mod finder;
 mod in_f32;
 mod in_f64;
 mod lamp;
 mod lit;
 mod mean;
 pub mod narrow;
+mod occluders;
 mod painter;
+mod pass;
 mod plain;
 pub mod point;
 mod unlit;

@@ -2,10 +2,9 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use super::finder::Row;
 use super::mean::ExactMean;
-use crate::certify::LANES;
-use crate::scene::Edges;
+use crate::num::{Lanes, V3};
+use crate::scene::{Edges, Linear};
 
 /// Bounds of a number.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,18 +24,22 @@ impl Interval {
 pub trait Written: Copy + Default + Send + Sync {
     /// The one that all means within these bounds have, if they do have one; none for infinite bounds.
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self>;
-    /// The pixels, where they are bytes, which f32 is good enough for.
-    fn as_bytes(_: &mut [Self]) -> Option<&mut [[u8; 3]]> {
-        None
-    }
-    /// The same of means side by side, each channel with the lower bounds and the upper ones, and whether they
-    /// do.
+    /// Whether they are bytes, which f32 is good enough for.
+    const IS_BYTES: bool = false;
+    /// The same of means side by side, with lower and upper bounds, and whether they do.
     #[inline(always)]
-    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
-        let mut are_known = [false; LANES];
-        for lane in 0..LANES {
-            let interval = |[low, high]: &[Row; 2]| Interval { low: low[lane], high: high[lane] };
-            let known = Self::of_bounds(&bounds.each_ref().map(interval));
+    fn of_lanes<F: Linear, const N: usize>(
+        low: &V3<Lanes<F, N>>,
+        high: &V3<Lanes<F, N>>,
+        out: &mut [Self; N],
+    ) -> [bool; N] {
+        let mut are_known = [false; N];
+        for lane in 0..N {
+            let bounds = std::array::from_fn(|channel| Interval {
+                low: low.0[channel].0[lane].to_f64(),
+                high: high.0[channel].0[lane].to_f64(),
+            });
+            let known = Self::of_bounds(&bounds);
             (out[lane], are_known[lane]) = (known.unwrap_or_default(), known.is_some());
         }
         are_known
@@ -66,9 +69,7 @@ fn exact_codes(mean: &ExactMean, edges: &Edges, most: u16, bounds: &[Interval; 3
 }
 
 impl Written for [u8; 3] {
-    fn as_bytes(out: &mut [Self]) -> Option<&mut [[u8; 3]]> {
-        Some(out)
-    }
+    const IS_BYTES: bool = true;
 
     #[inline(always)]
     fn of_bounds(bounds: &[Interval; 3]) -> Option<Self> {
@@ -76,12 +77,15 @@ impl Written for [u8; 3] {
     }
 
     #[inline(always)]
-    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
-        let mut are_known = [true; LANES];
+    fn of_lanes<F: Linear, const N: usize>(
+        low: &V3<Lanes<F, N>>,
+        high: &V3<Lanes<F, N>>,
+        out: &mut [Self; N],
+    ) -> [bool; N] {
+        let mut are_known = [true; N];
         for channel in 0..3 {
-            let [low, high] = &bounds[channel];
-            let (bytes, are_same) = Edges::bytes(low, high);
-            for lane in 0..LANES {
+            let (bytes, are_same) = Edges::bytes(low.0[channel], high.0[channel]);
+            for lane in 0..N {
                 out[lane][channel] = bytes[lane];
                 are_known[lane] &= are_same[lane];
             }
@@ -105,13 +109,20 @@ impl Written for [u16; 3] {
     }
 
     #[inline(always)]
-    fn of_rows(bounds: &[[Row; 2]; 3], out: &mut [Self; LANES]) -> [bool; LANES] {
-        let edges = Edges::srgb16();
-        let mut are_known = [true; LANES];
+    fn of_lanes<F: Linear, const N: usize>(
+        low: &V3<Lanes<F, N>>,
+        high: &V3<Lanes<F, N>>,
+        out: &mut [Self; N],
+    ) -> [bool; N] {
+        let (edges, mut are_known) = (Edges::srgb16(), [true; N]);
         for channel in 0..3 {
-            let [low, high] = &bounds[channel];
-            let (numbers, are_same) = edges.numbers(low, high);
-            for lane in 0..LANES {
+            let (mut lows, mut highs) = ([0.0; N], [0.0; N]);
+            for lane in 0..N {
+                lows[lane] = low.0[channel].0[lane].to_f64();
+                highs[lane] = high.0[channel].0[lane].to_f64();
+            }
+            let (numbers, are_same) = edges.numbers(&lows, &highs);
+            for lane in 0..N {
                 out[lane][channel] = numbers[lane];
                 are_known[lane] &= are_same[lane];
             }

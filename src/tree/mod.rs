@@ -31,8 +31,8 @@ use crate::scene::Sphere;
 pub use members::MOST_SPHERES;
 #[cfg(feature = "gpu")]
 pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS};
-pub(crate) use segment::Ahead;
 pub use segment::Segment;
+pub(crate) use segment::Walk;
 pub(crate) use walk::Company;
 pub use walk::TreeRay;
 use wide::{Wide, WidePlan};

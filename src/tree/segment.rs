@@ -20,67 +20,79 @@ pub struct Segment {
     pub slack: f64,
 }
 
-/// What a segment still has to look at.
-pub(crate) type Ahead = Vec<u32>;
+/// The way of a segment through a tree; made once for many.
+#[derive(Debug, Default)]
+pub(crate) struct Walk {
+    slabs: [Slab; 3],
+    end: f32,
+    /// Links that it still has to look at.
+    ahead: Vec<u32>,
+}
+
+impl Walk {
+    /// Begins with a segment. [`Tree::prepare_visits`] makes what this needs.
+    #[inline(always)]
+    pub fn start(&mut self, tree: &Tree, segment: &Segment) {
+        let Walk { slabs, end, ahead } = self;
+        let wide = tree.wide();
+        // With a largest component in 1..2, as slabs ask for, the end is at this power of two.
+        let power = power_of_two_below(segment.way.abs().max_element());
+        *slabs = Slab::of(segment.origin, segment.way / power, segment.slack);
+        *end = if segment.is_endless { f32::INFINITY } else { round_up(power) };
+        ahead.clear();
+        if !(segment.origin.is_finite() && segment.slack.is_finite()) {
+            // f64 can't say where it is.
+            ahead.extend((0..tree.order.len() as u32).map(|place| place | IS_LEAF));
+        } else if !wide.nodes.is_empty() {
+            ahead.push(wide.root as u32);
+        }
+    }
+
+    /// The place in [`Tree::order`] of the next sphere that the segment may meet.
+    #[inline(always)]
+    pub fn next<S: pulp::Simd>(&mut self, simd: S, tree: &Tree) -> Option<usize> {
+        while let Some(link) = self.ahead.pop() {
+            if link & IS_LEAF != 0 {
+                return Some((link & !IS_LEAF) as usize);
+            }
+            let node = &tree.wide().nodes[link as usize];
+            let (_, mut hit) = enter(simd, node, &self.slabs, self.end);
+            while hit != 0 {
+                self.ahead.push(node.links[hit.trailing_zeros() as usize]);
+                hit &= hit - 1;
+            }
+        }
+        None
+    }
+}
 
 impl Tree {
     /// Shows `visit` every sphere, by its place in [`Tree::order`], that the segment may meet, until
     /// it returns false. [`Tree::prepare_visits`] makes what this needs.
     pub fn visit_segment(&self, segment: &Segment, visit: impl FnMut(usize) -> bool) {
-        pulp::Arch::new().dispatch(Walk { tree: self, segment, visit });
-    }
-
-    /// [`Tree::visit_segment`] for one segment of many; `ahead` is room that they share.
-    #[inline(always)]
-    pub(crate) fn walk_segment<S: pulp::Simd>(
-        &self,
-        simd: S,
-        segment: &Segment,
-        ahead: &mut Ahead,
-        mut visit: impl FnMut(usize) -> bool,
-    ) {
-        let wide = self.wide();
-        // With a largest component in 1..2, as slabs ask for, the end is at this power of two.
-        let power = power_of_two_below(segment.way.abs().max_element());
-        let slabs = Slab::of(segment.origin, segment.way / power, segment.slack);
-        let end = if segment.is_endless { f32::INFINITY } else { round_up(power) };
-        ahead.clear();
-        if !(segment.origin.is_finite() && segment.slack.is_finite()) {
-            // f64 can't say where it is.
-            ahead.extend((0..self.order.len() as u32).map(|place| place | IS_LEAF));
-        } else if !wide.nodes.is_empty() {
-            ahead.push(wide.root as u32);
-        }
-        while let Some(link) = ahead.pop() {
-            if link & IS_LEAF != 0 {
-                if !visit((link & !IS_LEAF) as usize) {
-                    return;
-                }
-                continue;
-            }
-            let node = &wide.nodes[link as usize];
-            let (_, mut hit) = enter(simd, node, &slabs, end);
-            while hit != 0 {
-                ahead.push(node.links[hit.trailing_zeros() as usize]);
-                hit &= hit - 1;
-            }
-        }
+        pulp::Arch::new().dispatch(Visit { tree: self, segment, visit });
     }
 }
 
-/// A segment on its way, compiled for each instruction set that the processor may have.
-struct Walk<'a, V> {
+/// All of a walk, compiled for each instruction set that the processor may have.
+struct Visit<'a, V> {
     tree: &'a Tree,
     segment: &'a Segment,
     visit: V,
 }
 
-impl<V: FnMut(usize) -> bool> pulp::WithSimd for Walk<'_, V> {
+impl<V: FnMut(usize) -> bool> pulp::WithSimd for Visit<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) {
-        self.tree.walk_segment(simd, self.segment, &mut Vec::with_capacity(64), self.visit);
+    fn with_simd<S: pulp::Simd>(mut self, simd: S) {
+        let mut walk = Walk::default();
+        walk.start(self.tree, self.segment);
+        while let Some(place) = walk.next(simd, self.tree) {
+            if !(self.visit)(place) {
+                return;
+            }
+        }
     }
 }
 

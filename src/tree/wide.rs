@@ -221,7 +221,7 @@ fn widen(
 /// `2⁻¹⁴⁹` from a product, and the slack is at least `2⁻¹⁰⁰`, which the largest component of the
 /// direction, below 2, can at most halve. Overflow gives the ∞ of the right sign, or boxes that are met
 /// although they are not.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Slab {
     goes_down: bool,
     /// The origin, moved by the slack to meet the near side sooner and the far side later.

@@ -1,0 +1,292 @@
+//! The way from a point of a surface to a light, with bounds: how steep the light falls, and what is in its way.
+//!
+//! # What is in the way
+//! The true shadow ray is `p + s·w`, `0 < s < 1`, or `0 < s` for a sun. The computed one lies within `E` of it,
+//! point by point, where `E` bounds what both ends, the object's place and the operations are off by.
+//! So distances from a centre along it are off by at most `E`, and with `q(s)` the computed distance,
+//! `q₀` and `q₁` at its ends and `q_min` the least of all:
+//! - `q_min > r + E`: nothing is in the way.
+//! - `q₀ < r − E` and `q₁ < r − E`: a ball is convex, the ray stays inside, nothing is in the way.
+//! - one of `q₀`, `q₁`, `q_min` is below `r − E` and one of `q₀`, `q₁` above `r + E`: the ray goes
+//!   through the surface, and it is in the way. A sun's ray ends beyond everything: `q₁ = ∞`.
+//! - else it is open.
+//!
+//! With the unit `ε` of [`Bounded`], and `l` the computed offset of the centre `c` from `p`
+//! (both relative to the reference point), `E` sums up:
+//! - the point's own error, which at the far end is the same or less;
+//! - `ε|c|` and `ε|L|` for the differences of centre and light to the reference point, `ε|w|` for
+//!   `w = L − p`, `ε|l|` for `l = c − p`;
+//! - `q = l − s·w`: the product is off by `ε|s·w|`, the difference by `ε|q|`, and `|s·w|` is at most
+//!   `|l|` at the foot and `|w|` at the end: `2ε(|l| + |w|)`;
+//! - `s` itself, at the foot, by `9.51ε|l|/|w|` (step 2 of [`crate::guard`]): what it moves along the
+//!   ray, up to `9.51ε|l|`, lengthens `q_min` by no more.
+//!
+//! In all `e + ε(|c| + |L| + 3|w| + 13|l|)`; 14 and 4 leave room for the rounding of the sum itself. The
+//! square of a distance is off by `3ε` of it, that of `r ± E` by `3ε`: `OF_SQUARES` is more than both, and one for the
+//! factor that has it.
+//!
+//! # Far lights
+//! What is `b = ε(|L| + 4|w|)` at the end is `s·b` on the way there. At the foot `s ≤ 1.01|l|/|w|`. Farther on, at
+//! `s + x`, the ray is `√(q² + x²|w|²)` from the centre and off by `x·b` more, of which the least difference is
+//! `q√(1 − (b/|w|)²)`. As a ray is used where `b ≤ |w|/4` alone, that is `q` less at most `0.52(b/|w|)²q ≤ 0.13·b|l|/|w|`. So but
+//! for `q₁`, `b` counts with `1.2|l|/|w|`, `OF_LEVER`, where that is less than 1. An object near a point is so judged as
+//! well whether its light is near or `10²⁵` away.
+//!
+//! # In f32
+//! There the unit is what rounding to nearest takes, and numbers are rounded that come from f64 ([`Bounded`]): `c` and `L`,
+//! for which the `ε` of their differences stands; `r`, with `εr` more in `E`; a sun's direction, which turns its ray by `ε`
+//! at most and moves it by `ε|l|` up to the foot; a plane's normal, with `ε|n|` times `|l|`, `|w|` or both. So with
+//! [`Bounded::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with one more for what f64 has by its larger
+//! unit: at a plane's end `|l| + 4|l − w|`, with the normal `|l| + 5|l − w|`.
+//!
+//! # Balls
+//! Points about a middle are as one point that is off by as much as they are apart. What is surely not in the way of its ray
+//! is in the way of none of theirs, and what surely is, is in that of all that don't start on it.
+
+use glam::DVec3;
+
+use super::{In, Record};
+use crate::guard::host::Bounded;
+use crate::guard::{ROOM, length_bound, steps};
+use crate::num::{Float, Mask, Real, V3};
+
+/// What a squared distance and the square that it is compared with are off by together, in units.
+pub(crate) const OF_SQUARES: f64 = 8.0;
+
+/// Of `|w|` in `E`.
+pub(crate) const OF_WAY: f64 = 4.0;
+
+/// Of `|l|/|w|` in the share of a ray's end in `E`.
+pub(crate) const OF_LEVER: f64 = 1.2;
+
+/// Of `|l|` in `E`.
+pub(crate) const OF_OFFSET: f64 = 14.0;
+
+/// Of the largest component of `c` in `E`: `√3` and room.
+pub(crate) const OF_PLACE: f64 = 1.75;
+
+/// Of `|l| + |w|` in the `E` of a plane.
+pub(crate) const OF_PLANE: f64 = 5.0;
+
+/// Of `|n||w|` in the error of `n·w`.
+pub(crate) const OF_SLOPE: f64 = 4.0;
+
+/// Of `n·ω`: three roundings of a dot product of vectors of length 1, and
+/// [`crate::guard::steps::NORMALIZED`] of one of them.
+const OF_COSINE: f64 = 8.0;
+const _: () = assert!(steps::DOT + steps::NORMALIZED < OF_COSINE);
+
+/// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
+pub(crate) const OF_TURN: f64 = 1.02;
+
+/// Where light comes from, relative to the reference point.
+#[derive(Clone, Copy, Debug)]
+pub enum Origin {
+    /// A point.
+    Point(DVec3),
+    /// A sun: the direction that its light travels, with a largest component from 1 to 2.
+    Sun(DVec3),
+}
+
+/// The numbers of an [`Origin`], without a branch between points and suns.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim<R> {
+    /// 1 for a point, 0 for a sun.
+    from_point: R,
+    /// The point, or the way to a sun.
+    to: V3<R>,
+    /// At least the length of that of a point, else 0.
+    away: R,
+    /// What a sun's way is turned by.
+    turned: R,
+    /// Where a ray ends, in lengths of its way,
+    last: R,
+    /// and the least that the square of its end's distance is.
+    end2: R,
+}
+
+impl<R: Real<One: Bounded>> Aim<R> {
+    /// At a light.
+    pub fn new(origin: Origin) -> Aim<R> {
+        let lit = R::lit;
+        let ([one, zero], infinity) = ([1.0, 0.0].map(lit), lit(f64::INFINITY));
+        match origin {
+            Origin::Point(to) => {
+                let (to, away) = (V3::lit(to), lit(ROOM * length_bound(to)));
+                Aim { from_point: one, to, away, turned: zero, last: one, end2: zero }
+            }
+            Origin::Sun(direction) => Aim {
+                from_point: zero,
+                to: V3::lit(-direction),
+                away: zero,
+                turned: lit(2.0 * R::One::ROUNDED * R::One::ROUNDING),
+                last: lit(R::One::LARGEST),
+                end2: infinity,
+            },
+        }
+    }
+}
+
+/// The way from a point to a light; or several side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowRay<R> {
+    /// Where it starts, relative to the reference point.
+    pub(super) from: V3<R>,
+    /// To the light; of any length for a sun.
+    pub(super) way: V3<R>,
+    /// `|w|`
+    pub(super) length: R,
+    /// `1/(w·w)`
+    pub(super) inv_square: R,
+    /// `1/|w|`
+    inv_length: R,
+    /// The part of `E` that is the same for all objects, and all along.
+    pub(super) error: R,
+    /// What its end is off by beside that; 0 where it goes on for ever.
+    pub(super) end_error: R,
+    /// What that is at an object, for each unit of the object's distance from the start.
+    pub(super) bend: R,
+    /// 1 where it ends, 0 where it goes on for ever.
+    pub(super) from_point: R,
+    /// Where it ends, in lengths of the way.
+    pub(super) last: R,
+    /// The least that the square of its end's distance is.
+    pub(super) end2: R,
+    /// Bound of the angle between the true and the computed way.
+    turned: R,
+    /// `ε`; the tests cut it.
+    pub(super) unit: R,
+}
+
+/// Whether an object is in the way: surely, and surely not, each where the number is positive. What is neither is open.
+///
+/// Masks that are combined fall apart into single bits; numbers stay side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Verdict<R> {
+    /// Surely in the way.
+    pub blocked: R,
+    /// Surely not.
+    pub clear: R,
+}
+
+impl<R: Real> Verdict<R> {
+    /// Nothing is in the way.
+    #[inline(always)]
+    pub fn none() -> Verdict<R> {
+        Verdict { blocked: R::lit(-1.0), clear: R::lit(1.0) }
+    }
+
+    /// With one more object. What is not a number says nothing.
+    #[inline(always)]
+    pub fn with(self, next: Verdict<R>) -> Verdict<R> {
+        let (zero, one) = (R::lit(0.0), R::lit(1.0));
+        Verdict {
+            blocked: R::select(zero.lt(next.blocked), one, self.blocked),
+            clear: R::select(zero.lt(next.clear), self.clear, -one),
+        }
+    }
+}
+
+impl Verdict<f64> {
+    /// Whether it is surely in the way.
+    #[inline(always)]
+    pub fn is_blocked(self) -> bool {
+        self.blocked > 0.0
+    }
+
+    /// Whether it is surely not.
+    #[inline(always)]
+    pub fn is_clear(self) -> bool {
+        self.clear > 0.0
+    }
+}
+
+/// An object as shadow rays meet it.
+pub trait Occluder: Record {
+    /// Whether it is in the way of one that does not start on it.
+    fn occlude<R: Real<One: Bounded>>(met: &In<Self, R>, ray: &ShadowRay<R>) -> Verdict<R>;
+}
+
+impl<R: Real<One: Bounded>> ShadowRay<R> {
+    /// From a point that is off by `error`. Where the light is too close to it, nothing is known.
+    #[inline(always)]
+    pub fn new(aim: &Aim<R>, from: V3<R>, error: R) -> ShadowRay<R> {
+        let lit = R::lit;
+        let (unit, largest) = (lit(R::One::ROUNDING), R::One::LARGEST_ROOT);
+        let way = aim.to - from * aim.from_point;
+        let square = way.dot(way);
+        let length = square.sqrt();
+        let inv_length = lit(1.0) / length;
+        let off = (error + unit * (aim.away + length)) * aim.from_point;
+        let is_far = lit(1.0 / largest).lt(length).and(length.lt(lit(largest)));
+        let is_apart = (lit(4.0) * off).lt(length).and(is_far);
+        let end_error = unit * (aim.away + lit(1.0 + OF_WAY) * length) * aim.from_point;
+        ShadowRay {
+            from,
+            way,
+            length,
+            inv_square: lit(1.0) / square,
+            inv_length,
+            error: R::select(is_apart, error, lit(f64::INFINITY)),
+            end_error,
+            bend: lit(OF_LEVER) * end_error * inv_length,
+            from_point: aim.from_point,
+            last: aim.last,
+            end2: aim.end2,
+            turned: R::select(is_apart, lit(OF_TURN) * off * inv_length, lit(f64::INFINITY))
+                + aim.turned,
+            unit,
+        }
+    }
+
+    /// Rays side by side that are all like this one.
+    #[inline(always)]
+    pub fn repeated<W: Real<One = R>>(&self) -> ShadowRay<W>
+    where
+        R: Float,
+    {
+        ShadowRay {
+            from: V3::splat(self.from),
+            way: V3::splat(self.way),
+            length: W::splat(self.length),
+            inv_square: W::splat(self.inv_square),
+            inv_length: W::splat(self.inv_length),
+            error: W::splat(self.error),
+            end_error: W::splat(self.end_error),
+            bend: W::splat(self.bend),
+            from_point: W::splat(self.from_point),
+            last: W::splat(self.last),
+            end2: W::splat(self.end2),
+            turned: W::splat(self.turned),
+            unit: W::splat(self.unit),
+        }
+    }
+
+    /// Where it starts, its way, and where it goes on behind.
+    #[inline(always)]
+    pub fn line(&self) -> (V3<R>, V3<R>, R::Mask) {
+        (self.from, self.way, self.from_point.le(R::lit(0.0)))
+    }
+
+    /// How far the true ray may lie beside it up to objects within `farthest` from its start.
+    pub fn error_up_to(&self, farthest: R) -> R {
+        self.error + (self.bend * farthest).min(self.end_error)
+    }
+
+    /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not
+    /// to be positive.
+    #[inline(always)]
+    pub fn cosine(&self, normal: V3<R>, normal_error: R) -> (R, R) {
+        let (lit, zero, one) = (R::lit, R::lit(0.0), R::lit(1.0));
+        let cosine = normal.dot(self.way) * self.inv_length;
+        let rounding = (OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::ROUNDING;
+        let error = lit(ROOM) * (normal_error + self.turned) + lit(rounding);
+        // What is not a number says nothing.
+        let (low, high) = (cosine - error, cosine + error);
+        let high = R::select(high.lt(one), high, one);
+        (zero.max(low), zero.max(high))
+    }
+}
+
+#[cfg(test)]
+mod tests;

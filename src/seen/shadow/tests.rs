@@ -1,0 +1,304 @@
+//! Statements about what is in the way of light, against exact arithmetic.
+
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+use crate::guard::UNIT_F64;
+use crate::rays::Ray;
+use crate::seen::{PlaneMet, SphereMet};
+
+/// A point in a plane across the x axis, where a ray along that meets it: a point of f64, exactly.
+fn exact_point(at: DVec3) -> ExactPoint {
+    let ray = ExactRay::new(&Ray { origin: at - DVec3::X, direction: DVec3::X });
+    let plane = Shape::Plane { point: at, normal: DVec3::X };
+    let (root, side) = visible_root(&ray, &plane).unwrap();
+    let point = ExactPoint::new(&ray, &ExactHit { id: 1, root, side });
+    assert_eq!(point.is_within(0.0, at), Some(true), "{at}");
+    point
+}
+
+/// A point near this one that [`exact_point`] takes: its x keeps its digits when 1 is taken away and added again.
+fn exact_start(at: DVec3) -> DVec3 {
+    DVec3::new((at.x - 1.0) + 1.0, at.y, at.z)
+}
+
+fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+}
+
+/// A lamp at a point, or the direction of a sun's light.
+#[derive(Clone, Copy, Debug)]
+struct Lamp {
+    at: DVec3,
+    is_sun: bool,
+}
+
+impl Lamp {
+    /// A sun's direction with a largest component from 1 to 2.
+    fn origin(self) -> Origin {
+        let largest = self.at.abs().max_element().log2().floor() as i32;
+        match self.is_sun {
+            true => Origin::Sun(self.at * 2f64.powi(-largest)),
+            false => Origin::Point(self.at),
+        }
+    }
+
+    fn is_blocked(self, from: DVec3, shape: &Shape) -> bool {
+        let point = exact_point(from);
+        let ray = match self.is_sun {
+            true => ExactBeam::against(&point, self.at),
+            false => ExactBeam::to_position(&point, self.at),
+        };
+        ray.unwrap().is_blocked_by(shape)
+    }
+}
+
+/// What is said of an object in the way of a ray.
+fn said<F: Bounded>(ray: &ShadowRay<F>, shape: &Shape) -> Verdict<F> {
+    match *shape {
+        Shape::Sphere { center, radius } => {
+            SphereMet::occlude(&SphereMet::new::<F>(center, radius).round(), ray)
+        }
+        Shape::Plane { point, normal } => {
+            let largest = normal.abs().max_element().log2().floor() as i32;
+            PlaneMet::occlude(&PlaneMet::new(point, normal * 2f64.powi(-largest)).round(), ray)
+        }
+    }
+}
+
+/// Whether it is in the way, and whether it is not.
+fn says<F: Bounded>(verdict: Verdict<F>) -> [bool; 2] {
+    [verdict.blocked, verdict.clear].map(|margin| F::default().lt(margin))
+}
+
+const BLOCKED: [bool; 2] = [true, false];
+const CLEAR: [bool; 2] = [false, true];
+const OPEN: [bool; 2] = [false, false];
+
+/// Spheres and planes that a ray touches, begins at, or ends at, within some units.
+fn case(rng: &mut ChaCha8Rng, unit: f64) -> (DVec3, Lamp, Shape) {
+    let size = 2f64.powi(rng.random_range(-12..12));
+    let from = DVec3::new(rng.random_range(-8..8).into(), 0.0, 0.0)
+        + vector(rng) * DVec3::new(0.0, 1.0, 1.0) * 2f64.powi(rng.random_range(-6..6));
+    let lamp = Lamp { at: vector(rng) * size, is_sun: rng.random_bool(0.3) };
+    let way = if lamp.is_sun { -lamp.at } else { lamp.at - from };
+    let s = [0.0, 1.0, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
+    let on_ray = from + way * s;
+    let aside = way.cross(vector(rng)).normalize();
+    let near = 1.0 + f64::from(rng.random_range(-24..=24)) * unit;
+    let shape = if rng.random_bool(0.7) {
+        let radius = way.length() * rng.random_range(0.01..1.0);
+        let across = if s > 0.0 && s < 1.0 { aside } else { vector(rng).normalize() };
+        Shape::Sphere { center: on_ray + across * radius * near, radius }
+    } else {
+        let point = on_ray + aside * way.length();
+        Shape::Plane { point, normal: way.cross(aside) + way * 1e-3 }
+    };
+    (from, lamp, shape)
+}
+
+/// Wrong statements about `n` cases with this part of the bounds' unit, and statements at all.
+fn statements<F: Bounded>(n: usize, part: f64) -> (Vec<String>, usize) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1404);
+    let (mut wrong, mut n_said) = (Vec::new(), 0);
+    for _ in 0..n {
+        let (from, lamp, shape) = case(&mut rng, F::UNIT);
+        // The computed point is the true one.
+        let start = V3::near(from);
+        let from = DVec3::from_array(start.0.map(F::to_f64));
+        let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
+        let ray = ShadowRay { unit: ray.unit * F::near(part), ..ray };
+        let said = says(said(&ray, &shape));
+        if said == OPEN {
+            continue;
+        }
+        n_said += 1;
+        let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
+        if said != expected {
+            wrong.push(format!("{from:?} {lamp:?} {shape:?}: {said:?}"));
+        }
+    }
+    (wrong, n_said)
+}
+
+#[test]
+fn what_is_said_is_right() {
+    for (wrong, n_said) in [statements::<f64>(100_000, 1.0), statements::<f32>(100_000, 1.0)] {
+        assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+        assert!(n_said > 20_000, "{n_said}");
+    }
+}
+
+/// The unit of f64 is twice what rounding to nearest takes, the largest errors of all steps don't meet in one
+/// ray, and coordinates are rarely as large as their sums: wrong statements begin at a 24th.
+#[test]
+fn sabotage_smaller_bounds_are_noticed() {
+    assert!(!statements::<f64>(100_000, 1.0 / 48.0).0.is_empty());
+    assert!(!statements::<f32>(100_000, 1.0 / 24.0).0.is_empty());
+}
+
+/// So near that the squares of lengths underflow, the rounding of a dot product is as large as ever: this one has the wrong
+/// sign.
+#[test]
+fn planes_nearer_than_squares_tell_are_open() {
+    let normal = DVec3::new(1.6980664066748499, -1.592633229472514, -0.7121360615149421);
+    let point = DVec3::new(-3.324926991026493e-166, 6.670777831146176e-166, -2.28468268181911e-165);
+    let met = PlaneMet::new(point, normal);
+    for sun in [normal, -normal] {
+        let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Sun(sun)), V3([0.0; 3]), 0.0);
+        assert_eq!(says(PlaneMet::occlude(&met, &ray)), OPEN, "{sun:?}");
+    }
+}
+
+/// A sun at the horizon of a floor, which is often exactly there.
+#[test]
+fn suns_along_a_plane_are_known() {
+    let floor = PlaneMet::new(DVec3::new(0.0, -1.0, 3.0), DVec3::Y);
+    for (sun, known) in [
+        (DVec3::new(1.0, 0.0, -0.5), CLEAR),
+        (DVec3::new(1.0, 1e-300, -0.5), OPEN),
+        (DVec3::new(1.0, 1e-9, -0.5), BLOCKED),
+        (DVec3::new(1.0, -1e-9, -0.5), CLEAR),
+    ] {
+        // Its light comes from there.
+        let ray = ShadowRay::new(&Aim::<f64>::new(Origin::Sun(sun)), V3([0.1, 0.7, 0.3]), 1e-15);
+        assert_eq!(says(PlaneMet::occlude(&floor, &ray)), known, "{sun}");
+    }
+    // What is 0 in f32 may have been less before.
+    let sun = Aim::<f32>::new(Origin::Sun(DVec3::new(1.0, 0.0, -0.5)));
+    let ray = ShadowRay::new(&sun, V3([0.1, 0.7, 0.3]), 1e-6);
+    assert_eq!(says(PlaneMet::occlude(&floor.round(), &ray)), OPEN);
+}
+
+/// Wrong statements about spheres that touch rays, where lamp and centre are off by as much as their differences to the
+/// reference point may be, `ε|L|` and `ε|c|` with their own rounding, with this part of what is granted.
+fn statements_of_moved_lamps(n: usize, part: f64) -> Vec<String> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1431);
+    let mut wrong = Vec::new();
+    for _ in 0..n {
+        // Along a diagonal, where the largest component says least of the length.
+        let at = DVec3::splat(2f64.powi(rng.random_range(-6..48))) * rng.random_range(0.5..1.0);
+        let lamp = Lamp { at, is_sun: false };
+        let way = vector(&mut rng) * at.length() * 2f64.powi(rng.random_range(-20..0));
+        let from = exact_start(at - way);
+        let way = at - from;
+        let aside = way.cross(vector(&mut rng)).normalize();
+        let off = 0.7 * UNIT_F64 * [1.0, -1.0][rng.random_range(0..2)];
+        let s = [0.99, 1e-6, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
+        let radius = way.length() * s * rng.random_range(0.01..1.0);
+        let near = 1.0 + rng.random_range(-1.0..1.0) * 4.0 * UNIT_F64 * at.length() / radius;
+        let center = from + way * s + aside * radius * near;
+        let moved_lamp = Origin::Point(at + aside * off * at.length());
+        let moved_center = center - aside * off * center.length();
+        let ray = ShadowRay::new(&Aim::<f64>::new(moved_lamp), V3(from.to_array()), 0.0);
+        let (end_error, bend) = (ray.end_error * part, ray.bend * part);
+        let ray = ShadowRay { end_error, bend, unit: part * UNIT_F64, ..ray };
+        let shape = Shape::Sphere { center, radius };
+        let said = says(SphereMet::occlude(&SphereMet::new::<f64>(moved_center, radius), &ray));
+        let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
+        if said != OPEN && said != expected {
+            wrong.push(format!("{from:?} {lamp:?} {off:e} {shape:?}: {said:?}"));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn what_is_said_of_far_lamps_is_right() {
+    let wrong = statements_of_moved_lamps(100_000, 1.0);
+    assert_eq!(wrong.len(), 0, "{}", wrong[0]);
+}
+
+#[test]
+fn sabotage_half_of_what_far_lamps_are_granted_is_noticed() {
+    assert!(!statements_of_moved_lamps(100_000, 0.5).is_empty());
+}
+
+/// A ball near a floor is as open as its distance says, however far its lamp is.
+#[test]
+fn near_objects_are_judged_as_well_in_the_light_of_far_lamps() {
+    for far in [1e1, 1e8, 1e25, 1e60] {
+        let lamp = Aim::<f64>::new(Origin::Point(DVec3::new(0.4, 0.8, 0.3) * far));
+        let ray = ShadowRay::new(&lamp, V3([0.1, 0.0, 0.2]), 1e-15);
+        for (center, known) in [
+            (DVec3::new(0.9, 1.6, 0.8), BLOCKED),
+            (DVec3::new(-0.9, 1.6, 0.8), CLEAR),
+            (DVec3::new(-0.4, -0.8, -0.3), CLEAR),
+        ] {
+            let met = SphereMet::new::<f64>(center, 0.5);
+            assert_eq!(says(SphereMet::occlude(&met, &ray)), known, "{far:e} {center:?}");
+        }
+        let floor = PlaneMet::new(DVec3::new(0.0, -1.0, 0.0), DVec3::Y);
+        assert_eq!(says(PlaneMet::occlude(&floor, &ray)), CLEAR, "{far:e}");
+    }
+}
+
+/// Wrong bounds of `n·ω` with this part of what is granted.
+fn wrong_cosines<F: Bounded>(n: usize, part: f64) -> usize {
+    let mut rng = ChaCha8Rng::seed_from_u64(1438);
+    let mut n_wrong = 0;
+    for _ in 0..n {
+        let start = V3::<F>::near(vector(&mut rng));
+        let from = DVec3::from_array(start.0.map(F::to_f64));
+        let lamp = Lamp { at: vector(&mut rng) * 3.0, is_sun: rng.random_bool(0.5) };
+        let normal = vector(&mut rng);
+        // The rounding of a unit normal.
+        let unit = V3::<F>::near(normal.normalize());
+        let normal_error = F::near(2.0 * F::ROUNDING);
+        let ray = ShadowRay::new(&Aim::<F>::new(lamp.origin()), start, F::default());
+        let (low, high) = ray.cosine(unit, normal_error);
+        let (middle, half) =
+            ((high.to_f64() + low.to_f64()) / 2.0, (high.to_f64() - low.to_f64()) / 2.0);
+        // In more digits than these numbers have: as good as exact for f32.
+        let way = if lamp.is_sun { -lamp.at } else { lamp.at - from };
+        let exact = normal.normalize().dot(way.normalize());
+        if low.to_f64() > 0.0 && high.to_f64() < 1.0 {
+            n_wrong += usize::from((exact - middle).abs() > part * half);
+        }
+        n_wrong += usize::from(exact > high.to_f64() + 1e-15);
+    }
+    n_wrong
+}
+
+#[test]
+fn cosines_are_within_their_bounds() {
+    assert_eq!(wrong_cosines::<f32>(100_000, 1.0), 0);
+    assert!(wrong_cosines::<f32>(100_000, 1.0 / 12.0) > 0);
+}
+
+/// What is not in the way of rays from a ball is in the way of none of theirs, and the same of what is in the way; of a ball
+/// of half the radius it says what is wrong.
+#[test]
+fn a_ball_speaks_for_the_points_in_it() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1424);
+    let (mut n_said, mut n_wrong, mut n_wrong_of_half) = (0, 0, 0);
+    for round in 0..40_000 {
+        let (at, lamp) = (vector(&mut rng), vector(&mut rng) * 4.0);
+        let is_sun = round % 3 == 0;
+        let aim = Aim::<f64>::new(Lamp { at: lamp, is_sun }.origin());
+        let size = [0.3, 0.01][round % 2];
+        // Mostly about as far away as the ball is thick.
+        let r = 0.5 + 0.4 * vector(&mut rng).x;
+        let middle = at + (lamp - at) * (0.5 + 0.5 * vector(&mut rng).x);
+        let center = middle + vector(&mut rng) * r;
+        let met = SphereMet::new::<f64>(center, r);
+        let said =
+            |reach| says(SphereMet::occlude(&met, &ShadowRay::new(&aim, V3(at.to_array()), reach)));
+        let points: Vec<DVec3> = (0..8).map(|_| at + vector(&mut rng).normalize() * size).collect();
+        let is_wrong = |said: [bool; 2]| {
+            points.iter().any(|point| {
+                let ray = ShadowRay::new(&aim, V3(point.to_array()), 1e-9);
+                let here = says(SphereMet::occlude(&met, &ray));
+                said != OPEN && here != OPEN && here != said
+            })
+        };
+        n_said += usize::from(said(size + 1e-9) != OPEN);
+        n_wrong += usize::from(is_wrong(said(size + 1e-9)));
+        n_wrong_of_half += usize::from(is_wrong(said(size / 2.0)));
+    }
+    assert_eq!(n_wrong, 0);
+    assert!(n_said > 5000 && n_wrong_of_half > 10, "{n_said} {n_wrong_of_half}");
+}

@@ -1,0 +1,193 @@
+//! The colours of pixels that bounds leave open, exactly.
+
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
+use super::lamp::{Lamp, Origin};
+use super::lit::Job;
+use super::mean::ExactMean;
+use super::occluders::Occluders;
+use super::pass::Open;
+use super::written::Written;
+use crate::certify::{Pack, Surfaces};
+use crate::exact::{ExactPoint, Shape, exact, integer};
+use crate::num::Lanes;
+use crate::rays::Pixels;
+use crate::seen::SurfacePoint;
+use crate::trace::StageCounts;
+
+/// Most colours that one thread keeps of pixels that were decided exactly.
+const MOST_KNOWN: usize = 1 << 12;
+
+/// Decides pixels.
+#[derive(Clone, Copy)]
+pub struct Decider<'a> {
+    pub job: Job<'a>,
+    pub occluders: &'a Occluders<'a>,
+    pub samples: &'a Pixels,
+    pub surfaces: &'a Surfaces<'a, f64>,
+}
+
+/// The colours of pixels that were decided before, by what their samples see, where that says all.
+pub type Known<T> = HashMap<Vec<u32>, T>;
+
+/// The point that a sample sees, as well as it is known so far.
+struct SamplePoint {
+    /// Index of its ray.
+    at: usize,
+    /// The object's id.
+    id: u32,
+    /// In f64; `None` where nothing is known.
+    surface: Option<SurfacePoint<f64>>,
+    exact: OnceCell<Option<(ExactPoint, Shape)>>,
+}
+
+impl SamplePoint {
+    /// The point exactly, found when it is first asked for, and the shape of its object.
+    fn exactly(&self, occluders: &Occluders) -> Option<&(ExactPoint, Shape)> {
+        self.exact.get_or_init(|| occluders.stage.exact_point(self.at, self.id)).as_ref()
+    }
+}
+
+impl Decider<'_> {
+    /// A pixel's colour.
+    pub fn decide<T: Written>(
+        &self,
+        open: &Open,
+        known: &mut Known<T>,
+        counts: &mut StageCounts,
+    ) -> T {
+        let samples: Vec<SamplePoint> =
+            self.job.samples(open.pixel).map(|at| self.sample(at)).collect();
+        let Some(seen) = self.seen_evenly(&samples, counts) else {
+            return self.exact_mean(open, &samples, counts);
+        };
+        if let Some(color) = known.get(&seen) {
+            return *color;
+        }
+        // Its shadow rays are counted already.
+        let color = self.exact_mean(open, &samples, &mut StageCounts::default());
+        if known.len() < MOST_KNOWN {
+            known.insert(seen, color);
+        }
+        color
+    }
+
+    fn sample(&self, at: usize) -> SamplePoint {
+        let id = self.job.ids[at];
+        let mut surface = None;
+        if self.surfaces.are_known() {
+            let (x, y) = self.samples.xy(at);
+            let (i, j) = self.samples.offset2(x, y);
+            let mut packs = [Pack::<f64, 1, SurfacePoint<Lanes<f64, 1>>>::default()];
+            packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
+            packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);
+            self.surfaces.solve(&mut packs);
+            surface = Some(packs[0].kept.lane(0)).filter(SurfacePoint::is_known);
+        }
+        SamplePoint { at, id, surface, exact: OnceCell::new() }
+    }
+
+    /// Whether the light of the lamp with index `index` reaches a point that faces it: in f64, and exactly where that does not
+    /// tell.
+    fn is_seen(
+        &self,
+        (index, lamp): (usize, &Lamp),
+        sample: &SamplePoint,
+        counts: &mut StageCounts,
+    ) -> bool {
+        if !lamp.casts_shadows() {
+            return true;
+        }
+        let open = match self.occluders.look((index, lamp), sample.id, sample.surface.as_ref()) {
+            Ok(is_seen) => {
+                counts.f64 += 1;
+                return is_seen;
+            }
+            Err(open) => open,
+        };
+        counts.exact += 1;
+        let Some((point, _)) = sample.exactly(self.occluders) else { return true };
+        let Some(ray) = self.occluders.exact_ray(lamp, point) else { return true };
+        !open.into_iter().any(|id| {
+            let object = self.occluders.scene.object(id);
+            object.is_some_and(|object| ray.is_blocked_by(&object.into()))
+        })
+    }
+
+    /// What says all of the colour of samples that see planes in the light of suns, or nothing: how many of them see which plane
+    /// in which suns' light. On one side of a plane each sun's is the same everywhere. `None` for others.
+    fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u32>> {
+        let (lamps, occluders) = (&self.job.lit.lighting.lamps, self.occluders);
+        let is_even = |sample: &SamplePoint| {
+            sample.id == 0 || sample.surface.is_some() && occluders.is_plane(sample.id)
+        };
+        let are_suns = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)));
+        if !(are_suns && samples.iter().all(is_even)) {
+            return None;
+        }
+        // For each kind of sample its object, its side with its suns, and how often it is there.
+        let n_words = 3 + lamps.len() / 32;
+        let (mut seen, mut one): (Vec<u32>, Vec<u32>) = Default::default();
+        for sample in samples {
+            one.clear();
+            one.resize(n_words, 0);
+            one[0] = sample.id;
+            if sample.id != 0 {
+                let faces_front = occluders.faces_front(sample.id, sample.surface.as_ref()?);
+                one[1] = u32::from(faces_front);
+                for (index, lamp) in lamps.iter().enumerate() {
+                    let gives = occluders.lights_plane(index, sample.id, faces_front)
+                        && self.is_seen((index, lamp), sample, counts);
+                    let bit = index + 1;
+                    one[1 + bit / 32] |= u32::from(gives) << (bit % 32);
+                }
+            }
+            let is_alike = |kind: &&mut [u32]| kind[..n_words - 1] == one[..n_words - 1];
+            match seen.chunks_mut(n_words).find(is_alike) {
+                Some(kind) => kind[n_words - 1] += 1,
+                None => {
+                    one[n_words - 1] = 1;
+                    seen.extend_from_slice(&one);
+                }
+            }
+        }
+        Some(seen)
+    }
+
+    fn exact_mean<T: Written>(
+        &self,
+        open: &Open,
+        samples: &[SamplePoint],
+        counts: &mut StageCounts,
+    ) -> T {
+        let lighting = &self.job.lit.lighting;
+        let n_counted = self.job.n_counted(open.pixel);
+        let mut mean = ExactMean::new(n_counted * u64::from(lighting.n_shares));
+        let shares = integer(lighting.n_shares.into());
+        for sample in samples {
+            let color = self.job.color(sample.id).map(exact);
+            let Some((point, shape)) = sample.exactly(self.occluders) else {
+                for (channel, part) in color.iter().enumerate() {
+                    mean.add(channel, &(part * &shares));
+                }
+                continue;
+            };
+            for (channel, part) in color.iter().enumerate() {
+                let ambient = exact(lighting.ambient[channel]) * &shares;
+                mean.add(channel, &(ambient * part));
+            }
+            for (index, lamp) in lighting.lamps.iter().enumerate() {
+                if let Some(ray) = self.occluders.exact_ray(lamp, point)
+                    && let Some(cosine) = ray.cosine(shape)
+                    && self.is_seen((index, lamp), sample, counts)
+                {
+                    let weight = &lamp.exact_weight;
+                    let weights = std::array::from_fn(|k| &weight[k] * &color[k]);
+                    mean.add_light(cosine, weights);
+                }
+            }
+        }
+        T::of_exact(&mean, &open.bounds)
+    }
+}

@@ -1,0 +1,802 @@
+//! The light on pixels, in lanes: bounds of their colours in numbers of `F`, and what these say of what is written.
+//!
+//! Lanes are neighbouring pixels, and a pack of them has one sample of each. A light goes through stages, each a small loop
+//! over packs in memory: how steep it falls, balls of the points of each object that it may shine on, what is in the way of
+//! these balls, and what of that is in the way of the points.
+//!
+//! # Bounds
+//! A colour is `c·(A + Σ wᵢgᵢ)` with the light `A` from nowhere, the lamps' weights and what is given of them between two
+//! bounds. All of it is positive: relative to its sum, of `n` lamps, the numbers `c`, `A` and `w` are rounded once, products
+//! and sums take `n + 2`, the sum of `s` samples `s`, the quotient by their number 1, and the bounds' factors 2: `n + s +`
+//! [`OF_COLOR`] roundings, see [`of_roundings`]. What underflows in all that lamps give a point, a weight, a product and a sum
+//! each, is below [`Float::TINY`]. A colour that is not normal in f32 makes less than `2⁻⁶⁰`, far below the smallest edge
+//! between bytes.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use pulp::Simd;
+
+use super::Background;
+use super::lamp::MOST_IN_F32;
+use super::lit::Job;
+use super::occluders::{Met, Occluders};
+use super::written::{Interval, Written};
+use crate::certify::{Pack, Surfaces, is_id};
+use crate::guard::host::Bounded;
+use crate::guard::{LONGEST_IN_F32, UNIT_F64};
+use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
+use crate::rays::Pixels;
+use crate::scene::Linear;
+use crate::seen::shadow::{Aim, Origin};
+use crate::seen::{Bounds, ShadowRay, SphereMet, SurfacePoint, Verdict};
+use crate::seen::{Occluder, Record};
+use crate::tree::Walk;
+
+/// Roundings of a colour beside one for each lamp and each sample.
+const OF_COLOR: f64 = 10.0;
+
+/// How far the true sum of positive terms may be from one that took `n` roundings by `unit`, relative to that one; `None` where
+/// it may be any. The computed sum is the true one times `1 + θ` with `|θ| ≤ γ = nu/(1 − nu)` (Higham 2002, Accuracy and
+/// Stability of Numerical Algorithms, lemma 3.1). So the true one is off by at most `γ/(1 − γ) = nu/(1 − 2nu)` of it.
+fn of_roundings(n: f64, unit: f64) -> Option<f64> {
+    let first_order = n * unit;
+    (first_order < 0.25).then(|| first_order / (1.0 - 2.0 * first_order))
+}
+
+/// A pixel whose colour the bounds leave open.
+pub struct Open {
+    /// Its index.
+    pub pixel: usize,
+    /// Bounds of its colour.
+    pub bounds: [Interval; 3],
+}
+
+/// A lamp's light.
+struct Light<F> {
+    origin: Origin,
+    weight: V3<F>,
+    casts_shadows: bool,
+}
+
+/// Light in numbers of `F`.
+pub struct Pass<'a, F: Float> {
+    job: Job<'a>,
+    occluders: &'a Occluders<'a>,
+    samples: &'a Pixels,
+    pub surfaces: Surfaces<'a, F>,
+    /// [`Occluders::listed`]
+    listed: Vec<Met<F>>,
+    lights: Vec<Light<F>>,
+    /// Bounds of the light from nowhere.
+    ambient: Bounds<V3<F>>,
+    /// What a colour is off by, relative.
+    width: f64,
+}
+
+/// Bounds of what a light gives to some samples.
+#[derive(Clone, Copy)]
+struct Given<F: Float, const N: usize> {
+    low: Lanes<F, N>,
+    high: Lanes<F, N>,
+    /// 1 where a shadow ray is looked along, else 0.
+    asked: Lanes<F, N>,
+    /// Whether it may give anything to any.
+    is_lit: bool,
+}
+
+impl<F: Float, const N: usize> Given<F, N> {
+    fn none() -> Self {
+        let zero = Lanes::lit(0.0);
+        Given { low: zero, high: zero, asked: zero, is_lit: false }
+    }
+
+    /// Takes away what something is surely, or perhaps, in the way of.
+    #[inline(always)]
+    fn take(&mut self, verdict: &Verdict<Lanes<F, N>>) {
+        let zero = Lanes::lit(0.0);
+        self.low = Lanes::select(zero.lt(verdict.clear), self.low, zero);
+        self.high = Lanes::select(zero.lt(verdict.blocked), zero, self.high);
+    }
+}
+
+/// The ways from some samples to a light.
+struct Way<F: Float, const N: usize> {
+    rays: ShadowRay<Lanes<F, N>>,
+    verdict: Verdict<Lanes<F, N>>,
+    /// Positive where it is not known to be dark.
+    asked: Lanes<F, N>,
+}
+
+impl<F: Float, const N: usize> Way<F, N> {
+    /// Whether one of these lanes is not known to be dark.
+    #[inline(always)]
+    fn is_open(&self, lanes: Lanes<F, N>) -> bool {
+        Lanes::lit(0.0).lt(lanes.min(self.asked)).any()
+    }
+}
+
+/// Bounds of the colours of some samples.
+#[derive(Clone, Copy)]
+struct Shade<F: Float, const N: usize> {
+    /// The objects' own.
+    color: V3<Lanes<F, N>>,
+    low: V3<Lanes<F, N>>,
+    high: V3<Lanes<F, N>>,
+    /// Shadow rays that are looked along.
+    n_rays: Lanes<F, N>,
+    /// 1 where an object is seen, else 0.
+    n_hits: Lanes<F, N>,
+}
+
+impl<F: Float, const N: usize> Shade<F, N> {
+    fn none() -> Self {
+        let (zero, none) = (Lanes::lit(0.0), V3([Lanes::lit(0.0); 3]));
+        Shade { color: none, low: none, high: none, n_rays: zero, n_hits: zero }
+    }
+
+    /// Adds another one's numbers, but for the object's colour.
+    #[inline(always)]
+    fn add(&mut self, other: &Self) {
+        (self.low, self.high) = (self.low + other.low, self.high + other.high);
+        (self.n_rays, self.n_hits) = (self.n_rays + other.n_rays, self.n_hits + other.n_hits);
+    }
+}
+
+/// Points of one object, lane by lane.
+#[derive(Clone, Copy)]
+struct Box<F: Float, const N: usize> {
+    id: u32,
+    low: V3<Lanes<F, N>>,
+    high: V3<Lanes<F, N>>,
+    error: Lanes<F, N>,
+    /// 1 where some are seen from inside.
+    back: Lanes<F, N>,
+}
+
+/// A ball around points of one object.
+struct Ball {
+    id: u32,
+    /// Whether some are seen from inside.
+    has_back: bool,
+    middle: V3<f64>,
+    reach: f64,
+}
+
+impl<F: Float, const N: usize> Box<F, N> {
+    #[inline(always)]
+    fn none(id: u32) -> Self {
+        let (beyond, zero) = (V3([Lanes::lit(F::BEYOND); 3]), Lanes::lit(0.0));
+        Box { id, low: beyond, high: -beyond, error: zero, back: zero }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, is_in: LaneBits<F, N>, surface: &SurfacePoint<Lanes<F, N>>) {
+        self.low = V3::select(is_in, self.low.min(surface.point), self.low);
+        self.high = V3::select(is_in, self.high.max(surface.point), self.high);
+        self.error = Lanes::select(is_in, self.error.max(surface.point_error), self.error);
+        let back = Lanes::select(surface.front, Lanes::lit(0.0), Lanes::lit(1.0));
+        self.back = Lanes::select(is_in, self.back.max(back), self.back);
+    }
+
+    /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
+    /// the largest error.
+    #[inline(always)]
+    fn ball(&self) -> Ball {
+        let (mut middle, mut half) = (V3([0.0; 3]), V3([0.0; 3]));
+        for axis in 0..3 {
+            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
+            half.0[axis] = (high - low) * 0.5;
+            middle.0[axis] = low + half.0[axis];
+        }
+        let rounding = UNIT_F64 * middle.dot(middle).sqrt();
+        let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
+        Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
+    }
+}
+
+impl Ball {
+    /// The ways from its points to a light.
+    #[inline(always)]
+    fn shadow_ray(&self, origin: Origin) -> ShadowRay<f64> {
+        ShadowRay::new(&Aim::new(origin), self.middle, self.reach)
+    }
+}
+
+/// The largest of all lanes.
+#[inline(always)]
+fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
+    let mut most = lanes.0[0];
+    for lane in 1..N {
+        most = most.max(lanes.0[lane]);
+    }
+    most.to_f64()
+}
+
+/// What the pixels of a part go through, from part to part.
+pub struct Scratch<F: Float, const N: usize> {
+    packs: Vec<Pack<F, N, SurfacePoint<Lanes<F, N>>>>,
+    /// Of each light in turn for all packs.
+    given: Vec<Given<F, N>>,
+    shades: Vec<Shade<F, N>>,
+    boxes: Vec<Box<F, N>>,
+    balls: Vec<Ball>,
+    /// Places of listed objects that may be in the way.
+    places: Vec<usize>,
+    /// Points that share a walk through the tree: a ball of them, and which members.
+    groups: Vec<(Ball, std::ops::Range<usize>)>,
+    /// Indices of packs, and 1 where a point of it is in the group, else 0.
+    members: Vec<(usize, Lanes<F, N>)>,
+    /// 1 where a point of a pack is in no group yet, else 0.
+    left: Vec<Lanes<F, N>>,
+    ways: Vec<Way<F, N>>,
+    walk: Walk,
+    /// Whether the light shines on anything.
+    is_lit: bool,
+    /// For each lamp and each pack, the place in the tree of what was in the way last.
+    last: Vec<Option<usize>>,
+}
+
+impl<F: Float, const N: usize> Default for Scratch<F, N> {
+    fn default() -> Self {
+        Scratch {
+            packs: Vec::new(),
+            given: Vec::new(),
+            shades: Vec::new(),
+            boxes: Vec::new(),
+            balls: Vec::new(),
+            places: Vec::new(),
+            groups: Vec::new(),
+            members: Vec::new(),
+            left: Vec::new(),
+            ways: Vec::new(),
+            walk: Walk::default(),
+            is_lit: false,
+            last: Vec::new(),
+        }
+    }
+}
+
+/// The pixels of a call, and where what is found of them goes.
+pub struct Part<'a, T> {
+    /// Indices of pixels.
+    pub pixels: &'a [usize],
+    /// Takes the colours of pixels from this index on.
+    pub first: usize,
+    pub out: &'a mut [T],
+    /// Gets those that are left open.
+    pub open: &'a mut Vec<Open>,
+    /// Counts shadow rays of pixels that are not.
+    pub n_rays: &'a mut u64,
+}
+
+impl<'a> Pass<'a, f32> {
+    /// In f32; `None` where weights or colours are out of its range.
+    pub fn in_f32(
+        job: Job<'a>,
+        occluders: &'a Occluders<'a>,
+        samples: &'a Pixels,
+    ) -> Option<Pass<'a, f32>> {
+        let lighting = &job.lit.lighting;
+        let weights = lighting.lamps.iter().map(|lamp| lamp.weight);
+        let n_objects = occluders.scene.n_objects() as u32;
+        let mut numbers =
+            weights.chain((0..=n_objects).map(|id| job.color(id))).chain([lighting.ambient]);
+        if !numbers.all(|parts| parts.iter().all(|part| (0.0..MOST_IN_F32).contains(part)))
+            || samples.longest_direction() > LONGEST_IN_F32
+        {
+            return None;
+        }
+        let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
+        let pass = Pass::new(job, occluders, samples, surfaces);
+        (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
+    }
+}
+
+impl<'a> Pass<'a, f64> {
+    /// In f64.
+    pub fn in_f64(
+        job: Job<'a>,
+        occluders: &'a Occluders<'a>,
+        samples: &'a Pixels,
+    ) -> Pass<'a, f64> {
+        let surfaces = Surfaces::in_f64(&occluders.stage);
+        Pass::new(job, occluders, samples, surfaces)
+    }
+}
+
+impl<'a, F: Bounded + Linear> Pass<'a, F> {
+    fn new(
+        job: Job<'a>,
+        occluders: &'a Occluders<'a>,
+        samples: &'a Pixels,
+        surfaces: Surfaces<'a, F>,
+    ) -> Pass<'a, F> {
+        let lighting = &job.lit.lighting;
+        let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
+        let lights = lighting.lamps.iter().zip(&occluders.origins).map(|(lamp, &origin)| Light {
+            origin,
+            weight: V3(lamp.weight.map(F::near)),
+            casts_shadows: lamp.casts_shadows(),
+        });
+        let ambient = |sign: f64| {
+            V3(lighting
+                .ambient
+                .map(|part| F::near((F::near(part).to_f64() + sign * F::TINY).max(0.0))))
+        };
+        Pass {
+            lights: lights.collect(),
+            listed: occluders.listed.iter().map(|listed| occluders.met_listed(listed)).collect(),
+            ambient: Bounds { low: ambient(-1.0), high: ambient(1.0) },
+            width: of_roundings(n_terms + OF_COLOR, F::ROUNDING).unwrap_or(f64::INFINITY),
+            job,
+            occluders,
+            samples,
+            surfaces,
+        }
+    }
+
+    /// Finds the colours of some pixels of a row, `N` of them together.
+    pub fn find<T: Written, const N: usize>(&self, mut part: Part<T>, scratch: &mut Scratch<F, N>) {
+        if part.pixels.is_empty() {
+            return;
+        }
+        self.run::<T, N, { stage::LOAD }>(&mut part, scratch, 0);
+        self.run::<T, N, { stage::SEE }>(&mut part, scratch, 0);
+        self.run::<T, N, { stage::GATHER }>(&mut part, scratch, 0);
+        if self.occluders.has_tree() {
+            scratch.last.resize(self.lights.len() * scratch.packs.len(), None);
+            self.run::<T, N, { stage::GROUP }>(&mut part, scratch, 0);
+        }
+        for (index, light) in self.lights.iter().enumerate() {
+            self.run::<T, N, { stage::AIM }>(&mut part, scratch, index);
+            if light.casts_shadows && scratch.is_lit {
+                self.run::<T, N, { stage::DARKEN }>(&mut part, scratch, index);
+                if self.occluders.has_tree() {
+                    self.run::<T, N, { stage::DARKEN_BY_TREE }>(&mut part, scratch, index);
+                }
+            }
+        }
+        self.run::<T, N, { stage::TINT }>(&mut part, scratch, 0);
+        self.run::<T, N, { stage::WRITE }>(&mut part, scratch, 0);
+    }
+
+    fn run<T: Written, const N: usize, const STAGE: usize>(
+        &self,
+        part: &mut Part<T>,
+        scratch: &mut Scratch<F, N>,
+        index: usize,
+    ) {
+        let run: Run<T, F, N, STAGE> = Run { pass: self, part, scratch, index };
+        pulp::Arch::new().dispatch(run);
+    }
+
+    /// Puts samples of pixels into packs, and makes room for their light.
+    #[inline(always)]
+    fn load<const N: usize>(&self, pixels: &[usize], scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, shades, given, .. } = scratch;
+        let (n, row, ids) = (self.job.n_samples(), self.job.row, self.job.ids);
+        let n_packs = pixels.len().div_ceil(N) * n * n;
+        shades.resize(n_packs, Shade::none());
+        given.resize(n_packs * self.lights.len(), Given::none());
+        packs.resize_with(packs.len().max(n_packs), Pack::default);
+        packs.truncate(n_packs);
+        let n_spheres = self.occluders.scene.spheres.len() as u32;
+        let first = self.job.first_sample(pixels[0]);
+        let (x, y) = self.samples.xy(first);
+        let (i, j) = self.samples.offset2(x, y);
+        for (some, packs) in pixels.chunks(N).zip(packs.chunks_mut(n * n)) {
+            // Samples from the first one to these pixels'.
+            let mut columns = [0; N];
+            for lane in 0..N {
+                columns[lane] = (some[lane.min(some.len() - 1)] - pixels[0]) * n;
+            }
+            let is_stretch = n == 1 && is_stretch::<N>(some);
+            for (sample, pack) in packs.iter_mut().enumerate() {
+                let (across, down) = (sample % n, sample / n);
+                let ids = &ids[first + down * row + across..];
+                if is_stretch {
+                    pack.see(&ids[columns[0]..][..N], n_spheres);
+                } else {
+                    let mut seen = [0; N];
+                    for lane in 0..N {
+                        seen[lane] = ids[columns[lane]];
+                    }
+                    pack.see(&seen, n_spheres);
+                }
+                let (i, j) = ((i + 2 * across as i64) as f64, (j - 2 * down as i64) as f64);
+                pack.offset[1] = Lanes::lit(j);
+                for lane in 0..N {
+                    pack.offset[0].0[lane] = F::near(i + 2.0 * f64::from(columns[lane] as u32));
+                }
+            }
+        }
+    }
+
+    /// Finds the surfaces that samples see.
+    #[inline(always)]
+    fn see<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        if self.surfaces.are_known() {
+            return self.surfaces.solve(&mut scratch.packs);
+        }
+        for pack in &mut scratch.packs {
+            pack.kept = SurfacePoint::default();
+        }
+    }
+
+    #[inline(always)]
+    fn shadow_rays<const N: usize>(
+        &self,
+        aim: &Aim<Lanes<F, N>>,
+        pack: &Pack<F, N, SurfacePoint<Lanes<F, N>>>,
+    ) -> ShadowRay<Lanes<F, N>> {
+        ShadowRay::new(aim, pack.kept.point, pack.kept.point_error)
+    }
+
+    /// What a light gives if nothing is in its way.
+    #[inline(always)]
+    fn aim<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, given, .. } = scratch;
+        let light = &self.lights[index];
+        let aim = Aim::new(light.origin);
+        let (zero, is_asked) = (Lanes::lit(0.0), if light.casts_shadows { 1.0 } else { 0.0 });
+        let all = &mut given[index * packs.len()..][..packs.len()];
+        scratch.is_lit = false;
+        for (pack, given) in one_by_one(&*packs).zip(all) {
+            let (low, high) =
+                self.shadow_rays(&aim, pack).cosine(pack.kept.normal, pack.kept.normal_error);
+            let low = Lanes::select(pack.kept.is_known(), low, zero);
+            let high = Lanes::select(is_id(&pack.ids, 0), zero, high);
+            let asked = Lanes::select(zero.lt(high), Lanes::lit(is_asked), zero);
+            let is_lit = zero.lt(high).any();
+            *given = Given { low, high, asked, is_lit };
+            scratch.is_lit |= is_lit;
+        }
+    }
+
+    /// The points that samples see, by objects.
+    #[inline(always)]
+    fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, boxes, balls, .. } = scratch;
+        boxes.clear();
+        for pack in packs {
+            let mut left = pack.kept.is_known().and(is_id(&pack.ids, 0).not());
+            while left.any() {
+                let id = match pack.is_uniform() {
+                    true => pack.ids[0],
+                    false => first_of(left, &pack.ids),
+                };
+                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
+                let known = boxes.iter().rposition(|some| some.id == id);
+                let at = known.unwrap_or_else(|| {
+                    boxes.push(Box::none(id));
+                    boxes.len() - 1
+                });
+                boxes[at].add(here, &pack.kept);
+                if pack.is_uniform() {
+                    break;
+                }
+                left = left.and(here.not());
+            }
+        }
+        balls.clear();
+        for some in boxes {
+            balls.push(some.ball());
+        }
+    }
+
+    /// Takes away what listed objects are in the way of.
+    #[inline(always)]
+    fn darken<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, given, balls, places, .. } = scratch;
+        let given = &mut given[index * packs.len()..][..packs.len()];
+        let (light, lamp) = (&self.lights[index], &self.job.lit.lighting.lamps[index]);
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let aim = Aim::new(light.origin);
+        for ball in balls {
+            let id = ball.id;
+            let mut both = packs.iter().zip(&*given);
+            if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
+                continue;
+            }
+            let has_back = ball.has_back && self.occluders.own_is_in_the_way(lamp, id);
+            let is_dark = self.occluders.look_around(&ball.shadow_ray(light.origin), id, places);
+            if !is_dark && !has_back && places.is_empty() {
+                continue;
+            }
+            for (pack, given) in packs.iter().zip(&mut *given) {
+                if !given.is_lit || !pack.sees(id) {
+                    continue;
+                }
+                let mut verdict = Verdict::none();
+                if is_dark {
+                    verdict = Verdict { blocked: one, clear: -one };
+                } else {
+                    let rays = self.shadow_rays(&aim, pack);
+                    for &place in &*places {
+                        verdict = verdict.with(self.listed[place].occlude(&rays));
+                    }
+                    if has_back {
+                        let front = pack.kept.front;
+                        verdict.blocked = Lanes::select(front, verdict.blocked, one);
+                        verdict.clear = Lanes::select(front, verdict.clear, -one);
+                    }
+                }
+                // Of those of which nothing is known the lower bound is 0 already.
+                let here = pack.kept.is_known();
+                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
+                verdict.blocked = Lanes::select(here, verdict.blocked, zero);
+                verdict.clear = Lanes::select(here, verdict.clear, one);
+                given.take(&verdict);
+            }
+        }
+    }
+
+    /// Groups of points that are close together, each of which shares a walk through the tree.
+    #[inline(always)]
+    fn group<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, groups, members, left, .. } = scratch;
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let together = Lanes::lit(self.occluders.together * self.occluders.together);
+        groups.clear();
+        members.clear();
+        left.clear();
+        for pack in &*packs {
+            let some = pack.kept.is_known().and(is_id(&pack.ids, 0).not());
+            left.push(Lanes::select(some, one, zero));
+        }
+        for first in 0..packs.len() {
+            while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
+                let nearest = V3::splat(V3(packs[first].kept.point.0.map(|x| x.0[lane])));
+                let (mut all, start) = (Box::none(0), members.len());
+                for at in first..packs.len() {
+                    let apart = packs[at].kept.point - nearest;
+                    let mut here = Lanes::select(apart.dot(apart).le(together), left[at], zero);
+                    if at == first {
+                        here.0[lane] = one.0[lane];
+                    }
+                    let is_in = zero.lt(here);
+                    if is_in.any() {
+                        left[at] = Lanes::select(is_in, zero, left[at]);
+                        all.add(is_in, &packs[at].kept);
+                        members.push((at, here));
+                    }
+                }
+                groups.push((all.ball(), start..members.len()));
+            }
+        }
+    }
+
+    /// Takes away what spheres of the tree are in the way of.
+    #[inline(always)]
+    fn darken_by_tree<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        index: usize,
+        scratch: &mut Scratch<F, N>,
+    ) {
+        let Some(hierarchy) = &self.occluders.prepared.hierarchy else { return };
+        let (tree, light) = (&hierarchy.tree, &self.lights[index]);
+        let aim = Aim::new(light.origin);
+        let Scratch { packs, given, walk, last, groups, members, ways, .. } = scratch;
+        let given = &mut given[index * packs.len()..][..packs.len()];
+        let last = &mut last[index * packs.len()..][..packs.len()];
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        ways.clear();
+        let mut beside = None;
+        for (at, pack) in packs.iter().enumerate() {
+            let rays = self.shadow_rays(&aim, pack);
+            let mut way = Way { rays, verdict: Verdict::none(), asked: given[at].high };
+            // What was in the way of the pack above this one, and of the one beside it.
+            for place in [last[at], beside].into_iter().flatten().filter(|_| given[at].is_lit) {
+                self.meet(tree.order[place], pack, &mut way);
+            }
+            beside = last[at];
+            ways.push(way);
+        }
+        for (ball, range) in groups {
+            let members = &members[range.clone()];
+            let mut is_any_open = false;
+            for &(at, here) in members {
+                is_any_open |= ways[at].is_open(here);
+            }
+            if !is_any_open {
+                continue;
+            }
+            let Some(segment) = self.occluders.segment(&ball.shadow_ray(light.origin)) else {
+                continue;
+            };
+            walk.start(tree, &segment);
+            while let Some(place) = walk.next(simd, tree) {
+                let mut is_any_open = false;
+                for &(at, here) in members {
+                    let way = &mut ways[at];
+                    if way.is_open(here) && self.meet(tree.order[place], &packs[at], way) {
+                        last[at] = Some(place);
+                    }
+                    is_any_open |= way.is_open(here);
+                }
+                if !is_any_open {
+                    break;
+                }
+            }
+        }
+        for ((pack, given), way) in packs.iter().zip(given).zip(ways) {
+            let Verdict { mut blocked, mut clear } = way.verdict;
+            let known = pack.kept.is_known();
+            (blocked, clear) =
+                (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
+            given.take(&Verdict { blocked, clear });
+        }
+    }
+
+    /// Takes in whether a sphere is in the way, which it is not of rays that start on it. Says whether it is in that of any.
+    #[inline(always)]
+    fn meet<const N: usize>(
+        &self,
+        index: u32,
+        pack: &Pack<F, N, SurfacePoint<Lanes<F, N>>>,
+        way: &mut Way<F, N>,
+    ) -> bool {
+        let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
+        let met = <SphereMet<f64> as Record>::splat(&self.occluders.met::<F>(index));
+        let mut met = SphereMet::occlude(&met, &way.rays);
+        if pack.ids.contains(&(index + 1)) {
+            let own = is_id(&pack.ids, index + 1);
+            met.blocked = Lanes::select(own, -one, met.blocked);
+            met.clear = Lanes::select(own, one, met.clear);
+        }
+        way.verdict = way.verdict.with(met);
+        way.asked = Lanes::select(zero.lt(met.blocked), zero, way.asked);
+        zero.lt(met.blocked).any()
+    }
+
+    /// Adds what all lights give, and takes it times the objects' own colours.
+    #[inline(always)]
+    fn tint<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, given, shades, .. } = scratch;
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), V3([Lanes::lit(1.0); 3]));
+        let n_packs = packs.len();
+        for (pack, shade) in one_by_one(&*packs).zip(&mut *shades) {
+            let [mut red, mut green, mut blue] = self.job.color(pack.ids[0]);
+            shade.color = V3([Lanes::lit(red), Lanes::lit(green), Lanes::lit(blue)]);
+            if pack.is_uniform() {
+                continue;
+            }
+            for lane in 1..N {
+                if pack.ids[lane] != pack.ids[lane - 1] {
+                    [red, green, blue] = self.job.color(pack.ids[lane]);
+                }
+                shade.color.0[0].0[lane] = F::near(red);
+                shade.color.0[1].0[lane] = F::near(green);
+                shade.color.0[2].0[lane] = F::near(blue);
+            }
+        }
+        for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
+            let (mut low, mut high) = (V3::splat(self.ambient.low), V3::splat(self.ambient.high));
+            let mut n_rays = zero;
+            let here = given.iter().skip(number).step_by(n_packs);
+            for (light, given) in self.lights.iter().zip(here) {
+                let weight = V3::<Lanes<F, N>>::splat(light.weight);
+                low = low + weight * given.low;
+                high = high + weight * given.high;
+                n_rays = n_rays + given.asked;
+            }
+            let nothing = is_id(&pack.ids, 0);
+            (shade.n_rays, shade.n_hits) = (n_rays, Lanes::select(nothing, zero, Lanes::lit(1.0)));
+            shade.low = shade.color.times(V3::select(nothing, one, low));
+            shade.high = shade.color.times(V3::select(nothing, one, high));
+        }
+    }
+
+    /// Writes means of samples.
+    #[inline(always)]
+    fn write<T: Written, const N: usize>(&self, part: &mut Part<T>, scratch: &Scratch<F, N>) {
+        let Part { pixels, first, out, open, n_rays } = part;
+        let n = self.job.n_samples();
+        let background = T::of_bounds(&self.job.color(0).map(Interval::of)).unwrap_or_default();
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let [narrower, wider] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
+        let all = pixels.chunks(N).zip(scratch.shades.chunks(n * n));
+        for (pixels, shades) in one_by_one(all) {
+            let mut sum = shades[0];
+            for shade in &shades[1..] {
+                sum.add(shade);
+            }
+            let n_counted = match self.job.lit.style.background {
+                Background::LeftOut => sum.n_hits.max(one),
+                Background::Shown | Background::Black => Lanes::lit((n * n) as f64),
+            };
+            let (low, high) = (sum.low * narrower / n_counted, sum.high * wider / n_counted);
+            let mut found = [T::default(); N];
+            let is_known = T::of_lanes(&low, &high, &mut found);
+            let (mut are_all_known, mut all_rays) = (true, 0.0);
+            for lane in 0..N {
+                are_all_known &= is_known[lane] & zero.0[lane].lt(sum.n_hits.0[lane]);
+                all_rays += sum.n_rays.0[lane].to_f64();
+            }
+            if are_all_known && is_stretch::<N>(pixels) {
+                out[pixels[0] - *first..][..N].copy_from_slice(&found);
+                **n_rays += all_rays as u64;
+                continue;
+            }
+            for (lane, &pixel) in pixels.iter().enumerate() {
+                if !zero.0[lane].lt(sum.n_hits.0[lane]) {
+                    out[pixel - *first] = background;
+                } else if is_known[lane] {
+                    out[pixel - *first] = found[lane];
+                    **n_rays += sum.n_rays.0[lane].to_f64() as u64;
+                } else {
+                    let bounds = std::array::from_fn(|channel| Interval {
+                        low: low.0[channel].0[lane].to_f64(),
+                        high: high.0[channel].0[lane].to_f64(),
+                    });
+                    open.push(Open { pixel, bounds });
+                }
+            }
+        }
+    }
+}
+
+/// Whether these are `N` pixels side by side.
+#[inline(always)]
+fn is_stretch<const N: usize>(pixels: &[usize]) -> bool {
+    pixels.len() == N && pixels[N - 1] - pixels[0] == N - 1
+}
+
+/// The id of the first lane where a mask holds.
+#[inline(always)]
+fn first_of<F: Float, const N: usize>(mask: LaneBits<F, N>, ids: &[u32; N]) -> u32 {
+    let mut id = 0;
+    for lane in (0..N).rev() {
+        id = if mask.0[lane] != F::Bits::default() { ids[lane] } else { id };
+    }
+    id
+}
+
+/// The stages of a pass.
+mod stage {
+    pub const LOAD: usize = 0;
+    pub const SEE: usize = 1;
+    pub const AIM: usize = 2;
+    pub const GATHER: usize = 3;
+    pub const GROUP: usize = 4;
+    pub const DARKEN: usize = 5;
+    pub const DARKEN_BY_TREE: usize = 6;
+    pub const TINT: usize = 7;
+    pub const WRITE: usize = 8;
+}
+
+/// A stage, compiled for each instruction set that the processor may have. In one function for all of them numbers no longer
+/// stay in registers, and closures become calls.
+struct Run<'a, 'b, 'c, T, F: Float, const N: usize, const STAGE: usize> {
+    pass: &'a Pass<'b, F>,
+    part: &'a mut Part<'c, T>,
+    scratch: &'a mut Scratch<F, N>,
+    /// Index of the light.
+    index: usize,
+}
+
+impl<T: Written, F: Bounded + Linear, const N: usize, const STAGE: usize> pulp::WithSimd
+    for Run<'_, '_, '_, T, F, N, STAGE>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Run { pass, part, scratch, index } = self;
+        match STAGE {
+            stage::LOAD => pass.load(part.pixels, scratch),
+            stage::SEE => pass.see(scratch),
+            stage::AIM => pass.aim(index, scratch),
+            stage::GATHER => pass.gather(scratch),
+            stage::GROUP => pass.group(scratch),
+            stage::DARKEN => pass.darken(index, scratch),
+            stage::DARKEN_BY_TREE => pass.darken_by_tree(simd, index, scratch),
+            stage::TINT => pass.tint(scratch),
+            _ => pass.write(part, scratch),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
