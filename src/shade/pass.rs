@@ -14,7 +14,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::Background;
 use super::lamp::MOST_IN_F32;
@@ -340,33 +340,34 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         if part.pixels.is_empty() {
             return;
         }
-        self.run::<T, N, { stage::LOAD }>(&mut part, scratch, 0);
-        self.run::<T, N, { stage::SEE }>(&mut part, scratch, 0);
-        self.run::<T, N, { stage::GATHER }>(&mut part, scratch, 0);
+        let pixels = part.pixels;
+        self.run::<N, { stage::LOAD }>(pixels, scratch, 0);
+        self.run::<N, { stage::SEE }>(pixels, scratch, 0);
+        self.run::<N, { stage::GATHER }>(pixels, scratch, 0);
         if self.occluders.has_tree() {
             scratch.last.resize(self.lights.len() * scratch.packs.len(), None);
-            self.run::<T, N, { stage::GROUP }>(&mut part, scratch, 0);
+            self.run::<N, { stage::GROUP }>(pixels, scratch, 0);
         }
         for (index, light) in self.lights.iter().enumerate() {
-            self.run::<T, N, { stage::AIM }>(&mut part, scratch, index);
+            self.run::<N, { stage::AIM }>(pixels, scratch, index);
             if light.casts_shadows && scratch.is_lit {
-                self.run::<T, N, { stage::DARKEN }>(&mut part, scratch, index);
+                self.run::<N, { stage::DARKEN }>(pixels, scratch, index);
                 if self.occluders.has_tree() {
-                    self.run::<T, N, { stage::DARKEN_BY_TREE }>(&mut part, scratch, index);
+                    self.run::<N, { stage::DARKEN_BY_TREE }>(pixels, scratch, index);
                 }
             }
         }
-        self.run::<T, N, { stage::TINT }>(&mut part, scratch, 0);
-        self.run::<T, N, { stage::WRITE }>(&mut part, scratch, 0);
+        self.run::<N, { stage::TINT }>(pixels, scratch, 0);
+        pulp::Arch::new().dispatch(Write { pass: self, part: &mut part, scratch });
     }
 
-    fn run<T: Written, const N: usize, const STAGE: usize>(
+    fn run<const N: usize, const STAGE: usize>(
         &self,
-        part: &mut Part<T>,
+        pixels: &[usize],
         scratch: &mut Scratch<F, N>,
         index: usize,
     ) {
-        let run: Run<T, F, N, STAGE> = Run { pass: self, part, scratch, index };
+        let run: Run<F, N, STAGE> = Run { pass: self, pixels, scratch, index };
         pulp::Arch::new().dispatch(run);
     }
 
@@ -753,48 +754,62 @@ fn first_of<F: Float, const N: usize>(mask: LaneBits<F, N>, ids: &[u32; N]) -> u
     id
 }
 
-/// The stages of a pass.
+/// The stages of a pass before it writes.
 mod stage {
     pub const LOAD: usize = 0;
     pub const SEE: usize = 1;
-    pub const AIM: usize = 2;
-    pub const GATHER: usize = 3;
-    pub const GROUP: usize = 4;
+    pub const GATHER: usize = 2;
+    pub const GROUP: usize = 3;
+    pub const AIM: usize = 4;
     pub const DARKEN: usize = 5;
     pub const DARKEN_BY_TREE: usize = 6;
     pub const TINT: usize = 7;
-    pub const WRITE: usize = 8;
 }
 
 /// A stage, compiled for each instruction set that the processor may have. In one function for all of them numbers no longer
 /// stay in registers, and closures become calls.
-struct Run<'a, 'b, 'c, T, F: Float, const N: usize, const STAGE: usize> {
+struct Run<'a, 'b, F: Float, const N: usize, const STAGE: usize> {
     pass: &'a Pass<'b, F>,
-    part: &'a mut Part<'c, T>,
+    pixels: &'a [usize],
     scratch: &'a mut Scratch<F, N>,
     /// Index of the light.
     index: usize,
 }
 
-impl<T: Written, F: Bounded + Linear, const N: usize, const STAGE: usize> pulp::WithSimd
-    for Run<'_, '_, '_, T, F, N, STAGE>
+impl<F: Bounded + Linear, const N: usize, const STAGE: usize> WithSimd
+    for Run<'_, '_, F, N, STAGE>
 {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Run { pass, part, scratch, index } = self;
+        let Run { pass, pixels, scratch, index } = self;
         match STAGE {
-            stage::LOAD => pass.load(part.pixels, scratch),
+            stage::LOAD => pass.load(pixels, scratch),
             stage::SEE => pass.see(scratch),
-            stage::AIM => pass.aim(index, scratch),
             stage::GATHER => pass.gather(scratch),
             stage::GROUP => pass.group(scratch),
+            stage::AIM => pass.aim(index, scratch),
             stage::DARKEN => pass.darken(index, scratch),
             stage::DARKEN_BY_TREE => pass.darken_by_tree(simd, index, scratch),
-            stage::TINT => pass.tint(scratch),
-            _ => pass.write(part, scratch),
+            _ => pass.tint(scratch),
         }
+    }
+}
+
+/// The last stage, of the numbers that a picture has.
+struct Write<'a, 'b, 'c, T, F: Float, const N: usize> {
+    pass: &'a Pass<'b, F>,
+    part: &'a mut Part<'c, T>,
+    scratch: &'a Scratch<F, N>,
+}
+
+impl<T: Written, F: Bounded + Linear, const N: usize> WithSimd for Write<'_, '_, '_, T, F, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.pass.write(self.part, self.scratch);
     }
 }
 
