@@ -1,4 +1,4 @@
-// Twin of src/shade/beam.rs, where the bounds are derived. BEYOND stands for ∞. In f32, narrow.wgsl looks at objects.
+// Twin of src/gpu/before/beam.rs, where the bounds are derived. BEYOND stands for ∞. In f32, narrow.wgsl looks at objects.
 
 // The way from a point to a lamp.
 struct Beam {

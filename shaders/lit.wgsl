@@ -1,6 +1,6 @@
 // Colours of pixels whose samples' objects are known, in f32 or f64: numbers where each is the one that it must be,
 // OPEN_COLOR where that is left to f64, or to the CPU. Points are those of src/certify/point.rs in f64, of
-// src/shade/point.rs in f32, and means those of src/shade/lit.rs, where their bounds are derived.
+// src/gpu/before/point.rs in f32, and means those of src/shade/lit.rs, where their bounds are derived.
 
 // Member order is checked against src/gpu/layout.rs by a test.
 struct LightOfAll {

@@ -1,4 +1,4 @@
-// Twin of src/shade/narrow.rs, where the bounds are derived.
+// Twin of src/gpu/before/narrow.rs, where the bounds are derived.
 
 // A beam in f32.
 struct NarrowBeam {

@@ -1,4 +1,4 @@
-// Twin of src/shade/point.rs, where the bounds are derived.
+// Twin of src/gpu/before/point.rs, where the bounds are derived.
 
 //#if of_scene
 // Member order is checked against src/gpu/layout.rs by a test.

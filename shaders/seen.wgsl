@@ -1,4 +1,4 @@
-// Twin of src/kernel/certified/seen.rs.
+// Twin of src/gpu/before/seen_from.rs.
 
 //#if of_scene
 // Member order is checked against src/gpu/layout.rs by a test.

@@ -33,12 +33,8 @@ pub use crate::kernel::coordinates::{
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
 pub use in_space::InSpace;
-pub use light::{
-    ColorInF32, ColorInF64, ColorWords, LampInF32, LampInF64, LightInF32, LightInF64, LightKey,
-    LightOfAll, LightOfAllInF32, NarrowPlane, NarrowPlaneInTheWay, NarrowSphere, OPEN_COLOR,
-    PlaneInTheWay, SeenPlane, SeenSphere, lamp_kind,
-};
-pub use plain_light::{Lamps, PlainLamp, PlainLighting};
+pub use light::{ColorWords, LightKey, OPEN_COLOR};
+pub use plain_light::{Lamps, PlainLamp, PlainLighting, lamp_kind};
 
 use first_stage::is_left_open;
 

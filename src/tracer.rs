@@ -5,8 +5,9 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared};
+use crate::prepare::{PlainLighting, Prepared};
 use crate::rays::Pixels;
+use crate::shade::Lit;
 use crate::trace::{Hits, Rays, SampleIds, StageCounts, Timing, Wants};
 
 /// [`Tracer::trace_samples`] of a backend that traces each sample.
@@ -152,8 +153,8 @@ impl ProposedColors {
 pub trait ProposeColors {
     /// Replaces `colors` by the [words](crate::prepare::ColorWords) of pixels, the first one
     /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. They are at the rays of their
-    /// samples, a rectangle of whole pixels, with the ids of what these see. `make` gives the numbers for `key`, of
-    /// the scene that this traces, where the device doesn't have them yet.
+    /// samples, a rectangle of whole pixels, with the ids of what these see. `lit` shades the scene that this
+    /// traces.
     ///
     /// Returns what that took; `None` where there are no numbers, or the device has no arithmetic for them, and nothing
     /// is proposed.
@@ -162,8 +163,7 @@ pub trait ProposeColors {
     /// Those of [`Tracer::trace`].
     fn propose_colors(
         &mut self,
-        key: LightKey,
-        make: &dyn Fn() -> Option<LightInF64>,
+        lit: &Lit,
         at: (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,

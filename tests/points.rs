@@ -7,14 +7,14 @@ mod adversarial;
 use adversarial::{Adversarial, Rounding, set_rounding};
 use glam::DVec3;
 use kugelblitz::exact::{ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+use kugelblitz::gpu::before::narrow::{NarrowSphereOf, narrow_sphere};
+use kugelblitz::gpu::before::point::{
+    PointFinder, PointOf, PointRoom, SeenFrom, SeenPlaneOf, SeenSphereOf,
+};
 use kugelblitz::guard::input_of;
 use kugelblitz::kernel::RayOf;
 use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Sphere};
-use kugelblitz::shade::narrow::{NarrowSphereOf, narrow_sphere};
-use kugelblitz::shade::point::{
-    PointFinder, PointOf, PointRoom, SeenFrom, SeenPlaneOf, SeenSphereOf,
-};
 use kugelblitz::vec3::{Number, Real, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

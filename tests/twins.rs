@@ -28,9 +28,9 @@ const DEVICE_ALONE: [(&str, &str); 11] = [
 
 /// Twins that are no kernel's.
 const OF_LIGHT: [(&str, &str); 4] = [
-    ("shaders/beam.wgsl", "src/shade/beam.rs"),
-    ("shaders/narrow.wgsl", "src/shade/narrow.rs"),
-    ("shaders/point.wgsl", "src/shade/point.rs"),
+    ("shaders/beam.wgsl", "src/gpu/before/beam.rs"),
+    ("shaders/narrow.wgsl", "src/gpu/before/narrow.rs"),
+    ("shaders/point.wgsl", "src/gpu/before/point.rs"),
     ("shaders/plain_light.wgsl", "src/shade/plain.rs"),
 ];
 

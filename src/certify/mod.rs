@@ -3,11 +3,8 @@
 
 mod decide;
 mod in_balls;
-mod in_f64;
 mod nearness;
 mod point;
-#[cfg(feature = "gpu")]
-mod shaders;
 mod surfaces;
 mod walk;
 
@@ -26,22 +23,22 @@ use crate::kernel::RayOf;
 use crate::kernel::certified::Widening;
 use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
 use crate::num::Float;
-use crate::prepare::{Hierarchy, Prepared, Scaled, power_of_two};
+use crate::prepare::{Hierarchy, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 use crate::vec3::Vec3;
 use decide::MOST_HELD;
 pub(crate) use decide::bits;
-use in_f64::is_ordinary;
-pub(crate) use in_f64::{InF64, ray_record, suits_device};
-use nearness::{Foot, K, PlaneF64};
-#[cfg(feature = "gpu")]
-pub(crate) use point::factors_of_points;
-#[cfg(feature = "gpu")]
-pub(crate) use shaders::light_key_in_f32;
+use nearness::Foot;
+pub(crate) use nearness::{K, PlaneF64};
 use surfaces::{InF32, MISS};
 pub(crate) use surfaces::{Pack, Surfaces, is_id};
+
+/// Whether the `t` of a ray's hits surely stays in f32's range.
+fn is_ordinary(ray: &Ray) -> bool {
+    exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT && ray.direction != DVec3::ZERO
+}
 
 /// Decides what `prepared`'s kernel left open and fills in `t` and normals, for the certified
 /// kernel; for the others it only counts.
@@ -67,7 +64,6 @@ pub fn resolve(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    let device = device.filter(|_| suits_device(prepared));
     let is_completed = device.as_ref().is_some_and(|device| device.completes(rays));
     let undecided = match device {
         None => open_rays(prepared, rays, hits)?,
@@ -100,8 +96,7 @@ pub trait DecideInF64 {
     /// a `t` of 0 for those that it leaves to the CPU.
     fn completes(&self, rays: &Rays) -> bool;
 
-    /// Writes the objects that rays of a scene that [`suits_device`] see into `hits`, or
-    /// [`UNDECIDED`]: of all rays, or of those with some indices. False where that is better left to the CPU.
+    /// Writes the objects that rays see into `hits`, or [`UNDECIDED`]: of all rays, or of those with some indices. False where that is better left to the CPU.
     ///
     /// # Errors
     /// Those of [`crate::tracer::Tracer::trace`].

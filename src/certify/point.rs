@@ -2,24 +2,6 @@
 
 use super::Stage;
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};
-#[cfg(feature = "gpu")]
-use crate::{
-    guard::{LIST_F64, UNIT_F64, input_of_picture, steps},
-    rays::Bundle,
-};
-
-/// The constants of points in `shaders/lit.wgsl`, by their names there. A device's division is in the
-/// bounds of `t`, its roots are lengths in bounds, and a plane's unit normal has a bound for a device.
-#[cfg(feature = "gpu")]
-pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
-    let input = input_of_picture(bundle).unwrap_or(LIST_F64);
-    [
-        ("OF_POINT", input.direction + steps::POINT),
-        ("OF_ORIGIN", input.offset + steps::POINT_ORIGIN),
-        ("OF_PLANE_NORMAL", steps::NORMALIZED_WIDE),
-        ("DIRECTION_ERROR", UNIT_F64 * input.direction),
-    ]
-}
 
 impl Stage<'_> {
     /// The point that a ray is known to see, exactly, and the shape of its object.

@@ -1,6 +1,5 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
-mod in_f64;
 mod listed;
 mod squares;
 mod tile;
@@ -26,7 +25,6 @@ use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, SampleIds, Timing, Wants};
 use crate::tracer::{Tracer, trace_all_samples};
-pub use in_f64::propose_in_f64;
 use listed::Listed;
 use squares::Squares;
 use tile::{ALL, Leaf, ParallelRays, PointRays, TILE, TileRays, TileTracer};

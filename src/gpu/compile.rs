@@ -4,8 +4,12 @@
 use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use super::before::narrow::NarrowRoom;
+use super::before::{
+    BEAM_CONSTANTS, BEAM_CONSTANTS_IN_F32, NARROW_CONSTANTS, factors_of_points,
+    narrow_constants_in_f32, point,
+};
 use super::texture::TEXELS_PER_ROW;
-use crate::certify;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
@@ -14,10 +18,6 @@ use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
 use crate::prepare::{ColorWords, Finding, Lamps, OPEN_COLOR, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
-use crate::shade::narrow::NarrowRoom;
-use crate::shade::{
-    BEAM_CONSTANTS, BEAM_CONSTANTS_IN_F32, NARROW_CONSTANTS, narrow_constants_in_f32, point,
-};
 use crate::tree::SEGMENT_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
 use crate::tree::slabs::{self, SlabRoom};
@@ -28,9 +28,9 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const SURFACE: Part = part!("surface.wgsl");
-const BEAM: Part = part!("beam.wgsl", "src/shade/beam.rs");
-const NARROW: Part = part!("narrow.wgsl", "src/shade/narrow.rs");
-const POINT: Part = part!("point.wgsl", "src/shade/point.rs");
+const BEAM: Part = part!("beam.wgsl", "src/gpu/before/beam.rs");
+const NARROW: Part = part!("narrow.wgsl", "src/gpu/before/narrow.rs");
+const POINT: Part = part!("point.wgsl", "src/gpu/before/point.rs");
 const SLABS: Part = part!("slabs.wgsl", "src/tree/slabs.rs");
 const LIT: Part = part!("lit.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
@@ -305,7 +305,7 @@ fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
         Float::F64 => {
             in_f32.extend(narrow_constants_in_f32(&NarrowRoom::f32()));
             in_real.extend(BEAM_CONSTANTS);
-            in_real.extend(certify::factors_of_points(key.bundle));
+            in_real.extend(factors_of_points(key.bundle));
         }
         Float::F32 => {
             in_f32.extend(narrow_constants_in_f32(&NarrowRoom::of_beams_in_f32()));

@@ -94,14 +94,15 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
+    use crate::gpu::before::{
+        LampInF32, LampInF64, LightOfAll, LightOfAllInF32, NarrowPlane, NarrowPlaneInTheWay,
+        NarrowSphere, PlaneInTheWay, SeenPlane, SeenSphere,
+    };
     use crate::gpu::compile::compile;
     use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
     use crate::kernel::{Float, certified, double, lecture, stable};
-    use crate::prepare::{
-        ColorWords, Finding, LampInF32, LampInF64, Lamps, LightOfAll, LightOfAllInF32, NarrowPlane,
-        NarrowPlaneInTheWay, NarrowSphere, PlaneInTheWay, SeenPlane, SeenSphere, ShaderKey,
-    };
+    use crate::prepare::{ColorWords, Finding, Lamps, ShaderKey};
     use crate::rays::Bundle;
     use crate::scene::Sphere;
     use crate::trace::Kernel;

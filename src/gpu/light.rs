@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::before::{self, InF64};
+use super::before::{LightInF32, LightInF64};
 use super::compile::WORKGROUP;
 use super::hierarchy::{DeviceHierarchy, uniform};
 use super::layout::{Params, ParamsDouble};
@@ -10,12 +12,11 @@ use super::objects::{bytes, params_buffer, storage_in_f64};
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::program::Program;
-use crate::certify::{self, InF64};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::Float;
 use crate::memory;
-use crate::prepare::{LightInF32, LightInF64, LightKey, Prepared};
+use crate::prepare::{LightKey, Prepared};
 use crate::rays::{CameraF32, CameraF64, Pixels};
 use crate::trace::StageCounts;
 use crate::tracer::ProposedColors;
@@ -346,7 +347,7 @@ impl Stage {
             objects.push(("listed_planes", list(gpu, "planes in the way", &light.planes)));
         }
         objects.extend(shared.boxes.clone().map(|boxes| ("boxes", boxes)));
-        let program = gpu.program(&certify::light_key_in_f32(prepared, key.words))?;
+        let program = gpu.program(&before::light_key_in_f32(prepared, key.words))?;
         let params = params_buffer(gpu, Float::F32);
         Ok(Stage { float: Float::F32, program, params, objects })
     }

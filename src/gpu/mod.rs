@@ -1,6 +1,7 @@
 //! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
 
 mod adapter;
+pub mod before;
 mod ceilings;
 mod clock;
 mod compile;

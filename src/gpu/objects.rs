@@ -1,11 +1,11 @@
 //! The objects of a scene on the device: whether they fit, and their buffers.
 
+use super::before::InF64;
 use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 use super::open::Gpu;
 use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
-use crate::certify::InF64;
 use crate::error::{Error, Result};
 use crate::kernel::Float;
 use crate::memory;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use super::before::{self, InF64};
 use super::hierarchy::DeviceHierarchy;
 use super::objects::{fits_in_f64, params_buffer, storage_in_f64};
 use super::open::Gpu;
 use super::pipeline::Named;
 use super::program::Program;
-use crate::certify::{self, InF64};
 use crate::error::{Error, Result};
 use crate::kernel::Float;
 use crate::prepare::Prepared;
@@ -30,7 +30,7 @@ impl Surfaces {
         hierarchy: Option<&DeviceHierarchy>,
     ) -> Result<Option<Surfaces>> {
         let is_picture = prepared.bundle() != Bundle::Free;
-        let is_wanted = wants.surface && is_picture && certify::suits_device(prepared);
+        let is_wanted = wants.surface && is_picture && before::suits_device(prepared);
         if !(is_wanted && fits_in_f64(gpu, prepared) && gpu.completes()?) {
             return Ok(None);
         }

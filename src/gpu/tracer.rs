@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::before::light_in_f64;
+use super::before::{self, InF64};
 use super::clock::Clock;
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
@@ -20,14 +22,15 @@ use super::program::Program;
 use super::results::Results;
 use super::surfaces::Surfaces;
 use super::tiles::{Tile, TileSize, Work};
-use crate::certify::{self, DecideInF64, InF64};
+use crate::certify::{self, DecideInF64};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
-use crate::prepare::{LightInF64, LightKey, PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
+use crate::shade::Lit;
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::{ProposeColors, ProposedColors, Tracer};
 
@@ -93,7 +96,7 @@ impl GpuTracer {
         // Who begins in f64 may never need another shader.
         let begins_in_f64 = prepared.starts_in_f64()
             && cpu_fallback.is_none()
-            && certify::suits_device(&prepared)
+            && before::suits_device(&prepared)
             && gpu.begins_in_f64()?;
         let start = Instant::now();
         let needs_none = begins_in_f64 || cpu_fallback.is_some();
@@ -251,7 +254,7 @@ impl Tracer for GpuTracer {
         let (gpu, prepared) = (&self.gpu, &*self.prepared);
         let suits = prepared.kernel == Kernel::Certified
             && self.cpu_fallback.is_none()
-            && certify::suits_device(prepared)
+            && before::suits_device(prepared)
             && DeviceLight::fits(gpu, prepared)
             && gpu.shades();
         Ok(suits.then_some(self))
@@ -354,11 +357,14 @@ impl DecideInF64 for GpuTracer {
         control: &Control,
         hits: &mut Hits,
     ) -> Result<bool> {
+        if self.cpu_fallback.is_some() || !before::suits_device(&self.prepared) {
+            return Ok(false);
+        }
         let is_taken = match some {
             None => self.gpu.begins_in_f64()?,
             Some(some) => self.gpu.decides_in_f64(some.len())?,
         };
-        if self.cpu_fallback.is_some() || !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
+        if !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
             return Ok(false);
         }
         match self.propose_in_f64(rays, some, control, hits) {
@@ -372,16 +378,16 @@ impl DecideInF64 for GpuTracer {
 impl ProposeColors for GpuTracer {
     fn propose_colors(
         &mut self,
-        key: LightKey,
-        make: &dyn Fn() -> Option<LightInF64>,
+        lit: &Lit,
         (samples, ids): (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
     ) -> Result<Option<ProposedColors>> {
         let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
+        let key = lit.light_key();
         let made = match kept.take().filter(|made| made.key == key) {
             Some(made) => made,
-            None => match make() {
+            None => match light_in_f64(lit, prepared, samples) {
                 None => return Ok(None),
                 Some(light) => {
                     let how = (key, gpu.shades_in_f64()?);
@@ -403,7 +409,7 @@ impl GpuTracer {
     /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED): for a scene that [`propose_in_f64`] takes, which is
     /// the twin of this.
     ///
-    /// [`propose_in_f64`]: crate::cpu::propose_in_f64
+    /// [`propose_in_f64`]: super::before::propose_in_f64
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -617,7 +623,7 @@ impl GpuTracer {
         let (queue, coordinates) = (&self.gpu.queue, self.prepared.coordinates());
         if self.key.float == Float::F64 {
             let record = |ray: &Ray| match self.key.kernel {
-                Kernel::Certified => certify::ray_record(ray),
+                Kernel::Certified => before::ray_record(ray),
                 _ => coordinates.ray_record_double(ray),
             };
             let records: Vec<RayRecordDouble> = rays.iter().map(record).collect();

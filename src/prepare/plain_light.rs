@@ -49,3 +49,13 @@ impl PlainLighting {
         }
     }
 }
+
+/// What a lamp is.
+pub mod lamp_kind {
+    /// The point that all rays start from.
+    pub const EYE: u32 = 0;
+    /// A point.
+    pub const POINT: u32 = 1;
+    /// A sun.
+    pub const SUN: u32 = 2;
+}

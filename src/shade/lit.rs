@@ -35,6 +35,12 @@ impl Lit {
         Lit { scene, lighting, style }
     }
 
+    /// Its lights.
+    #[cfg(feature = "gpu")]
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
     /// How pixels get their colours.
     pub fn style(&self) -> &Style {
         &self.style

@@ -1,19 +1,15 @@
 //! [`Hits`] → colours: the only place that knows what colour a hit has.
 
-mod beam;
 mod decide;
 mod exactly;
-mod in_f32;
-mod in_f64;
 mod lamp;
 mod lit;
 mod mean;
-pub mod narrow;
 mod occluders;
+mod open;
 mod painter;
 mod pass;
 mod plain;
-pub mod point;
 mod unlit;
 mod written;
 
@@ -22,13 +18,14 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
-#[cfg(feature = "gpu")]
-pub(crate) use beam::{FOR_DEVICE as BEAM_CONSTANTS, FOR_DEVICE_IN_F32 as BEAM_CONSTANTS_IN_F32};
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
+#[cfg(feature = "gpu")]
+pub(crate) use lamp::MOST_IN_F32;
 pub use lamp::{Lamp, Lighting, Origin};
+pub use lit::Lit;
 pub(crate) use mean::ExactMean;
 #[cfg(feature = "gpu")]
-pub(crate) use narrow::{IN_F64 as NARROW_CONSTANTS, constants_in_f32 as narrow_constants_in_f32};
+pub(crate) use occluders::{Met, Occluders};
 pub use painter::{Background, ColorCounts, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 

@@ -254,7 +254,9 @@ impl SamplePainter<'_> {
                     None => None,
                 };
                 let by_device = match shades {
-                    Some(shades) => lit.propose(at, shades, control, proposed)?,
+                    Some(shades) => {
+                        shades.propose_colors(lit, (&samples, ids), control, proposed)?
+                    }
                     None => None,
                 };
                 (painted.colors, painted.shadow_rays) = match (by_device, colors) {

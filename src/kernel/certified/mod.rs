@@ -5,7 +5,6 @@
 mod filter;
 mod prepare;
 mod records;
-mod seen;
 mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
@@ -20,9 +19,10 @@ pub use filter::{
     parallel_nearness, parallel_nearness_at, plane_nearness, plane_nearness_at, sphere_nearness,
 };
 pub(super) use prepare::objects;
-pub(crate) use prepare::{Frame, Leaf, farthest_origin, k_in_range, offset_in_range};
+pub(crate) use prepare::{Frame, Leaf, farthest_origin};
+#[cfg(feature = "gpu")]
+pub(crate) use prepare::{k_in_range, offset_in_range};
 pub use records::{PlaneCertified, SphereCertified, SphereFar};
-pub(crate) use seen::SeenFrom;
 pub(super) use twin::with_twin;
 
 /// The facts of the kernel.
@@ -36,7 +36,7 @@ pub(super) const ABOUT: About = About {
         records: "Certified",
         parts: &[
             part!("certified.wgsl", "src/kernel/certified/filter.rs"),
-            part!("seen.wgsl", "src/kernel/certified/seen.rs"),
+            part!("seen.wgsl", "src/gpu/before/seen_from.rs"),
             part!("slabs.wgsl", "src/tree/slabs.rs"),
         ],
         constants,

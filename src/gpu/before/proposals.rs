@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::certify::{InF64, ray_record, suits_device};
+use super::filter::{InF64, ray_record, suits_device};
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::RayOf;

@@ -5,14 +5,15 @@
 
 use glam::DVec3;
 
-use super::nearness::K;
+use super::seen_from::SeenFrom;
+use crate::certify::K;
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{
-    LISTED_SPHERES, PlaneCertified, SeenFrom, SphereCertified, k_in_range, offset_in_range,
+    LISTED_SPHERES, PlaneCertified, SphereCertified, k_in_range, offset_in_range,
 };
 use crate::kernel::{Kernel, Lists};
-use crate::prepare::{Prepared, RayRecordDouble, Scaled, exponent_of};
+use crate::prepare::{Prepared, RayRecordDouble, Scaled};
 use crate::rays::{Bundle, Ray};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::dot3;
@@ -41,11 +42,6 @@ pub fn suits_device(prepared: &Prepared) -> bool {
         && !prepared.has_tree_in_space()
         && prepared.n_listed_spheres() <= LISTED_SPHERES
         && prepared.scene.planes.len() <= LISTED_SPHERES
-}
-
-/// Whether the `t` of a ray's hits surely stays in f32's range.
-pub fn is_ordinary(ray: &Ray) -> bool {
-    exponent_of(ray.direction).abs() <= guard::LARGEST_EXPONENT && ray.direction != DVec3::ZERO
 }
 
 /// A ray of a list, which must be ordinary: its direction scaled as in [`crate::prepare::RayRecord`].

@@ -49,8 +49,9 @@
 
 use super::beam::Beam;
 pub use super::beam::in_the_way;
+use super::records::{NarrowPlane, NarrowSphere};
 use crate::guard::{LIST, ROOM, UNIT_F32, round_down, round_up, sphere_in_range_f32, steps};
-use crate::prepare::{NarrowPlane, NarrowSphere, split};
+use crate::prepare::split;
 use crate::vec3::{Real, Vec3, dot3};
 
 /// Of the largest component of `p` in the error of `l`, in units `ε²`.

@@ -1,7 +1,8 @@
 //! The shaders for f64 and for light on a device, and what they need beyond [`InF64::lists`].
 
-use super::in_f64::{Frame, InF64};
-use super::nearness::PlaneF64;
+use super::filter::{Frame, InF64};
+use crate::certify::PlaneF64;
+use crate::guard::{LIST_F64, UNIT_F64, input_of_picture, steps};
 use crate::kernel::certified::PlaneCertified;
 use crate::kernel::{Float, Kernel};
 use crate::prepare::{ColorWords, Finding, Prepared, ShaderKey};
@@ -74,4 +75,16 @@ impl InF64 {
         };
         prepared.scene.planes.iter().zip(&self.lists.planes).map(unit).collect()
     }
+}
+
+/// The constants of points in `shaders/lit.wgsl`, by their names there. A device's division is in the
+/// bounds of `t`, its roots are lengths in bounds, and a plane's unit normal has a bound for a device.
+pub fn factors_of_points(bundle: Bundle) -> [(&'static str, f64); 4] {
+    let input = input_of_picture(bundle).unwrap_or(LIST_F64);
+    [
+        ("OF_POINT", input.direction + steps::POINT),
+        ("OF_ORIGIN", input.offset + steps::POINT_ORIGIN),
+        ("OF_PLANE_NORMAL", steps::NORMALIZED_WIDE),
+        ("DIRECTION_ERROR", UNIT_F64 * input.direction),
+    ]
 }

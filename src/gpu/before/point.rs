@@ -56,9 +56,10 @@
 use glam::DVec3;
 
 use super::narrow::NarrowSphereOf;
+use super::records::{SeenPlane, SeenSphere};
 use crate::guard::{InputError, LONGEST_IN_F32, ROOM, UNIT_F32, round_up, steps};
 use crate::kernel::RayOf;
-use crate::prepare::{Scaled, SeenPlane, SeenSphere, split};
+use crate::prepare::{Scaled, split};
 use crate::rays::{CameraF64, Lens, Pixels};
 use crate::scene::{Plane, Sphere};
 use crate::vec3::{Real, Vec3, dot3};

@@ -3,9 +3,8 @@
 //!
 //! A perspective camera's eye is far from such a sphere, so that its `k` is positive and known well.
 
-use super::filter::Widening;
-use super::records::SphereCertified;
 use crate::guard::{self, GuardFactors, InputError};
+use crate::kernel::certified::{SphereCertified, Widening};
 use crate::rays::Bundle;
 use crate::scene::Sphere;
 use crate::vec3::{Vec3, dot3};

@@ -3,20 +3,21 @@
 //! Those of f64 are rounded, to nearest; what that takes is granted where they are used: of places in [`super::point`] and
 //! [`super::beam`]. Of the relative error of a pixel's mean, weights, colours and light from nowhere take half a unit
 //! each, a lamp's product and a colour's 1, the quotient 2½, and the last products with their factors 2: less
-//! than the 9 that [`n_terms`](super::in_f64::n_terms) has beside a unit for each sum. So many units may have a square that counts. What is flushed to 0 is a small part of a
+//! than the 9 that [`n_terms`](super::numbers::n_terms) has beside a unit for each sum. So many units may have a square that counts. What is flushed to 0 is a small part of a
 //! unit of the smallest edge, as no factor is above [`MOST_IN_F32`].
 
 use rayon::prelude::*;
 
 use super::beam::LARGEST_IN_F32;
-use super::lamp::MOST_IN_F32;
 use super::point::SeenFrom;
-use crate::guard::{UNIT_F32, UNIT_F64, round_up};
-use crate::prepare::{
+use super::records::{
     ColorInF32, LampInF32, LampInF64, LightInF32, LightInF64, LightOfAll, LightOfAllInF32,
-    NarrowPlane, NarrowPlaneInTheWay, PlaneInTheWay, Prepared, lamp_kind,
+    NarrowPlane, NarrowPlaneInTheWay, PlaneInTheWay,
 };
+use crate::guard::{UNIT_F32, UNIT_F64, round_up};
+use crate::prepare::{Prepared, lamp_kind};
 use crate::rays::Pixels;
+use crate::shade::MOST_IN_F32;
 
 /// The numbers of f32; `None` where weights or colours are out of its range.
 pub fn in_f32(light: &LightInF64, prepared: &Prepared, samples: &Pixels) -> Option<LightInF32> {
