@@ -1,4 +1,4 @@
-// Each ray walks through the footprints alone, as src/cpu/walk.rs does with Footprints::visit of
+// Each ray walks through the footprints alone, as src/gpu/before/alone.rs does with Footprints::visit of
 // src/tree/footprints.rs.
 
 //#if spheres

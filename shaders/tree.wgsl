@@ -1,4 +1,4 @@
-// Each ray of a list walks through the boxes of the tree alone, as src/cpu/tree.rs does.
+// Each ray of a list walks through the boxes of the tree alone, as src/gpu/before/in_space.rs does.
 
 // Textures, as in hierarchy.wgsl: of a box, two texels (BoxNode in src/tree/flat.rs), and behind the boxes
 // one for each sphere that is not in the tree, with its id.

@@ -9,6 +9,7 @@ use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
 use kugelblitz::gpu::before::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
 use kugelblitz::gpu::before::point::{self, PointFinder, PointRoom, SeenSphereOf};
+use kugelblitz::gpu::before::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::guard::host::{Bounded, input_in_f32};
 use kugelblitz::guard::{
     self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach, UNIT_F32, UNIT_F64,
@@ -21,7 +22,6 @@ use kugelblitz::kernel::certified::{
 use kugelblitz::prepare::split;
 use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
-use kugelblitz::tree::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

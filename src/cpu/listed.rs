@@ -8,7 +8,7 @@ use crate::prepare::{Hierarchy, Objects, Prepared};
 
 /// Planes, and the spheres of [`Hierarchy::rest`].
 #[derive(Clone, Copy)]
-pub(super) struct Listed<'a> {
+pub(crate) struct Listed<'a> {
     spheres: &'a [SphereCertified],
     planes: &'a [PlaneCertified],
     /// The spheres' ids.

@@ -3,8 +3,6 @@
 mod listed;
 mod squares;
 mod tile;
-mod tree;
-mod walk;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,8 +11,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::engine::{LARGEST, Room, Search};
-use crate::error::{Error, Result};
-use crate::guard;
+use crate::error::Result;
 use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::certified::UNDECIDED;
@@ -22,13 +19,13 @@ use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{PACKET, Packet, Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
 use crate::prepare::{Hierarchy, Prepared, Seen};
-use crate::rays::{CameraF32, Lens, Pixels, Ray, Rays};
+use crate::rays::{Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, SampleIds, Timing, Wants};
 use crate::tracer::{Tracer, trace_all_samples};
-use listed::Listed;
+pub(crate) use listed::Listed;
 use squares::Squares;
-use tile::{ALL, Leaf, ParallelRays, PointRays, TILE, TileRays, TileTracer};
-pub use tree::propose_in_space;
+use tile::{ALL, TILE, TileTracer};
+pub(crate) use tile::{Leaf, ParallelRays, PointRays, TileRays};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -247,56 +244,12 @@ impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
     }
 }
 
-/// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
-/// twin that a device's proposals are compared with. [`CpuTracer`] may leave other rays open, but never sees
-/// another object.
-///
-/// # Errors
-/// [`crate::Error::Usage`] for another kernel's scene, and for a hierarchy that is not over pixels.
-pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
-    let rays = Rays::Pixels(*pixels);
-    prepared.check(&rays)?;
-    let hierarchy = prepared.hierarchy.as_ref();
-    if hierarchy.is_none() && prepared.kernel == Kernel::Certified {
-        let (mut hits, control) = (Hits::default(), Control::default());
-        hits.reset(rays.len(), Wants::default());
-        let trace = TraceRays { prepared, rays: &rays, control: &control, hits: &mut hits };
-        prepared.objects.with_twin(prepared.bundle(), prepared.near, trace)?;
-        return Ok(hits.id);
-    }
-    let Some((hierarchy, seen)) = hierarchy.and_then(|h| Some((h, h.seen.as_ref()?))) else {
-        return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
-    };
-    Ok(match pixels.view.lens {
-        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, seen, pixels),
-        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, seen, pixels),
-    })
-}
-
-fn rays_alone<T: TileRays>(
-    prepared: &Prepared,
-    hierarchy: &Hierarchy,
-    seen: &Seen,
-    pixels: &Pixels,
-) -> Vec<u32> {
-    let camera = CameraF32::new(pixels);
-    let (widening, others) = (guard::widening_f32(), Listed::new(prepared, hierarchy));
-    let propose = |index: usize| {
-        let (x, y) = pixels.xy(index);
-        let (i, j) = pixels.offset2(x, y);
-        let ray = camera.camera_ray(i as f32, j as f32);
-        let listed = others.nearest::<T::Filter>(&ray, &widening);
-        walk::nearest_far::<T>(&ray, [x, y], listed, seen, &widening).decide()
-    };
-    (0..pixels.len()).into_par_iter().map(propose).collect()
-}
-
 /// The loop over all rays.
-struct TraceRays<'a> {
-    prepared: &'a Prepared,
-    rays: &'a Rays,
-    control: &'a Control,
-    hits: &'a mut Hits,
+pub(crate) struct TraceRays<'a> {
+    pub prepared: &'a Prepared,
+    pub rays: &'a Rays,
+    pub control: &'a Control,
+    pub hits: &'a mut Hits,
 }
 
 impl WithTwin for TraceRays<'_> {

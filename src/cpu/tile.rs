@@ -47,7 +47,7 @@ type Lanes<T> = [T; PACKET];
 
 /// A sphere of the hierarchy with its guard.
 #[derive(Clone, Copy)]
-pub(super) struct Leaf {
+pub(crate) struct Leaf {
     center: Vec3<f32>,
     guard: GuardOf<f32>,
     /// [`SphereCertified::q_low`] and what follows it; of a [`SphereFar`] the upper one alone.
@@ -73,7 +73,7 @@ impl Leaf {
 }
 
 /// The rays of a bundle, and how they meet the spheres of the hierarchy.
-pub(super) trait TileRays {
+pub(crate) trait TileRays {
     /// The filter of all other objects.
     type Filter: Filter;
     /// The vector in which the rays differ.
@@ -91,6 +91,7 @@ pub(super) trait TileRays {
     -> Nearness<f32>;
 
     /// A ray and a sphere of the hierarchy.
+    #[cfg(feature = "gpu")]
     #[inline(always)]
     fn leaf(ray: &RayOf<f32>, leaf: &Leaf, widening: &Widening<f32>) -> Nearness<f32> {
         let (s, m) = Self::closest_approach(Self::own(ray), ray.direction, ray.inv_a, leaf.center);
@@ -99,13 +100,13 @@ pub(super) trait TileRays {
 }
 
 /// They start at the reference point, far from the spheres.
-pub(super) struct PointRays;
+pub(crate) struct PointRays;
 
 /// The same for rays that stand for the samples of squares, whose slack is no small part of a root.
 pub(super) struct PointSquares;
 
 /// They run along the view axis.
-pub(super) struct ParallelRays;
+pub(crate) struct ParallelRays;
 
 impl TileRays for PointRays {
     type Filter = PointFilter;

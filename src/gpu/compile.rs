@@ -5,6 +5,7 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::before::narrow::NarrowRoom;
+use super::before::slabs::{self, SlabRoom};
 use super::before::{
     BEAM_CONSTANTS, BEAM_CONSTANTS_IN_F32, NARROW_CONSTANTS, factors_of_points,
     narrow_constants_in_f32, point,
@@ -20,7 +21,6 @@ use crate::prepare::{ColorWords, Finding, Lamps, OPEN_COLOR, PlainLighting, Shad
 use crate::rays::Bundle;
 use crate::tree::SEGMENT_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
-use crate::tree::slabs::{self, SlabRoom};
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -31,7 +31,7 @@ const SURFACE: Part = part!("surface.wgsl");
 const BEAM: Part = part!("beam.wgsl", "src/gpu/before/beam.rs");
 const NARROW: Part = part!("narrow.wgsl", "src/gpu/before/narrow.rs");
 const POINT: Part = part!("point.wgsl", "src/gpu/before/point.rs");
-const SLABS: Part = part!("slabs.wgsl", "src/tree/slabs.rs");
+const SLABS: Part = part!("slabs.wgsl", "src/gpu/before/slabs.rs");
 const LIT: Part = part!("lit.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
 const WALK: Part = part!("walk.wgsl");

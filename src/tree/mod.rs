@@ -14,7 +14,6 @@ mod members;
 #[cfg(feature = "gpu")]
 mod on_device;
 mod segment;
-pub mod slabs;
 mod walk;
 mod wide;
 

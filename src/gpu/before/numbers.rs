@@ -6,6 +6,7 @@ use super::beam::LARGEST;
 use super::in_f32::in_f32;
 use super::narrow::{narrow_plane, narrow_sphere};
 use super::records::{ColorInF64, LampInF64, LightInF64, LightOfAll, PlaneInTheWay};
+use super::slabs::least_slack_of_beams;
 use crate::guard::UNIT_F64;
 use crate::kernel::Kernel;
 use crate::prepare::{ColorWords, LightKey, Prepared, lamp_kind};
@@ -14,7 +15,6 @@ use crate::scene::{Color, Edges, Sphere};
 use crate::seen::PlaneMet;
 use crate::seen::shadow::Origin;
 use crate::shade::{Lamp, Lighting, Lit, Met, Occluders};
-use crate::tree::slabs::least_slack_of_beams;
 
 /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
 /// the CPU: of other kernels, and where numbers may leave the range that f64 has there.

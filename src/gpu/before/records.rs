@@ -69,7 +69,7 @@ pub struct LightOfAll {
     pub n_boxes: u32,
     /// 1 where samples that hit nothing are left out of the mean, else 0.
     pub leaves_out: u32,
-    /// [`least_slack_of_beams`](crate::tree::slabs::least_slack_of_beams) of the tree's boxes.
+    /// [`least_slack_of_beams`](super::slabs::least_slack_of_beams) of the tree's boxes.
     pub least_slack: f32,
     /// Fills WGSL's 32-byte alignment of the struct.
     pub padding: [u32; 3],

@@ -12,7 +12,9 @@ use crate::guard::{self, GuardFactors, NormalFactors};
 use crate::rays::Bundle;
 use crate::vec3::Real;
 
-pub(crate) use filter::{Filter, FreeFilter, ParallelFilter, PointFilter, nearest_listed};
+#[cfg(feature = "gpu")]
+pub(crate) use filter::FreeFilter;
+pub(crate) use filter::{Filter, ParallelFilter, PointFilter, nearest_listed};
 pub use filter::{
     GuardOf, Nearest, Nearness, UNDECIDED, Widening, closest_approach, far_nearness,
     far_nearness_at, half_chord_radius, inside_nearness, normalized, outside_nearness,
@@ -37,7 +39,7 @@ pub(super) const ABOUT: About = About {
         parts: &[
             part!("certified.wgsl", "src/kernel/certified/filter.rs"),
             part!("seen.wgsl", "src/gpu/before/seen_from.rs"),
-            part!("slabs.wgsl", "src/tree/slabs.rs"),
+            part!("slabs.wgsl", "src/gpu/before/slabs.rs"),
         ],
         constants,
     },

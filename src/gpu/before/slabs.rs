@@ -29,7 +29,7 @@ use crate::guard::{UNIT_F32, round_down, round_up};
 use crate::vec3::{Real, Vec3};
 
 #[cfg(doc)]
-use super::flat::REACH;
+use crate::tree::flat::REACH;
 
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::slabs::{SlabRoom, meets, slabs_of};
+use crate::cpu::Listed;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::RayOf;
@@ -10,10 +12,7 @@ use crate::kernel::certified::{Filter, FreeFilter, Nearest};
 use crate::prepare::{InSpace, Prepared};
 use crate::rays::Rays;
 use crate::tree::IS_LEAF;
-use crate::tree::slabs::{SlabRoom, meets, slabs_of};
 use crate::vec3::Vec3;
-
-use super::listed::Listed;
 
 /// The proposals of the kernel `certified` in f32 for a list of rays into many spheres, as a device makes
 /// them: the twin that they are compared with.
