@@ -1,12 +1,12 @@
 //! Hits → colours where a scene has light: every number that of exact arithmetic. Bounds in f32 and then in f64 decide
 //! nearly all pixels, each by the interval of its mean; the rest are decided exactly.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
 use super::decide::{Decider, Known};
-use super::lamp::Lighting;
+use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
 use super::pass::{Open, Part, Pass, Scratch};
 use super::written::{Interval, Written};
@@ -27,12 +27,26 @@ pub struct Lit {
     scene: Arc<Scene>,
     pub(super) lighting: Lighting,
     pub(super) style: Style,
+    suits_f32: OnceLock<bool>,
 }
 
 impl Lit {
     /// A shader for a scene with this light.
     pub fn new(scene: Arc<Scene>, lighting: Lighting, style: Style) -> Lit {
-        Lit { scene, lighting, style }
+        Lit { scene, lighting, style, suits_f32: OnceLock::new() }
+    }
+
+    /// Whether all colours and weights are in f32's range.
+    pub fn suits_f32(&self) -> bool {
+        let is_small = |parts: &[f64; 3]| parts.iter().all(|x| (0.0..MOST_IN_F32).contains(x));
+        let look = || {
+            let ids = 0..=self.scene.n_objects() as u32;
+            let lamps = &self.lighting.lamps;
+            is_small(&self.lighting.ambient)
+                && lamps.iter().all(|lamp| is_small(&lamp.weight))
+                && ids.into_par_iter().all(|id| is_small(&self.scene.color(id).0))
+        };
+        *self.suits_f32.get_or_init(look)
     }
 
     /// Its lights.
@@ -100,6 +114,9 @@ const STRIP_ROWS: usize = 8;
 /// Most pixels of a row that are painted before the next row.
 const MOST_COLUMNS: usize = 128;
 
+/// Most samples that go from stage to stage together, so that what is known of them stays in the cache.
+const MOST_SAMPLES: usize = 512;
+
 /// The pixels of one call.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
@@ -165,9 +182,10 @@ impl Job<'_> {
 
     /// Pixels of a row that take a moment, between which Ctrl-C is looked at.
     pub fn part(&self) -> usize {
-        let n_questions =
-            self.lit.style.n_samples.across().pow(2) as usize * (self.lit.lighting.lamps.len() + 1);
-        (PIXELS_AT_ONCE / n_questions).clamp(16, MOST_COLUMNS)
+        let n_samples = self.n_samples().pow(2);
+        let n_questions = n_samples * (self.lit.lighting.lamps.len() + 1);
+        let n_pixels = (PIXELS_AT_ONCE / n_questions).min(MOST_SAMPLES / n_samples);
+        (n_pixels / LANES_F32 * LANES_F32).clamp(LANES_F32, MOST_COLUMNS)
     }
 
     /// Index of a pixel's first sample.

@@ -17,7 +17,6 @@
 use pulp::{Simd, WithSimd};
 
 use super::Background;
-use super::lamp::MOST_IN_F32;
 use super::lit::Job;
 use super::occluders::{Met, Occluders};
 use super::written::{Interval, Written};
@@ -276,14 +275,7 @@ impl<'a> Pass<'a, f32> {
         occluders: &'a Occluders<'a>,
         samples: &'a Pixels,
     ) -> Option<Pass<'a, f32>> {
-        let lighting = &job.lit.lighting;
-        let weights = lighting.lamps.iter().map(|lamp| lamp.weight);
-        let n_objects = occluders.scene.n_objects() as u32;
-        let mut numbers =
-            weights.chain((0..=n_objects).map(|id| job.color(id))).chain([lighting.ambient]);
-        if !numbers.all(|parts| parts.iter().all(|part| (0.0..MOST_IN_F32).contains(part)))
-            || samples.longest_direction() > LONGEST_IN_F32
-        {
+        if !job.lit.suits_f32() || samples.longest_direction() > LONGEST_IN_F32 {
             return None;
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);
