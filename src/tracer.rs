@@ -5,9 +5,9 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{PlainLighting, Prepared};
+use crate::prepare::{LightKey, PlainLighting, Prepared};
 use crate::rays::Pixels;
-use crate::shade::Lit;
+use crate::shade::Lighting;
 use crate::trace::{Hits, Rays, SampleIds, StageCounts, Timing, Wants};
 
 /// [`Tracer::trace_samples`] of a backend that traces each sample.
@@ -153,7 +153,7 @@ impl ProposedColors {
 pub trait ProposeColors {
     /// Replaces `colors` by the [words](crate::prepare::ColorWords) of pixels, the first one
     /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. They are at the rays of their
-    /// samples, a rectangle of whole pixels, with the ids of what these see. `lit` shades the scene that this
+    /// samples, a rectangle of whole pixels, with the ids of what these see; `light` is that of the scene that this
     /// traces.
     ///
     /// Returns what that took; `None` where there are no numbers, or the device has no arithmetic for them, and nothing
@@ -163,7 +163,7 @@ pub trait ProposeColors {
     /// Those of [`Tracer::trace`].
     fn propose_colors(
         &mut self,
-        lit: &Lit,
+        light: (LightKey, &Lighting),
         at: (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,

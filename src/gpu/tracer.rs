@@ -28,9 +28,9 @@ use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
-use crate::prepare::{PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{LightKey, PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
-use crate::shade::Lit;
+use crate::shade::Lighting;
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
 use crate::tracer::{ProposeColors, ProposedColors, Tracer};
 
@@ -378,16 +378,15 @@ impl DecideInF64 for GpuTracer {
 impl ProposeColors for GpuTracer {
     fn propose_colors(
         &mut self,
-        lit: &Lit,
+        (key, lighting): (LightKey, &Lighting),
         (samples, ids): (&Pixels, &[u32]),
         control: &Control,
         colors: &mut Vec<u32>,
     ) -> Result<Option<ProposedColors>> {
         let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
-        let key = lit.light_key();
         let made = match kept.take().filter(|made| made.key == key) {
             Some(made) => made,
-            None => match light_in_f64(lit, prepared, samples) {
+            None => match light_in_f64((key, lighting), prepared, samples) {
                 None => return Ok(None),
                 Some(light) => {
                     let how = (key, gpu.shades_in_f64()?);

@@ -49,12 +49,6 @@ impl Lit {
         *self.suits_f32.get_or_init(look)
     }
 
-    /// Its lights.
-    #[cfg(feature = "gpu")]
-    pub fn lighting(&self) -> &Lighting {
-        &self.lighting
-    }
-
     /// How pixels get their colours.
     pub fn style(&self) -> &Style {
         &self.style

@@ -22,7 +22,6 @@ pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 #[cfg(feature = "gpu")]
 pub(crate) use lamp::MOST_IN_F32;
 pub use lamp::{Lamp, Lighting, Origin};
-pub use lit::Lit;
 pub(crate) use mean::ExactMean;
 #[cfg(feature = "gpu")]
 pub(crate) use occluders::{Met, Occluders};

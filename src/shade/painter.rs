@@ -254,9 +254,12 @@ impl SamplePainter<'_> {
                     None => None,
                 };
                 let by_device = match shades {
-                    Some(shades) => {
-                        shades.propose_colors(lit, (&samples, ids), control, proposed)?
-                    }
+                    Some(shades) => shades.propose_colors(
+                        (lit.light_key(), &lit.lighting),
+                        (&samples, ids),
+                        control,
+                        proposed,
+                    )?,
                     None => None,
                 };
                 (painted.colors, painted.shadow_rays) = match (by_device, colors) {

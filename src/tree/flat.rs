@@ -21,7 +21,7 @@ pub struct BoxNode {
     pub id: u32,
 }
 
-/// Largest coordinate of a box, and distance of an origin, with which [`super::slabs`] stay in f32's
+/// Largest coordinate of a box, and distance of an origin, with which `gpu::before::slabs` stay in f32's
 /// range.
 pub const REACH: f64 = (1u64 << 40) as f64;
 

@@ -14,18 +14,21 @@ use crate::rays::{Pixels, Rays};
 use crate::scene::{Color, Edges, Sphere};
 use crate::seen::PlaneMet;
 use crate::seen::shadow::Origin;
-use crate::shade::{Lamp, Lighting, Lit, Met, Occluders};
+use crate::shade::{Lamp, Lighting, Met, Occluders};
 
 /// The numbers for a device that shades the pixels of the kernel `certified`; `None` where that is left to
 /// the CPU: of other kernels, and where numbers may leave the range that f64 has there.
-pub fn light_in_f64(lit: &Lit, prepared: &Prepared, samples: &Pixels) -> Option<LightInF64> {
-    let lighting = lit.lighting();
+pub fn light_in_f64(
+    (key, lighting): (LightKey, &Lighting),
+    prepared: &Prepared,
+    samples: &Pixels,
+) -> Option<LightInF64> {
     if prepared.kernel != Kernel::Certified {
         return None;
     }
     let rays = Rays::Pixels(*samples);
     let occluders = Occluders::new(prepared, &rays, lighting);
-    let LightKey { words, n_samples, shows_background, leaves_out } = lit.light_key();
+    let LightKey { words, n_samples, shows_background, leaves_out } = key;
     let (mut spheres, mut planes) = (Vec::new(), Vec::new());
     for listed in &occluders.listed {
         let id = listed.id;

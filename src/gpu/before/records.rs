@@ -109,7 +109,7 @@ pub struct LightOfAllInF32 {
 pub struct LampInF32 {
     /// The place of a point, or the direction of a sun's light; beyond f32's range where it has none.
     pub at: [f32; 3],
-    /// One of [`lamp_kind`].
+    /// One of [`lamp_kind`](crate::prepare::lamp_kind).
     pub kind: u32,
     /// 1 where objects are in its way, else 0.
     pub shadows: u32,
@@ -127,7 +127,7 @@ pub struct LampInF32 {
 pub struct LampInF64 {
     /// The place of a point, or the direction of a sun's light with a largest component from 1 to 2.
     pub at: [f64; 3],
-    /// One of [`lamp_kind`].
+    /// One of [`lamp_kind`](crate::prepare::lamp_kind).
     pub kind: u32,
     /// 1 where objects are in its way, else 0.
     pub shadows: u32,
