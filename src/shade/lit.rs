@@ -95,7 +95,7 @@ impl Lit {
         let rays = Rays::Pixels(*samples);
         prepared.prepare_shadows(control)?;
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
-        let is_f32_enough = T::IS_BYTES;
+        let is_f32_enough = T::IS_BYTES && occluders.are_large;
         let certified = Certified::new(job, &occluders, samples, is_f32_enough);
         let counts = certified.run(control, colors)?;
         Ok((ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() }, counts))

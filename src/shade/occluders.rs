@@ -21,6 +21,10 @@ use crate::tree::Segment;
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
 
+/// A sphere whose radius is this part of its distance has normals in f32 that are off by some thousandth of a byte's step. No
+/// bound: of smaller ones f32 leaves more open than it saves.
+const SMALL: f64 = 1.0 / 64.0;
+
 /// Where objects are looked for.
 pub struct Occluders<'a> {
     pub stage: Stage<'a>,
@@ -37,6 +41,8 @@ pub struct Occluders<'a> {
     /// Points within this distance share a walk through the tree. It is the radius of some
     /// sphere, so that their ball is about as thick as what it meets.
     pub together: f64,
+    /// Whether its spheres appear so large that f32 mostly tells their bytes.
+    pub are_large: bool,
     /// Where each lamp's light comes from, relative to the reference point.
     pub origins: Vec<shadow::Origin>,
     /// The suns among them as the scene has them.
@@ -102,14 +108,15 @@ impl<'a> Occluders<'a> {
         let listed: Vec<Listed> = listed.collect();
         let is_plane = |place: &usize| matches!(listed[*place].met, Met::Plane(_));
         let planes = (0..listed.len()).filter(is_plane).collect();
-        let together = prepared.hierarchy.as_ref().map_or(0.0, |hierarchy| {
+        let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
             let order = &hierarchy.tree.order;
             let some = order.iter().step_by(order.len() / 64 + 1);
-            let mut radii: Vec<f64> =
-                some.map(|&index| scene.spheres[index as usize].radius.abs()).collect();
-            radii.sort_unstable_by(f64::total_cmp);
-            radii.get(radii.len() / 2).copied().unwrap_or(0.0)
+            some.map(|&index| scene.spheres[index as usize]).collect()
         });
+        let radius = |sphere: &Sphere| sphere.radius.abs();
+        let apparent = |sphere: &Sphere| radius(sphere) / relative(sphere.center).length();
+        let together = median(some.iter().map(radius)).unwrap_or(0.0);
+        let are_large = median(some.iter().map(apparent)).is_none_or(|size| size > SMALL);
         let origin = |lamp: &Lamp| match lamp.origin {
             Origin::Eye => shadow::Origin::Point(DVec3::ZERO),
             Origin::Point(position) => shadow::Origin::Point(relative(position)),
@@ -128,6 +135,7 @@ impl<'a> Occluders<'a> {
             listed,
             to_tree,
             together,
+            are_large,
             origins: lighting.lamps.iter().map(origin).collect(),
             suns: lighting.lamps.iter().map(sun).collect(),
         }
@@ -284,6 +292,13 @@ impl<'a> Occluders<'a> {
         };
         sign == if faces_front { 1 } else { -1 }
     }
+}
+
+/// The middle one of some numbers.
+fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut numbers: Vec<f64> = numbers.collect();
+    numbers.sort_unstable_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
 }
 
 /// The spheres among some objects, some at a time, with their places.
