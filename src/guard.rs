@@ -30,7 +30,9 @@
 //!
 //! # Half the chord
 //! `p²` as a function of `√m` grows at least and at most like the two bounds above, so their
-//! widths at the silhouette hold inside as well: `inner2 − m ≤ r² − p² ≤ outer2 − m`. Half the
+//! widths at the silhouette hold inside as well: `inner2 − m ≤ r² − p² ≤ outer2 − m`. For the first,
+//! `p ≤ √m(1 + 2.51ε) + κη` with `√m ≤ r − κη` gives `p² − m ≤ 5.03εr² + 2κη(r − κη) + κ²η²`, which is
+//! at most `r² − inner2`. Half the
 //! chord lies between `√((inner2 − m)·ι)` and `√((outer2 − m)·ι)`, up to the rounding of these two
 //! expressions: `((1 + 5.5 + 2δ + 1)/2 + 4.5)ε = (8.25 + δ)ε` relative, at most `(8.25 + δ)ε·r`.
 //!

@@ -22,6 +22,7 @@ use kugelblitz::kernel::certified::{
 use kugelblitz::prepare::split;
 use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
+use kugelblitz::seen::shadow::OF_COSINE;
 use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -585,6 +586,40 @@ fn normals_from_half_chords() {
         });
         assert_tight(name, normal, found);
     }
+}
+
+/// A normal from half a chord between its bounds: from the centre there is no `P`, and both bounds are the radius.
+#[test]
+fn normals_from_bounds_of_half_chords() {
+    let found = worst(5, |x, choices| {
+        let (d, exact_d) = vector(x);
+        let [(r, exact_r), (error, exact_error)] = [x[3].abs(), x[4] * 1e-6].map(number);
+        set_choices(choices, false);
+        let half = (r * r * ray(d).inv_a).sqrt();
+        let middle = (half + half) * Adversarial(0.5);
+        let normal = (Vec3::ZERO - d * middle) * (Adversarial::ONE / r);
+        let bound = to_f64(normal - Vec3([error; 3]));
+        let exact = -exact_d.normalize() - DVec3::splat(exact_error);
+        (exact_r > 0.0).then(|| bound.distance(exact) / UNIT_F32)
+    });
+    assert_tight("CHORD_MIDDLE", steps::CHORD_MIDDLE, found);
+}
+
+/// How steep light falls on a surface, with the sum that bounds it.
+#[test]
+fn cosines_of_light() {
+    let found = worst(7, |x, choices| {
+        let (way, exact_way) = vector(x);
+        let unit = DVec3::from_slice(&x[3..]).normalize();
+        let (normal, exact_normal) = vector(&unit.to_array());
+        let (error, exact_error) = number(x[6] * 1e-6);
+        set_choices(choices, false);
+        let inverse = Adversarial::ONE / dot3(way, way).sqrt();
+        let bound = f64::from((dot3(normal, way) * inverse - error).0);
+        let exact = exact_normal.dot(exact_way) / exact_way.length() - exact_error;
+        Some((bound - exact).abs() / UNIT_F32)
+    });
+    assert_tight("OF_COSINE", OF_COSINE, found);
 }
 
 /// `k` and the root are what they are; the direction's own error is granted beside.

@@ -50,12 +50,12 @@ impl Reach {
         Reach::new(pixels, f64::from(side) - 1.0 / f64::from(n))
     }
 
-    /// The error of the inputs of f32 for what is at distance up to `l`.
+    /// The error of inputs, in this unit, for what is at distance up to `l`.
     #[inline(always)]
-    pub fn widen(&self, input: InputError, l: f64) -> InputError {
-        let apart = if self.apart > 0.0 { self.apart / (UNIT_F32 * l) } else { 0.0 };
+    pub fn widen(&self, input: InputError, l: f64, unit: f64) -> InputError {
+        let apart = if self.apart > 0.0 { self.apart / (unit * l) } else { 0.0 };
         let InputError { offset, direction } = input;
-        InputError { offset: offset + apart, direction: direction + self.turned / UNIT_F32 }
+        InputError { offset: offset + apart, direction: direction + self.turned / unit }
     }
 
     /// [`WIDENING`] of f32 for these rays.

@@ -1,5 +1,11 @@
 //! Objects as rays see them: a file a shape, with the numbers that it becomes and the formula of where a ray meets it.
 //! Each formula is written once, and runs in f32, f64 and lanes of both.
+//!
+//! # Out of range
+//! A record of an object that is farther away than [`Float::FARTHEST`], or whose size is out of range, lies at the reference
+//! point with errors that leave all questions open: where it is met, from which side, and every point and normal on it. As
+//! rays start up to [`Eye::spread`] from there, its numbers must bound what those of any origin are, not only of the
+//! reference point. The spread itself is in range: who makes rays sees to that.
 
 mod plane;
 pub mod shadow;
@@ -103,7 +109,7 @@ use record;
 pub struct Eye {
     /// World units.
     pub reference: DVec3,
-    /// Bound of an origin's distance from there, world units.
+    /// Bound of an origin's distance from there, world units; at most [`Float::FARTHEST`].
     pub spread: f64,
     /// What the numbers of a ray are off by.
     pub input: InputError,

@@ -57,7 +57,7 @@ impl PlaneSeen<f64> {
         let normal = scaled.rounded();
         let l = plane.point - eye.reference;
         let distance = length_bound(l) + eye.spread;
-        let input = eye.reach.widen(eye.input, distance);
+        let input = eye.reach.widen(eye.input, distance, eye.unit);
         let eye = &Eye { input, ..*eye };
         let mut offset = normal.dot(l);
         let mut error = 4.0 * f64::EPSILON * length_bound(normal) * distance;
@@ -101,8 +101,8 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
         PlaneSeen {
             normal: V3::lit(normal),
             offset: or(offset, 0.0),
-            // More than `n·o` can be.
-            offset_error: or(offset_error, 4.0 * F::FARTHEST),
+            // Over the slope, at most 2·√3·|d|, this is beyond every `t`, and a point along the ray unknown.
+            offset_error: or(offset_error, 4.0 * F::BEYOND),
             slope_error: lit(guard::plane_direction_error(n, eye.unit, input)),
             unit: V3::lit(unit),
             // In f64, and rounded to `F`.

@@ -71,10 +71,10 @@ pub(crate) const OF_PLANE: f64 = 5.0;
 /// Of `|n||w|` in the error of `n·w`.
 pub(crate) const OF_SLOPE: f64 = 4.0;
 
-/// Of `n·ω`: three roundings of a dot product of vectors of length 1, and
-/// [`crate::guard::steps::NORMALIZED`] of one of them.
-const OF_COSINE: f64 = 8.0;
-const _: () = assert!(steps::DOT + steps::NORMALIZED < OF_COSINE);
+/// Of `n·ω`: three roundings of a dot product of vectors of length 1, [`crate::guard::steps::NORMALIZED`] of one of them,
+/// and the sum with its error.
+pub const OF_COSINE: f64 = 9.0;
+const _: () = assert!(steps::DOT + steps::NORMALIZED + 1.0 < OF_COSINE);
 
 /// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
 pub(crate) const OF_TURN: f64 = 1.02;

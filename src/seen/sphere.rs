@@ -63,7 +63,7 @@ impl SphereSeen<f64> {
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
         let (r, center) = (sphere.radius.abs(), sphere.center - eye.reference);
         let (k, k_error) = k_of(center, sphere, eye);
-        let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread);
+        let input = eye.reach.widen(eye.input, length_bound(center) + eye.spread, eye.unit);
         SphereSeen::of::<F>(V3(center.to_array()), r, k, k_error, input, eye)
     }
 }
@@ -89,18 +89,24 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let [inner2, outer2, slack, _] = Guard::numbers(r, l, eye.unit, input);
         let InputError { offset, direction } = input;
         // Rounded, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
-        // dot product and 2 for the difference.
+        // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
+        let roundings_of_k = if eye.spread > 0.0 { 2.0 } else { 1.0 };
         let of_moving = lit((3.0 * offset + 9.0) * eye.spread) * l;
         // What underflows is an origin, times `c + l`, or a product.
         let lost = lit(F::TINY) * (lit(1.0) + l);
-        let k_error = k_error + lit(ROOM * eye.unit) * (k.abs() + of_moving) + lost;
+        let of_k = lit(roundings_of_k) * k.abs();
+        let k_error = k_error + lit(ROOM * eye.unit) * (of_k + of_moving) + lost;
         let is_outside = lit(0.0).lt(k);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
             false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
         };
-        // Origins that are apart change k itself.
+        // Origins that are apart change k itself; and where its sign is open, it says nothing of the roots.
         let is_close = (from_reference - r).abs().le(lit(CLOSE) * l);
+        let is_close = match eye.spread > 0.0 {
+            true => is_close,
+            false => is_close.and(k_error.lt(k.abs())),
+        };
         let close = if eye.reach.apart == 0.0 { 1.0 } else { 0.0 };
         let inv_r = lit(1.0) / r;
         let of_foot = lit(offset + 2.0 * direction + steps::NORMAL_FOOT) * l * inv_r;
@@ -113,11 +119,12 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         SphereSeen {
             center: V3(center.0.map(|x| or(x, 0.0))),
             inner2: or(inner2, -1.0),
-            outer2: or(outer2, far * far),
-            slack: or(slack, far),
+            // Of a ray that starts within the spread `m` and `|k|` are at most far².
+            outer2: or(outer2, 2.0 * far * far),
+            slack: or(slack, F::BEYOND),
             near_most: or(near_most, F::BEYOND),
             k: or(k, 0.0),
-            k_error: or(k_error, far),
+            k_error: or(k_error, 2.0 * far * far),
             is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
             k_width: or(lit(eye.unit * (steps::RELATIVE + 2.0 * direction)), 1.0),
             inv_r: or(inv_r, 1.0),
@@ -216,6 +223,9 @@ struct Visible<R: Real> {
 impl<R: Real> Visible<R> {
     /// By the roots' product, which is `k/a`: the one of `s ∓ h` that cancels is `k/a` over the other, off by as much as that
     /// relative to its size.
+    ///
+    /// From inside, where `s` is computed below 0 and is not, the root that is seen is `(|k|/a)/(h − s)`, and `h − s` is at least
+    /// `|ŝ| + h_in` less the slack all the same, as that bounds `|ŝ − s|`.
     #[inline(always)]
     fn by_product(
         seen: &SphereSeen<R>,
@@ -400,7 +410,7 @@ impl Occluder for SphereMet<f64> {
         let distance = l2.sqrt();
         let here = ray.error + ray.unit * (met.place + lit(OF_OFFSET + rounded) * distance);
         let e = here + (ray.bend * distance).min(ray.end_error);
-        let in_range = e.max(l2).lt(lit(R::One::LARGEST_ROOT));
+        let in_range = e.max(distance).lt(lit(R::One::LARGEST_ROOT));
         let e = R::select(in_range, e, lit(f64::INFINITY));
         let least2 = q.dot(q);
         let (inner2, outer2) = squares(met.r, e);

@@ -240,6 +240,64 @@ fn bounds_hold_in_every_number() {
     }
 }
 
+/// Whether a record says anything of a ray that starts within the eye's spread.
+fn says_anything<T: Seen, F: Float>(seen: &T, eye: &Eye, origin: DVec3, direction: DVec3) -> bool {
+    let seen = T::splat::<F>(&Record::round::<F>(seen));
+    let ray = Ray::new(V3::near(origin), V3::near(direction));
+    let bounds = [T::bounds(&seen, &ray), T::bounds_close(&seen, &ray)];
+    let is_bounded = bounds.into_iter().any(|bounds| {
+        bounds.is_none_or(|t| t.low.to_f64() > 0.0 || !(t.high.to_f64() >= F::BEYOND))
+    });
+    let lengths = Lengths::new(eye, direction.length());
+    let surfaces = [T::surface(&seen, &ray, &lengths), T::surface_close(&seen, &ray, &lengths)];
+    let is_met = surfaces
+        .iter()
+        .any(|surface| SurfacePoint::from(surface).is_known() || surface.t.low.to_f64() > 0.0);
+    is_bounded || is_met
+}
+
+fn out_of_range<F: Float>() {
+    let mut random = Random(SplitMix::new(5));
+    let (far, small) = (F::FARTHEST, F::SMALLEST);
+    for k in 0..20_000 {
+        let spread = match k % 3 {
+            0 => 0.0,
+            1 => far * 0.99,
+            _ => far.powf(random.0.unit() * 0.99),
+        };
+        let unit = match k % 2 {
+            0 => F::UNIT,
+            _ => 0.5 * F::UNIT,
+        };
+        let (reference, input, reach) = (random.vector(), guard::PARALLEL, Reach::default());
+        let eye = Eye { reference, spread, input, reach, unit };
+        let origin = random.vector().normalize() * (spread * random.0.unit());
+        let direction = random.vector().normalize() * (1.01 + 30.0 * random.0.unit());
+        let (away, beyond) = (random.vector().normalize(), far * (1.0 + random.size(3.0)));
+        let (center, radius) = match random.0.next() % 4 {
+            0 => (away * beyond, beyond * random.0.unit()),
+            1 => (away * beyond, 1.0),
+            2 => (away * (beyond * random.0.unit()), beyond),
+            _ => (away, small * 0.99 * random.0.unit()),
+        };
+        let sphere = SphereSeen::new::<F>(&Sphere { center, radius }, &eye);
+        let is_said = says_anything::<SphereSeen<f64>, F>(&sphere, &eye, origin, direction);
+        assert!(!is_said, "{center:?} {radius:e}, {eye:?}: from {origin:?} along {direction:?}");
+        let normal = random.vector() * random.size(6.0);
+        let point = away * beyond;
+        let plane = Plane { name: None, point, normal, color: Color::BLACK };
+        let plane = PlaneSeen::new::<F>(&plane, &eye);
+        let is_said = says_anything::<PlaneSeen<f64>, F>(&plane, &eye, origin, direction);
+        assert!(!is_said, "{point:?} {normal:?}, {eye:?}: from {origin:?} along {direction:?}");
+    }
+}
+
+#[test]
+fn objects_out_of_range_are_left_open_from_every_origin() {
+    out_of_range::<f32>();
+    out_of_range::<f64>();
+}
+
 /// With a part of a bound a bad device is caught. Its errors are random, so that the worst do not meet.
 #[test]
 fn sabotage_cut_bounds_are_seen() {

@@ -269,13 +269,15 @@ pub struct Part<'a, T> {
 }
 
 impl<'a> Pass<'a, f32> {
-    /// In f32; `None` where weights or colours are out of its range.
+    /// In f32; `None` where weights, colours or the rays' origins are out of its range.
     pub fn in_f32(
         job: Job<'a>,
         occluders: &'a Occluders<'a>,
         samples: &'a Pixels,
     ) -> Option<Pass<'a, f32>> {
-        if !job.lit.suits_f32() || samples.longest_direction() > LONGEST_IN_F32 {
+        let are_in_range =
+            samples.longest_direction() <= LONGEST_IN_F32 && samples.spread() <= f32::FARTHEST;
+        if !are_in_range || !job.lit.suits_f32() {
             return None;
         }
         let surfaces = Surfaces::in_f32(&occluders.stage, samples.view.lens);

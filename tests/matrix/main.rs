@@ -212,6 +212,25 @@ fn the_scenes_are_not_one_sided() {
     assert!(lit * 4 > rays, "{lit} of {rays}");
 }
 
+/// `ci/spoilings.sh` can apply each.
+#[test]
+fn spoilings_fit_the_source() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
+    let list: toml::Table = read("tests/matrix/spoilings.toml").parse().expect("a list");
+    let spoilings = list["spoiling"].as_array().expect("spoilings");
+    let misfits: Vec<&str> = spoilings
+        .iter()
+        .filter(|spoiling| {
+            let [file, find, replace] =
+                ["file", "find", "replace"].map(|key| spoiling[key].as_str().expect("a text"));
+            read(file).matches(find).count() != 1 || find == replace
+        })
+        .map(|spoiling| spoiling["name"].as_str().expect("a name"))
+        .collect();
+    assert!(!spoilings.is_empty() && misfits.is_empty(), "{misfits:?}");
+}
+
 fn check_all(cases: &[&Case], device: &Device, on: &str) {
     let mut counts = StageCounts::default();
     cases.iter().for_each(|case| counts.add(case.check(device, on)));

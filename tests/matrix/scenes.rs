@@ -27,6 +27,16 @@ struct Draft {
     light: Option<Light>,
 }
 
+impl Draft {
+    /// No coordinate is larger.
+    fn extent(&self) -> f64 {
+        let spheres = self.spheres.iter().map(|(center, radius)| center.abs() + *radius);
+        let planes = self.planes.iter().map(|(point, _)| *point);
+        let points = spheres.chain(planes).chain([self.eye, self.look_at]);
+        points.fold(self.half, |most, v| most.max(v.abs().max_element()))
+    }
+}
+
 /// A light at a point, or a sun that shines along a vector.
 enum Light {
     Point(DVec3),
@@ -36,7 +46,7 @@ enum Light {
 type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-const FAMILIES: [(&str, Family); 17] = [
+const FAMILIES: [(&str, Family); 20] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -54,6 +64,9 @@ const FAMILIES: [(&str, Family); 17] = [
     ("far crowd", far_crowd),
     ("mixture", mixture),
     ("edges of shadows", edges_of_shadows),
+    ("galaxy", galaxy),
+    ("far wall", far_wall),
+    ("beyond f64", beyond_f64),
 ];
 
 pub const N_FAMILIES: u64 = FAMILIES.len() as u64;
@@ -64,10 +77,13 @@ pub fn scene(seed: u64, index: u64) -> Hard {
     rng.set_stream(index);
     let rng = &mut rng;
     let (family, make) = FAMILIES[(index % N_FAMILIES) as usize];
-    let draft = make(rng);
-    let place = place(rng);
+    let mut draft = make(rng);
+    let is_orthographic = draft.light.is_some() || rng.random_bool(0.4);
+    if draft.light.is_none() {
+        set_apart(rng, &mut draft, is_orthographic);
+    }
+    let place = place(rng, draft.extent());
     let rays = rays(rng, &draft).into_iter().map(|ray| place.ray(ray)).collect();
-    let is_orthographic = draft.light.is_some() || rng.random_bool(0.3);
     let text = text(rng, &draft, place, is_orthographic);
     Hard { family, text, rays }
 }
@@ -348,8 +364,96 @@ fn edges_of_shadows(rng: &mut Rng) -> Draft {
     draft
 }
 
+/// Balls on a floor, all of a size whose square leaves f32's range, one ball beside the picture.
+fn galaxy(rng: &mut Rng) -> Draft {
+    let size = match rng.random() {
+        true => power_of_ten(rng, 17.0, 22.0),
+        false => power_of_ten(rng, 5.0, 38.0),
+    };
+    let is_floor = rng.random();
+    let eye = match is_floor {
+        true => dvec3(0.0, 6.0, 8.0),
+        false => dvec3(0.0, 0.0, 8.0),
+    };
+    let eye = (eye + within(rng, 0.5)) * size;
+    let mut draft = draft(eye, DVec3::ZERO, size * rng.random_range(2.0..4.0));
+    match is_floor {
+        true => {
+            draft.spheres = vec![(DVec3::Y * size, size)];
+            draft.planes = vec![(DVec3::ZERO, DVec3::Y)];
+        }
+        false => {
+            draft.spheres = vec![(DVec3::ZERO, size), (dvec3(9.0, 0.0, 8.0) * size, size * 3.0)]
+        }
+    }
+    if rng.random_bool(0.3) {
+        let radius = size * power_of_ten(rng, -3.0, 0.5);
+        draft.spheres.push((within(rng, 3.0) * size, radius));
+    }
+    draft.light = Some(Light::Sun(match is_floor {
+        true => dvec3(-1.0, rng.random_range(-2.0..-0.5), rng.random_range(-1.0..1.0)),
+        false => -DVec3::X,
+    }));
+    draft
+}
+
+/// Far behind a small picture is a wall, and beside it a ball that darkens what is seen of the wall.
+fn far_wall(rng: &mut Rng) -> Draft {
+    let away = match rng.random() {
+        true => power_of_ten(rng, 17.0, 31.0),
+        false => power_of_ten(rng, 2.0, 39.0),
+    };
+    let half = power_of_ten(rng, -1.0, 2.0);
+    let eye = within(rng, half);
+    let mut draft = draft(eye, eye - DVec3::Z, half);
+    let normal = dvec3(rng.random_range(-0.2..0.2), 0.0, 1.0);
+    draft.planes = vec![(DVec3::Z * -away, normal)];
+    draft.spheres = vec![(dvec3(0.5, 0.0, -0.5) * away, away * rng.random_range(0.02..0.2))];
+    if rng.random_bool(0.3) {
+        draft.spheres.push((within(rng, half), half * 0.3));
+    }
+    draft.light = Some(Light::Sun(dvec3(-1.0, 0.0, -1.0)));
+    draft
+}
+
+/// A ball whose square f64 cannot hold; rays start far apart on both sides of its surface.
+fn beyond_f64(rng: &mut Rng) -> Draft {
+    let apart = power_of_ten(rng, 32.0, 38.0);
+    let radius = apart * power_of_ten(rng, 20.0, 60.0);
+    let eye = dvec3(0.0, 0.0, apart * rng.random_range(-1.0..1.0));
+    let mut draft = draft(eye, eye - way(rng) * apart, apart);
+    draft.spheres = vec![(DVec3::Z * radius, radius)];
+    if rng.random_bool(0.3) {
+        draft.spheres.push((within(rng, apart), apart * 0.2));
+    }
+    draft.light = Some(Light::Sun(-DVec3::Z));
+    draft
+}
+
+/// Sets the camera, a ball or a wall of a third of the scenes far apart from the rest. Up to `10³⁸` they are seen.
+fn set_apart(rng: &mut Rng, draft: &mut Draft, is_orthographic: bool) {
+    let away = match rng.random_range(0..5) {
+        0 | 1 => power_of_ten(rng, 0.0, 12.0),
+        2 | 3 => power_of_ten(rng, 12.0, 38.0),
+        _ => power_of_ten(rng, 38.0, 140.0),
+    };
+    let aside = way(rng) * away;
+    match rng.random_range(0..12) {
+        // Perspective would show a point.
+        0 | 1 if is_orthographic => {
+            draft.eye = draft.look_at + (draft.eye - draft.look_at) * away;
+        }
+        2 => draft.spheres.push((aside, away * rng.random_range(0.1..1.5))),
+        3 => draft.planes.push((aside, way(rng))),
+        _ => {}
+    }
+}
+
 // ---------------------------------------------------------------------------------------------
 // Its place and its rays
+
+/// Coordinates up to this, some of them added up, are finite.
+const LARGEST: f64 = 1e300;
 
 /// Where a draft lies: `(v + by)·scale`.
 #[derive(Clone, Copy)]
@@ -370,7 +474,8 @@ impl Place {
     }
 }
 
-fn place(rng: &mut Rng) -> Place {
+/// Where all numbers of a draft of this extent stay finite.
+fn place(rng: &mut Rng, extent: f64) -> Place {
     let by = match rng.random_range(0..6) {
         0..3 => DVec3::ZERO,
         // Short numbers stay short.
@@ -379,16 +484,17 @@ fn place(rng: &mut Rng) -> Place {
         _ => within(rng, 1.0) * power_of_ten(rng, 4.0, 12.0),
     };
     let scale = match rng.random_range(0..16) {
-        0..6 => 1.0,
-        6..10 => 2f64.powi(rng.random_range(-30..30)),
-        10..14 => power_of_ten(rng, -6.0, 6.0),
-        14 => power_of_ten(rng, -36.0, 36.0),
+        0..5 => 1.0,
+        5..8 => 2f64.powi(rng.random_range(-30..30)),
+        8..11 => power_of_ten(rng, -6.0, 6.0),
+        11..13 => power_of_ten(rng, -36.0, 36.0),
+        13..15 => power_of_ten(rng, -150.0, 150.0),
         _ => {
             let exponent = rng.random_range(100.0..290.0);
             10f64.powf(exponent * sign(rng))
         }
     };
-    Place { by, scale }
+    Place { by, scale: if extent < LARGEST / scale { scale } else { 1.0 } }
 }
 
 fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
@@ -503,12 +609,14 @@ fn lights(rng: &mut Rng, draft: &Draft, place: Place) -> (String, String) {
     if let Some(source) = given {
         let _ = writeln!(tables, "\n[[light]]\n{source}");
     }
+    // Other light hides what a scene is about.
+    let is_alone = draft.light.is_some() && rng.random_bool(0.6);
     match rng.random_range(0..4) {
-        0 => values = format!("ambient = {}\n", color(rng)),
+        0 if !is_alone => values = format!("ambient = {}\n", color(rng)),
         1 => values = format!("ambient = {:?}\n", rng.random_range(0.0..0.3)),
         _ => {}
     }
-    for _ in 0..rng.random_range(1..4) {
+    for _ in 0..if is_alone { 0 } else { rng.random_range(1..4) } {
         let (intensity, color) = (power_of_ten(rng, -2.0, 0.5), color(rng));
         let shadows = rng.random_bool(0.9);
         let _ = writeln!(
@@ -517,7 +625,7 @@ fn lights(rng: &mut Rng, draft: &Draft, place: Place) -> (String, String) {
             source(rng, draft, place)
         );
     }
-    if rng.random_bool(0.2) {
+    if !is_alone && rng.random_bool(0.2) {
         let (intensity, directions) = (rng.random_range(0.1..1.0), rng.random_range(1..7));
         let _ = writeln!(tables, "\n[sky]\nintensity = {intensity:?}\ndirections = {directions}");
     }
@@ -537,7 +645,11 @@ fn source(rng: &mut Rng, draft: &Draft, place: Place) -> String {
         2 => center + outward * radius,
         3 => center + outward * (radius * (1.0 + little(rng))),
         4 => draft.look_at + outward * (draft.half * power_of_ten(rng, -3.0, 2.0)),
-        5 => draft.look_at + outward * power_of_ten(rng, 2.0, 12.0),
+        5 => {
+            let most = if rng.random() { 12.0 } else { 140.0 };
+            let away = power_of_ten(rng, 2.0, most);
+            draft.look_at + outward * away.min(LARGEST / place.scale)
+        }
         6 => return "position = \"eye\"".to_string(),
         _ => {
             let direction = match (rng.random_range(0..3), draft.planes.first()) {

@@ -227,9 +227,13 @@ impl Frame {
             return SphereCertified::open(self.bundle);
         }
         let (center, center_low) = self.split(l);
-        let [inner2, outer2, slack, k_error] =
-            Guard::new(r, distance, guard::UNIT_F32, self.reach.widen(self.input, distance))
-                .round_to_f32();
+        let [inner2, outer2, slack, k_error] = Guard::new(
+            r,
+            distance,
+            guard::UNIT_F32,
+            self.reach.widen(self.input, distance, guard::UNIT_F32),
+        )
+        .round_to_f32();
         let (q_low, q_high_or_r2) = match self.bundle {
             Bundle::Point if self.near => guard::inverse_f32(k_or_r2),
             Bundle::Point => (0.0, guard::far_inverse_f32(k_or_r2)),
@@ -279,7 +283,7 @@ impl Frame {
             return PlaneCertified::open();
         }
         let (offset, offset_low) = self.split(l);
-        let input = self.reach.widen(self.input, distance);
+        let input = self.reach.widen(self.input, distance, guard::UNIT_F32);
         let [n_offset_error, direction_error] = [
             guard::plane_offset_error(n_length, distance, guard::UNIT_F32, input, guard::TINY_F32),
             guard::plane_direction_error(n_length, guard::UNIT_F32, input),
