@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# What the program answers, in words: help, errors, JSON, SVG, LaTeX, German; and what of that has changed.
+#
+#   ci/answers.sh PROGRAM            compares with tests/answers, prints the differences, and fails where there are any
+#   ci/answers.sh PROGRAM --renew    writes tests/answers anew
+#
+# Times, versions, devices and memory are left out. Needs Python 3.
+set -euo pipefail
+program=$(realpath "$1")
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+cp -r scenes "$scratch/scenes"
+python3 - "$program" "$scratch" tests/answers <<'PYTHON'
+import pathlib, re, subprocess, sys
+
+program, scratch, kept = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+found = scratch / "answers"
+found.mkdir()
+volatile = re.compile(r'"(version|ms|ms_runs|bytes|bytes_device|free|memory|seconds|adapter|machine|rays_per_second)": ?'
+                      r'(\{[^{}]*\}|\[[^][]*\]|"[^"]*"|[-+.e0-9]+|null)')
+
+
+def run(*words):
+    """Output, errors and the exit code of a command, without what differs from run to run."""
+    done = subprocess.run([program, *words], cwd=scratch, capture_output=True, text=True, errors="replace",
+                          stdin=subprocess.DEVNULL, timeout=120, env={"PATH": "/usr/bin", "NO_COLOR": "1", "COLUMNS": "100"})
+    text = f"$ kugelblitz {' '.join(words)}\n{done.stdout}"
+    text += f"--- stderr\n{done.stderr}" if done.stderr else ""
+    text = text.replace(pathlib.Path(program).name, "kugelblitz").replace(str(scratch), "")
+    text = re.sub(r"\d[\d.]* (µs|ms|s|MB|GB|KB|kB|MiB|GiB)\b", r"N \1", volatile.sub(r'"\1": …', text))
+    return f"{text}--- exit {done.returncode}\n\n"
+
+
+def keep(name, *commands):
+    (found / f"{name}.txt").write_text("".join(run(*words) for words in commands))
+
+
+commands = re.findall(r"^  (\w+) ", run("--help").split("Options:")[0], re.M)
+keep("help", ["--help"], ["-h"], ["nosuch"], [], *([name, how] for name in commands if name != "help" for how in ("-h", "--help")))
+lit, flat = "scenes/lit/figure1.toml", "scenes/figure1.toml"
+small = ["--size", "48x27", "--device", "cpu"]
+keep("explain", *([*at, "--device", "cpu", *more] for at in (
+    ["explain", flat, "--pixel", "640,360"], ["explain", lit, "--pixel", "700,400"], ["explain", "scenes/figure5.toml", "--pixel", "100,100"],
+    ["explain", "scenes/orthographic.toml", "--pixel", "640,360"], ["explain", flat, "--ray", "0,0,0,0,0,-1"])
+    for more in ([], ["--lang", "de"], ["--latex"])), ["explain", flat, "--pixel", "640,360", "--device", "cpu", "--json"])
+keep("json", ["render", flat, "-o", "a.png", "--json", *small], ["render", lit, "-o", "b.exr", "--json", *small],
+     ["verify", flat, "--json", *small], ["verify", lit, "--json", *small], ["digest", flat, lit, "--json", *small],
+     ["check", lit, "--json", *small], ["compare", "a.png", "b.exr", "--json"], ["compare", "a.png", "a.png", "--json"],
+     ["info", "b.exr", "--json"], ["judge", flat, "--against", "b.exr", "--json", *small])
+keep("words", ["verify", flat, *small], ["verify", lit, "--all-kernels", *small], ["check", lit, *small], ["digest", flat, *small],
+     ["compare", "a.png", "b.exr"], ["info", "b.exr"], ["judge", flat, "--against", "b.exr", *small],
+     ["render", flat, "-o", "-", "--print-scene"], ["render", flat, "-o", "a.png", *small])
+keep("figures", ["figure", "3", "scenes/figure3.toml"], ["figure", "4", "scenes/figure4.toml", "--lang", "de"], ["figure", "9", flat])
+keep("export", *([ "export", to, scene, "-o", "-"] for to in ("pov", "tachyon") for scene in (flat, lit)))
+keep("usage", ["render", flat], ["render", "none.toml", "-o", "a.png"], ["render", flat, "-o", "a.xyz"], ["render", flat, "-o", "a.png", "--size", "0x4"],
+     ["render", flat, "-o", "a.png", "--kernel", "stabel"], ["render", flat, "-o", "a.png", "--device", "nosuch"], ["compare", "a.png", "none.png"],
+     ["render", flat, "-o", "a.png", "--samples", "99"], ["explain", flat, "--pixel", "5000,1"], ["trace", flat, "--rays", "a.png", "-o", "h.npy"],
+     ["judge", flat, "--against", flat], ["verify", flat, "--epsilon", "1"], ["generate", "cloud", "nosuch", "-n", "9", "-o", "c.npy"])
+texts = re.split(r"^=== \d+\n", (kept / "wrong_scenes.txt").read_text(), flags=re.M)[1:]
+with (found / "wrong_scenes_said.txt").open("w") as said:
+    for text in texts:
+        (scratch / "a.toml").write_text(text)
+        said.write(run("check", "a.toml", "--device", "cpu"))
+PYTHON
+if [ "${2:-}" = --renew ]; then
+    cp "$scratch"/answers/*.txt tests/answers/
+else
+    rm -rf "$scratch/kept"; mkdir "$scratch/kept"
+    cp tests/answers/*.txt "$scratch/kept"; rm "$scratch/kept/wrong_scenes.txt"
+    diff -r -U1 "$scratch/kept" "$scratch/answers"
+fi
