@@ -10,7 +10,7 @@ use glam::DVec3;
 use kugelblitz::gpu::before::narrow::{self, NarrowBeam, NarrowRoom, NarrowSphereOf, in_the_way};
 use kugelblitz::gpu::before::point::{self, PointFinder, PointRoom, SeenSphereOf};
 use kugelblitz::gpu::before::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
-use kugelblitz::guard::host::{Bounded, input_in_f32};
+use kugelblitz::guard::host::{Bounded, input_in_f32, input_in_f64};
 use kugelblitz::guard::{
     self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach, UNIT_F32, UNIT_F64,
 };
@@ -320,6 +320,46 @@ fn rays_of_the_host() {
     let granted = steps::DOT + 1.001 + 1.0 + input.offset;
     println!("an origin's part of N: {found:.4} of {granted}");
     assert!(found <= granted && found > granted / 4.0, "{found}");
+}
+
+/// Rays of pixels in f64, for which f32 stands in: the frame is what it is, and a step takes a quotient and a product.
+#[test]
+fn rays_in_f64() {
+    let unit = <f32 as Bounded>::ROUNDING;
+    let narrow = |v: DVec3| Vec3::<f32>::from(v);
+    let wide = |v: Vec3<f32>| DVec3::from(v.0.map(f64::from));
+    let camera = |x: &[f64], choices: u64, lens| {
+        let forward = DVec3::from_slice(x).normalize();
+        let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
+        let frame = [forward, right, right.cross(forward)].map(narrow);
+        let [h, rows] = [x[6].abs() as f32, (1 + choices % 2000) as f32];
+        let [forward, right_step, true_up_step] =
+            [frame[0], frame[1] * (h / rows), frame[2] * (h / rows)];
+        let camera = CameraF32 { origin: Vec3::ZERO, forward, right_step, true_up_step, lens };
+        let (i, j) =
+            (f64::from((choices >> 20) as u16 % 2048), f64::from((choices >> 40) as u16 % 2048));
+        let exact = f64::from(h) / f64::from(rows);
+        let aside = wide(frame[1]) * (exact * i) + wide(frame[2]) * (exact * j);
+        (camera.camera_ray(i as f32, j as f32), wide(forward), aside)
+    };
+    let found = worst(7, |x, choices| {
+        let (ray, forward, aside) = camera(x, choices, Lens::Perspective);
+        let exact = forward + aside;
+        Some(wide(ray.direction).distance(exact) / (unit * exact.length()))
+    });
+    println!("δ: {found:.4}");
+    let granted = input_in_f64(Some(Lens::Perspective)).direction;
+    assert!(found <= granted && found > granted / 3.0, "{found} of {granted}");
+    let found = worst(10, |x, choices| {
+        let (ray, _, origin) = camera(x, choices, Lens::Orthographic);
+        let (center, exact_center) =
+            (narrow(DVec3::from_slice(&x[7..])), DVec3::from_slice(&x[7..]));
+        let found = wide(center - ray.origin).distance(exact_center - origin);
+        Some(found / (unit * (exact_center.length() + origin.length())))
+    });
+    println!("λ: {found:.4}");
+    let granted = input_in_f64(Some(Lens::Orthographic)).offset;
+    assert!(found <= granted && found > granted / 3.0, "{found} of {granted}");
 }
 
 /// A vector, and the same off by at most `by` of a length.
@@ -655,7 +695,7 @@ fn normals_of_points() {
 fn half_chords_of_rows() {
     let found = worst(2, |x, _| {
         let (width, within) = (1.0, x[1].abs());
-        let chord2 = 4.0 * width + x[0].abs();
+        let chord2 = rows::LEAST_WIDTHS * width + x[0].abs();
         if within > width {
             return None;
         }
@@ -713,6 +753,17 @@ fn quotients_of_planes_in_rows() {
         Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))
     });
     assert_tight("INVERSE", rows::INVERSE, found);
+
+    let found = worst(4, |x, choices| {
+        let [(n, exact_n), (m, exact_m), (e, exact_e), (g, exact_g)] =
+            [x[0].abs(), x[1].abs(), x[2].abs() * 1e-3, x[3].abs() * 1e-3].map(number);
+        set_choices(choices, true);
+        let factor = Adversarial::ONE - Adversarial(8.0 * UNIT_F32 as f32);
+        let bound = f64::from((((n + e) / (m - g)) * factor).0);
+        let exact = (exact_n + exact_e) / (exact_m - exact_g) * (1.0 - 8.0 * UNIT_F32);
+        (exact > 0.0).then(|| (bound - exact).abs() / (UNIT_F32 * exact))
+    });
+    assert_tight("BOUNDS", rows::BOUNDS, found);
 }
 
 /// `t` of a sphere as neighbours in a row find it, of all that is granted for it. The slack in that is for a

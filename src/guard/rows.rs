@@ -4,7 +4,7 @@
 //! `t = s ∓ h` cancels no more than [`super`] says of parallel rays: the slack bounds the sum of the errors of
 //! `s`, of `h` and of two sums. Here `h = √((r² − m)ι)`. As the rounded `r²` lies between `inner2` and
 //! `outer2`, the true half of the chord and `h` are both between the halves `h_in` and `h_out` that these give,
-//! and no farther from each other than they are. Let `b = outer2 − inner2` and `r² − m ≥ 4b`. Then
+//! and no farther from each other than they are. Let `b = outer2 − inner2` and `r² − m ≥ 4b` ([`LEAST_WIDTHS`]). Then
 //! `inner2 − m ≥ ¾(r² − m)`, so that `h_in ≥ √¾·h`, and
 //! `h_out − h_in = bι/(h_out + h_in) ≤ bι/((1 + √¾)h) = 0.536·b·√(ι/(r² − m))`: [`CHORD`]. Times `|d|` it is a length; as `|d| ≥ 1`,
 //! it is no less without.
@@ -26,3 +26,10 @@ pub const INVERSE: f64 = 3.01;
 
 /// Part of `|M|` that its error may be.
 pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 7) as f64;
+
+/// Bounds `(N ± e)/(M ± e)` of a quotient that a filter takes, in units: two sums, a quotient 2.5, and the product that widens
+/// with its factor.
+pub const BOUNDS: f64 = 8.0;
+
+/// Of the difference `b` of the squared radii, what `r² − m` is at least where [`CHORD`] holds.
+pub const LEAST_WIDTHS: f64 = 4.0;

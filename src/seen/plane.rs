@@ -31,13 +31,14 @@ record! {
 }
 
 /// `(a − o)·n` for the eye's reference point, exactly and rounded once; `None` for 0.
-fn numerator(plane: &Plane, eye: &Eye) -> Option<f64> {
+pub(super) fn numerator(plane: &Plane, eye: &Eye) -> Option<f64> {
     let ray = ExactRay::new(&Ray { origin: eye.reference, direction: DVec3::X });
     let exact = plane_numbers(&ray, plane.point, plane.normal)?.numerator;
     (exact.signum() != 0).then(|| exact.to_f64())
 }
 
-/// [`steps::NORMAL`] where the unit is that of rounding to the nearest.
+/// [`steps::NORMAL`] where the unit is that of rounding to the nearest. No test sees it cut: it is a fifth of what a dot product
+/// is granted, whose own steps are hardly ever at their worst together.
 const HOST_NORMAL: f64 = 1.001;
 
 impl PlaneSeen<f64> {
@@ -88,7 +89,8 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
         let (lit, n) = (R::lit, length_bound(normal));
         let in_range = distance.le(lit(F::FARTHEST));
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
-        // `N` in f64 (difference 1, dot product 3), rounded to `F` (1) and less that of the origin (1).
+        // `N` in f64 (difference 1, dot product 3), rounded to `F` (1) and less that of the origin (1). No test sees the latter two
+        // cut: what a slope is granted is more of `t`.
         let of_offset = error + lit(2.0 * eye.unit) * offset.abs();
         let of_spread = match eye.spread > 0.0 {
             true => eye.unit * (steps::DOT + HOST_NORMAL + 1.0 + eye.input.offset) * n,
@@ -111,14 +113,11 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
     }
 }
 
-/// `(N ± e)/(M ± e)`: two sums and a quotient, and the product that widens; in units.
-const QUOTIENT: f64 = 8.0;
-
 impl Seen for PlaneSeen<f64> {
     #[inline(always)]
     fn bounds<R: Real>(seen: &PlaneSeen<R>, ray: &super::Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let (tiny, width) = (R::lit(R::One::TINY), QUOTIENT * R::One::UNIT);
+        let (tiny, width) = (R::lit(R::One::TINY), rows::BOUNDS * R::One::UNIT);
         let offset = seen.offset - seen.normal.dot(ray.origin);
         let slope = seen.normal.dot(ray.direction);
         let away = R::select(offset.lt(zero), -slope, slope);

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::host::Bounded;
-use crate::guard::rows::CHORD;
+use crate::guard::rows::{CHORD, LEAST_WIDTHS};
 use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Sphere;
@@ -70,7 +70,7 @@ impl SphereSeen<f64> {
 
 impl<R: Real<One = f64>> SphereSeen<R> {
     /// Spheres at `center` from the eye's reference point, for which `k` has the right sign where it is off by less than
-    /// itself.
+    /// itself, and is 0 where it is off by 0.
     #[inline(always)]
     pub fn of<F: Float>(
         center: V3<R>,
@@ -92,10 +92,15 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 2.0 } else { 1.0 };
         let of_moving = lit((3.0 * offset + 9.0) * eye.spread) * l;
-        // What underflows is an origin, times `c + l`, or a product.
+        // What underflows is an origin, times `c + l`, or a product. It is so little that no test sees it.
         let lost = lit(F::TINY) * (lit(1.0) + l);
         let of_k = lit(roundings_of_k) * k.abs();
-        let k_error = k_error + lit(ROOM * eye.unit) * (of_k + of_moving) + lost;
+        let error = k_error + lit(ROOM * eye.unit) * (of_k + of_moving) + lost;
+        // A `k` of 0 has no rounding, if all rays start there.
+        let k_error = match eye.spread > 0.0 {
+            true => error,
+            false => R::select(k_error.le(lit(0.0)), lit(0.0), error),
+        };
         let is_outside = lit(0.0).lt(k);
         let near_most = match eye.spread > 0.0 {
             true => lit(F::BEYOND),
@@ -111,10 +116,12 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let inv_r = lit(1.0) / r;
         let of_foot = lit(offset + 2.0 * direction + steps::NORMAL_FOOT) * l * inv_r;
         let normal_error = of_foot + lit(steps::CHORD_MIDDLE + direction);
+        // No test sees it cut: close spheres, whose `t` is known better, are about as far away as they are large, and the rest of
+        // a normal is granted more.
         let offset_error = lit(ROOM * eye.unit * offset) * l;
         let r2 = r * r;
         let width2 = outer2 - inner2;
-        let least2 = (lit(LEAST) * r2).max(lit(4.0 * ROOM) * width2);
+        let least2 = (lit(LEAST) * r2).max(lit(LEAST_WIDTHS * ROOM) * width2);
         let far = F::FARTHEST;
         SphereSeen {
             center: V3(center.0.map(|x| or(x, 0.0))),
@@ -150,6 +157,8 @@ fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
     match sphere_numbers(&ray, sphere.center, sphere.radius) {
         Some(numbers) => {
             let k = match numbers.k.signum() {
+                // The eye is on the sphere.
+                0 => return (0.0, 0.0),
                 // What is too small for f64 still has its sign.
                 1 => numbers.k.to_f64().max(f64::MIN_POSITIVE),
                 _ => numbers.k.to_f64(),
@@ -162,7 +171,7 @@ fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
 
 /// `k` from where a ray starts.
 #[inline(always)]
-fn k_from<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> R {
+pub(super) fn k_from<R: Real>(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> R {
     seen.k - ray.origin.dot(seen.center + l)
 }
 
@@ -215,7 +224,7 @@ impl<R: Real> Chord<R> {
 /// Bounds of the root that a ray that hits sees.
 struct Visible<R: Real> {
     t: Bounds<R>,
-    /// Whether the ray surely starts outside, and surely inside. Else nothing is known.
+    /// Whether the ray surely starts outside, and surely inside or on it. Else nothing is known.
     outside: R::Mask,
     inside: R::Mask,
 }
@@ -238,7 +247,7 @@ impl<R: Real> Visible<R> {
         let &Chord { half_inner, half_outer, near, far } = chord;
         let s = foot.s;
         let k = k_from(seen, l, ray);
-        let (outside, inside) = (seen.k_error.lt(k), k.lt(-seen.k_error));
+        let (outside, inside) = (seen.k_error.lt(k), k.le(-seen.k_error));
         let sum_low = (s.abs() + half_inner) - seen.slack;
         let sum_high = (s.abs() + half_outer) + seen.slack;
         let low_k = ((k.abs() - seen.k_error) * ray.inv_a) / sum_high * (one - seen.k_width);
@@ -312,7 +321,7 @@ impl Seen for SphereSeen<f64> {
         let outside = seen.k_error.lt(k);
         let side = R::select(outside, R::lit(-1.0), R::lit(1.0));
         let of_half = R::select(seen.least2.le(chord2), seen.of_chord / half, beyond);
-        let of_half = R::select(seen.k_error.lt(k.abs()), of_half, beyond);
+        let of_half = R::select(seen.k_error.le(k.abs()), of_half, beyond);
         let t = s + half * side;
         let error = seen.slack + of_half;
         let radius = p * side - ray.direction * half;
@@ -384,7 +393,8 @@ record! {
 }
 
 impl SphereMet<f64> {
-    /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left.
+    /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left. No test sees the
+    /// rounding of the radius left out: [`OF_OFFSET`] grants more of at least as long a way.
     pub fn new<F: Bounded>(center: DVec3, radius: f64) -> SphereMet<f64> {
         let r = radius.abs();
         let in_range = 1.0 / F::LARGEST_ROOT < r && r < F::LARGEST_ROOT;

@@ -298,6 +298,78 @@ fn objects_out_of_range_are_left_open_from_every_origin() {
     out_of_range::<f64>();
 }
 
+/// How often `k` of a sphere, moved to where a parallel ray starts, is off by more than this share of its error. Spheres are
+/// far away as the picture is wide, so that `k`'s own roundings are all there is.
+fn wrong_moved_k(share: f64) -> usize {
+    let mut random = Random(SplitMix::new(13));
+    let mut wrong = 0;
+    for _ in 0..50_000 {
+        let center = random.vector() * random.size(3.0);
+        let radius = center.length() * 0.9 * random.0.unit();
+        let spread = center.length() * 2f64.powi(-12 - (random.0.next() % 12) as i32);
+        let input = guard::host::input_in_f32(crate::rays::Lens::Orthographic);
+        let unit = 0.5 * f32::UNIT;
+        let eye = Eye { reference: DVec3::ZERO, spread, input, reach: Reach::default(), unit };
+        let seen = SphereSeen::new::<f32>(&Sphere { center, radius }, &eye);
+        let seen: SphereSeen<f32> = Record::round(&seen);
+        let origin = V3::<f32>::near(random.vector() * (spread / 1.8));
+        let ray = Ray::new(origin, V3([0.0, 0.0, 1.0]));
+        let found = sphere::k_from(&seen, seen.center - origin, &ray);
+        let exact = (center - DVec3::from_array(origin.0.map(f64::from))).length_squared()
+            - radius * radius;
+        wrong += usize::from((f64::from(found) - exact).abs() > share * f64::from(seen.k_error));
+    }
+    wrong
+}
+
+#[test]
+fn k_of_parallel_rays_is_within_its_error() {
+    assert_eq!(wrong_moved_k(1.0), 0);
+    assert!(wrong_moved_k(0.5) > 0);
+}
+
+/// `N` of planes close to which rays of a list start, where it cancels.
+#[test]
+fn offsets_of_planes_are_within_their_error() {
+    let mut random = Random(SplitMix::new(17));
+    let mut most: f64 = 0.0;
+    for _ in 0..20_000 {
+        let (normal, origin) = (random.vector(), random.vector() * random.size(1.0));
+        let along = normal.cross(random.vector()) * random.size(3.0);
+        let plane = Plane { name: None, point: origin + along, normal, color: Color::BLACK };
+        let (input, reach) = (guard::host::input_in_f64(None), Reach::default());
+        let unit = guard::host::HOST_UNIT_F64;
+        let eye = Eye { reference: origin, spread: 0.0, input, reach, unit };
+        let Some(exact) = plane::numerator(&plane, &eye) else { continue };
+        let scaled = Scaled::new(normal);
+        let exact = exact * crate::prepare::power_of_two(-scaled.exponent());
+        let l = V3((plane.point - origin).to_array());
+        let seen = PlaneSeen::of::<f64>(scaled.rounded(), l, &eye);
+        most = most.max((seen.offset - exact).abs() / seen.offset_error);
+    }
+    assert!(most <= 1.0 && most > 0.1, "{most}");
+}
+
+/// From an eye exactly on a sphere its far wall is seen, as its near root is the eye.
+#[test]
+fn an_eye_on_a_sphere_sees_its_far_wall() {
+    let sphere = Sphere { center: DVec3::new(0.0, 0.0, -5.0), radius: 5.0 };
+    let (input, reach) = (guard::host::input_in_f64(None), Reach::default());
+    let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit: f64::UNIT };
+    let seen = SphereSeen::new::<f64>(&sphere, &eye);
+    assert!(!seen.is_close());
+    for direction in [DVec3::new(0.3, -0.2, -1.0), DVec3::new(0.9, 0.0, -0.5)] {
+        let ray = Ray::new(V3([0.0; 3]), V3(direction.to_array()));
+        let t = 2.0 * direction.dot(sphere.center) / direction.length_squared();
+        let bounds = SphereSeen::bounds(&seen, &ray).expect("a hit");
+        let surface = SphereSeen::surface(&seen, &ray, &Lengths::new(&eye, 2.0));
+        for Bounds { low, high } in [bounds, surface.t] {
+            assert!(low <= t && t <= high && high - low < 1e-9 * t, "{low} {t} {high}");
+        }
+        assert!(SurfacePoint::from(&surface).is_known() && !surface.front);
+    }
+}
+
 /// With a part of a bound a bad device is caught. Its errors are random, so that the worst do not meet.
 #[test]
 fn sabotage_cut_bounds_are_seen() {

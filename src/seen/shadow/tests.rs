@@ -140,6 +140,39 @@ fn sabotage_smaller_bounds_are_noticed() {
     assert!(!statements::<f32>(100_000, 1.0 / 24.0).0.is_empty());
 }
 
+/// A ball about the reference point and a plane through it are where they are: all that is left to be bounded are the
+/// operations on the way from a point to them.
+#[test]
+fn what_is_said_of_objects_at_the_reference_point_is_right() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1446);
+    let mut n_said = 0;
+    for round in 0..40_000 {
+        let mut from = exact_start(vector(&mut rng) * 2f64.powi(rng.random_range(-6..6)));
+        let (shape, way) = if round % 2 == 0 {
+            let aside = from.cross(vector(&mut rng)).normalize() * from.length();
+            let way = aside * 2f64.powi(rng.random_range(-12..-2)) - from;
+            let away = from.cross(way).length() / way.length();
+            let near = rng.random_range(-40.0..40.0) * UNIT_F64 * from.length();
+            (Shape::Sphere { center: DVec3::ZERO, radius: away + near }, way)
+        } else {
+            let mut whole = || f64::from(rng.random_range(1..9));
+            let normal = DVec3::new(whole(), whole(), whole());
+            let near = rng.random_range(-20.0..20.0) * UNIT_F64 * from.length();
+            from.z = near - (normal.x * from.x + normal.y * from.y) / normal.z;
+            (Shape::Plane { point: DVec3::ZERO, normal }, normal + vector(&mut rng))
+        };
+        let lamp = Lamp { at: -way, is_sun: true };
+        let ray = ShadowRay::new(&Aim::<f64>::new(lamp.origin()), V3(from.to_array()), 0.0);
+        let said = says(said(&ray, &shape));
+        if said != OPEN {
+            let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };
+            assert_eq!(said, expected, "{from:?} {lamp:?} {shape:?}");
+            n_said += 1;
+        }
+    }
+    assert!(n_said > 1000, "{n_said}");
+}
+
 /// So near that the squares of lengths underflow, the rounding of a dot product is as large as ever: this one has the wrong
 /// sign.
 #[test]
@@ -243,7 +276,12 @@ fn wrong_cosines<F: Bounded>(n: usize, part: f64) -> usize {
     for _ in 0..n {
         let start = V3::<F>::near(vector(&mut rng));
         let from = DVec3::from_array(start.0.map(F::to_f64));
-        let lamp = Lamp { at: vector(&mut rng) * 3.0, is_sun: rng.random_bool(0.5) };
+        // Close to a lamp its own rounding counts.
+        let at = match rng.random_range(0..3) {
+            0 => from + vector(&mut rng) * 2f64.powi(rng.random_range(-16..0)),
+            _ => vector(&mut rng) * 3.0,
+        };
+        let lamp = Lamp { at, is_sun: rng.random_bool(0.5) };
         let normal = vector(&mut rng);
         // The rounding of a unit normal.
         let unit = V3::<F>::near(normal.normalize());
