@@ -15,8 +15,6 @@ struct Nearest {
     id: u32,
 }
 
-//#if complete
-//#else
 fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     let is_nearer = root.high > nearest.high;
     let farther = select(root.high, nearest.high, is_nearer);
@@ -28,7 +26,6 @@ fn nearer(nearest: Nearest, root: Nearness, id: u32) -> Nearest {
     );
 }
 
-//#end
 //#if far
 // As from outside, where the slack is a small part of s + h for every sphere and is held in q. The
 // lower bound still lacks the factor FAR_NARROWER.
@@ -85,7 +82,6 @@ struct SphereCertified {
 }
 
 //#if near
-//#if outside
 // The sphere at l = c − o, whose bounds are the guard's, seen from outside: 1 / (a t) = (s + h) q with
 // q = 1 / k.
 fn outside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Nearness {
@@ -99,8 +95,6 @@ fn outside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> N
     return Nearness(select(0.0, low, inner >= 0.0), select(0.0, high, outer >= 0.0));
 }
 
-//#end
-//#if inside
 // Seen from inside: t = s + h where s > 0, and 1 / (a t) = (h − s) / |k| elsewhere. On the surface
 // q is 0 and the roots are 0 and 2 s.
 fn inside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Nearness {
@@ -120,11 +114,7 @@ fn inside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Ne
     return Nearness(select(low, 0.0, open), select(high, LARGEST, open));
 }
 
-//#end
-
 fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
-    //#if inside
-    //#if outside
     //#if point
     let l = sphere.center;
     let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
@@ -147,14 +137,6 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     return Nearness(select(0.0, low, is_known), select(LARGEST, high, is_known));
     //#else
     return Nearness(low, high);
-    //#end
-    //#else
-    let q = Nearness(abs(sphere.q_low), abs(sphere.q_high_or_r2));
-    return inside_nearness(ray, sphere.center, sphere, q);
-    //#end
-    //#else
-    let q = Nearness(sphere.q_low, sphere.q_high_or_r2);
-    return outside_nearness(ray, sphere.center, sphere, q);
     //#end
 }
 //#else
@@ -207,8 +189,6 @@ fn plane_nearness(ray: Ray, plane: PlaneCertified) -> Nearness {
 }
 //#end
 
-//#if complete
-//#else
 //#if spheres
 //#if hierarchy
 //#else
@@ -244,4 +224,3 @@ fn decide(nearest: Nearest) -> u32 {
     let is_decided = nearest.id == 0u || nearest.low > nearest.second_high;
     return select(UNDECIDED, nearest.id, is_decided);
 }
-//#end

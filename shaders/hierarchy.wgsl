@@ -14,11 +14,6 @@ fn sphere_id(index: u32) -> u32 {
 @group(0) @binding(next) var nodes: texture_2d<u32>;
 // Twin of SphereFar in src/kernel/certified/records.rs, two texels each.
 @group(0) @binding(next) var far_spheres: texture_2d<u32>;
-//#if double
-@group(0) @binding(next) var<uniform> seen_from: SeenFrom;
-// All spheres of the scene, as it has them.
-@group(0) @binding(next) var<storage, read> scene_spheres: array<SceneSphere>;
-//#end
 
 fn cell_of(pixel: vec2u) -> u32 {
     let column = (walk.first_x + pixel.x) >> walk.cell_shift;
@@ -41,24 +36,12 @@ fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {
         while at < walk.n_nodes && place == NO_PLACE {
             let node = textureLoad(nodes, texel(at), 0);
             let is_leaf = (node.w & IS_LEAF) != 0u;
-            //#if double
-            let is_seen = covers(node, cell) & (f64(bitcast<f32>(node.z)) <= t_max);
-            //#else
             let is_seen = covers(node, cell) & (bitcast<f32>(node.z) <= t_max);
-            //#end
             place = select(NO_PLACE, node.w & ~IS_LEAF, is_seen & is_leaf);
             at = select(node.w, at + 1u, is_seen | is_leaf);
         }
         let is_found = place != NO_PLACE;
         let index = 2u * select(0u, place, is_found);
-        //#if double
-        let id = textureLoad(far_spheres, texel(index + 1u), 0).z;
-        let sphere = scene_spheres[select(0u, id - 1u, is_found)];
-        let root = sphere_nearness(ray, sphere_seen(sphere));
-        let low = select(0.0, root.low, is_found);
-        let high = select(0.0, root.high, is_found);
-        nearest = nearer(nearest, Nearness(low, high), id);
-        //#else
         let first = textureLoad(far_spheres, texel(index), 0);
         let second = textureLoad(far_spheres, texel(index + 1u), 0);
         let center_inner2 = bitcast<vec4f>(first);
@@ -74,7 +57,6 @@ fn nearest_far(ray: Ray, cell: u32, listed: Nearest) -> Nearest {
         //#end
         let high = select(0.0, root.high, is_found);
         nearest = nearer(nearest, Nearness(low, high), second.z);
-        //#end
         t_max = t_bound(ray.a * nearest.low);
     }
     return unless_stopped(nearest, at);

@@ -26,29 +26,20 @@ struct RayRecord {
 //#end
 @group(0) @binding(next) var<storage, read> rays: array<RayRecord>;
 //#end
-//#if some
-// Picture columns and rows.
-@group(0) @binding(next) var<storage, read> pixels: array<vec2u>;
-//#end
 
 // Straight-line up to the stores, without an early return: a software device takes its quick path
 // for loads with one address only where no lane can be switched off. A hierarchy comes last.
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
-    //#if some
-    let place = pixels[min(index, params.n_rays - 1u)];
-    //#else
-    let place = pixel;
-    //#end
     //#if point
-    let i = Real(params.offset_i + 2 * i32(place.x));
-    let j = Real(params.offset_j - 2 * i32(place.y));
+    let i = Real(params.offset_i + 2 * i32(pixel.x));
+    let j = Real(params.offset_j - 2 * i32(pixel.y));
     let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
     //#end
     //#if parallel
-    let i = Real(params.offset_i + 2 * i32(place.x));
-    let j = Real(params.offset_j - 2 * i32(place.y));
+    let i = Real(params.offset_i + 2 * i32(pixel.x));
+    let j = Real(params.offset_j - 2 * i32(pixel.y));
     let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
     //#end
     //#if free
@@ -61,7 +52,7 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#end
     //#if certified
     //#if hierarchy
-    let nearest = nearest_far(ray, cell_of(place.xy), nearest_listed(ray));
+    let nearest = nearest_far(ray, cell_of(pixel.xy), nearest_listed(ray));
     //#else
     //#if tree
     let nearest = nearest_in_tree(ray, nearest_listed(ray));

@@ -1,6 +1,6 @@
 // Twin of src/gpu/before/slabs.rs, which derives the bounds.
 
-//#if slabs
+//#if tree
 struct Slab {
     near_origin: f32,
     far_origin: f32,

@@ -142,11 +142,6 @@
 //!
 //! An `fma` may round once or twice, as the kernels have none.
 //!
-//! In f64 Vulkan promises next to nothing, and all of the table is *measured*, with one row more: `+`, `−`
-//! and `×` round to nearest, and no product is fused with a sum ([`Arithmetic::suits_filter_in_f64`](crate::gpu::Arithmetic::suits_filter_in_f64)).
-//! So a device's rays are the host's, bit by bit, and errors of inputs that were derived for the host hold.
-//! The numbers are those that f32 has room for, so that none comes near the ends of f64's range.
-//!
 //! A flushed subnormal changes no statement. The steps up to `m` and `s` lose at most `2⁻¹²⁶` each,
 //! see above. A lower bound that is flushed is 0, "not certain". An upper bound of 0 would be a
 //! certain miss, but wherever there is a visible root, its upper bound is normal:
@@ -180,7 +175,7 @@ use glam::DVec3;
 
 use crate::kernel::certified::Widening;
 use crate::num::{Float, Real, V3};
-use crate::rays::{Bundle, Lens, Pixels, View};
+use crate::rays::{Lens, Pixels, View};
 pub use crate::vec3::{round_down, round_up};
 pub use squares::{LARGEST_TURN, Reach};
 
@@ -218,15 +213,6 @@ pub fn input_of(lens: Lens) -> InputError {
     match lens {
         Lens::Perspective => PIXELS,
         Lens::Orthographic => PARALLEL,
-    }
-}
-
-/// The error of a picture's rays that lie so; a list is none.
-pub fn input_of_picture(bundle: Bundle) -> Option<InputError> {
-    match bundle {
-        Bundle::Point => Some(PIXELS),
-        Bundle::Parallel => Some(PARALLEL),
-        Bundle::Free => None,
     }
 }
 
@@ -311,55 +297,6 @@ impl Guard {
     }
 }
 
-/// The factors of [`Guard::new`] in f64, for a device that makes guards itself.
-///
-/// The eight units beside [`steps::SQUARE`] cover the five roundings of a squared radius, the sixteen of a
-/// length three halves for the square, 4.5 for the root and one for the product; all else is a small part
-/// of a bound that is an `ε` itself, and in the third digits.
-#[derive(Clone, Copy, Debug)]
-pub struct GuardFactors {
-    /// Takes a computed length to a bound of it.
-    pub length_room: f64,
-    /// `κ`
-    pub kappa: f64,
-    /// For the square of the inner radius.
-    pub square_narrower: f64,
-    /// For that of the outer one.
-    pub square_wider: f64,
-    /// Of `η²`.
-    pub aside: f64,
-    /// Of the distance in the slack, in units.
-    pub slack_distance: f64,
-    /// Of the outer radius in it.
-    pub slack_radius: f64,
-    /// Of `l·l + r²` in the error of `k` from the reference point.
-    pub k_error: f64,
-    /// Of the squared distance in [`Guard::k_error`].
-    pub k_distance: f64,
-    /// Of `r²` in it.
-    pub k_radius: f64,
-}
-
-impl GuardFactors {
-    /// For these inputs.
-    pub fn f64(input: InputError) -> GuardFactors {
-        let InputError { offset, direction } = input;
-        let relative = (steps::SQUARE + 8.0) * UNIT_F64;
-        GuardFactors {
-            length_room: 1.0 + 16.0 * UNIT_F64,
-            kappa: steps::FOOT + offset + direction,
-            square_narrower: 1.0 - relative,
-            square_wider: 1.0 + relative,
-            aside: steps::ASIDE,
-            slack_distance: steps::CLOSEST + offset + direction + steps::TWO_SUMS,
-            slack_radius: steps::HALF_CHORD + direction + steps::TWO_SUMS,
-            k_error: K_ERROR * UNIT_F64,
-            k_distance: UNIT_F64 * (steps::DOT + 2.0 * offset + steps::DIFFERENCE),
-            k_radius: UNIT_F64 * steps::R2,
-        }
-    }
-}
-
 /// Error of `k` in units of `l·l + r²`, all rounded to nearest: ½ for the offset, doubled by squaring, 1½ for
 /// the dot product, ½ each for `r²` and the difference.
 pub(crate) const K_ERROR: f64 = 4.0;
@@ -374,40 +311,6 @@ pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
 #[inline(always)]
 pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f64) -> f64 {
     unit * (steps::DOT + steps::NORMAL + input.offset) * n * l + tiny
-}
-
-/// How far the normal of a device in f64 and that of the host, or the exact one, may be from each other,
-/// as factors of what the device knows of a hit.
-///
-/// Each is off by the chord's error, by that of `P`, and by the rounding of the rest, for which a device's division and root
-/// have constants of their own. `P` is off by the offset, by the turned line, twice as that turns the chord too, and by its
-/// rounding. The chord's error is at most
-/// the difference `w` of the halves of the chord that the guard's radii give. Let `b` be the difference of
-/// the squared radii. The `m` of the two are off from `p²` by at most `b`, and from each other by no more.
-/// Where `inner2 − m ≥ 3b` on the device, it is at least `1.9b` on the host, and `w`, which grows like the
-/// inverse of the chord, at most `√(3/1.9) < 1.26` times as large there: 2.26 in all.
-/// `w = √(outer2 − m) − √(inner2 − m) ≤ b/(2√(inner2 − m))` does not cancel.
-#[derive(Clone, Copy, Debug)]
-pub struct NormalFactors {
-    /// Of the distance.
-    pub distance: f64,
-    /// Of the radius.
-    pub radius: f64,
-    /// Of `w`.
-    pub chord: f64,
-}
-
-impl NormalFactors {
-    /// For arithmetic of this unit and these inputs.
-    pub fn new(unit: f64, input: InputError) -> NormalFactors {
-        let InputError { offset, direction } = input;
-        let rest = steps::CHORD + steps::NORMALIZED + steps::CHORD_WIDE + steps::NORMALIZED_WIDE;
-        NormalFactors {
-            distance: 2.0 * (offset + 2.0 * direction + steps::NORMAL_FOOT) * unit,
-            radius: (rest + 2.0 * direction) * unit,
-            chord: 2.27,
-        }
-    }
 }
 
 /// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more

@@ -123,21 +123,17 @@
 //!    `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of pixels, large ones first, with the
 //!    formulas of [`seen`] in lanes of f32, `cpu/tile.rs` at many spheres, and the folder of the [`kernel`] at lists and for
 //!    kernels without a proof.
-//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`: f64 decides what was left open, on a GPU by
-//!    the same shader in f64 with the numbers of `gpu/before/filter.rs`, on the CPU by the same formulas in lanes of f64
-//!    ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/surfaces.rs` fills in `t` and normals by the
-//!    formulas of [`seen`], or `shaders/surface.wgsl` on a GPU where it is sure of each byte; what f64 cannot round goes through
-//!    numbers of 100 bits (`certify/in_balls.rs`) before exact ones.
+//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`, which runs on the CPU: f64 decides what was left open, by the same
+//!    formulas in lanes of f64 ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/surfaces.rs` fills
+//!    in `t` and normals by the formulas of [`seen`]; what f64 cannot round goes through numbers of 100 bits
+//!    (`certify/in_balls.rs`) before exact ones.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
 //!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine or `cpu/squares/` has proven
 //!    which pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes
 //!    first in f32, in f64 what that leaves open and all others, both with the points of `certify/surfaces.rs` and the shadow
-//!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). A GPU proposes them
-//!    (`shaders/lit.wgsl`, `gpu/light.rs`): bytes first in f32 (`shaders/point.wgsl`, bounds in
-//!    `gpu/before/point.rs`), what that leaves open and other numbers in f64 by the bounds of [`seen::shadow`]
-//!    (`shaders/beam.wgsl`), shadows in both first in f32 (`shaders/narrow.wgsl`, bounds in `gpu/before/narrow.rs`).
-//!    The CPU shades what is still open. Kernels without a proof shade plainly: `shade/plain.rs`, on a device its
-//!    twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs` runs.
+//!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). Kernels without a
+//!    proof shade plainly: `shade/plain.rs`, on a device its twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs`
+//!    runs.
 //! 7. [`picture::PictureWriter::rows`] encodes them into an [`output::OutputFile`].
 //! 8. [`output::commit`] puts the file in its place, last of all.
 //!

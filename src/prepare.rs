@@ -3,7 +3,6 @@
 mod first_stage;
 mod hierarchy;
 mod in_space;
-mod light;
 mod plain_light;
 
 use std::collections::HashSet;
@@ -33,7 +32,6 @@ pub use crate::kernel::coordinates::{
 pub use crate::kernel::{Lists, Objects};
 pub use hierarchy::{Hierarchy, Seen};
 pub use in_space::InSpace;
-pub use light::{ColorWords, LightKey, OPEN_COLOR};
 pub use plain_light::{Lamps, PlainLamp, PlainLighting, lamp_kind};
 
 use first_stage::is_left_open;
@@ -44,12 +42,8 @@ use first_stage::is_left_open;
 pub struct ShaderKey {
     /// The kernel.
     pub kernel: Kernel,
-    /// The arithmetic: the kernel's, or f64 for what its f32 left undecided. Of light, f32 or f64.
-    pub float: Float,
     /// How the rays lie to each other.
     pub bundle: Bundle,
-    /// True for some pixels of a picture, which come as a list.
-    pub some: bool,
     /// How spheres are found.
     pub spheres: Finding,
     /// Number of spheres that are tested one after the other.
@@ -58,8 +52,6 @@ pub struct ShaderKey {
     pub n_planes: usize,
     /// True where `t` and normals are wanted.
     pub surface: bool,
-    /// For colours of samples whose objects are known: how they are given.
-    pub light: Option<ColorWords>,
     /// For the light on the hits of a kernel without a proof: how it has the lamps.
     pub plain_light: Option<Lamps>,
 }
@@ -71,10 +63,6 @@ pub enum Finding {
     Listed,
     /// One after the other by the kernel `certified`, and all are far from the one origin of all rays.
     ListedFar,
-    /// One after the other by the kernel `certified` in f64, and no ray starts in one of them.
-    ListedOutside,
-    /// The same where all rays start in each of them.
-    ListedInside,
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
     /// Rays of a list by the kernel `certified`, through the boxes of a tree, but for some.
@@ -322,11 +310,6 @@ impl Prepared {
         self.starts_in_f64
     }
 
-    /// True for a list of rays into many spheres. A device finds these in f32 alone, the CPU in f64 alone.
-    pub fn has_tree_in_space(&self) -> bool {
-        self.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none())
-    }
-
     /// Spheres that a device tests one after the other, with those that stand for none.
     pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
@@ -346,9 +329,7 @@ impl Prepared {
         let is_point = self.bundle() == Bundle::Point;
         ShaderKey {
             kernel: self.kernel,
-            float: self.kernel.about().float,
             bundle: self.bundle(),
-            some: false,
             spheres: match &self.hierarchy {
                 Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
                 Some(_) => Finding::Tree,
@@ -359,7 +340,6 @@ impl Prepared {
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
-            light: None,
             plain_light: None,
         }
     }

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use crate::certify;
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::{LightKey, PlainLighting, Prepared};
+use crate::prepare::{PlainLighting, Prepared};
 use crate::rays::Pixels;
-use crate::shade::Lighting;
-use crate::trace::{Hits, Rays, SampleIds, StageCounts, Timing, Wants};
+use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
 /// [`Tracer::trace_samples`] of a backend that traces each sample.
 ///
@@ -55,7 +54,7 @@ pub trait Tracer: Send {
     ) -> Result<Timing> {
         match self.target() {
             Some((prepared, wants)) => {
-                certify::resolve(prepared, rays, wants, control, None, hits, timing)
+                certify::resolve(prepared, rays, wants, control, hits, timing)
             }
             None => Ok(timing),
         }
@@ -95,14 +94,6 @@ pub trait Tracer: Send {
         trace_all_samples(self, pixels, n, control, hits, samples)
     }
 
-    /// What shades, where a device does that for this scene.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] when the device failed.
-    fn shades(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
-        Ok(None)
-    }
-
     /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
     /// kernel, which is one without a proof. False where that is left to the CPU; `lights` then mean nothing.
     ///
@@ -130,42 +121,4 @@ pub trait Tracer: Send {
 
     /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
     fn use_device_clock(&mut self) {}
-}
-
-/// What a device did for the colours that it proposes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ProposedColors {
-    /// How many ways to lamps it looked along, in f32 alone and also in f64.
-    pub ways: StageCounts,
-    /// How many colours took f32 alone.
-    pub n_in_f32: u64,
-}
-
-impl ProposedColors {
-    /// Adds those of other pixels.
-    pub fn add(&mut self, other: ProposedColors) {
-        self.ways.add(other.ways);
-        self.n_in_f32 += other.n_in_f32;
-    }
-}
-
-/// A device that shades, in f32 with bounds and in f64.
-pub trait ProposeColors {
-    /// Replaces `colors` by the [words](crate::prepare::ColorWords) of pixels, the first one
-    /// [`OPEN_COLOR`](crate::prepare::OPEN_COLOR) where it can't tell. They are at the rays of their
-    /// samples, a rectangle of whole pixels, with the ids of what these see; `light` is that of the scene that this
-    /// traces.
-    ///
-    /// Returns what that took; `None` where there are no numbers, or the device has no arithmetic for them, and nothing
-    /// is proposed.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    fn propose_colors(
-        &mut self,
-        light: (LightKey, &Lighting),
-        at: (&Pixels, &[u32]),
-        control: &Control,
-        colors: &mut Vec<u32>,
-    ) -> Result<Option<ProposedColors>>;
 }

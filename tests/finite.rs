@@ -143,7 +143,8 @@ fn twin(prepared: &Prepared, rays: &Rays) -> Vec<u32> {
 /// Runs, compares with the twin, and returns the number of float operations.
 fn check(scene: &Arc<Scene>, rays: &Rays) -> (u64, bool) {
     let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, rays).unwrap();
-    let has_no_way = prepared.has_tree_in_space() && prepared.in_space().unwrap().is_none();
+    let has_tree = prepared.hierarchy.as_ref().is_some_and(|hierarchy| hierarchy.seen.is_none());
+    let has_no_way = has_tree && prepared.in_space().unwrap().is_none();
     if has_no_way || !prepared.in_range {
         return (0, false);
     }

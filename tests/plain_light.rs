@@ -116,7 +116,7 @@ impl Case {
 fn device(edits: &[(&'static str, &'static str)]) -> Arc<Gpu> {
     let edits = edits.to_vec();
     let gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
-    Arc::new(gpu.always_in_f64().edit_shaders(move |wgsl| {
+    Arc::new(gpu.always_lights_plainly().edit_shaders(move |wgsl| {
         let edit = |wgsl: String, (from, to): &(&str, &str)| {
             assert!(wgsl.contains(from), "{from}");
             wgsl.replace(from, to)

@@ -7,9 +7,7 @@ use std::sync::Arc;
 
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::kernel::Float;
-use kugelblitz::prepare::{
-    ColorWords, FEW_SPHERES, Finding, Lamps, PlainLighting, Prepared, ShaderKey,
-};
+use kugelblitz::prepare::{FEW_SPHERES, Finding, Lamps, PlainLighting, Prepared, ShaderKey};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
@@ -93,14 +91,11 @@ fn bindings(words: &[u32]) -> Vec<u32> {
 fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
     ShaderKey {
         kernel,
-        float: kernel.about().float,
         bundle,
-        some: false,
         spheres,
         n_spheres: 3,
         n_planes: 2,
         surface: false,
-        light: None,
         plain_light: None,
     }
 }
@@ -108,7 +103,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
     use Finding::{Hierarchy, Listed, ListedFar, Tree};
-    let mut all = keys_in_f64();
+    let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
         for bundle in Bundle::ALL {
@@ -130,48 +125,6 @@ fn all_keys() -> Vec<ShaderKey> {
         }
     }
     all
-}
-
-/// The shaders for what f32 left undecided.
-fn keys_in_f64() -> Vec<ShaderKey> {
-    use Finding::{Hierarchy, Listed, ListedInside, ListedOutside};
-    let mut all = Vec::new();
-    for bundle in Bundle::ALL {
-        let findings = match bundle {
-            Bundle::Point => &[Listed, ListedInside, ListedOutside, Hierarchy][..],
-            Bundle::Parallel => &[Listed, Hierarchy],
-            Bundle::Free => &[Listed],
-        };
-        for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2)] {
-            for &spheres in findings {
-                let key = key(Kernel::Certified, bundle, spheres);
-                let key = ShaderKey { float: Float::F64, n_spheres, n_planes, ..key };
-                all.push(key);
-                if bundle != Bundle::Free {
-                    all.push(ShaderKey { some: true, ..key });
-                }
-            }
-        }
-    }
-    all
-}
-
-/// The shaders that complete hits.
-fn keys_of_surfaces() -> impl Iterator<Item = ShaderKey> {
-    let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
-    keys.map(|key| ShaderKey { surface: true, ..key })
-}
-
-/// The shaders for the light on hits.
-fn keys_of_light() -> impl Iterator<Item = ShaderKey> {
-    use ColorWords::{Bytes, Floats, Shorts};
-    let keys = keys_in_f64().into_iter().filter(|key| key.bundle != Bundle::Free && !key.some);
-    keys.flat_map(|key| {
-        let (n_spheres, n_planes) = (key.n_spheres.min(1), key.n_planes.min(1));
-        [(Float::F32, Bytes), (Float::F64, Bytes), (Float::F64, Shorts), (Float::F64, Floats)].map(
-            |(float, words)| ShaderKey { float, light: Some(words), n_spheres, n_planes, ..key },
-        )
-    })
 }
 
 /// The shaders for the light on the hits of kernels without a proof.
@@ -199,8 +152,7 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    let lit = keys_of_light().chain(keys_of_plain_light());
-    for key in all_keys().into_iter().chain(keys_of_surfaces()).chain(lit) {
+    for key in all_keys().into_iter().chain(keys_of_plain_light()) {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -267,13 +219,11 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
             has_spheres || matches!(key.spheres, Finding::Hierarchy | Finding::Tree),
             "{key:?}"
         );
-        // Results, parameters; spheres; planes; the list of rays or pixels; the hierarchy, and in f64 the
-        // scene's spheres and what they are seen from.
+        // Results, parameters; spheres; planes; the list of rays; the hierarchy.
         let surface = if key.surface { 2 } else { 0 };
-        let list = usize::from(key.bundle == Bundle::Free || key.some);
+        let list = usize::from(key.bundle == Bundle::Free);
         let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
         let hierarchy = match key.spheres {
-            Finding::Hierarchy if key.float == Float::F64 => 5 + usize::from(has_spheres),
             Finding::Hierarchy => 3 + usize::from(has_spheres),
             Finding::Tree => 3,
             _ => 0,
@@ -352,11 +302,7 @@ fn code_for_rays_from_inside_only_where_one_starts_there() {
 fn only_one_kernel_and_one_source_of_rays() {
     for key in all_keys() {
         let (whole, _) = shader(&key);
-        let of_scene = key.float == Float::F64 && key.spheres == Finding::Hierarchy;
-        let is_by_tree = key.spheres == Finding::Tree;
-        let objects = key.n_spheres + key.n_planes > 0
-            || is_by_tree
-            || of_scene && key.kernel == Kernel::Certified;
+        let objects = key.n_spheres + key.n_planes > 0 || key.spheres == Finding::Tree;
         for kernel in Kernel::ALL {
             // `double` is made of the formulas of `stable`, but not of its records.
             let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);
@@ -374,23 +320,6 @@ fn only_one_kernel_and_one_source_of_rays() {
     }
 }
 
-/// What f64 alone asks for is in no shader of f32.
-#[test]
-fn f32_decides_without_what_f64_needs() {
-    for key in all_keys() {
-        let (whole, _) = shader(&key);
-        let is_second = key.float == Float::F64 && key.kernel == Kernel::Certified;
-        let of_scene = is_second && key.spheres == Finding::Hierarchy;
-        assert_eq!(has(&whole, "seen"), of_scene, "{key:?}");
-        assert_eq!(has(&whole, "pixels"), key.some, "{key:?}");
-        let has_near = key.n_spheres > 0 && key.bundle == Bundle::Point && is_second || of_scene;
-        if has_near && key.bundle == Bundle::Point {
-            assert_eq!(has(&whole, "outside"), key.spheres != Finding::ListedInside, "{key:?}");
-            assert_eq!(has(&whole, "inside_n"), key.spheres != Finding::ListedOutside, "{key:?}");
-        }
-    }
-}
-
 #[test]
 fn f64_only_where_it_is_asked_for() {
     const OP_CAPABILITY: u32 = 17;
@@ -398,49 +327,17 @@ fn f64_only_where_it_is_asked_for() {
     for key in all_keys() {
         let (_, words) = shader(&key);
         let asks = walk(&words).contains(&(OP_CAPABILITY, &[FLOAT64][..]));
-        assert_eq!(asks, key.float == Float::F64, "{key:?}");
+        assert_eq!(asks, key.kernel.about().float == Float::F64, "{key:?}");
     }
 }
 
-#[test]
-fn surfaces_are_completed_without_what_finds_objects() {
-    for key in keys_of_surfaces() {
-        let (whole, words) = shader(&key);
-        assert_complete(&whole, &words);
-        assert!(has(&whole, "t_word") && !has(&whole, "nearer") && !has(&whole, "walk"), "{key:?}");
-        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
-        let has_spheres = key.n_spheres > 0 || key.spheres == Finding::Hierarchy;
-        assert_eq!(has(&whole, "sphere_surface"), has_spheres, "{key:?}");
-    }
-}
-
-/// Light is in no shader but its own, which has nothing of what finds objects, and of objects only what
-/// there is.
+/// Light is in no shader but its own.
 #[test]
 fn light_only_where_it_is_asked_for() {
-    for key in all_keys().into_iter().chain(keys_of_surfaces()) {
+    for key in all_keys() {
         let (whole, _) = shader(&key);
-        let names = ["light", "lamp", "beam", "palette", "edges", "box", "in_the_way", "anywhere"];
+        let names = ["light", "lamp", "in_the_way", "anywhere"];
         assert!(!names.iter().any(|name| has(&whole, name)), "{key:?}");
-    }
-    for key in keys_of_light() {
-        let (whole, words) = shader(&key);
-        assert_complete(&whole, &words);
-        assert!(has(&whole, "light_on") && !has(&whole, "nearer") && !has(&whole, "t_word"));
-        assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
-        let is_tree = key.spheres == Finding::Hierarchy;
-        assert_eq!(has(&whole, "sphere"), key.n_spheres > 0 || is_tree, "{key:?}");
-        assert_eq!(has(&whole, "box"), is_tree, "{key:?}");
-        assert_eq!(has(&whole, "look_in_tree"), is_tree, "{key:?}");
-        assert_eq!(has(&whole, "edges"), key.light != Some(ColorWords::Floats), "{key:?}");
-        // f32 needs no device with f64, and bytes no other record of an object than where it is seen.
-        let is_double = key.float == Float::F64;
-        let of_f64 = naga::Scalar { kind: naga::ScalarKind::Float, width: 8 };
-        let mut types = whole.module.types.iter();
-        let has_f64 = types.any(|(_, kind)| kind.inner.scalar() == Some(of_f64));
-        assert_eq!(has_f64, is_double, "{key:?}");
-        assert_eq!(has(&whole, "seen_spheres"), !is_double && (key.n_spheres > 0 || is_tree));
-        assert_eq!(has(&whole, "seen_planes"), !is_double && key.n_planes > 0);
     }
 }
 
@@ -451,7 +348,7 @@ fn plain_light_has_one_kernel_and_what_there_is() {
     for key in keys_of_plain_light() {
         let (whole, words) = shader(&key);
         assert_complete(&whole, &words);
-        assert!(has(&whole, "light") && has(&whole, "in_the_way") && !has(&whole, "beam"));
+        assert!(has(&whole, "light") && has(&whole, "in_the_way"));
         assert_eq!(has(&whole, "sphere"), key.n_spheres > 0, "{key:?}");
         assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
         let is_moved = key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;

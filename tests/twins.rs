@@ -9,10 +9,8 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 11] = [
+const DEVICE_ALONE: [(&str, &str); 9] = [
     ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
-    ("shaders/surface.wgsl", "t and normals: tests/proposals.rs compares their bytes"),
-    ("shaders/lit.wgsl", "colours: tests/lit_on_device.rs compares their bytes"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
     ("shaders/tree.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
@@ -26,19 +24,11 @@ const DEVICE_ALONE: [(&str, &str); 11] = [
     ("shaders/self_test.wgsl", "measures the device: src/gpu/self_test.rs expects its results"),
 ];
 
-/// Twins that are no kernel's.
-const OF_LIGHT: [(&str, &str); 4] = [
-    ("shaders/beam.wgsl", "src/gpu/before/beam.rs"),
-    ("shaders/narrow.wgsl", "src/gpu/before/narrow.rs"),
-    ("shaders/point.wgsl", "src/gpu/before/point.rs"),
-    ("shaders/plain_light.wgsl", "src/shade/plain.rs"),
-];
+/// A twin that is no kernel's.
+const OF_LIGHT: (&str, &str) = ("shaders/plain_light.wgsl", "src/shade/plain.rs");
 
 /// Functions whose twin has another name, each with that.
-const OTHER_NAMES: [(&str, &str); 8] = [
-    ("beam_from", "Beam::new"),
-    ("cosine", "ShadowRay::cosine"),
-    ("to_eye", "ShadowRay::new with a light at the reference point"),
+const OTHER_NAMES: [(&str, &str); 5] = [
     ("closest_from_anywhere", "closest of the kernel for rays that are free"),
     ("plane_from", "plane_n_offset of rays that are free"),
     ("sphere_from", "sphere_offset and sphere_k of rays that are free"),
@@ -135,8 +125,8 @@ fn parts() -> BTreeMap<&'static str, Option<&'static str>> {
     let own = Kernel::ALL.into_iter().flat_map(|kernel| kernel.about().wgsl.parts);
     let twins = own.chain(&SHARED_PARTS).map(|part| (part.file, part.twin));
     let alone = DEVICE_ALONE.map(|(file, _)| (file, None));
-    let of_light = OF_LIGHT.map(|(file, twin)| (file, Some(twin)));
-    twins.chain(alone).chain(of_light).collect()
+    let (file, twin) = OF_LIGHT;
+    twins.chain(alone).chain([(file, Some(twin))]).collect()
 }
 
 fn read(path: &str) -> String {

@@ -47,7 +47,6 @@ pub fn resolve(
     rays: &Rays,
     wants: Wants,
     control: &Control,
-    device: Option<&mut dyn DecideInF64>,
     hits: &mut Hits,
     mut timing: Timing,
 ) -> Result<Timing> {
@@ -64,11 +63,7 @@ pub fn resolve(
     }
     let stage = Stage::new(prepared, rays);
     let start = Instant::now();
-    let is_completed = device.as_ref().is_some_and(|device| device.completes(rays));
-    let undecided = match device {
-        None => open_rays(prepared, rays, hits)?,
-        Some(device) => decide_on_device(prepared, rays, wants, control, device, hits)?,
-    };
+    let undecided = open_rays(prepared, rays, hits)?;
     timing.refine = start.elapsed();
 
     // The exact stage gives the surfaces with the ids; they are not looked for again.
@@ -81,32 +76,13 @@ pub fn resolve(
     })?;
     if wants.surface {
         let start = Instant::now();
-        stage.fill_surfaces(is_completed, control, hits)?;
+        stage.fill_surfaces(control, hits)?;
         timing.refine += start.elapsed();
     }
     for (ray, settled) in exact {
         store(settled, ray as usize, wants, hits);
     }
     Ok(timing)
-}
-
-/// A device that runs the filter in f64.
-pub trait DecideInF64 {
-    /// Whether it also gives `t` and normals of the hits that it decides in f32, and where it decides all, with
-    /// a `t` of 0 for those that it leaves to the CPU.
-    fn completes(&self, rays: &Rays) -> bool;
-
-    /// Writes the objects that rays see into `hits`, or [`UNDECIDED`]: of all rays, or of those with some indices. False where that is better left to the CPU.
-    ///
-    /// # Errors
-    /// Those of [`crate::tracer::Tracer::trace`].
-    fn decide_in_f64(
-        &mut self,
-        rays: &Rays,
-        some: Option<&[u32]>,
-        control: &Control,
-        hits: &mut Hits,
-    ) -> Result<bool>;
 }
 
 fn listed_open(hits: &Hits) -> Vec<u32> {
@@ -128,45 +104,6 @@ fn open_rays(prepared: &Prepared, rays: &Rays, hits: &mut Hits) -> Result<Vec<u3
         hits.id[ray as usize] = UNDECIDED;
     }
     Ok(undecided)
-}
-
-/// Has a device decide the rays that f32 does not; those that it leaves open.
-fn decide_on_device(
-    prepared: &Prepared,
-    rays: &Rays,
-    wants: Wants,
-    control: &Control,
-    device: &mut dyn DecideInF64,
-    hits: &mut Hits,
-) -> Result<Vec<u32>> {
-    if let (true, Rays::Pixels(_)) = (prepared.starts_in_f64(), rays)
-        && device.decide_in_f64(rays, None, control, hits)?
-    {
-        hits.level.fill(Level::F64 as u8);
-        let open = listed_open(hits);
-        let n_open = open.len() as u64;
-        hits.counts =
-            StageCounts { f32: n_open, f64: rays.len() as u64 - n_open, ..StageCounts::default() };
-        return Ok(open);
-    }
-    let undecided = open_rays(prepared, rays, hits)?;
-    let suits = |ray: &u32| match rays {
-        Rays::Pixels(_) => true,
-        Rays::List(rays) => is_ordinary(&rays[*ray as usize]),
-    };
-    let (asked, mut left): (Vec<u32>, Vec<u32>) = undecided.iter().partition(|ray| suits(ray));
-    let mut answers = Hits::default();
-    if !device.decide_in_f64(rays, Some(&asked), control, &mut answers)? {
-        return Ok(undecided);
-    }
-    for (&ray, &id) in asked.iter().zip(&answers.id) {
-        match id {
-            UNDECIDED => left.push(ray),
-            _ => store(Settled::in_f64(id), ray as usize, wants, hits),
-        }
-    }
-    left.sort_unstable();
-    Ok(left)
 }
 
 /// Leaves all rays of a scene that starts in f64 open, without asking f32.
@@ -244,9 +181,6 @@ pub fn decide(
     })?;
     Ok(all)
 }
-
-/// One of this many rays may be completed by itself before it pays to complete all side by side.
-const FEW_OPEN: usize = 16;
 
 /// Rays that one thread completes at a time.
 const RAYS_PER_PART: usize = 1 << 13;
@@ -432,9 +366,8 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Fills in `t` and normal of all rays but undecided ones; where hits are completed, of those whose `t`
-    /// is 0.
-    fn fill_surfaces(&self, is_completed: bool, control: &Control, hits: &mut Hits) -> Result<()> {
+    /// Fills in `t` and normal of all rays but undecided ones.
+    fn fill_surfaces(&self, control: &Control, hits: &mut Hits) -> Result<()> {
         let surfaces = Surfaces::to_be_rounded(self);
         hits.id
             .par_chunks(RAYS_PER_PART)
@@ -447,12 +380,9 @@ impl<'a> Stage<'a> {
                     std::mem::replace(checked, Ok(()))?;
                     control.check()?;
                     let first = part * RAYS_PER_PART;
-                    let n_open = || t.iter().filter(|&&t| t == 0.0).count();
-                    let is_nearly_done = is_completed && n_open() < t.len() / FEW_OPEN;
-                    if !surfaces.are_known() {
-                        t.fill(0.0);
-                    } else if !is_nearly_done {
-                        surfaces.find(first, id, room, &mut InF32 { t, normal });
+                    match surfaces.are_known() {
+                        true => surfaces.find(first, id, room, &mut InF32 { t, normal }),
+                        false => t.fill(0.0),
                     }
                     if !t.contains(&0.0) {
                         return Ok(());

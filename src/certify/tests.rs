@@ -204,7 +204,7 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let mut hits = decided(&stage, rays.len());
-            stage.fill_surfaces(false, &Control::default(), &mut hits).unwrap();
+            stage.fill_surfaces(&Control::default(), &mut hits).unwrap();
             assert_eq!(n_different(&stage, &hits), 0, "{bundle:?}, seed {seed}");
             let hit = hits.id.iter().position(|&id| id != 0);
             if let Some(ray) = hit {

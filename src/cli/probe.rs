@@ -34,54 +34,9 @@ struct Measured {
     f64: Option<Arithmetic>,
     /// True where the certified kernel's f32 stage runs on this device, rather than on the CPU.
     certified_on_device: bool,
-    /// What its f64 stage does here.
-    certified_f64: InF64,
     /// With `--ceilings`.
     #[serde(skip_serializing_if = "Option::is_none")]
     ceilings: Option<Ceilings>,
-}
-
-/// What the certified kernel's f64 stage does on a device; the CPU does the rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum InF64 {
-    /// All that begins in f64 or is left undecided, and `t` and normals.
-    All,
-    /// The same without `t` and normals.
-    Ids,
-    /// Pictures that begin in f64. A device in software leaves single rays to the CPU, whose cores it shares.
-    WholePictures,
-    /// Nothing: shaders have no f64.
-    Missing,
-    /// Nothing: its f64 does not suit the proof.
-    Unsuited,
-}
-
-impl InF64 {
-    fn new(facts: &AdapterFacts, f64: Option<&Arithmetic>) -> InF64 {
-        match f64 {
-            None => InF64::Missing,
-            Some(f64) if !f64.suits_filter_in_f64() => InF64::Unsuited,
-            Some(_) if facts.is_software() => InF64::WholePictures,
-            Some(f64) if f64.narrows_to_nearest => InF64::All,
-            Some(_) => InF64::Ids,
-        }
-    }
-
-    fn in_words(self) -> &'static str {
-        match self {
-            InF64::All => "f64 stage, t and normals on this device",
-            InF64::Ids => {
-                "f64 stage on this device, t and normals on the CPU: f32 is not the nearest"
-            }
-            InF64::WholePictures => {
-                "f64 stage on this device for pictures that begin in it, else on the CPU, whose cores \
-                 it shares"
-            }
-            InF64::Missing => "f64 stage on the CPU: shaders have no f64 here",
-            InF64::Unsuited => "f64 stage on the CPU: this f64 does not suit the proof",
-        }
-    }
 }
 
 impl Probed {
@@ -98,9 +53,8 @@ impl Probed {
 fn measure(gpu: &Gpu, with_ceilings: bool) -> Result<Measured> {
     let f32 = gpu.arithmetic()?;
     let f64 = gpu.arithmetic_f64()?;
-    let certified_f64 = InF64::new(&gpu.facts, f64.as_ref());
     let ceilings = with_ceilings.then(|| Ceilings::measure(gpu)).transpose()?;
-    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter(), certified_f64, ceilings })
+    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter(), ceilings })
 }
 
 /// Lists the adapters, the best first.
@@ -168,7 +122,6 @@ fn describe(probed: &Probed) -> String {
 fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
     let mut lines = vec![
         ("certified kernel", measured.f32.filter_in_words().to_string()),
-        ("", measured.certified_f64.in_words().to_string()),
         ("f32, measured", measured.f32.to_string()),
     ];
     if let Some(f64) = &measured.f64 {
@@ -212,27 +165,5 @@ mod tests {
             let reason = "f32 stage on the CPU: shaders can't be passed through";
             assert_eq!(text.contains(reason), !passthrough, "{text}");
         }
-    }
-
-    /// An adapter here is in software and suits the proof, so others are made of it.
-    #[test]
-    fn a_device_says_what_it_does_in_f64() {
-        let gpu = Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
-        let hardware = AdapterFacts { kind: "discrete", ..gpu.facts.clone() };
-        let sound = gpu.arithmetic_f64().unwrap().expect("an adapter with f64");
-        let unsound = Arithmetic { sum_ulp: 1, ..sound };
-        let narrow = Arithmetic { narrows_to_nearest: false, ..sound };
-        for (f64, expected) in [
-            (None, InF64::Missing),
-            (Some(unsound), InF64::Unsuited),
-            (Some(narrow), InF64::Ids),
-            (Some(sound), InF64::All),
-        ] {
-            assert_eq!(InF64::new(&hardware, f64.as_ref()), expected);
-        }
-        let software = AdapterFacts { kind: "software", ..hardware };
-        assert_eq!(InF64::new(&software, Some(&sound)), InF64::WholePictures);
-        let json = serde_json::to_value(measure(&gpu, false).unwrap()).unwrap();
-        assert!(json["certified_f64"].is_string(), "{json}");
     }
 }

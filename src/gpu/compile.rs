@@ -4,12 +4,7 @@
 use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-use super::before::narrow::NarrowRoom;
-use super::before::slabs::{self, SlabRoom};
-use super::before::{
-    BEAM_CONSTANTS, BEAM_CONSTANTS_IN_F32, NARROW_CONSTANTS, factors_of_points,
-    narrow_constants_in_f32, point,
-};
+use super::before::slabs::SlabRoom;
 use super::texture::TEXELS_PER_ROW;
 use crate::error::{Error, Result};
 use crate::guard;
@@ -17,9 +12,8 @@ use crate::kernel::certified::LISTED_SPHERES;
 #[cfg(feature = "view")]
 use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
-use crate::prepare::{ColorWords, Finding, Lamps, OPEN_COLOR, PlainLighting, ShaderKey, lamp_kind};
+use crate::prepare::{Finding, Lamps, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
-use crate::tree::SEGMENT_CONSTANTS;
 use crate::tree::footprints::{BORROW, IS_LEAF};
 
 /// Invocations of one workgroup, columns × rows of the tile.
@@ -27,12 +21,6 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
-const SURFACE: Part = part!("surface.wgsl");
-const BEAM: Part = part!("beam.wgsl", "src/gpu/before/beam.rs");
-const NARROW: Part = part!("narrow.wgsl", "src/gpu/before/narrow.rs");
-const POINT: Part = part!("point.wgsl", "src/gpu/before/point.rs");
-const SLABS: Part = part!("slabs.wgsl", "src/gpu/before/slabs.rs");
-const LIT: Part = part!("lit.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
 const WALK: Part = part!("walk.wgsl");
 const HIERARCHY: Part = part!("hierarchy.wgsl");
@@ -72,19 +60,10 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     if key.bundle != Bundle::Free {
         parts.push(camera);
     }
-    if is_lit_in_f32(key) {
-        parts.extend([PARAMS, SLABS, BEAM, NARROW, POINT, LIT]);
-        return compile_parts(&parts, &Choices { edit, ..Choices::new(key) });
-    }
     parts.extend(key.kernel.about().wgsl.parts);
     parts.push(PARAMS);
     if key.plain_light.is_some() {
         parts.push(PLAIN_LIGHT);
-    } else if is_complete(key) {
-        parts.push(SURFACE);
-        if key.light.is_some() {
-            parts.extend([BEAM, NARROW, LIT]);
-        }
     } else {
         parts.push(RENDER);
         match key.spheres {
@@ -148,16 +127,6 @@ impl Choices<'_> {
     }
 }
 
-/// Whether the shader shades hits in f32, which has no use for what finds them.
-fn is_lit_in_f32(key: &ShaderKey) -> bool {
-    key.light.is_some() && key.float == Float::F32
-}
-
-/// Whether the shader completes hits that are known, or shades them.
-fn is_complete(key: &ShaderKey) -> bool {
-    (key.surface || key.light.is_some()) && key.kernel == Kernel::Certified
-}
-
 /// Whether the shader for the light on hits has its objects at hand for each lamp.
 pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
     key.n_spheres + key.n_planes <= PlainLighting::FEW_OBJECTS
@@ -166,48 +135,31 @@ pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
 fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     let is_by_hierarchy = key.spheres == Finding::Hierarchy;
     let is_by_tree = key.spheres == Finding::Tree;
-    let is_double = key.float == Float::F64;
-    // The scene's own numbers of spheres.
-    let is_of_scene = key.kernel == Kernel::Certified
-        && (is_double || is_lit_in_f32(key))
-        && (is_by_hierarchy || is_complete(key) && key.n_spheres > 0);
     // The host has made the numbers for rays from one point.
     let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
     let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
     let has_far_filter = match key.spheres {
-        Finding::Listed | Finding::ListedOutside | Finding::ListedInside => false,
+        Finding::Listed | Finding::Tree => false,
         Finding::ListedFar => key.n_spheres > 0,
-        Finding::Tree => false,
-        // In f64 its spheres are seen as all others are.
-        Finding::Hierarchy => key.bundle == Bundle::Point && !is_double,
+        Finding::Hierarchy => key.bundle == Bundle::Point,
     };
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
-        (key.surface && !is_complete(key) || key.plain_light.is_some(), "surface"),
-        (is_complete(key), "complete"),
-        (key.light.is_some(), "light"),
-        (key.light == Some(ColorWords::Bytes), "bytes"),
-        (key.light == Some(ColorWords::Floats), "floats"),
-        (is_of_scene && is_complete(key) || key.light.is_some(), "unit_normals"),
+        (key.surface || key.plain_light.is_some(), "surface"),
         (key.plain_light == Some(Lamps::Few), "few_lamps"),
         (key.plain_light.is_some() && keeps_objects(key), "kept"),
         (key.plain_light.is_some() && is_moved, "moved"),
         (key.bundle == Bundle::Point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
-        (is_double, "double"),
-        (key.some, "some"),
+        (key.kernel.about().float == Float::F64, "double"),
         (key.kernel == Kernel::Certified, "certified"),
-        (key.n_spheres > 0 || is_by_hierarchy && is_double || is_by_tree, "sphere_filter"),
-        (is_of_scene, "of_scene"),
+        (key.n_spheres > 0 || is_by_tree, "sphere_filter"),
         (has_near_filter, "near"),
-        (has_near_filter && key.spheres != Finding::ListedInside, "outside"),
-        (has_near_filter && key.spheres != Finding::ListedOutside, "inside"),
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
         (is_by_tree, "tree"),
-        (has_slabs(key), "slabs"),
     ]
     .into()
 }
@@ -218,15 +170,14 @@ fn workgroup() -> String {
 }
 
 fn constants(key: &ShaderKey) -> String {
-    let ShaderKey { float, .. } = *key;
-    let About { wgsl, .. } = key.kernel.about();
+    let About { wgsl, float, .. } = key.kernel.about();
     let mut text = workgroup() + &aliases(float.name());
     for (count, record) in [(key.n_spheres, "Sphere"), (key.n_planes, "Plane")] {
-        if count > 0 && !is_lit_in_f32(key) {
+        if count > 0 {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
-    let mut constants = (wgsl.constants)(key.bundle, float);
+    let mut constants = (wgsl.constants)(key.bundle);
     if matches!(key.spheres, Finding::Hierarchy | Finding::Tree) {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
@@ -239,14 +190,8 @@ fn constants(key: &ShaderKey) -> String {
     if key.spheres == Finding::Hierarchy {
         constants.push(("BORROW", format!("{BORROW}u")));
     }
-    if has_slabs(key) {
-        let room = match is_lit_in_f32(key) {
-            true => SlabRoom::of_beams_in_f32(),
-            false => SlabRoom::f32(),
-        };
-        let SlabRoom { aside, least_slack, flat, nearer, farther } = room;
-        let is_of_beams = key.light.is_some();
-        let flat = if is_of_beams { slabs::FLAT_OF_BEAMS as f32 } else { flat };
+    if key.spheres == Finding::Tree {
+        let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
         let room = [
             ("ASIDE_ROOM", aside),
             ("LEAST_SLACK", least_slack),
@@ -256,16 +201,6 @@ fn constants(key: &ShaderKey) -> String {
             ("LARGEST_F32", f32::MAX),
         ];
         constants.extend(room.map(|(name, value)| (name, Float::F32.literal(value.into()))));
-    }
-    if is_complete(key) {
-        constants.extend([
-            ("SMALLEST_T", float.literal(2f64.powi(-120))),
-            ("LARGEST_T", float.literal(2f64.powi(120))),
-            ("INFINITY", format!("{}u", f32::INFINITY.to_bits())),
-        ]);
-    }
-    if key.light.is_some() {
-        constants.extend(constants_of_light(key));
     }
     if key.plain_light.is_some() {
         let unsigned = [
@@ -280,49 +215,6 @@ fn constants(key: &ShaderKey) -> String {
         text += &format!("const {name} = {value};\n");
     }
     text
-}
-
-/// Whether the shader walks through boxes with slabs of its rays or of beams of light.
-fn has_slabs(key: &ShaderKey) -> bool {
-    key.spheres == Finding::Tree || key.spheres == Finding::Hierarchy && key.light.is_some()
-}
-
-/// The constants of `beam.wgsl`, `narrow.wgsl`, `point.wgsl` and `lit.wgsl`.
-fn constants_of_light(key: &ShaderKey) -> Vec<(&'static str, String)> {
-    let unsigned = [
-        ("NO", 0),
-        ("OPEN", 1),
-        ("YES", 2),
-        ("OPEN_COLOR", OPEN_COLOR),
-        ("LAMP_POINT", lamp_kind::POINT),
-        ("LAMP_SUN", lamp_kind::SUN),
-    ];
-    let mut constants: Vec<_> = unsigned.map(|(name, value)| (name, format!("{value}u"))).into();
-    let mut in_f32: Vec<(&str, f32)> = Vec::new();
-    let mut in_real: Vec<(&str, f64)> = NARROW_CONSTANTS.into();
-    in_real.push(("ROOM", guard::ROOM));
-    match key.float {
-        Float::F64 => {
-            in_f32.extend(narrow_constants_in_f32(&NarrowRoom::f32()));
-            in_real.extend(BEAM_CONSTANTS);
-            in_real.extend(factors_of_points(key.bundle));
-        }
-        Float::F32 => {
-            in_f32.extend(narrow_constants_in_f32(&NarrowRoom::of_beams_in_f32()));
-            let input = guard::input_of_picture(key.bundle).unwrap_or(guard::LIST);
-            in_f32.extend(point::constants(input));
-            in_real.extend(BEAM_CONSTANTS_IN_F32);
-            in_real.push(("UNIT", guard::UNIT_F32));
-        }
-    }
-    if key.spheres == Finding::Hierarchy {
-        in_real.extend(SEGMENT_CONSTANTS);
-    }
-    let real = |(name, value)| (name, key.float.literal(value));
-    constants.extend(in_real.into_iter().map(real));
-    let narrow = |(name, value): (&'static str, f32)| (name, Float::F32.literal(value.into()));
-    constants.extend(in_f32.into_iter().map(narrow));
-    constants
 }
 
 /// The names of a number and of a vector in the parts that several kernels share.

@@ -1,8 +1,7 @@
 //! A hierarchy over spheres on the device.
 
 use super::device::OpenDevice;
-use super::layout::{SeenFrom, Walk};
-use super::pipeline::{Named, whole};
+use super::layout::Walk;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use crate::kernel::certified::{SphereCertified, SphereFar};
@@ -10,8 +9,7 @@ use crate::prepare::{Hierarchy, InSpace, Prepared, Seen};
 use crate::tree::flat::BoxNode;
 use crate::tree::footprints::{Footprints, Node};
 
-/// The buffers and textures that `shaders/hierarchy.wgsl` or `shaders/tree.wgsl` reads. A clone shares them.
-#[derive(Clone)]
+/// The buffers and textures that `shaders/hierarchy.wgsl` or `shaders/tree.wgsl` reads.
 pub struct DeviceHierarchy {
     walk: wgpu::Buffer,
     rest_ids: Option<wgpu::Buffer>,
@@ -19,8 +17,6 @@ pub struct DeviceHierarchy {
     spheres: (&'static str, wgpu::TextureView),
     n_nodes: u32,
     cell_shift: u32,
-    /// In f64: what spheres are seen from, and the spheres of the scene.
-    in_f64: Option<[Named; 2]>,
 }
 
 impl DeviceHierarchy {
@@ -61,7 +57,6 @@ impl DeviceHierarchy {
             spheres: ("far_spheres", texture(gpu, "far spheres", bytemuck::cast_slice(far))?),
             n_nodes: nodes.len() as u32,
             cell_shift: *cell_shift,
-            in_f64: None,
         };
         gpu.check()?;
         Ok(device_hierarchy)
@@ -87,21 +82,9 @@ impl DeviceHierarchy {
             spheres: ("tree_spheres", spheres),
             n_nodes,
             cell_shift: 0,
-            in_f64: None,
         };
         gpu.check()?;
         Ok(device_hierarchy)
-    }
-
-    /// The same with what f64 needs, for a walk of its own.
-    pub fn in_f64(&self, gpu: &OpenDevice, prepared: &Prepared) -> DeviceHierarchy {
-        let walk = uniform(gpu, "walk", &Walk::default());
-        DeviceHierarchy { walk, in_f64: Some(of_scene(gpu, prepared)), ..self.clone() }
-    }
-
-    /// The ids of the spheres that are not in the hierarchy.
-    pub fn rest_ids(&self) -> Option<&wgpu::Buffer> {
-        self.rest_ids.as_ref()
     }
 
     /// Bytes on the device.
@@ -121,7 +104,7 @@ impl DeviceHierarchy {
         let (name, spheres) = &self.spheres;
         let textures = [("nodes", &self.nodes), (*name, spheres)]
             .map(|(name, view)| (name, wgpu::BindingResource::TextureView(view)));
-        walk.into_iter().chain(rest).chain(textures).chain(self.in_f64.iter().flatten().map(whole))
+        walk.into_iter().chain(rest).chain(textures)
     }
 
     /// Says which pixel of the picture the next tile starts at.
@@ -130,17 +113,6 @@ impl DeviceHierarchy {
         let walk = Walk { n_nodes, first_x, first_y, cell_shift };
         gpu.queue.write_buffer(&self.walk, 0, bytemuck::bytes_of(&walk));
     }
-}
-
-/// The spheres of a scene as it has them, behind what they are seen from.
-pub fn of_scene(gpu: &OpenDevice, prepared: &Prepared) -> [Named; 2] {
-    let seen_from =
-        SeenFrom { reference: prepared.reference.to_array(), spread: prepared.farthest_origin() };
-    let spheres = bytemuck::cast_slice(&prepared.scene.spheres[..]);
-    [
-        ("seen_from", uniform(gpu, "seen from", &seen_from)),
-        ("scene_spheres", gpu.storage("spheres of the scene", spheres)),
-    ]
 }
 
 /// A buffer that all invocations read.

@@ -79,60 +79,26 @@ pub struct Walk {
     pub cell_shift: u32,
 }
 
-/// Twin of `SeenFrom` in `shaders/seen.wgsl`.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct SeenFrom {
-    /// The camera's position, world units.
-    pub reference: [f64; 3],
-    /// Largest distance of an origin from there.
-    pub spread: f64,
-}
-
 #[cfg(test)]
 mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
-    use crate::gpu::before::{
-        LampInF32, LampInF64, LightOfAll, LightOfAllInF32, NarrowPlane, NarrowPlaneInTheWay,
-        NarrowSphere, PlaneInTheWay, SeenPlane, SeenSphere,
-    };
     use crate::gpu::compile::compile;
     use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
-    use crate::kernel::{Float, certified, double, lecture, stable};
-    use crate::prepare::{ColorWords, Finding, Lamps, ShaderKey};
+    use crate::kernel::{certified, double, lecture, stable};
+    use crate::prepare::{Finding, Lamps, ShaderKey};
     use crate::rays::Bundle;
-    use crate::scene::Sphere;
     use crate::trace::Kernel;
-    use crate::tree::BoxOnDevice;
-
-    /// Structs of the shader for light in f32.
-    const LIT_IN_F32: [&str; 7] = [
-        "LightOfAll",
-        "Lamp",
-        "NarrowSphere",
-        "NarrowPlane",
-        "InTheWayPlane",
-        "SeenSphere",
-        "SeenPlane",
-    ];
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
     /// strides are the struct's size rounded up to its alignment.
-    fn device_layout(
-        kernel: Kernel,
-        float: Float,
-        bundle: Bundle,
-        name: &str,
-    ) -> (u32, Vec<(String, u32)>) {
+    fn device_layout(kernel: Kernel, bundle: Bundle, name: &str) -> (u32, Vec<(String, u32)>) {
         let is_certified = kernel == Kernel::Certified;
         let key = ShaderKey {
             kernel,
-            float,
             bundle,
-            some: false,
             spheres: match is_certified && bundle == Bundle::Point {
                 true => Finding::Hierarchy,
                 false => Finding::Listed,
@@ -140,10 +106,6 @@ mod tests {
             n_spheres: 1,
             n_planes: 1,
             surface: !is_certified,
-            light: (is_certified
-                && (float == Float::F64 || LIT_IN_F32.contains(&name))
-                && bundle != Bundle::Free)
-                .then_some(ColorWords::Bytes),
             plain_light: (!is_certified && bundle != Bundle::Free).then_some(Lamps::Few),
         };
         let shader = compile(&key).expect("the shader compiles");
@@ -163,12 +125,8 @@ mod tests {
 
     macro_rules! check {
         ($kernel:ident, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
-            let float = Kernel::$kernel.about().float;
-            check!($kernel in float, $bundle, $ty, $name, $($field),+);
-        };
-        ($kernel:ident in $float:expr, $bundle:ident, $ty:ty, $name:literal, $($field:ident),+) => {
             let expected = vec![$((stringify!($field).to_string(), offset_of!($ty, $field) as u32)),+];
-            let (span, members) = device_layout(Kernel::$kernel, $float, Bundle::$bundle, $name);
+            let (span, members) = device_layout(Kernel::$kernel, Bundle::$bundle, $name);
             assert_eq!(members, expected, "{}", $name);
             assert_eq!(span, size_of::<$ty>() as u32, "{}", $name);
         };
@@ -259,123 +217,6 @@ mod tests {
             direction_error,
             n_offset_error
         );
-        check!(
-            Certified in Float::F64,
-            Point,
-            certified::SphereCertified<f64>,
-            "SphereCertified",
-            center,
-            inner2,
-            center_low,
-            outer2,
-            slack,
-            q_low,
-            q_high_or_r2,
-            k_error
-        );
-        check!(
-            Certified in Float::F64,
-            Point,
-            certified::PlaneCertified<f64>,
-            "PlaneCertified",
-            offset,
-            q_low,
-            offset_low,
-            q_high,
-            normal,
-            direction_error,
-            n_offset_error
-        );
-        check!(Certified in Float::F64, Point, SeenFrom, "SeenFrom", reference, spread);
-        check!(Certified in Float::F64, Point, Sphere, "SceneSphere", center, radius);
-        check!(
-            Certified in Float::F64,
-            Point,
-            LightOfAll,
-            "LightOfAll",
-            ambient,
-            mean_error,
-            to_tree,
-            n_lamps,
-            n_samples,
-            n_listed_spheres,
-            n_listed_planes,
-            n_boxes,
-            leaves_out,
-            least_slack
-        );
-        check!(Certified in Float::F64, Point, LampInF64, "Lamp", at, kind, shadows, weight);
-        check!(
-            Certified in Float::F64,
-            Point,
-            NarrowSphere,
-            "NarrowSphere",
-            center,
-            radius,
-            center_low
-        );
-        check!(
-            Certified in Float::F64,
-            Point,
-            NarrowPlane,
-            "NarrowPlane",
-            point,
-            size,
-            point_low,
-            normal
-        );
-        check!(
-            Certified in Float::F64,
-            Point,
-            PlaneInTheWay,
-            "InTheWayPlane",
-            point,
-            id,
-            normal,
-            narrow
-        );
-        check!(
-            Certified in Float::F32,
-            Point,
-            LightOfAllInF32,
-            "LightOfAll",
-            ambient,
-            mean_error,
-            to_tree,
-            n_lamps,
-            n_samples,
-            n_listed_spheres,
-            n_listed_planes,
-            n_boxes,
-            leaves_out,
-            least_slack
-        );
-        check!(Certified in Float::F32, Point, LampInF32, "Lamp", at, kind, shadows, weight);
-        check!(Certified in Float::F32, Point, NarrowPlaneInTheWay, "InTheWayPlane", narrow, id);
-        check!(
-            Certified in Float::F32,
-            Point,
-            SeenSphere,
-            "SeenSphere",
-            place,
-            place_low,
-            depth,
-            error,
-            inverse_radius,
-            side
-        );
-        check!(
-            Certified in Float::F32,
-            Point,
-            SeenPlane,
-            "SeenPlane",
-            slope,
-            offset,
-            unit,
-            error
-        );
-        check!(Certified in Float::F64, Point, BoxOnDevice, "Box", low, high, link);
-        check!(Certified in Float::F64, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
         check!(Certified, Point, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
     }

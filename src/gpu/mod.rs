@@ -8,7 +8,6 @@ mod compile;
 mod device;
 mod hierarchy;
 mod layout;
-mod light;
 #[cfg(feature = "view")]
 mod live;
 mod objects;
@@ -20,7 +19,6 @@ mod present;
 mod program;
 mod results;
 mod self_test;
-mod surfaces;
 mod texture;
 mod tiles;
 mod tracer;

@@ -1,21 +1,13 @@
 //! The objects of a scene on the device: whether they fit, and their buffers.
 
-use super::before::InF64;
-use super::hierarchy::{DeviceHierarchy, of_scene};
 use super::layout::{Params, ParamsDouble};
 use super::open::Gpu;
 use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
 use crate::error::{Error, Result};
-use crate::kernel::Float;
+use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared};
-
-/// Whether the device takes a scene's own numbers at once.
-pub fn fits_in_f64(gpu: &Gpu, prepared: &Prepared) -> bool {
-    let bytes = size_of_val(&prepared.scene.spheres[..]) as u64;
-    bytes <= gpu.facts.max_binding_bytes.min(gpu.facts.max_buffer_bytes)
-}
 
 /// The names and bytes of the kinds of objects that there are.
 pub fn object_bytes<'a>(
@@ -29,33 +21,9 @@ pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<Named> {
     object_bytes(objects).map(|(name, bytes)| (name, gpu.storage(name, bytes))).collect()
 }
 
-/// The same for a shader that completes or shades hits in f64: behind the spheres as the scene has them, and
-/// with the indices of those that the hierarchy leaves to all rays.
-pub fn storage_in_f64(
-    gpu: &Gpu,
-    prepared: &Prepared,
-    numbers: &InF64,
-    hierarchy: Option<&DeviceHierarchy>,
-) -> Vec<Named> {
-    let mut objects = Vec::new();
-    if !prepared.scene.spheres.is_empty() {
-        objects.extend(of_scene(gpu, prepared));
-    }
-    let (spheres, planes) = numbers.lists.bytes();
-    if !spheres.is_empty() {
-        objects.push(("spheres", gpu.storage("spheres", spheres)));
-        let rest_ids = hierarchy.and_then(DeviceHierarchy::rest_ids).cloned();
-        objects.extend(rest_ids.map(|rest_ids| ("rest_ids", rest_ids)));
-    }
-    if !planes.is_empty() {
-        objects.push(("planes", gpu.storage("planes", planes)));
-    }
-    objects
-}
-
 /// Room for a shader's parameters.
-pub fn params_buffer(gpu: &Gpu, float: Float) -> wgpu::Buffer {
-    let n_bytes = match float {
+pub fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
+    let n_bytes = match kernel.about().float {
         Float::F64 => size_of::<ParamsDouble>(),
         Float::F32 => size_of::<Params>(),
     };

@@ -18,12 +18,9 @@ pub struct Gpu {
     programs: Programs,
     arithmetic: OnceLock<Arithmetic>,
     arithmetic_f64: OnceLock<Option<Arithmetic>>,
-    /// See [`Gpu::always_in_f64`].
-    always_in_f64: bool,
+    /// See [`Gpu::always_lights_plainly`].
+    always_lights_plainly: bool,
 }
-
-/// Fewer undecided rays than this the CPU decides sooner than a shader is compiled.
-const FEWEST_IN_F64: usize = 1 << 12;
 
 impl Deref for Gpu {
     type Target = OpenDevice;
@@ -66,7 +63,7 @@ impl Gpu {
             programs: Programs::default(),
             arithmetic: OnceLock::new(),
             arithmetic_f64: OnceLock::new(),
-            always_in_f64: false,
+            always_lights_plainly: false,
         })
     }
 
@@ -98,59 +95,17 @@ impl Gpu {
         self
     }
 
-    /// Has the device decide in f64 what it can from now on, also where the CPU would be quicker: tests see
-    /// that it is right.
+    /// Has the device light all pictures of kernels without a proof from now on, also where the CPU would be
+    /// quicker: tests see that it is right.
     #[doc(hidden)]
-    pub fn always_in_f64(self) -> Gpu {
-        Gpu { always_in_f64: true, ..self }
-    }
-
-    /// Whether all rays of a scene that begins in f64 are decided here, without f32.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::arithmetic_f64`].
-    pub(super) fn begins_in_f64(&self) -> Result<bool> {
-        Ok(self.arithmetic_f64()?.is_some_and(|found| found.suits_filter_in_f64()))
-    }
-
-    /// Whether `n` rays that f32 left undecided are decided in f64 here. Not by a device in software: it
-    /// shares its cores with the CPU's f64, which needs no second shader.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::arithmetic_f64`].
-    pub(super) fn decides_in_f64(&self, n: usize) -> Result<bool> {
-        let pays = !self.facts.is_software() && n >= FEWEST_IN_F64;
-        let is_wanted = n > 0 && (pays || self.always_in_f64);
-        Ok(is_wanted && self.begins_in_f64()?)
-    }
-
-    /// Whether `t` and normals of hits are found here. Not by a device in software, for the same reason.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::arithmetic_f64`].
-    pub(super) fn completes(&self) -> Result<bool> {
-        let is_wanted = !self.facts.is_software() || self.always_in_f64;
-        let suits = |found: Arithmetic| found.suits_filter_in_f64() && found.narrows_to_nearest;
-        Ok(is_wanted && self.arithmetic_f64()?.is_some_and(suits))
-    }
-
-    /// Whether pixels are shaded here: a device in software is no quicker at it than the CPU.
-    pub(super) fn shades(&self) -> bool {
-        !self.facts.is_software() || self.always_in_f64
-    }
-
-    /// Whether what f32 leaves open, and other numbers than bytes, are found here.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::arithmetic_f64`].
-    pub(super) fn shades_in_f64(&self) -> Result<bool> {
-        self.completes()
+    pub fn always_lights_plainly(self) -> Gpu {
+        Gpu { always_lights_plainly: true, ..self }
     }
 
     /// Whether pictures of kernels without a proof are lit here: by a device in software only where it has lamps
     /// and objects at hand.
     pub(super) fn shades_plainly(&self, are_at_hand: bool) -> bool {
-        are_at_hand || !self.facts.is_software() || self.always_in_f64
+        are_at_hand || !self.facts.is_software() || self.always_lights_plainly
     }
 
     /// Takes this for what the device's f32 does.

@@ -226,9 +226,7 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
     // were added, which change no memory access, and nor does what a test makes of arithmetic. Indices
     // into buffers stay below lengths that the host passes along. Those into textures are below
     // `Walk::n_nodes`, or places of leaves, which `Footprints::new` and the tree's builder count and
-    // `gpu::hierarchy` has texels for. Those into boxes are below `LightOfAll::n_boxes`, as each link leads to
-    // a node of the tree or behind the last one, and ids of objects are compared with their number first. Those
-    // into lamps stay below the number of lamps that come along.
+    // `gpu::hierarchy` has texels for. Those into lamps stay below the number of lamps that come along.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }
 

@@ -10,11 +10,11 @@ use super::objects::{bytes, params_buffer};
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::program::Program;
-use super::tiles::{Tile, TileSize, Work};
+use super::tiles::{Tile, TileSize};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::kernel::Float;
-use crate::prepare::{Lamps, PlainLamp, PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{Lamps, PlainLamp, PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::Rays;
 
@@ -78,7 +78,7 @@ impl PlainLight {
         lighting: &PlainLighting,
     ) -> Result<PlainLight> {
         let key = prepared.plain_light_key(lighting.list());
-        let ShaderKey { float, .. } = key;
+        let float = prepared.kernel.about().float;
         let program = gpu.program(&key)?;
         let buffer = |label, bytes: &[u8], usage| {
             let buffer = gpu.buffer(label, bytes.len(), usage | wgpu::BufferUsages::COPY_DST);
@@ -91,7 +91,7 @@ impl PlainLight {
         };
         let of_all = buffer("light of all", &of_all(lighting, float), wgpu::BufferUsages::UNIFORM);
         let lamps = buffer("lamps", &lamps(lighting, float), usage);
-        let params = params_buffer(gpu, float);
+        let params = params_buffer(gpu, prepared.kernel);
         gpu.check()?;
         Ok(PlainLight {
             lighting: lighting.clone(),
@@ -126,14 +126,13 @@ impl PlainLight {
     ) -> Result<()> {
         let rays = Rays::Pixels(*samples);
         prepared.check(&rays)?;
-        let work = Work::All(&rays);
         lights.clear();
         lights.reserve(rays.len());
         while lights.len() < rays.len() {
             control.check()?;
             let start = Instant::now();
-            let tile = work.tile(lights.len(), self.tile_size.0);
-            self.light_tile(gpu, prepared, &work, &tile, lights)?;
+            let tile = Tile::new(&rays, lights.len(), self.tile_size.0);
+            self.light_tile(gpu, prepared, &rays, &tile, lights)?;
             self.tile_size.adapt(tile.n_rays, start.elapsed());
         }
         Ok(())
@@ -143,7 +142,7 @@ impl PlainLight {
         &mut self,
         gpu: &Gpu,
         prepared: &Prepared,
-        work: &Work,
+        rays: &Rays,
         tile: &Tile,
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<()> {
@@ -152,8 +151,8 @@ impl PlainLight {
             None => self.make_room(gpu, tile.n_rays)?,
         };
         let params = match self.float {
-            Float::F32 => bytes(&tile.params(prepared, work)),
-            Float::F64 => bytes(&tile.params_double(prepared, work)),
+            Float::F32 => bytes(&tile.params(prepared, rays)),
+            Float::F64 => bytes(&tile.params_double(prepared, rays)),
         };
         gpu.queue.write_buffer(&self.params, 0, &params);
         let mut encoder = gpu.encoder();

@@ -23,17 +23,15 @@ pub struct Results {
     staging: wgpu::Buffer,
     /// Rays that the host gives, one by one.
     pub rays: Option<Named>,
-    proposed: usize,
 }
 
 impl Results {
-    /// For a shader of this key; `is_completed` where another one adds `t` and normals.
-    pub fn new(gpu: &OpenDevice, n_rays: usize, key: &ShaderKey, is_completed: bool) -> Results {
+    /// For a shader of this key.
+    pub fn new(gpu: &OpenDevice, n_rays: usize, key: &ShaderKey) -> Results {
         let buffer =
             |label, bytes_per_ray: usize, usage| gpu.buffer(label, n_rays * bytes_per_ray, usage);
         let results = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let proposed = if key.surface { RESULT_BYTES.len() } else { 1 };
-        let n_results = if is_completed { RESULT_BYTES.len() } else { proposed };
+        let n_results = if key.surface { RESULT_BYTES.len() } else { 1 };
         let device: Vec<_> = ["ids", "ts", "normals"]
             .into_iter()
             .zip(RESULT_BYTES)
@@ -43,21 +41,15 @@ impl Results {
         let bytes_per_ray = RESULT_BYTES.iter().take(n_results).sum();
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = buffer("staging", bytes_per_ray, staging_usage);
-        let rays = (key.bundle == Bundle::Free || key.some).then(|| {
+        let rays = (key.bundle == Bundle::Free).then(|| {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-            let bytes_per_ray = match key.float {
-                _ if key.some => size_of::<[u32; 2]>(),
+            let bytes_per_ray = match key.kernel.about().float {
                 Float::F64 => size_of::<RayRecordDouble>(),
                 Float::F32 => size_of::<RayRecord>(),
             };
-            (if key.some { "pixels" } else { "rays" }, buffer("rays", bytes_per_ray, usage))
+            ("rays", buffer("rays", bytes_per_ray, usage))
         });
-        Results { n_rays, device, staging, rays, proposed }
-    }
-
-    /// What the proposing shader writes.
-    pub fn proposed(&self) -> &[Named] {
-        &self.device[..self.proposed]
+        Results { n_rays, device, staging, rays }
     }
 
     /// Bytes on the device.

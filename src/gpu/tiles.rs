@@ -26,14 +26,6 @@ const TILE_LEAST_RAYS: usize = WORKGROUP[0] as usize;
 /// Width of the grid that a list of rays is laid out on.
 const LIST_WIDTH: usize = 1 << 13;
 
-/// Rays to be traced.
-pub enum Work<'a> {
-    /// All of them.
-    All(&'a Rays),
-    /// Those pixels with these indices.
-    Some(&'a Pixels, &'a [u32]),
-}
-
 /// Consecutive rays of one dispatch: whole rows, or a part of one row.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
@@ -45,29 +37,11 @@ pub struct Tile {
     pub n_rays: usize,
 }
 
-impl<'a> Work<'a> {
-    /// How many there are.
-    pub fn n_rays(&self) -> usize {
-        match self {
-            Work::All(rays) => rays.len(),
-            Work::Some(_, indices) => indices.len(),
-        }
-    }
-
-    /// Picture column and row of a tile's first pixel; those of the picture's first one where pixels come as a
-    /// list.
-    pub fn first_pixel(&self, tile: &Tile) -> Option<(&'a Pixels, [u32; 2])> {
-        match self {
-            Work::All(Rays::Pixels(pixels)) => Some((pixels, pixels.xy(tile.first).into())),
-            Work::All(Rays::List(_)) => None,
-            Work::Some(pixels, _) => Some((pixels, [0, 0])),
-        }
-    }
-
-    /// The tile of up to `most` rays that begins with ray `first`.
-    pub fn tile(&self, first: usize, most: usize) -> Tile {
-        match self {
-            Work::All(Rays::Pixels(pixels)) => {
+impl Tile {
+    /// The tile of up to `most` of these rays that begins with ray `first`.
+    pub fn new(rays: &Rays, first: usize, most: usize) -> Tile {
+        match rays {
+            Rays::Pixels(pixels) => {
                 let (width, height) = (pixels.width as usize, pixels.height as usize);
                 let (row, column) = (first / width, first % width);
                 if column > 0 || most < width {
@@ -78,24 +52,30 @@ impl<'a> Work<'a> {
                     Tile { first, width, height, n_rays: width * height }
                 }
             }
-            Work::All(Rays::List(_)) | Work::Some(..) => {
-                let n_rays = most.min(self.n_rays() - first);
+            Rays::List(rays) => {
+                let n_rays = most.min(rays.len() - first);
                 let width = n_rays.min(LIST_WIDTH);
                 Tile { first, width, height: n_rays.div_ceil(width), n_rays }
             }
         }
     }
 
-    /// Twice the offset of a tile's first pixel from the picture's centre, right and up. A picture has
+    /// Picture column and row of its first pixel.
+    pub fn first_pixel<'a>(&self, rays: &'a Rays) -> Option<(&'a Pixels, [u32; 2])> {
+        match rays {
+            Rays::Pixels(pixels) => Some((pixels, pixels.xy(self.first).into())),
+            Rays::List(_) => None,
+        }
+    }
+
+    /// Twice the offset of its first pixel from the picture's centre, right and up. A picture has
     /// at most 2^31 columns and rows, so the doubled offsets fit.
-    fn offsets(&self, tile: &Tile) -> [i32; 2] {
-        let Some((pixels, [x, y])) = self.first_pixel(tile) else { return [0; 2] };
+    fn offsets(&self, rays: &Rays) -> [i32; 2] {
+        let Some((pixels, [x, y])) = self.first_pixel(rays) else { return [0; 2] };
         let (offset_i, offset_j) = pixels.offset2(x, y);
         [offset_i as i32, offset_j as i32]
     }
-}
 
-impl Tile {
     /// Workgroups that cover it.
     pub fn workgroups(&self) -> [u32; 2] {
         let [width, height] = WORKGROUP;
@@ -103,8 +83,8 @@ impl Tile {
     }
 
     /// What a shader in f32 has to know of it.
-    pub fn params(&self, prepared: &Prepared, work: &Work) -> Params {
-        let [offset_i, offset_j] = work.offsets(self);
+    pub fn params(&self, prepared: &Prepared, rays: &Rays) -> Params {
+        let [offset_i, offset_j] = self.offsets(rays);
         let common = Params {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,
@@ -115,7 +95,7 @@ impl Tile {
             width: self.width as u32,
             ..Params::default()
         };
-        let Some((pixels, _)) = work.first_pixel(self) else { return common };
+        let Some((pixels, _)) = self.first_pixel(rays) else { return common };
         let camera = CameraF32::new(pixels);
         Params {
             forward: camera.forward.0,
@@ -127,8 +107,8 @@ impl Tile {
     }
 
     /// The same for one in f64.
-    pub fn params_double(&self, prepared: &Prepared, work: &Work) -> ParamsDouble {
-        let [offset_i, offset_j] = work.offsets(self);
+    pub fn params_double(&self, prepared: &Prepared, rays: &Rays) -> ParamsDouble {
+        let [offset_i, offset_j] = self.offsets(rays);
         let common = ParamsDouble {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,
@@ -139,7 +119,7 @@ impl Tile {
             width: self.width as u32,
             ..ParamsDouble::default()
         };
-        let Some((pixels, _)) = work.first_pixel(self) else { return common };
+        let Some((pixels, _)) = self.first_pixel(rays) else { return common };
         let camera = CameraF64::new(pixels);
         ParamsDouble {
             forward: camera.forward.0,

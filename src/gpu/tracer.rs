@@ -1,38 +1,30 @@
-//! A scene and its kernel on a device: made, run tile by tile, and asked in f64.
+//! A scene and its kernel on a device: made, and run tile by tile.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::before::light_in_f64;
-use super::before::{self, InF64};
 use super::clock::Clock;
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
-use super::light::DeviceLight;
 #[cfg(feature = "view")]
 use super::live::{ProposeResident, Words};
-use super::objects::{
-    bytes, check_limits, check_memory, fits_in_f64, object_bytes, params_buffer, storage,
-};
+use super::objects::{bytes, check_limits, check_memory, object_bytes, params_buffer, storage};
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
 use super::plain_light::PlainLight;
 use super::program::Program;
 use super::results::Results;
-use super::surfaces::Surfaces;
-use super::tiles::{Tile, TileSize, Work};
-use crate::certify::{self, DecideInF64};
+use super::tiles::{Tile, TileSize};
 use crate::control::Control;
 use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
-use crate::prepare::{LightKey, PlainLighting, Prepared, ShaderKey};
+use crate::prepare::{PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
-use crate::shade::Lighting;
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
-use crate::tracer::{ProposeColors, ProposedColors, Tracer};
+use crate::tracer::Tracer;
 
 /// A dispatch that takes longer than this is given up.
 const TILE_TIMEOUT: Duration = Duration::from_secs(60);
@@ -54,12 +46,6 @@ pub struct GpuTracer {
     /// Takes the kernel's stage where the device can't: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     cpu_fallback: Option<CpuTracer>,
-    /// Completes hits.
-    surfaces: Option<Surfaces>,
-    /// Decide in f64, made when they are first needed: all rays, and some pixels.
-    in_f64: [Option<Box<GpuTracer>>; 2],
-    /// Shades pixels, made when that is first needed.
-    light: Option<Box<DeviceLight>>,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<Box<PlainLight>>,
     /// Time to put together and compile the shader.
@@ -72,7 +58,6 @@ pub struct GpuTracer {
 struct Room {
     results: Results,
     bind_group: wgpu::BindGroup,
-    of_surfaces: Option<wgpu::BindGroup>,
 }
 
 impl GpuTracer {
@@ -93,103 +78,34 @@ impl GpuTracer {
 
         let cpu_fallback = cpu_fallback(&gpu, &prepared, hierarchy.as_ref(), wants)?;
         let key = prepared.shader_key(wants);
-        // Who begins in f64 may never need another shader.
-        let begins_in_f64 = prepared.starts_in_f64()
-            && cpu_fallback.is_none()
-            && before::suits_device(&prepared)
-            && gpu.begins_in_f64()?;
         let start = Instant::now();
-        let needs_none = begins_in_f64 || cpu_fallback.is_some();
+        // Where nothing is proposed, no shader is needed.
+        let needs_none = prepared.starts_in_f64() || cpu_fallback.is_some();
         let program = if needs_none { None } else { Some(gpu.program(&key)?) };
-        let surfaces = Surfaces::new(&gpu, &prepared, wants, hierarchy.as_ref())?;
-        let mut tracer = GpuTracer::from_parts(Parts {
-            gpu,
-            prepared,
-            wants,
-            key,
-            program,
-            objects,
-            hierarchy,
-            surfaces,
-            cpu_fallback,
-            compile_time: start.elapsed(),
-            upload_time,
-        })?;
-        if begins_in_f64 {
-            let start = Instant::now();
-            tracer.in_f64[0] = Some(Box::new(tracer.new_in_f64(false)?));
-            tracer.compile_time += start.elapsed();
-        }
-        Ok(tracer)
-    }
-
-    /// A tracer of the same scene that proposes in f64, for all rays or for some pixels.
-    fn new_in_f64(&self, some: bool) -> Result<GpuTracer> {
-        let (gpu, prepared) = (Arc::clone(&self.gpu), Arc::clone(&self.prepared));
-        let numbers = InF64::new(&prepared);
-        let key = numbers.shader_key(&prepared, some);
-        let hierarchy = self.hierarchy.as_ref();
-        let wants = Wants { surface: self.wants.surface && !some, level: false };
-        GpuTracer::from_parts(Parts {
-            program: Some(gpu.program(&key)?),
-            objects: storage(&gpu, numbers.lists.bytes()),
-            hierarchy: hierarchy.map(|hierarchy| hierarchy.in_f64(&gpu, &prepared)),
-            surfaces: Surfaces::new(&gpu, &prepared, wants, hierarchy)?,
-            gpu,
-            prepared,
-            wants,
-            key,
-            cpu_fallback: None,
-            compile_time: Duration::ZERO,
-            upload_time: Duration::ZERO,
-        })
-    }
-
-    fn from_parts(parts: Parts) -> Result<GpuTracer> {
-        let Parts { gpu, prepared, key, .. } = parts;
-        let params = params_buffer(&gpu, key.float);
+        let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
         let tile_size = TileSize::first(&prepared);
         let mut tracer = GpuTracer {
             gpu,
             prepared,
-            wants: parts.wants,
+            wants,
             key,
-            program: parts.program,
+            program,
             params,
-            objects: parts.objects,
-            hierarchy: parts.hierarchy,
-            surfaces: parts.surfaces,
+            objects,
+            hierarchy,
             room: None,
             tile_size,
             clock: None,
-            cpu_fallback: parts.cpu_fallback,
-            in_f64: [None, None],
-            light: None,
+            cpu_fallback,
             plain_light: None,
-            compile_time: parts.compile_time,
-            upload_time: parts.upload_time,
+            compile_time: Duration::ZERO,
+            upload_time,
         };
-        let start = Instant::now();
         tracer.warm_up()?;
-        tracer.compile_time += start.elapsed();
+        tracer.compile_time = start.elapsed();
         Ok(tracer)
     }
-}
-
-/// What a tracer is made of.
-struct Parts {
-    gpu: Arc<Gpu>,
-    prepared: Arc<Prepared>,
-    wants: Wants,
-    key: ShaderKey,
-    program: Option<Arc<Program>>,
-    objects: Vec<Named>,
-    hierarchy: Option<DeviceHierarchy>,
-    surfaces: Option<Surfaces>,
-    cpu_fallback: Option<CpuTracer>,
-    compile_time: Duration,
-    upload_time: Duration,
 }
 
 fn cpu_fallback(
@@ -239,27 +155,6 @@ impl Tracer for GpuTracer {
         Some((&self.prepared, self.wants))
     }
 
-    fn certify(
-        &mut self,
-        rays: &Rays,
-        control: &Control,
-        hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing> {
-        let (prepared, wants) = (Arc::clone(&self.prepared), self.wants);
-        certify::resolve(&prepared, rays, wants, control, Some(self), hits, timing)
-    }
-
-    fn shades(&mut self) -> Result<Option<&mut dyn ProposeColors>> {
-        let (gpu, prepared) = (&self.gpu, &*self.prepared);
-        let suits = prepared.kernel == Kernel::Certified
-            && self.cpu_fallback.is_none()
-            && before::suits_device(prepared)
-            && DeviceLight::fits(gpu, prepared)
-            && gpu.shades();
-        Ok(suits.then_some(self))
-    }
-
     fn light_plainly(
         &mut self,
         lighting: &PlainLighting,
@@ -297,9 +192,8 @@ impl Tracer for GpuTracer {
             true => Some(self.gpu.program(&key)?),
             false => None,
         };
-        let surfaces = Surfaces::new(&self.gpu, &prepared, self.wants, hierarchy.as_ref())?;
         let of_new = is_new.then(|| {
-            let params = params_buffer(&self.gpu, key.float);
+            let params = params_buffer(&self.gpu, prepared.kernel);
             (params, storage(&self.gpu, prepared.objects.bytes()))
         });
         self.gpu.check()?;
@@ -315,15 +209,12 @@ impl Tracer for GpuTracer {
                 }
             }
         }
-        if is_new || hierarchy.is_some() || self.surfaces.is_some() || surfaces.is_some() {
+        if is_new || hierarchy.is_some() {
             self.room = None;
         }
         self.key = key;
         self.cpu_fallback = cpu_fallback;
-        self.in_f64 = [None, None];
-        self.light = None;
         self.plain_light = None;
-        self.surfaces = surfaces;
         self.hierarchy = hierarchy;
         self.prepared = prepared;
         Ok(())
@@ -334,9 +225,6 @@ impl Tracer for GpuTracer {
             + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
             + self.room.as_ref().map_or(0, |room| room.results.bytes())
-            + self.surfaces.as_ref().map_or(0, Surfaces::bytes)
-            + self.in_f64.iter().flatten().map(|tracer| tracer.bytes_device()).sum::<u64>()
-            + self.light.as_ref().map_or(0, |light| light.bytes())
             + self.plain_light.as_ref().map_or(0, |light| light.bytes())
     }
 
@@ -345,101 +233,7 @@ impl Tracer for GpuTracer {
     }
 }
 
-impl DecideInF64 for GpuTracer {
-    fn completes(&self, rays: &Rays) -> bool {
-        matches!(rays, Rays::Pixels(_)) && self.cpu_fallback.is_none() && self.surfaces.is_some()
-    }
-
-    fn decide_in_f64(
-        &mut self,
-        rays: &Rays,
-        some: Option<&[u32]>,
-        control: &Control,
-        hits: &mut Hits,
-    ) -> Result<bool> {
-        if self.cpu_fallback.is_some() || !before::suits_device(&self.prepared) {
-            return Ok(false);
-        }
-        let is_taken = match some {
-            None => self.gpu.begins_in_f64()?,
-            Some(some) => self.gpu.decides_in_f64(some.len())?,
-        };
-        if !is_taken || !fits_in_f64(&self.gpu, &self.prepared) {
-            return Ok(false);
-        }
-        match self.propose_in_f64(rays, some, control, hits) {
-            // The device binds too few buffers at once, or has too little room.
-            Err(Error::TooLarge(_)) => Ok(false),
-            done => done.map(|()| true),
-        }
-    }
-}
-
-impl ProposeColors for GpuTracer {
-    fn propose_colors(
-        &mut self,
-        (key, lighting): (LightKey, &Lighting),
-        (samples, ids): (&Pixels, &[u32]),
-        control: &Control,
-        colors: &mut Vec<u32>,
-    ) -> Result<Option<ProposedColors>> {
-        let GpuTracer { gpu, prepared, hierarchy, light: kept, .. } = self;
-        let made = match kept.take().filter(|made| made.key == key) {
-            Some(made) => made,
-            None => match light_in_f64((key, lighting), prepared, samples) {
-                None => return Ok(None),
-                Some(light) => {
-                    let how = (key, gpu.shades_in_f64()?);
-                    match DeviceLight::new(gpu, prepared, hierarchy.as_ref(), how, &light) {
-                        // The device binds too little at once, or has too little room.
-                        Err(Error::TooLarge(_)) | Ok(None) => return Ok(None),
-                        Ok(Some(made)) => Box::new(made),
-                        Err(error) => return Err(error),
-                    }
-                }
-            },
-        };
-        kept.insert(made).propose(gpu, prepared, samples, ids, control, colors).map(Some)
-    }
-}
-
 impl GpuTracer {
-    /// Writes the objects that rays see in f64 into `hits`, for all rays or those with some indices, or
-    /// [`UNDECIDED`](crate::kernel::certified::UNDECIDED): for a scene that [`propose_in_f64`] takes, which is
-    /// the twin of this.
-    ///
-    /// [`propose_in_f64`]: super::before::propose_in_f64
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    pub fn propose_in_f64(
-        &mut self,
-        rays: &Rays,
-        some: Option<&[u32]>,
-        control: &Control,
-        hits: &mut Hits,
-    ) -> Result<()> {
-        let list = match (rays, some) {
-            (Rays::List(rays), Some(some)) => {
-                Some(Rays::List(some.iter().map(|&ray| rays[ray as usize]).collect()))
-            }
-            _ => None,
-        };
-        let work = match (rays, some) {
-            (Rays::Pixels(pixels), Some(some)) => Work::Some(pixels, some),
-            _ => Work::All(list.as_ref().unwrap_or(rays)),
-        };
-        let place = usize::from(matches!(work, Work::Some(..)));
-        let mut tracer = match self.in_f64[place].take() {
-            Some(tracer) => tracer,
-            None => Box::new(self.new_in_f64(place == 1)?),
-        };
-        hits.make_room(work.n_rays(), Wants { surface: tracer.wants.surface, ..self.wants });
-        tracer.trace_tiles(&work, control, &mut Target::Hits(hits))?;
-        self.in_f64[place] = Some(tracer);
-        Ok(())
-    }
-
     fn propose_into(
         &mut self,
         rays: &Rays,
@@ -452,29 +246,17 @@ impl GpuTracer {
             #[cfg(feature = "view")]
             Target::Resident(_) => {}
         }
-        self.trace_tiles(&Work::All(rays), control, &mut target)
-    }
-
-    fn trace_tiles(
-        &mut self,
-        work: &Work,
-        control: &Control,
-        target: &mut Target,
-    ) -> Result<Timing> {
         let mut timing = Timing::default();
         let mut first = 0;
-        while first < work.n_rays() {
+        while first < rays.len() {
             control.check()?;
-            let tile = work.tile(first, self.tile_size.0);
+            let tile = Tile::new(rays, first, self.tile_size.0);
             let start = Instant::now();
-            let spent = self.trace_tile(work, &tile, target)?;
+            let spent = self.trace_tile(rays, &tile, &mut target)?;
             timing.add(spent);
             self.tile_size.adapt(tile.n_rays, start.elapsed());
             first += tile.n_rays;
-            // In f64 rays are traced that were counted before.
-            if self.key.float == self.prepared.kernel.about().float {
-                control.advance(tile.n_rays as u64);
-            }
+            control.advance(tile.n_rays as u64);
         }
         Ok(timing)
     }
@@ -489,11 +271,6 @@ impl GpuTracer {
         pass.set_pipeline(&program.pipeline);
         pass.set_bind_group(0, &room.bind_group, &[]);
         pass.dispatch_workgroups(x, y, 1);
-        if let (Some(surfaces), Some(bind_group)) = (&self.surfaces, &room.of_surfaces) {
-            pass.set_pipeline(&surfaces.program.pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
-            pass.dispatch_workgroups(x, y, 1);
-        }
         drop(pass);
         if let Some(clock) = &self.clock {
             clock.stop(&mut encoder);
@@ -506,15 +283,11 @@ impl GpuTracer {
     fn warm_up(&mut self) -> Result<()> {
         let Some(program) = self.program.clone() else { return Ok(()) };
         let room = self.make_room(64, &program)?;
-        let params = match self.key.float {
+        let params = match self.float() {
             Float::F64 => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
             Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        if let Some(surfaces) = &self.surfaces {
-            let params = bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() });
-            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
-        }
         self.gpu.submit(self.dispatch(&room, &program, [1, 1]).finish());
         self.room = Some(room);
         let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
@@ -522,7 +295,7 @@ impl GpuTracer {
         self.gpu.check()
     }
 
-    fn trace_tile(&mut self, work: &Work, tile: &Tile, target: &mut Target) -> Result<Timing> {
+    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, target: &mut Target) -> Result<Timing> {
         let program = match &self.program {
             Some(program) => Arc::clone(program),
             None => Arc::clone(self.program.insert(self.gpu.program(&self.key)?)),
@@ -532,19 +305,10 @@ impl GpuTracer {
             None => self.make_room(tile.n_rays, &program)?,
         };
         let start = Instant::now();
-        self.write_params(work, tile);
+        self.write_params(rays, tile);
         let mut exponents = Vec::new();
-        if let Some((_, buffer)) = &room.results.rays {
-            let range = tile.first..tile.first + tile.n_rays;
-            match work {
-                Work::All(Rays::Pixels(_)) => {}
-                Work::All(Rays::List(rays)) => exponents = self.upload_rays(&rays[range], buffer),
-                Work::Some(pixels, indices) => {
-                    let place = |&index: &u32| <[u32; 2]>::from(pixels.xy(index as usize));
-                    let places: Vec<[u32; 2]> = indices[range].iter().map(place).collect();
-                    self.gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&places));
-                }
-            }
+        if let (Some((_, buffer)), Rays::List(rays)) = (&room.results.rays, rays) {
+            exponents = self.upload_rays(&rays[tile.first..][..tile.n_rays], buffer);
         }
         let encoder = self.dispatch(&room, &program, tile.workgroups());
         let timing = match target {
@@ -603,28 +367,25 @@ impl GpuTracer {
         ))
     }
 
-    fn write_params(&self, work: &Work, tile: &Tile) {
-        let params = match self.key.float {
-            Float::F64 => bytes(&tile.params_double(&self.prepared, work)),
-            Float::F32 => bytes(&tile.params(&self.prepared, work)),
+    fn write_params(&self, rays: &Rays, tile: &Tile) {
+        let params = match self.float() {
+            Float::F64 => bytes(&tile.params_double(&self.prepared, rays)),
+            Float::F32 => bytes(&tile.params(&self.prepared, rays)),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        if let Some(surfaces) = &self.surfaces {
-            let params = bytes(&tile.params_double(&self.prepared, work));
-            self.gpu.queue.write_buffer(&surfaces.params, 0, &params);
-        }
-        if let (Some(hierarchy), Some((_, first))) = (&self.hierarchy, work.first_pixel(tile)) {
+        if let (Some(hierarchy), Some((_, first))) = (&self.hierarchy, tile.first_pixel(rays)) {
             hierarchy.start_at(&self.gpu, first);
         }
     }
 
+    fn float(&self) -> Float {
+        self.prepared.kernel.about().float
+    }
+
     fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
         let (queue, coordinates) = (&self.gpu.queue, self.prepared.coordinates());
-        if self.key.float == Float::F64 {
-            let record = |ray: &Ray| match self.key.kernel {
-                Kernel::Certified => before::ray_record(ray),
-                _ => coordinates.ray_record_double(ray),
-            };
+        if self.float() == Float::F64 {
+            let record = |ray| coordinates.ray_record_double(ray);
             let records: Vec<RayRecordDouble> = rays.iter().map(record).collect();
             queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
             return Vec::new();
@@ -638,22 +399,15 @@ impl GpuTracer {
     /// Room for the results of `n_rays`.
     fn make_room(&self, n_rays: usize, program: &Program) -> Result<Room> {
         let device = &self.gpu.device;
-        let results = Results::new(&self.gpu, n_rays, &self.key, self.surfaces.is_some());
-        let buffers = results.proposed().iter().chain(&self.objects).chain(&results.rays);
+        let results = Results::new(&self.gpu, n_rays, &self.key);
+        let buffers = results.device.iter().chain(&self.objects).chain(&results.rays);
         let resources = [("params", self.params.as_entire_binding())]
             .into_iter()
             .chain(buffers.map(whole))
             .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
         let bind_group = program.bindings.bind(device, resources)?;
-        let of_surfaces = self.surfaces.as_ref().map(|surfaces| {
-            let Surfaces { program, params, objects } = surfaces;
-            let buffers = results.device.iter().chain(objects).map(whole);
-            let params = [("params", params.as_entire_binding())];
-            program.bindings.bind(device, params.into_iter().chain(buffers))
-        });
-        let of_surfaces = of_surfaces.transpose()?;
         self.gpu.check()?;
-        Ok(Room { results, bind_group, of_surfaces })
+        Ok(Room { results, bind_group })
     }
 }
 
@@ -778,18 +532,15 @@ mod tests {
         assert!(matches!(missing, Error::Shader(_)), "{missing}");
     }
 
-    /// The shader that completes hits is refused for the second scene, after all else is made.
+    /// The shader is refused for the second scene, after all else is made.
     #[test]
     fn a_tracer_that_cannot_be_retargeted_stays_what_it_was() {
         use std::sync::atomic::{AtomicBool, Ordering};
         let is_refused = Arc::new(AtomicBool::new(false));
         let refused = Arc::clone(&is_refused);
-        let gpu = open().edit_shaders(move |wgsl| {
-            let completes = wgsl.contains("var<storage, read> units");
-            match completes && refused.load(Ordering::Relaxed) {
-                true => "no shader".into(),
-                false => wgsl.into(),
-            }
+        let gpu = open().edit_shaders(move |wgsl| match refused.load(Ordering::Relaxed) {
+            true => "no shader".into(),
+            false => wgsl.into(),
         });
         let (rays, prepared) = ball_and_plane(1);
         let wants = Wants { surface: true, level: false };
@@ -797,12 +548,9 @@ mod tests {
         let expected = traced(&mut tracer, &rays);
         is_refused.store(true, Ordering::Relaxed);
         let (others, other) = ball_and_plane(3);
-        // Where the CPU completes hits, nothing is refused.
-        if tracer.surfaces.is_some() {
-            let error = tracer.retarget(Arc::clone(&other)).unwrap_err();
-            assert!(matches!(error, Error::Shader(_)), "{error}");
-            assert!(traced(&mut tracer, &rays) == expected);
-        }
+        let error = tracer.retarget(Arc::clone(&other)).unwrap_err();
+        assert!(matches!(error, Error::Shader(_)), "{error}");
+        assert!(traced(&mut tracer, &rays) == expected);
         is_refused.store(false, Ordering::Relaxed);
         tracer.retarget(other).unwrap();
         // The plane comes behind all balls.

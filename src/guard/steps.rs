@@ -39,24 +39,13 @@ pub const NORMAL: f64 = 0.501;
 /// `ŝ` takes 3 + 3 + 1 + 1 there and 9.01 would do.
 pub const NORMAL_FOOT: f64 = 10.6;
 
-/// [`crate::kernel::certified::half_chord_radius`] on the host, but for `P`; of `r`: half the chord
-/// (1 + 1 + 4 + 1)/2 + 1, `h·d` and the sum 2.
-pub const CHORD: f64 = 6.6;
-
 /// A radius of a sphere from `P` and half its chord on the host, but for `P` and for what half the chord may be between its
 /// bounds; of `r`: half the chord (1 + 4 + 1)/2 + 1, the mean of its bounds 1, `h·d` and the sum 2, the radius' inverse and
 /// the product with it 2; and 1 for a sum with its error.
 pub const CHORD_MIDDLE: f64 = 10.1;
 
-/// The same on a device, whose division takes 2.5 and whose root 4.5: half the chord
-/// (1 + 1 + 5.5 + 1)/2 + 4.5, `h·d` and the sum 2.
-pub const CHORD_WIDE: f64 = 10.8;
-
 /// `(t·d − l)/r` but for `t·d` and `l`, of 1: the difference 1, the inverse and the product 1 each.
 pub const NORMAL_OF_POINT: f64 = 3.01;
-
-/// [`crate::kernel::certified::normalized`] there: 3/2 + 4.5 + 2.5 + 1.
-pub const NORMALIZED_WIDE: f64 = 9.6;
 
 /// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
 pub const NORMALIZED: f64 = 4.6;

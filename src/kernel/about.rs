@@ -90,8 +90,8 @@ pub struct Wgsl {
     pub records: &'static str,
     /// The parts that are its own.
     pub parts: &'static [Part],
-    /// Names and values of the constants in them, for rays that lie so and for this arithmetic.
-    pub constants: fn(Bundle, Float) -> Vec<(&'static str, String)>,
+    /// Names and values of the constants in them, for rays that lie so.
+    pub constants: fn(Bundle) -> Vec<(&'static str, String)>,
 }
 
 /// A part of a shader.

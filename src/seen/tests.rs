@@ -486,3 +486,112 @@ fn sabotage_smaller_bounds_of_surfaces_are_seen() {
         assert!(wrong.iter().all(|&n| n > 0), "{at}: {wrong:?} of {known}");
     }
 }
+
+/// f32 that keeps to the finite numbers, as a device must: [`crate::guard`] says why.
+#[derive(Clone, Copy, Debug)]
+struct Finite(f32);
+
+impl Finite {
+    fn of(x: f32) -> Finite {
+        assert!(x.is_finite(), "{x}");
+        Finite(x)
+    }
+}
+
+macro_rules! finite {
+    ($($trait:ident $function:ident $sign:tt),*) => {$(
+        impl $trait for Finite {
+            type Output = Finite;
+            fn $function(self, other: Finite) -> Finite {
+                Finite::of(self.0 $sign other.0)
+            }
+        }
+    )*};
+}
+
+finite!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl Neg for Finite {
+    type Output = Finite;
+    fn neg(self) -> Finite {
+        Finite(-self.0)
+    }
+}
+
+impl Real for Finite {
+    type One = f32;
+    type Mask = bool;
+    type Id = u32;
+    fn splat(x: f32) -> Finite {
+        Finite::of(x)
+    }
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+    fn sqrt(self) -> Finite {
+        Finite::of(self.0.sqrt())
+    }
+    fn abs(self) -> Finite {
+        Finite(self.0.abs())
+    }
+    fn lt(self, other: Finite) -> bool {
+        self.0 < other.0
+    }
+    fn le(self, other: Finite) -> bool {
+        self.0 <= other.0
+    }
+    fn select(mask: bool, yes: Finite, no: Finite) -> Finite {
+        if mask { yes } else { no }
+    }
+    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+        if mask { yes } else { no }
+    }
+}
+
+/// Whether the bounds are certain; each number on the way to them is finite.
+fn is_certain<T: Object>(object: &T, from: DVec3, direction: DVec3) -> bool {
+    let (reference, spread) = (DVec3::ZERO, guard::length_bound(from));
+    let (reach, unit) = (Reach::default(), f32::UNIT);
+    let eye = Eye { reference, spread, input: guard::LIST, reach, unit };
+    let seen = object.seen::<f32>(&eye);
+    let numbers = T::Seen::splat::<Finite>(&Record::round::<f32>(&seen));
+    let near = |v: DVec3| V3::splat(V3::<f32>::near(v));
+    let ray = Ray::new(near(from), near(direction));
+    let far = T::Seen::bounds(&numbers, &ray);
+    let close = T::Seen::bounds_close(&numbers, &ray);
+    let beyond = f32::BEYOND as f32;
+    let found = if seen.is_close() { close } else { far };
+    found.is_none_or(|found| found.high.0 < beyond || beyond <= found.low.0)
+}
+
+/// Spheres up to the ends of f32's range and beyond. Planes as far away as a quotient by [`Float::TINY`] is in range.
+#[test]
+fn bounds_have_only_finite_numbers() {
+    const N: usize = 100_000;
+    let size = |random: &mut Random, most: f64| match random.0.next() % 4 {
+        0 => (3.0 * random.0.unit() - 40.0).exp2(),
+        1 => (most - 3.0 * random.0.unit()).exp2(),
+        _ => (6.0 * random.number()).exp2(),
+    };
+    let (mut random, mut certain) = (Random(SplitMix::new(13)), [0; 2]);
+    for k in 0..N {
+        let mut place = |most| random.vector().normalize() * size(&mut random, most);
+        let (center, point, away) = (place(60.5), place(33.0), place(33.0));
+        let from = if k % 2 == 0 { DVec3::ZERO } else { away };
+        let radius = size(&mut random, 60.5);
+        let toward = match random.0.next() % 2 {
+            0 => center - from + random.vector() * radius,
+            _ => random.vector(),
+        };
+        let direction = Scaled::new(toward).rounded() * (28.0 * random.0.unit()).exp2();
+        certain[0] += usize::from(is_certain(&Sphere { center, radius }, from, direction));
+        let normal = match k % 3 {
+            0 => direction.cross(random.vector()),
+            _ => random.vector(),
+        };
+        let plane = Plane { name: None, point, normal, color: Color::BLACK };
+        certain[1] += usize::from(is_certain(&plane, from, direction));
+    }
+    println!("{certain:?} certain of {N}");
+    assert!(certain.iter().all(|&certain| certain > N / 10), "{certain:?}");
+}

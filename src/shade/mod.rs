@@ -6,7 +6,6 @@ mod lamp;
 mod lit;
 mod mean;
 mod occluders;
-mod open;
 mod painter;
 mod pass;
 mod plain;
@@ -19,12 +18,8 @@ use crate::error::{Error, Result};
 use crate::scene::{Color, Scene};
 use crate::trace::Hits;
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
-#[cfg(feature = "gpu")]
-pub(crate) use lamp::MOST_IN_F32;
 pub use lamp::{Lamp, Lighting, Origin};
 pub(crate) use mean::ExactMean;
-#[cfg(feature = "gpu")]
-pub(crate) use occluders::{Met, Occluders};
 pub use painter::{Background, ColorCounts, Painted, Painter, SamplePainter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};
 

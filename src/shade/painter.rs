@@ -12,7 +12,7 @@ use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::trace::{Coverage, Hits, Rays, SampleIds, StageCounts, Timing};
-use crate::tracer::{ProposedColors, Tracer};
+use crate::tracer::Tracer;
 
 /// How pixels get their colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,8 +97,6 @@ pub struct SamplePainter<'a> {
     /// Traces it, where it is not the picture itself.
     tracer: Option<&'a mut (dyn Tracer + 'static)>,
     hits: Hits,
-    /// What a device proposes.
-    proposed: Vec<u32>,
 }
 
 /// Makes colours of what samples see.
@@ -141,7 +139,6 @@ impl<'a> Painter<'a> {
             prepared: Arc::clone(prepared),
             tracer,
             hits: Hits::default(),
-            proposed: Vec::new(),
         }))
     }
 
@@ -176,7 +173,7 @@ impl<'a> Painter<'a> {
         self.paint_with(None, band, hits, control, colors)
     }
 
-    /// The same; the pixels' tracer `of_pixels` may have a device that shades.
+    /// The same; the pixels' tracer `of_pixels` may have a device that lights what kernels without a proof see.
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
@@ -214,8 +211,7 @@ impl SamplePainter<'_> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
-        let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples, proposed } =
-            self;
+        let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples } = self;
         let n_samples = colorist.style().n_samples.across();
         let mut painted = Painted::default();
         let start;
@@ -248,31 +244,10 @@ impl SamplePainter<'_> {
                 };
                 start = Instant::now();
                 let at = (&**prepared, &samples, &ids[..]);
-                let mut device = device;
-                let shades = match &mut device {
-                    Some(tracer) => tracer.shades()?,
-                    None => None,
-                };
-                let by_device = match shades {
-                    Some(shades) => shades.propose_colors(
-                        (lit.light_key(), &lit.lighting),
-                        (&samples, ids),
-                        control,
-                        proposed,
-                    )?,
-                    None => None,
-                };
-                (painted.colors, painted.shadow_rays) = match (by_device, colors) {
-                    (Some(ProposedColors { ways, n_in_f32 }), colors) => {
-                        let n_pixels = ids.len() as u64 / u64::from(n_samples).pow(2);
-                        let (n_open, mut counts) = lit.shade_open(at, proposed, control, colors)?;
-                        counts.add(ways);
-                        let device = n_pixels - n_open;
-                        (ColorCounts { device, device_f32: n_in_f32, cpu: n_open }, counts)
-                    }
-                    (None, Colors::Srgb8(out)) => lit.shade(at, device, control, out)?,
-                    (None, Colors::Srgb16(out)) => lit.shade(at, device, control, out)?,
-                    (None, Colors::Linear(out)) => lit.shade(at, device, control, out)?,
+                (painted.colors, painted.shadow_rays) = match colors {
+                    Colors::Srgb8(out) => lit.shade(at, device, control, out)?,
+                    Colors::Srgb16(out) => lit.shade(at, device, control, out)?,
+                    Colors::Linear(out) => lit.shade(at, device, control, out)?,
                 };
                 if let Some(coverage) = coverage {
                     *coverage = lit.coverage(&samples, ids);

@@ -11,8 +11,6 @@ pub mod flat;
 pub mod footprint;
 pub mod footprints;
 mod members;
-#[cfg(feature = "gpu")]
-mod on_device;
 mod segment;
 mod walk;
 mod wide;
@@ -28,8 +26,6 @@ use crate::memory;
 use crate::scene::Sphere;
 
 pub use members::MOST_SPHERES;
-#[cfg(feature = "gpu")]
-pub(crate) use on_device::{BoxOnDevice, SEGMENT_CONSTANTS};
 pub use segment::Segment;
 pub(crate) use segment::Walk;
 pub(crate) use walk::Company;

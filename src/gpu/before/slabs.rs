@@ -12,18 +12,6 @@
 //! that a test finds. No slab reaches `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows. A `t_max` is
 //! [`crate::guard::t_bound_f32`] of a list's nearness, which is at most `2⁸⁸`, times `a < 12`; where it is
 //! `2¹⁰⁰`, it is beyond all boxes.
-//!
-//! # Beams of light
-//! A device looks with the same slabs for what is in the way of light. The direction is the nearest one of length 1, the origin
-//! is below `2⁶⁰` and rounded once, and what the beam itself may lie aside comes on top. As boxes are below `2⁶¹`,
-//! a direction below [`FLAT_OF_BEAMS`] counts as 0: no slab reaches `2⁶²·2⁶⁰·2 = 2¹²³`. With the farther one of
-//! the origin and the tree's largest coordinate, `f`, the beam leaves the tree at `t ≤ 2·2f`, as its largest component
-//! is above ½, and by then has moved by less than `2⁻⁵⁸f`: [`least_slack_of_beams`].
-//!
-//! A beam that is made in f32 has a direction whose components are off by 1½ instead of ½, from each other: by a product, and
-//! a sun's by the host's rounding. So a slab takes `7ε` ([`SLAB_IN_F32`]). What all components share only
-//! moves `t`, and is 3.5 of the beam's length with its own product and quotient, for which the end has 6.5. The origin is a
-//! sum of two numbers of f32, of which one is rounded, and the walk adds that to the slack.
 
 use crate::guard::{UNIT_F32, round_down, round_up};
 use crate::vec3::{Real, Vec3};
@@ -34,9 +22,6 @@ use crate::tree::flat::REACH;
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;
 
-/// The same for beams that are made in f32.
-pub const SLAB_IN_F32: f64 = 7.5;
-
 /// How far a ray may lie beside the true one, in units `ε` of its origin's largest component.
 pub const ASIDE: f64 = 1.75;
 
@@ -45,16 +30,6 @@ pub const FLAT: f64 = 1.0 / (1u128 << 80) as f64;
 
 /// The least slack.
 pub const LEAST_SLACK: f64 = 1.0 / (1u64 << 37) as f64;
-
-/// The same for beams of light.
-pub const FLAT_OF_BEAMS: f64 = 1.0 / (1u64 << 60) as f64;
-
-/// The least slack of beams among boxes whose largest coordinate is this: what they move along a flat axis, and
-/// far above what underflows. The part that is the origin's is small in [`ASIDE`].
-pub fn least_slack_of_beams(largest: f64) -> f32 {
-    const LEAST: f64 = 1.0 / (1u128 << 100) as f64;
-    round_up(4.0 * FLAT_OF_BEAMS * largest + LEAST)
-}
 
 /// The room in a ray's arithmetic.
 #[derive(Clone, Copy, Debug)]
@@ -80,15 +55,6 @@ impl SlabRoom<f32> {
             flat: round_up(FLAT),
             nearer: round_down(1.0 - SLAB * UNIT_F32),
             farther: round_up(1.0 + SLAB * UNIT_F32),
-        }
-    }
-
-    /// The same for beams that are made in f32.
-    pub fn of_beams_in_f32() -> SlabRoom<f32> {
-        SlabRoom {
-            nearer: round_down(1.0 - SLAB_IN_F32 * UNIT_F32),
-            farther: round_up(1.0 + SLAB_IN_F32 * UNIT_F32),
-            ..SlabRoom::f32()
         }
     }
 }

@@ -288,17 +288,6 @@ pub fn plane_nearness_at<R: Real>(
     }
 }
 
-/// From the centre of a sphere to where its visible root lies, or away from there, whichever is turned
-/// against the ray: `−P ∓ h·d` with half the chord `h`, a vector of length `r`. It does not cancel as
-/// a point of the surface does.
-#[inline(always)]
-pub fn half_chord_radius<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R, is_outside: bool) -> Vec3<R> {
-    let p = l - ray.direction * (dot3(ray.direction, l) * ray.inv_a);
-    let half_chord = ((r * r - dot3(p, p)).max(R::ZERO) * ray.inv_a).sqrt();
-    let chord = ray.direction * half_chord;
-    if is_outside { -p - chord } else { p - chord }
-}
-
 /// `v / ‖v‖`
 #[inline(always)]
 pub fn normalized<R: Real>(v: Vec3<R>) -> Vec3<R> {

@@ -8,7 +8,7 @@ mod records;
 mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
-use crate::guard::{self, GuardFactors, NormalFactors};
+use crate::guard;
 use crate::rays::Bundle;
 use crate::vec3::Real;
 
@@ -17,13 +17,11 @@ pub(crate) use filter::FreeFilter;
 pub(crate) use filter::{Filter, ParallelFilter, PointFilter, nearest_listed};
 pub use filter::{
     GuardOf, Nearest, Nearness, UNDECIDED, Widening, closest_approach, far_nearness,
-    far_nearness_at, half_chord_radius, inside_nearness, normalized, outside_nearness,
-    parallel_nearness, parallel_nearness_at, plane_nearness, plane_nearness_at, sphere_nearness,
+    far_nearness_at, inside_nearness, normalized, outside_nearness, parallel_nearness,
+    parallel_nearness_at, plane_nearness, plane_nearness_at, sphere_nearness,
 };
 pub(super) use prepare::objects;
 pub(crate) use prepare::{Frame, Leaf, farthest_origin};
-#[cfg(feature = "gpu")]
-pub(crate) use prepare::{k_in_range, offset_in_range};
 pub use records::{PlaneCertified, SphereCertified, SphereFar};
 pub(super) use twin::with_twin;
 
@@ -38,7 +36,6 @@ pub(super) const ABOUT: About = About {
         records: "Certified",
         parts: &[
             part!("certified.wgsl", "src/kernel/certified/filter.rs"),
-            part!("seen.wgsl", "src/gpu/before/seen_from.rs"),
             part!("slabs.wgsl", "src/gpu/before/slabs.rs"),
         ],
         constants,
@@ -57,59 +54,18 @@ const PROMISE: Promise = Promise {
     }),
 };
 
-fn constants(bundle: Bundle, float: Float) -> Vec<(&'static str, String)> {
-    let (narrower, wider, far_narrower, largest, small) = match float {
-        Float::F32 => {
-            let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-            let [narrower, wider, far_narrower] = [narrower, wider, far_narrower].map(f64::from);
-            (narrower, wider, far_narrower, f32::MAX.into(), f32::SMALL.into())
-        }
-        Float::F64 => {
-            let Widening { narrower, wider, far_narrower } = guard::widening_f64();
-            (narrower, wider, far_narrower, f64::MAX, f64::SMALL)
-        }
-    };
+fn constants(bundle: Bundle) -> Vec<(&'static str, String)> {
+    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
     let mut constants = vec![
         ("NARROWER", narrower),
         ("WIDER", wider),
         ("FAR_NARROWER", far_narrower),
-        ("LARGEST", largest),
+        ("LARGEST", f32::MAX),
     ];
     if bundle == Bundle::Parallel {
-        constants.push(("SMALL", small));
+        constants.push(("SMALL", f32::SMALL));
     }
-    if let (Float::F64, Some(input)) = (float, guard::input_of_picture(bundle)) {
-        let GuardFactors {
-            length_room,
-            kappa,
-            square_narrower,
-            square_wider,
-            aside,
-            slack_distance,
-            slack_radius,
-            k_error,
-            k_distance,
-            k_radius,
-        } = GuardFactors::f64(input);
-        let NormalFactors { distance, radius, chord } = NormalFactors::new(guard::UNIT_F64, input);
-        constants.extend([
-            ("UNIT", guard::UNIT_F64),
-            ("LENGTH_ROOM", length_room),
-            ("KAPPA", kappa),
-            ("SQUARE_NARROWER", square_narrower),
-            ("SQUARE_WIDER", square_wider),
-            ("ASIDE", aside),
-            ("SLACK_DISTANCE", slack_distance),
-            ("SLACK_RADIUS", slack_radius),
-            ("K_ERROR", k_error),
-            ("K_DISTANCE", k_distance),
-            ("K_RADIUS", k_radius),
-            ("NORMAL_DISTANCE", distance),
-            ("NORMAL_RADIUS", radius),
-            ("NORMAL_CHORD", chord),
-        ]);
-    }
-    let literal = |(name, value)| (name, float.literal(value));
+    let literal = |(name, value): (_, f32)| (name, Float::F32.literal(value.into()));
     let undecided = ("UNDECIDED", format!("{UNDECIDED}u"));
     std::iter::once(undecided).chain(constants.into_iter().map(literal)).collect()
 }

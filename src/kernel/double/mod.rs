@@ -24,7 +24,7 @@ pub(super) const ABOUT: About = About {
     wgsl: Wgsl {
         records: "Double",
         parts: &[RELATIVE, part!("double.wgsl", "src/kernel/double/twin.rs")],
-        constants: |_, _| Vec::new(),
+        constants: |_| Vec::new(),
     },
 };
 

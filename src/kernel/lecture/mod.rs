@@ -28,7 +28,7 @@ pub(super) const ABOUT: About = About {
     wgsl: Wgsl {
         records: "Lecture",
         parts: &[part!("lecture.wgsl", "src/kernel/lecture/twin.rs")],
-        constants: |_, _| Vec::new(),
+        constants: |_| Vec::new(),
     },
 };
 

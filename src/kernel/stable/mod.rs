@@ -23,7 +23,7 @@ pub(super) const ABOUT: About = About {
     wgsl: Wgsl {
         records: "Stable",
         parts: &[RELATIVE, part!("stable.wgsl", "src/kernel/stable/twin.rs")],
-        constants: |_, _| Vec::new(),
+        constants: |_| Vec::new(),
     },
 };
 
