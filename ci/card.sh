@@ -129,7 +129,7 @@ time_all() {
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-step probe.txt "$program" probe --ceilings
+step probe.txt "$program" probe
 step verify.txt verify_all
 step digests.txt compare_digests
 step times.txt time_all

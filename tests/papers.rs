@@ -290,7 +290,7 @@ const LINES: [&str; 30] = [
     "explain scenes/figure5.toml --ray 0,0,0,0,0,-1 --device cpu",
     "export pov scenes/lit/figure1.toml -o a.pov",
     "generate cloud --count 10 -o b.npy --scene b.toml",
-    "probe --ceilings",
+    "probe",
     "digest scenes/lit/figure1.toml --size 16x9 --device gpu",
     "render scenes/figure2.toml -o shown.png --size 32x18 --device cpu --show id",
     "render scenes/figure5.toml -o d.png --size 321x181 --device cpu --show discriminant",

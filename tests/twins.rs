@@ -9,7 +9,7 @@ use kugelblitz::kernel::SHARED_PARTS;
 use kugelblitz::trace::Kernel;
 
 /// Files that a device alone has, each with what it is compared with instead.
-const DEVICE_ALONE: [(&str, &str); 9] = [
+const DEVICE_ALONE: [(&str, &str); 8] = [
     ("shaders/params.wgsl", "a struct: src/gpu/layout.rs checks it"),
     ("shaders/render.wgsl", "bindings and the entry point: tests/parity.rs compares its results"),
     ("shaders/hierarchy.wgsl", "walks textures: tests/proposals.rs compares its proposals"),
@@ -17,10 +17,6 @@ const DEVICE_ALONE: [(&str, &str); 9] = [
     ("shaders/walk.wgsl", "what both walks share: tests/proposals.rs compares their proposals"),
     ("shaders/undecided.wgsl", "lists and settles ids: the window's tests"),
     ("shaders/present.wgsl", "shows a picture: the window's tests"),
-    (
-        "shaders/ceilings.wgsl",
-        "measures the device: src/gpu/ceilings.rs tells what it does in a second",
-    ),
     ("shaders/self_test.wgsl", "measures the device: src/gpu/self_test.rs expects its results"),
 ];
 

@@ -498,9 +498,6 @@ pub struct DigestArgs {
 /// List the Vulkan adapters and their limits
 #[derive(Args)]
 pub struct ProbeArgs {
-    /// Measure also what shaders reach on each device: bytes copied, f32 and f64 operations (seconds)
-    #[arg(long)]
-    pub ceilings: bool,
     #[command(flatten)]
     pub talk: TalkArgs,
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kugelblitz::gpu::{AdapterFacts, Arithmetic, Ceilings, Gpu, Pick, list_adapters};
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
@@ -34,15 +34,12 @@ struct Measured {
     f64: Option<Arithmetic>,
     /// True where the certified kernel's f32 stage runs on this device, rather than on the CPU.
     certified_on_device: bool,
-    /// With `--ceilings`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ceilings: Option<Ceilings>,
 }
 
 impl Probed {
-    fn new(facts: AdapterFacts, with_ceilings: bool) -> Probed {
+    fn new(facts: AdapterFacts) -> Probed {
         let gpu = Gpu::open(&Pick::Named(facts.name.clone()));
-        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu, with_ceilings)) {
+        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
             Ok(measured) => (Some(measured), None),
             Err(error) => (None, Some(error.to_string())),
         };
@@ -50,19 +47,17 @@ impl Probed {
     }
 }
 
-fn measure(gpu: &Gpu, with_ceilings: bool) -> Result<Measured> {
+fn measure(gpu: &Gpu) -> Result<Measured> {
     let f32 = gpu.arithmetic()?;
     let f64 = gpu.arithmetic_f64()?;
-    let ceilings = with_ceilings.then(|| Ceilings::measure(gpu)).transpose()?;
-    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter(), ceilings })
+    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter() })
 }
 
 /// Lists the adapters, the best first.
 pub fn run(args: &ProbeArgs) -> Result<()> {
     memory::require_device()?;
-    let probed = |facts| Probed::new(facts, args.ceilings);
     let (adapters, noise): (Vec<Probed>, _) =
-        quietly(|| list_adapters().into_iter().map(probed).collect());
+        quietly(|| list_adapters().into_iter().map(Probed::new).collect());
     if args.talk.verbose || adapters.is_empty() {
         quiet::show(&noise, args.talk.verbose);
     }
@@ -127,13 +122,6 @@ fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
     if let Some(f64) = &measured.f64 {
         lines.push(("f64, measured", f64.to_string()));
     }
-    if let Some(ceilings) = &measured.ceilings {
-        lines.push(("copies", format!("{:.1} GB/s read and written", ceilings.copy_gb_per_s)));
-        lines.push(("fma in f32", format!("{:.1} GFLOP/s", ceilings.f32_gflop_per_s)));
-        if let Some(f64) = ceilings.f64_gflop_per_s {
-            lines.push(("fma in f64", format!("{f64:.1} GFLOP/s")));
-        }
-    }
     lines
 }
 
@@ -154,7 +142,7 @@ mod tests {
             gpu.facts.passthrough = passthrough;
             let probed = Probed {
                 facts: gpu.facts.clone(),
-                arithmetic: Some(measure(&gpu, false).unwrap()),
+                arithmetic: Some(measure(&gpu).unwrap()),
                 failure: None,
             };
             let json = serde_json::to_value(&probed).unwrap();

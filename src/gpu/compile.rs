@@ -30,7 +30,6 @@ const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
 #[cfg(feature = "view")]
 const PRESENT: Part = part!("present.wgsl");
 const SELF_TEST: Part = part!("self_test.wgsl");
-const CEILINGS: Part = part!("ceilings.wgsl");
 
 /// A validated shader.
 pub struct Shader {
@@ -80,12 +79,6 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
     let room = f64::from(guard::T_ROOM);
     let constants = format!("alias FLOAT = {float};\nconst ROOM = FLOAT({room:?});\n");
     compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
-}
-
-/// The shader that takes a device to its limits in a WGSL float type, `n_steps` for each invocation.
-pub(super) fn compile_ceilings(float: &str, n_steps: u64) -> Result<Shader> {
-    let constants = format!("alias FLOAT = {float};\nconst STEPS = {n_steps}u;\n");
-    compile_parts(&[CEILINGS], &Choices { constants, ..Choices::default() })
 }
 
 /// The shader that lists and settles the undecided rays of a picture on the device.

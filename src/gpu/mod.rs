@@ -2,7 +2,6 @@
 
 mod adapter;
 pub mod before;
-mod ceilings;
 mod clock;
 mod compile;
 mod device;
@@ -26,7 +25,6 @@ mod tracer;
 mod window;
 
 pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
-pub use ceilings::Ceilings;
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]

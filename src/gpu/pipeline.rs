@@ -234,7 +234,7 @@ fn pass_through(device: &wgpu::Device, spirv: &[u32], entry_point: &str) -> wgpu
 mod tests {
     use super::*;
     use crate::gpu::adapter::adapters;
-    use crate::gpu::compile::{compile_ceilings, compile_self_test};
+    use crate::gpu::compile::compile_self_test;
 
     /// The best device, with some limits lower than it has them.
     fn open_within(lower: impl Fn(wgpu::Limits) -> wgpu::Limits) -> OpenDevice {
@@ -279,16 +279,16 @@ mod tests {
     #[test]
     fn what_is_bound_has_the_names_of_the_shader() {
         let gpu = open_within(|limits| limits);
-        let bindings = Bindings::new(&gpu, &compile_ceilings("f32", 1).unwrap()).unwrap();
+        let bindings = Bindings::new(&gpu, &compile_self_test("f32").unwrap()).unwrap();
         let buffer = gpu.buffer("test", 64, wgpu::BufferUsages::STORAGE);
         let bind = |names: &[&'static str]| {
             let resources = names.iter().map(|&name| (name, buffer.as_entire_binding()));
             bindings.bind(&gpu.device, resources).err().map(|error| error.to_string())
         };
         let said = |names: &[&'static str]| bind(names).expect("an error");
-        assert!(said(&["input", "output", "more"]).contains("`more` is not in the shader"));
-        assert!(said(&["output", "output"]).contains("`output` is given twice"));
-        assert!(said(&["output"]).contains("`input` of the shader is not given"));
+        assert!(said(&["operands", "results", "more"]).contains("`more` is not in the shader"));
+        assert!(said(&["results", "results"]).contains("`results` is given twice"));
+        assert!(said(&["results"]).contains("`operands` of the shader is not given"));
     }
 
     /// Without a scope around it, the reason would be told by whatever the device does next.
