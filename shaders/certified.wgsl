@@ -81,7 +81,12 @@ struct SphereCertified {
     k_error: Real,
 }
 
-//#if near
+//#if parallel
+fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
+    return parallel_nearness(
+        ray, sphere.center - ray.origin, sphere.inner2, sphere.outer2, sphere.slack);
+}
+//#else
 // The sphere at l = c − o, whose bounds are the guard's, seen from outside: 1 / (a t) = (s + h) q with
 // q = 1 / k.
 fn outside_nearness(ray: Ray, l: Vec3, guard: SphereCertified, q: Nearness) -> Nearness {
@@ -139,18 +144,6 @@ fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
     return Nearness(low, high);
     //#end
 }
-//#else
-//#if parallel
-fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
-    return parallel_nearness(
-        ray, sphere.center - ray.origin, sphere.inner2, sphere.outer2, sphere.slack);
-}
-//#else
-fn sphere_nearness(ray: Ray, sphere: SphereCertified) -> Nearness {
-    return far_nearness(
-        ray, sphere.center, sphere.inner2, sphere.outer2, sphere.q_high_or_r2);
-}
-//#end
 //#end
 //#end
 
@@ -206,12 +199,6 @@ fn nearest_listed(ray: Ray) -> Nearest {
     var nearest = Nearest(0.0, 0.0, 0.0, 0u);
     //#each sphere
     nearest = nearer(nearest, sphere_nearness(ray, spheres[INDEX]), sphere_id(INDEX));
-    //#end
-    //#if near
-    //#else
-    //#if point
-    nearest.low *= FAR_NARROWER;
-    //#end
     //#end
     //#each plane
     nearest = nearer(nearest, plane_nearness(ray, planes[INDEX]), params.n_spheres + INDEX + 1u);

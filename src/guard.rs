@@ -488,15 +488,9 @@ pub fn widening_f64() -> Widening<f64> {
     widening(UNIT_F64, WIDENING, f64::next_down, f64::next_up)
 }
 
-/// `1/k` in f32 for a far sphere: the widening and the relative slack are in it.
+/// `1/k` of a far sphere, to be rounded up to f32: the widening and the relative slack are in it.
 #[inline(always)]
-pub fn far_inverse_f32(k: f64) -> f32 {
-    round_up(far_inverse(k))
-}
-
-/// [`far_inverse_f32`] before it is rounded.
-#[inline(always)]
-pub(crate) fn far_inverse<R: Real<One = f64>>(k: R) -> R {
+pub fn far_inverse<R: Real<One = f64>>(k: R) -> R {
     R::lit(1.0 + WIDENING * UNIT_F32) / (k * R::lit(1.0 - FAR))
 }
 

@@ -61,8 +61,6 @@ pub struct ShaderKey {
 pub enum Finding {
     /// One after the other.
     Listed,
-    /// One after the other by the kernel `certified`, and all are far from the one origin of all rays.
-    ListedFar,
     /// Through a hierarchy over a picture, but for some.
     Hierarchy,
     /// Rays of a list by the kernel `certified`, through the boxes of a tree, but for some.
@@ -84,9 +82,6 @@ pub struct Prepared {
     pub reference: DVec3,
     /// The objects.
     pub objects: Objects,
-    /// True where a ray of the certified kernel may start in, on or close to a sphere; parallel rays
-    /// have one filter for that and for all else.
-    pub near: bool,
     /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
     /// For the certified kernel and many spheres. `objects` then has only those of
@@ -163,12 +158,12 @@ impl Prepared {
                 "free some, or split the scene",
             )?;
         }
-        let (mut near, mut in_range, mut hierarchy) = (false, true, None);
+        let (mut in_range, mut hierarchy) = (true, None);
         let mut starts_in_f64 = false;
         let objects = if kernel == Kernel::Certified {
             host::check_all()?;
-            let frame = Frame::new(rays, reference, &scene);
-            (near, in_range) = (frame.near, frame.in_range);
+            let frame = Frame::new(rays, reference);
+            in_range = frame.in_range;
             let is_listed = scene.spheres.len() <= most_listed(rays);
             if in_range && !is_listed {
                 let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
@@ -192,14 +187,13 @@ impl Prepared {
             let coordinates = Coordinates { kernel, reference };
             let bundle = rays.bundle();
             starts_in_f64 = !in_range
-                || hierarchy.is_none() && is_left_open(&objects, near, &coordinates, rays, bundle);
+                || hierarchy.is_none() && is_left_open(&objects, &coordinates, rays, bundle);
         }
         Ok(Prepared {
             scene,
             kernel,
             reference,
             objects,
-            near,
             in_range,
             hierarchy,
             starts_in_f64,
@@ -326,15 +320,13 @@ impl Prepared {
     /// The shader for this scene.
     pub fn shader_key(&self, wants: Wants) -> ShaderKey {
         let is_certified = self.kernel == Kernel::Certified;
-        let is_point = self.bundle() == Bundle::Point;
         ShaderKey {
             kernel: self.kernel,
             bundle: self.bundle(),
             spheres: match &self.hierarchy {
                 Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
                 Some(_) => Finding::Tree,
-                None if is_certified && is_point && !self.near => Finding::ListedFar,
-                _ => Finding::Listed,
+                None => Finding::Listed,
             },
             n_spheres: self.n_listed_spheres(),
             n_planes: self.scene.planes.len(),

@@ -145,7 +145,7 @@ impl Case {
                 let is_far = guard::is_far(&Guard::new(r, l, UNIT_F32, ROUNDED_ONCE), k, longest);
                 let far = match is_far {
                     true => {
-                        let q = Adversarial(guard::far_inverse_f32(k));
+                        let q = Adversarial(guard::round_up(guard::far_inverse(k)));
                         let root = far_nearness(&ray, offset, guard.inner2, guard.outer2, q);
                         Nearness { low: root.low * widening.far_narrower, ..root }
                     }

@@ -312,7 +312,7 @@ fn squares_give_what_single_rays_give() {
             let rays = Rays::Pixels(pixels);
             let prepared =
                 Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap());
-            assert!(!prepared.near && prepared.hierarchy.is_none(), "no squares here");
+            assert!(prepared.hierarchy.is_none(), "no squares here");
             let mut hits = Hits::default();
             let wants = Wants { surface: false, level: true };
             CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();

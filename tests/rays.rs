@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use kugelblitz::control::Control;
 use kugelblitz::rays::read_rays;
 use kugelblitz::{Error, Result};
 use npyz::WriterBuilder;
@@ -33,7 +34,7 @@ fn read_bytes(bytes: &[u8]) -> Result<Vec<kugelblitz::trace::Ray>> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rays.npy");
     std::fs::write(&path, bytes).unwrap();
-    read_rays(&path)
+    read_rays(&path, &Control::default())
 }
 
 #[test]
@@ -91,7 +92,7 @@ fn wrong_rays_are_named() {
         let message = error.to_string();
         assert!(message.contains(expected), "{message}");
     }
-    let missing = read_rays(Path::new("no/such/rays.npy"));
+    let missing = read_rays(Path::new("no/such/rays.npy"), &Control::default());
     assert!(matches!(missing, Err(Error::Io { .. })));
 }
 

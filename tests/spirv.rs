@@ -102,15 +102,14 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
-    use Finding::{Hierarchy, Listed, ListedFar, Tree};
+    use Finding::{Hierarchy, Listed, Tree};
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
         for bundle in Bundle::ALL {
             let findings = match bundle {
                 _ if !is_certified => &[Listed][..],
-                Bundle::Point => &[Listed, ListedFar, Hierarchy],
-                Bundle::Parallel => &[Listed, Hierarchy],
+                Bundle::Point | Bundle::Parallel => &[Listed, Hierarchy],
                 Bundle::Free => &[Listed, Tree],
             };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
@@ -284,18 +283,6 @@ fn a_hierarchy_only_where_there_are_many_spheres() {
         n_with += usize::from(has_hierarchy);
     }
     assert!(n_with > 0);
-}
-
-#[test]
-fn code_for_rays_from_inside_only_where_one_starts_there() {
-    let of = |spheres| shader(&key(Kernel::Certified, Bundle::Point, spheres));
-    let (without, without_words) = of(Finding::ListedFar);
-    let (with, with_words) = of(Finding::Listed);
-    assert!(!has(&without, "inside") && has(&with, "inside"));
-    assert_complete(&without, &without_words);
-    assert_complete(&with, &with_words);
-    let floats = |words: &[u32]| check_no_contraction(words).unwrap();
-    assert!(floats(&without_words) < floats(&with_words));
 }
 
 #[test]

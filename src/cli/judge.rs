@@ -12,7 +12,7 @@ use kugelblitz::memory;
 use kugelblitz::output;
 use kugelblitz::picture::{Image, read_image};
 use kugelblitz::plain::Shown as _;
-use kugelblitz::rays::{Pixels, read_rays_with};
+use kugelblitz::rays::{Pixels, read_rays};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::{Error, Result, Session};
@@ -173,7 +173,7 @@ pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
     let conventions = conventions(args)?;
     let image = read_image(&args.against)?;
     let rays = match &args.rays {
-        Some(rays) => Rays::List(read_rays_with(rays, &run.control)?),
+        Some(rays) => Rays::List(read_rays(rays, &run.control)?),
         None => Rays::Pixels(pixels(args, &scene, &image)?),
     };
     let n = rays.len();

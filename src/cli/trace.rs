@@ -7,7 +7,7 @@ use std::time::Instant;
 use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
-use kugelblitz::rays::{STDIN, read_rays_with, write_hits};
+use kugelblitz::rays::{STDIN, read_rays, write_hits};
 use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result, Session};
@@ -39,7 +39,7 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
     scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
     let mut file = OutputFile::create(&args.output, false)?;
     let progress = Progress::of_bytes(&args.talk, &run.control);
-    let rays = Rays::List(read_rays_with(&args.rays, &run.control)?);
+    let rays = Rays::List(read_rays(&args.rays, &run.control)?);
     drop(progress);
     let read = start.elapsed();
 

@@ -120,7 +120,7 @@ impl Tracer for CpuTracer {
             return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
         }
         let trace = TraceRays { prepared, rays, control, hits };
-        prepared.objects.with_twin(prepared.bundle(), prepared.near, trace)?;
+        prepared.objects.with_twin(prepared.bundle(), trace)?;
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 

@@ -175,6 +175,7 @@ impl ExactPoint {
 
     /// Whether the point is at most `distance` away from another one. `None` where a number is not
     /// finite.
+    #[cfg(test)]
     pub fn is_within(&self, distance: f64, point: DVec3) -> Option<bool> {
         Some(self.off_sphere(&self.offset_from(&real3(point)?), distance)?.signum() <= 0)
     }

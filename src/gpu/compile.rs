@@ -130,12 +130,7 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     let is_by_tree = key.spheres == Finding::Tree;
     // The host has made the numbers for rays from one point.
     let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
-    let has_near_filter = key.spheres != Finding::ListedFar && key.bundle != Bundle::Parallel;
-    let has_far_filter = match key.spheres {
-        Finding::Listed | Finding::Tree => false,
-        Finding::ListedFar => key.n_spheres > 0,
-        Finding::Hierarchy => key.bundle == Bundle::Point,
-    };
+    let has_far_filter = is_by_hierarchy && key.bundle == Bundle::Point;
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
@@ -149,7 +144,6 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
         (key.kernel.about().float == Float::F64, "double"),
         (key.kernel == Kernel::Certified, "certified"),
         (key.n_spheres > 0 || is_by_tree, "sphere_filter"),
-        (has_near_filter, "near"),
         (has_far_filter, "far"),
         (is_by_hierarchy, "hierarchy"),
         (is_by_tree, "tree"),

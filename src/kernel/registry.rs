@@ -104,12 +104,12 @@ impl Objects {
 
     /// Does `work` with the kernel's twin for rays that lie so. `near` is that of
     /// [`Prepared`](crate::prepare::Prepared).
-    pub(crate) fn with_twin<W: WithTwin>(&self, bundle: Bundle, near: bool, work: W) -> W::Output {
+    pub(crate) fn with_twin<W: WithTwin>(&self, bundle: Bundle, work: W) -> W::Output {
         match self {
             Objects::Lecture(lists) => lecture::with_twin(lists, work),
             Objects::Stable(lists) => relative::with_twin(lists, bundle, work),
             Objects::Double(lists) => relative::with_twin(lists, bundle, work),
-            Objects::Certified(lists) => certified::with_twin(lists, bundle, near, work),
+            Objects::Certified(lists) => certified::with_twin(lists, bundle, work),
         }
     }
 }

@@ -22,12 +22,11 @@ const MOST_OPEN: f64 = 0.5;
 /// the other. Only the CPU's f32 is asked, so that all devices begin in the same stage.
 pub(super) fn is_left_open(
     objects: &Objects,
-    near: bool,
     coordinates: &Coordinates,
     rays: &Rays,
     bundle: Bundle,
 ) -> bool {
-    objects.with_twin(bundle, near, ShareOpen { coordinates, rays }) > MOST_OPEN
+    objects.with_twin(bundle, ShareOpen { coordinates, rays }) > MOST_OPEN
 }
 
 /// The share of the tried rays that are left open.

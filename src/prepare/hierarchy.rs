@@ -460,7 +460,7 @@ mod tests {
             let position = DVec3::new(2.0, 0.1, 0.3 * f64::from(step));
             let view = View::new(&Camera::new(position, DVec3::ZERO));
             let rays = Rays::Pixels(Pixels::whole(view, 97, 41));
-            let frame = Frame::new(&rays, position, &scene);
+            let frame = Frame::new(&rays, position);
             Hierarchy::new(&frame, &rays, &scene, old, &control).unwrap()
         };
         let bytes = |hierarchy: &Hierarchy| {
@@ -509,8 +509,7 @@ mod tests {
             spheres[7].center *= 1e30;
             spheres[8].radius = 1e25;
             spheres[9].radius = 0.0;
-            let scene = Scene { spheres: spheres.clone().into(), ..Scene::default() };
-            let frame = Frame::new(&rays, camera.position, &scene);
+            let frame = Frame::new(&rays, camera.position);
             let alone = look(&frame, &pixels, &spheres, false);
             let mut side_by_side = look(&frame, &pixels, &spheres, true);
             assert!(is_same(&alone, &side_by_side), "{projection:?}");

@@ -30,21 +30,14 @@ const STDIN_IN_WORDS: &str = "standard input";
 
 /// Reads the rays of an `.npy` file: shape (N, 6), float64 or float32, C or Fortran order, either
 /// byte order; [`STDIN`] is standard input. A row is an origin in world units and a direction of any
-/// length but zero.
+/// length but zero. `control` counts the bytes and can stop the reading.
 ///
 /// # Errors
 /// [`Error::Io`] when the file can't be read. [`Error::Input`] when it has another shape or type,
 /// is cut off, or has a row (counted from 0) with a number that is not finite or with a zero
 /// direction. [`Error::TooLarge`] when the rays don't fit the memory.
-pub fn read_rays(path: &Path) -> Result<Vec<Ray>> {
-    read_rays_with(path, &Control::default())
-}
-
-/// As [`read_rays`]; `control` counts the bytes and can stop the reading.
-///
-/// # Errors
-/// [`Error::Interrupted`] as well.
-pub fn read_rays_with(path: &Path, control: &Control) -> Result<Vec<Ray>> {
+/// [`Error::Interrupted`].
+pub fn read_rays(path: &Path, control: &Control) -> Result<Vec<Ray>> {
     read(path, control).map_err(|error| control.check().err().unwrap_or(error))
 }
 

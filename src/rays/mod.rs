@@ -7,7 +7,7 @@ use glam::DVec3;
 
 pub use camera::{CameraF32, CameraF64, Lens, Pixels, View};
 pub(crate) use list::look_at_all;
-pub use list::{STDIN, hit_records, read_rays, read_rays_with, write_hits};
+pub use list::{STDIN, hit_records, read_rays, write_hits};
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

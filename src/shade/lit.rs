@@ -223,16 +223,8 @@ pub(super) struct Work<T> {
     in_f64: Scratch<f64, LANES_F64>,
     pixels: Vec<usize>,
     open: Vec<Open>,
-    known: Known<T>,
+    pub known: Known<T>,
     pub counts: StageCounts,
-}
-
-#[cfg(test)]
-impl<T> Work<T> {
-    /// How many kinds of pixels were decided exactly.
-    pub fn n_known(&self) -> usize {
-        self.known.len()
-    }
 }
 
 impl<'a> Certified<'a> {

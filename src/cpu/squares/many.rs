@@ -74,7 +74,7 @@ impl<'a> Many<'a> {
         reach: Reach,
     ) -> Option<Many<'a>> {
         let (seen, scene) = (hierarchy.seen.as_ref()?, &prepared.scene);
-        let frame = Frame::of_squares(pixels, scene, reach)?;
+        let frame = Frame::of_squares(pixels, reach)?;
         let rest = hierarchy.rest.iter().map(|&id| &scene.spheres[id as usize - 1]);
         let lists = frame.objects(scene, rest);
         Some(Many {

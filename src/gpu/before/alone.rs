@@ -26,7 +26,7 @@ pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
         let (mut hits, control) = (Hits::default(), Control::default());
         hits.reset(rays.len(), Wants::default());
         let trace = TraceRays { prepared, rays: &rays, control: &control, hits: &mut hits };
-        prepared.objects.with_twin(prepared.bundle(), prepared.near, trace)?;
+        prepared.objects.with_twin(prepared.bundle(), trace)?;
         return Ok(hits.id);
     }
     let Some((hierarchy, seen)) = hierarchy.and_then(|h| Some((h, h.seen.as_ref()?))) else {

@@ -301,8 +301,6 @@ fn offset<R: Real>(ray: &RayOf<R>, high: [R; 3], low: [R; 3]) -> Vec3<R> {
 
 /// The filter of one bundle of rays, on the records of the device's list.
 pub(crate) trait Filter<R = f32>: Sync {
-    /// True for [`far_nearness`], whose lower bounds still lack a factor.
-    const IS_FAR: bool = false;
     /// A sphere.
     fn sphere_nearness(
         ray: &RayOf<R>,
@@ -317,9 +315,6 @@ pub(crate) trait Filter<R = f32>: Sync {
     ) -> Nearness<R>;
 }
 
-/// Rays from the reference point, far from all spheres.
-pub(crate) struct FarFilter;
-
 /// Rays from the reference point.
 pub(crate) struct PointFilter;
 
@@ -328,26 +323,6 @@ pub(crate) struct ParallelFilter;
 
 /// Any rays.
 pub(crate) struct FreeFilter;
-
-impl<R: Real> Filter<R> for FarFilter {
-    const IS_FAR: bool = true;
-
-    #[inline(always)]
-    fn sphere_nearness(
-        ray: &RayOf<R>,
-        sphere: &SphereCertified<R>,
-        _: &Widening<R>,
-    ) -> Nearness<R> {
-        let &SphereCertified { center, inner2, outer2, q_high_or_r2, .. } = sphere;
-        far_nearness(ray, Vec3(center), inner2, outer2, q_high_or_r2)
-    }
-
-    #[inline(always)]
-    fn plane_nearness(ray: &RayOf<R>, plane: &PlaneCertified<R>, _: &Widening<R>) -> Nearness<R> {
-        let q = Nearness { low: plane.q_low, high: plane.q_high };
-        plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
-    }
-}
 
 impl<R: Real> Filter<R> for PointFilter {
     #[inline(always)]
@@ -365,12 +340,9 @@ impl<R: Real> Filter<R> for PointFilter {
     }
 
     #[inline(always)]
-    fn plane_nearness(
-        ray: &RayOf<R>,
-        plane: &PlaneCertified<R>,
-        widening: &Widening<R>,
-    ) -> Nearness<R> {
-        FarFilter::plane_nearness(ray, plane, widening)
+    fn plane_nearness(ray: &RayOf<R>, plane: &PlaneCertified<R>, _: &Widening<R>) -> Nearness<R> {
+        let q = Nearness { low: plane.q_low, high: plane.q_high };
+        plane_nearness(ray, dot3(ray.direction, Vec3(plane.normal)), plane.direction_error, q)
     }
 }
 
@@ -433,9 +405,6 @@ pub(crate) fn nearest_listed<R: Real, F: Filter<R>>(
     let mut nearest = Nearest::NONE;
     for (i, sphere) in spheres.iter().enumerate() {
         nearest = nearest.nearer(F::sphere_nearness(ray, sphere, widening), sphere_id(i as u32));
-    }
-    if F::IS_FAR {
-        nearest.low *= widening.far_narrower;
     }
     for (i, plane) in planes.iter().enumerate() {
         let root = F::plane_nearness(ray, plane, widening);

@@ -3,14 +3,13 @@
 use bytemuck::Zeroable;
 use glam::DVec3;
 
-use super::FEW_SPHERES;
 use super::records::{PlaneCertified, SphereCertified, SphereFar};
 use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
 use crate::kernel::coordinates::{Scaled, split};
 use crate::num::{Mask, Real, V3};
-use crate::rays::{Bundle, Lens, Pixels, Ray, Rays, look_at_all};
+use crate::rays::{Bundle, Pixels, Ray, Rays, look_at_all};
 use crate::scene::{Plane, Scene, Sphere};
 
 /// All objects of a scene, for these rays.
@@ -19,7 +18,7 @@ pub fn objects(
     rays: &Rays,
     reference: DVec3,
 ) -> Lists<SphereCertified, PlaneCertified> {
-    Frame::new(rays, reference, scene).objects(scene, scene.spheres.iter())
+    Frame::new(rays, reference).objects(scene, scene.spheres.iter())
 }
 
 /// Largest distance of an origin from the reference point.
@@ -65,8 +64,6 @@ pub struct Frame {
     reach: Reach,
     /// True where the bounds hold for these rays at all.
     pub in_range: bool,
-    /// True where a ray may start in, on or close to a sphere.
-    pub near: bool,
 }
 
 /// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
@@ -83,27 +80,18 @@ const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
 
 impl Frame {
     /// The frame of these rays, in which a scene stands.
-    pub fn new(rays: &Rays, reference: DVec3, scene: &Scene) -> Frame {
-        let bundle = rays.bundle();
+    pub fn new(rays: &Rays, reference: DVec3) -> Frame {
         match rays {
             Rays::Pixels(pixels) => {
                 let farthest_origin = pixels.spread();
-                let frame = Frame {
-                    bundle,
+                Frame {
+                    bundle: rays.bundle(),
                     reference,
                     farthest_origin,
                     input: guard::input_of(pixels.view.lens),
                     reach: Reach::default(),
                     in_range: pixels.is_in_range() && farthest_origin <= guard::LARGEST_F32,
-                    near: false,
-                };
-                if pixels.view.lens == Lens::Orthographic {
-                    return frame;
                 }
-                let longest = pixels.longest_direction();
-                let near = scene.spheres.len() > FEW_SPHERES
-                    || scene.spheres.iter().any(|sphere| !frame.is_far(sphere, longest));
-                Frame { near, ..frame }
             }
             Rays::List(rays) => Frame::of_list(reference, farthest_origin(rays, reference)),
         }
@@ -118,16 +106,15 @@ impl Frame {
             input: guard::LIST,
             reach: Reach::default(),
             in_range: farthest_origin <= guard::LARGEST_F32,
-            near: true,
         }
     }
 
     /// The frame of squares of a picture's pixels, of which the ray of the middle stands for all within `reach`;
     /// `None` where that is too far.
-    pub fn of_squares(pixels: &Pixels, scene: &Scene, reach: Reach) -> Option<Frame> {
-        let frame = Frame::new(&Rays::Pixels(*pixels), pixels.view.position, scene);
+    pub fn of_squares(pixels: &Pixels, reach: Reach) -> Option<Frame> {
+        let frame = Frame::new(&Rays::Pixels(*pixels), pixels.view.position);
         let is_small = frame.in_range && reach.turned <= guard::LARGEST_TURN;
-        is_small.then_some(Frame { near: true, reach, ..frame })
+        is_small.then_some(Frame { reach, ..frame })
     }
 
     /// Some spheres of a scene, and its planes.
@@ -142,8 +129,7 @@ impl Frame {
         }
     }
 
-    /// True where the lean filter suits a sphere; one that is out of range needs the full one, where
-    /// its slack can say so.
+    /// True where the lean filter of a picture's tree suits a sphere.
     fn is_far(&self, sphere: &Sphere, longest: f64) -> bool {
         let r = sphere.radius.abs();
         let l = sphere.center - self.reference;
@@ -235,8 +221,7 @@ impl Frame {
         )
         .round_to_f32();
         let (q_low, q_high_or_r2) = match self.bundle {
-            Bundle::Point if self.near => guard::inverse_f32(k_or_r2),
-            Bundle::Point => (0.0, guard::far_inverse_f32(k_or_r2)),
+            Bundle::Point => guard::inverse_f32(k_or_r2),
             Bundle::Parallel => (0.0, 0.0),
             Bundle::Free => (0.0, k_or_r2 as f32),
         };

@@ -19,8 +19,7 @@ pub struct SphereCertified<R = f32> {
     /// Pixels: lower bound of the magnitude of `q = 1/k`, with the sign of `k = l·l − r²`; 0 on
     /// the surface.
     pub q_low: R,
-    /// Pixels: the same, upper bound; where all spheres are far, the slack is in it. Lists, which
-    /// have no `k` beforehand: `r²`.
+    /// Pixels: the same, upper bound. Lists, which have no `k` beforehand: `r²`.
     pub q_high_or_r2: R,
     /// Lists: [`crate::guard::Guard::k_error`].
     pub k_error: R,

@@ -2,9 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::filter::{
-    FarFilter, Filter, FreeFilter, ParallelFilter, PointFilter, Widening, nearest_listed,
-};
+use super::filter::{Filter, FreeFilter, ParallelFilter, PointFilter, Widening, nearest_listed};
 use super::records::{PlaneCertified, SphereCertified};
 use crate::guard;
 use crate::kernel::twin::{Twin, WithTwin};
@@ -53,12 +51,10 @@ impl<F: Filter> Twin for Certified<'_, F> {
 pub fn with_twin<W: WithTwin>(
     lists: &Lists<SphereCertified, PlaneCertified>,
     bundle: Bundle,
-    near: bool,
     work: W,
 ) -> W::Output {
     match bundle {
-        Bundle::Point if near => with::<PointFilter, W>(lists, work),
-        Bundle::Point => with::<FarFilter, W>(lists, work),
+        Bundle::Point => with::<PointFilter, W>(lists, work),
         Bundle::Parallel => with::<ParallelFilter, W>(lists, work),
         Bundle::Free => with::<FreeFilter, W>(lists, work),
     }
