@@ -1,11 +1,10 @@
 //! Output files that appear whole or not at all, and last of all.
 
-use std::collections::BTreeSet;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
@@ -17,47 +16,27 @@ use crate::system;
 /// A file under construction. [`commit`] puts it in its place; dropped before that, it leaves no
 /// trace and the old file as it was.
 ///
-/// It is written in the folder of its target without a name, or where the file system doesn't know
-/// such files (`O_TMPFILE`) under a hidden one, and renamed at the end. A target that exists and is
-/// not a regular file (a pipe, `/dev/null`) is written to directly, as is standard output. Symbolic
-/// links stay, also those that lead to no file yet: it is made where they lead. The permissions of
-/// the old file stay; a new one has those that the umask leaves.
+/// It is written under a hidden name in the folder of its target, and renamed at the end. A target
+/// that exists and is not a regular file (a pipe, `/dev/null`) is written to directly, as is standard
+/// output. Symbolic links stay, also those that lead to no file yet: it is made where they lead. The
+/// permissions of the old file stay; a new one has those that the umask leaves.
 ///
 /// # What is not promised
 /// There is no `fsync`: after a power failure the file may be lost. That is the system's usual
 /// bargain for files that can be made again, and a render loop would pay for it at each picture.
-/// Other hard links to the old file keep the old content.
-///
-/// A killed process leaves nothing behind but hidden files, where it is killed between naming and
-/// renaming or where files must have a name from their start. The next process that begins a file in
-/// that folder removes them.
+/// Other hard links to the old file keep the old content. A killed process leaves its hidden files.
 pub struct OutputFile {
     path: PathBuf,
     place: Place,
 }
 
 enum Place {
-    /// Renamed to its target at the end.
-    Beside(Beside),
+    /// In the folder of its target, where it is renamed to at the end.
+    Beside { file: BufWriter<File>, name: TempPath, target: PathBuf },
     /// Goes straight to its target.
     Stream(BufWriter<Box<dyn Write + Send>>),
     /// Collected first, because the target can't seek, and copied to it at the end.
     Spool(BufWriter<File>, Box<dyn Write + Send>),
-}
-
-/// A file in the folder of its target.
-struct Beside {
-    file: BufWriter<File>,
-    /// `None` while it has none.
-    name: Option<HiddenName>,
-    target: PathBuf,
-}
-
-/// A whole file under a hidden name, open for its lock.
-struct Named {
-    name: HiddenName,
-    target: PathBuf,
-    _file: BufWriter<File>,
 }
 
 impl OutputFile {
@@ -87,8 +66,9 @@ impl OutputFile {
     }
 }
 
-/// Completes the outputs of one piece of work: from now on they are at their paths. What can fail or
-/// take long comes first, for all of them, then [`Control::commit`], then the renaming.
+/// Completes the outputs of one piece of work: from now on they are at their paths, in this order, so
+/// that data come before the scene that names them. What can fail or take long comes first, for all of
+/// them, then [`Control::commit`], then the renaming.
 ///
 /// # Errors
 /// [`Error::Interrupted`] when `control` was cancelled, and [`Error::Io`] that names the path. All old
@@ -96,96 +76,28 @@ impl OutputFile {
 pub fn commit(files: impl IntoIterator<Item = OutputFile>, control: &Control) -> Result<()> {
     let mut written = Vec::new();
     for OutputFile { path, place } in files {
-        if let Some(beside) = place.end().map_err(Error::io(&path))? {
-            written.push((path, beside));
+        if let Some((name, target)) = place.end().map_err(Error::io(&path))? {
+            written.push((path, name, target));
         }
     }
     control.commit()?;
-    let mut named = Vec::new();
-    for (path, beside) in written {
-        let name = beside.named().map_err(Error::io(&path))?;
-        named.push((path, name));
+    let mut changed: Vec<String> = Vec::new();
+    for (path, name, target) in written {
+        let hidden = name.to_path_buf();
+        name.persist(target).map_err(|failed| {
+            let error = match changed.as_slice() {
+                [] => failed.error,
+                changed => {
+                    let changed = changed.join(", ");
+                    io::Error::other(format!("{}; {changed} changed already", failed.error))
+                }
+            };
+            Error::io(&path)(error)
+        })?;
+        unfinished().retain(|path| *path != hidden);
+        changed.push(path.shown());
     }
-    let mut changed = Changed::default();
-    named.into_iter().try_for_each(|(path, file)| changed.put_in_place(&path, file))
-}
-
-/// As [`commit`], of data and a scene that names them, which are one state: a process that is killed
-/// amid it leaves a scene with its own data, the old one or the new one.
-///
-/// Two files can't be renamed at once. Where both are there already, the data get a second name beside the
-/// scene, as `SCENE.toml.kugelblitz-a1B2c3.npy`. `write` writes a scene that has the data there; it is put
-/// in the place of the old one, then the data, then `scene`, and the second name goes. What a killed
-/// process left of it, the next that comes to its end removes.
-///
-/// # Errors
-/// As [`commit`]; and those of `write`.
-pub fn commit_with_scene(
-    data: OutputFile,
-    scene: OutputFile,
-    write: impl FnOnce(&mut OutputFile, &Path) -> Result<()>,
-    control: &Control,
-) -> Result<()> {
-    if !data.replaces_a_file() || !scene.replaces_a_file() {
-        return commit([data, scene], control);
-    }
-    let (data_path, scene_path) = (data.path.clone(), scene.path.clone());
-    let Some(data) = data.named()? else { return commit([scene], control) };
-    // Of both its names, to the end: another process that comes to its end here removes neither.
-    let _lock = data._file.get_ref().try_clone();
-    let (prefix, suffix) = second_names(&scene_path, &data_path);
-    let second = HiddenName::second(&data.name.0, folder_of(&scene_path), &prefix, &suffix);
-    let mut second = second.map_err(Error::io(&data_path))?;
-    let mut aside = OutputFile::create(&scene_path, false)?;
-    write(&mut aside, &second.0)?;
-    let (Some(aside), Some(scene)) = (aside.named()?, scene.named()?) else { return Ok(()) };
-    control.commit()?;
-
-    let mut changed = Changed::default();
-    second.forget();
-    changed.put_in_place(&scene_path, aside)?;
-    // From here on, the second name is needed.
-    second.0.disable_cleanup(true);
-    changed.put_in_place(&data_path, data)?;
-    changed.put_in_place(&scene_path, scene)?;
-    let _ = fs::remove_file(&second.0);
-    remove_dead(folder_of(&scene_path), &prefix, &suffix);
     Ok(())
-}
-
-/// What second names of data begin and end with, which no other scene's have.
-fn second_names(scene: &Path, data: &Path) -> (String, String) {
-    let name = |name: Option<&OsStr>| name.unwrap_or_default().to_string_lossy().into_owned();
-    let (scene, ending) = (name(scene.file_name()), name(data.extension()));
-    (format!("{scene}.kugelblitz-"), format!(".{ending}"))
-}
-
-/// The outputs that are in their places.
-#[derive(Default)]
-struct Changed(Vec<String>);
-
-impl Changed {
-    fn put_in_place(&mut self, path: &Path, Named { name, target, _file }: Named) -> Result<()> {
-        let renamed = name.rename(&target).map_err(|error| match self.0.as_slice() {
-            [] => error,
-            changed => io::Error::other(format!("{error}; {} changed already", changed.join(", "))),
-        });
-        self.0.push(path.shown());
-        renamed.map_err(Error::io(path))
-    }
-}
-
-impl OutputFile {
-    /// True where a file will be renamed over another.
-    fn replaces_a_file(&self) -> bool {
-        matches!(&self.place, Place::Beside(Beside { target, .. }) if target.exists())
-    }
-
-    /// Writes out what is left. A file that is then to be renamed is returned under its hidden name.
-    fn named(self) -> Result<Option<Named>> {
-        let beside = self.place.end().map_err(Error::io(&self.path))?;
-        beside.map(Beside::named).transpose().map_err(Error::io(&self.path))
-    }
 }
 
 impl Place {
@@ -212,18 +124,15 @@ impl Place {
                 format!("there is no folder {}; make it first", folder.shown()),
             ));
         }
-        remove_dead_once(folder);
-        let (file, name) = match system::unnamed(folder) {
-            Ok(file) => (file, None),
-            Err(_) => {
-                let (file, name) = HiddenName::of_new_file(folder)?;
-                (file, Some(name))
-            }
-        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX).suffix(".tmp");
+        system::like_ordinary_files(&mut builder);
+        let (file, name) = builder.tempfile_in(folder).map_err(|e| io_cause(&e))?.into_parts();
+        unfinished().push(name.to_path_buf());
         if let Some(old) = old {
             system::keep_permissions(&file, &old)?;
         }
-        Ok(Place::Beside(Beside { file: BufWriter::new(file), name, target }))
+        Ok(Place::Beside { file: BufWriter::new(file), name, target })
     }
 
     fn direct(target: Box<dyn Write + Send>, needs_seek: bool) -> io::Result<Place> {
@@ -244,17 +153,17 @@ impl Place {
 
     fn sink(&mut self) -> &mut dyn Write {
         match self {
-            Place::Beside(Beside { file, .. }) | Place::Spool(file, _) => file,
+            Place::Beside { file, .. } | Place::Spool(file, _) => file,
             Place::Stream(stream) => stream,
         }
     }
 
-    /// Writes out what is left. A file that is then to be renamed is returned.
-    fn end(self) -> io::Result<Option<Beside>> {
+    /// Writes out what is left. The name of a file that is then to be renamed is returned, and what to.
+    fn end(self) -> io::Result<Option<(TempPath, PathBuf)>> {
         match self {
-            Place::Beside(mut beside) => {
-                beside.file.flush()?;
-                Ok(Some(beside))
+            Place::Beside { mut file, name, target } => {
+                file.flush()?;
+                Ok(Some((name, target)))
             }
             Place::Stream(mut stream) => stream.flush().map(|()| None),
             Place::Spool(buffered, mut target) => {
@@ -264,16 +173,6 @@ impl Place {
                 target.flush().map(|()| None)
             }
         }
-    }
-}
-
-impl Beside {
-    fn named(self) -> io::Result<Named> {
-        let name = match self.name {
-            Some(name) => name,
-            None => HiddenName::of_unnamed(self.file.get_ref(), folder_of(&self.target))?,
-        };
-        Ok(Named { name, target: self.target, _file: self.file })
     }
 }
 
@@ -295,133 +194,19 @@ fn end_of_links(path: &Path) -> PathBuf {
 }
 
 const PREFIX: &str = ".kugelblitz-";
-const SUFFIX: &str = ".tmp";
 
-/// Letters and digits between the two, drawn at random.
-const N_RANDOM: usize = 6;
-
-fn builder<'a>(prefix: &'a str, suffix: &'a str) -> tempfile::Builder<'a, 'a> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix).suffix(suffix).rand_bytes(N_RANDOM);
-    system::like_ordinary_files(&mut builder);
-    builder
-}
-
-/// The name of a file that is not in its place yet. Dropped, it removes the file.
-struct HiddenName(TempPath);
-
-/// The files that have a name before they are whole, for [`remove_unfinished`].
+/// Hidden names of files that are not in their places, for [`remove_unfinished`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-impl HiddenName {
-    /// A new file in `folder`, locked as long as it is open, so that [`remove_dead`] leaves it.
-    fn of_new_file(folder: &Path) -> io::Result<(File, HiddenName)> {
-        loop {
-            let made = builder(PREFIX, SUFFIX).tempfile_in(folder).map_err(|e| io_cause(&e))?;
-            let (file, path) = made.into_parts();
-            let name = HiddenName::new(path);
-            // Some file systems have no locks, and there nothing is removed.
-            let _ = file.lock();
-            // Removed before it was locked?
-            if system::has_name(&file)? {
-                return Ok((file, name));
-            }
-        }
-    }
-
-    fn of_unnamed(file: &File, folder: &Path) -> io::Result<HiddenName> {
-        // As in `of_new_file`.
-        let _ = file.lock();
-        HiddenName::made(folder, PREFIX, SUFFIX, |path| system::name(file, path))
-    }
-
-    /// A second name of a file, also in the folder of another file system.
-    fn second(file: &Path, folder: &Path, prefix: &str, suffix: &str) -> io::Result<HiddenName> {
-        HiddenName::made(folder, prefix, suffix, |path| match fs::hard_link(file, path) {
-            Ok(()) => Ok(()),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
-            Err(_) => {
-                let mut copy = File::create_new(path)?;
-                io::copy(&mut File::open(file)?, &mut copy).map(drop)
-            }
-        })
-    }
-
-    fn made(
-        folder: &Path,
-        prefix: &str,
-        suffix: &str,
-        make: impl FnMut(&Path) -> io::Result<()>,
-    ) -> io::Result<HiddenName> {
-        let made = builder(prefix, suffix).make_in(folder, make).map_err(|e| io_cause(&e))?;
-        Ok(HiddenName::new(made.into_temp_path()))
-    }
-
-    fn new(path: TempPath) -> HiddenName {
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
-        HiddenName(path)
-    }
-
-    /// Leaves the file to its owner, whatever becomes of the process.
-    fn forget(&self) {
-        let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-        unfinished.retain(|path| **path != *self.0);
-    }
-
-    /// Puts the file in the place of `target`, whatever was there.
-    fn rename(self, target: &Path) -> io::Result<()> {
-        fs::rename(&self.0, target)
-        // Dropped, it finds nothing to remove any more.
-    }
-}
-
-impl Drop for HiddenName {
-    fn drop(&mut self) {
-        self.forget();
-    }
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Removes what this process has begun under hidden names. For a program that ends at once, without
 /// dropping anything; what is not committed then never will be.
 pub fn remove_unfinished() {
-    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+    for path in unfinished().drain(..) {
         let _ = fs::remove_file(path);
-    }
-}
-
-/// The folders that this process has looked at for hidden files.
-static LOOKED_AT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-
-/// Removes the hidden files of ended processes where this one has not looked for them yet: a film of many
-/// frames reads its folder once.
-fn remove_dead_once(folder: &Path) {
-    let Ok(whole) = fs::canonicalize(folder) else { return };
-    if LOOKED_AT.lock().unwrap_or_else(PoisonError::into_inner).insert(whole) {
-        remove_dead(folder, PREFIX, SUFFIX);
-    }
-}
-
-/// Removes the files of ended processes from `folder`: those that nobody holds a lock on and that are
-/// named as by [`builder`].
-fn remove_dead(folder: &Path, prefix: &str, suffix: &str) {
-    let is_random = |part: &str| {
-        part.len() == N_RANDOM && part.bytes().all(|byte| byte.is_ascii_alphanumeric())
-    };
-    let is_ours = |name: &str| {
-        let part = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(suffix));
-        part.is_some_and(is_random)
-    };
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        if !name.to_str().is_some_and(is_ours) || !entry.file_type().is_ok_and(|t| t.is_file()) {
-            continue;
-        }
-        // Held open until it is gone, so that its maker can't have it locked meanwhile.
-        if let Ok(file) = File::open(entry.path())
-            && file.try_lock().is_ok()
-        {
-            let _ = fs::remove_file(entry.path());
-        }
     }
 }
 
@@ -516,7 +301,7 @@ impl Seek for OutputFile {
     /// Fails on a target that can't seek, unless the file was created with `needs_seek`.
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         match &mut self.place {
-            Place::Beside(Beside { file, .. }) | Place::Spool(file, _) => file.seek(position),
+            Place::Beside { file, .. } | Place::Spool(file, _) => file.seek(position),
             Place::Stream(_) => Err(io::ErrorKind::NotSeekable.into()),
         }
     }
@@ -535,143 +320,61 @@ mod tests {
         names
     }
 
-    /// An output as [`OutputFile::create`] gives it, or as it does on other file systems.
-    fn create(path: &Path, has_name: bool) -> OutputFile {
-        if !has_name {
-            return OutputFile::create(path, false).unwrap();
-        }
-        let (file, name) = HiddenName::of_new_file(folder_of(path)).unwrap();
-        let (file, name) = (BufWriter::new(file), Some(name));
-        let place = Place::Beside(Beside { file, name, target: path.into() });
-        OutputFile { path: path.into(), place }
+    fn create(path: &Path) -> OutputFile {
+        OutputFile::create(path, false).unwrap()
     }
 
     #[test]
     fn a_file_appears_whole_or_not_at_all() {
-        for has_name in [false, true] {
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("out.png");
-            fs::write(&path, "old").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.png");
+        fs::write(&path, "old").unwrap();
 
-            let mut dropped = create(&path, has_name);
-            dropped.write_all(b"half of the n").unwrap();
-            dropped.flush().unwrap();
-            assert_eq!(fs::read(&path).unwrap(), b"old");
-            drop(dropped);
-            assert_eq!(fs::read(&path).unwrap(), b"old");
-            assert_eq!(names(folder.path()), ["out.png"]);
+        let mut dropped = create(&path);
+        dropped.write_all(b"half of the n").unwrap();
+        dropped.flush().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        drop(dropped);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["out.png"]);
 
-            let (cancelled, control) = (Control::default(), Control::default());
-            cancelled.cancel();
-            let error = commit([create(&path, has_name)], &cancelled).unwrap_err();
-            assert!(matches!(error, Error::Interrupted));
-            assert_eq!(fs::read(&path).unwrap(), b"old");
-            assert_eq!(names(folder.path()), ["out.png"]);
+        let (cancelled, control) = (Control::default(), Control::default());
+        cancelled.cancel();
+        let error = commit([create(&path)], &cancelled).unwrap_err();
+        assert!(matches!(error, Error::Interrupted));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["out.png"]);
 
-            let mut whole = create(&path, has_name);
-            whole.write_all(b"new").unwrap();
-            assert_eq!(fs::read(&path).unwrap(), b"old");
-            commit([whole], &control).unwrap();
-            assert_eq!(fs::read(&path).unwrap(), b"new");
-            assert_eq!(names(folder.path()), ["out.png"]);
-        }
+        let mut whole = create(&path);
+        whole.write_all(b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        commit([whole], &control).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(folder.path()), ["out.png"]);
     }
 
     /// The folder that one of the targets would go to vanishes meanwhile.
     #[test]
     fn a_failure_amid_renaming_tells_what_was_changed() {
-        for has_name in [false, true] {
-            let folder = tempfile::tempdir().unwrap();
-            let at = |name: &str| folder.path().join(name);
-            let files = ["a", "b", "c"].map(|name| create(&at(name), has_name));
-            fs::create_dir_all(at("b/full")).unwrap();
-            let error = commit(files, &Control::default()).unwrap_err();
-            assert!(matches!(&error, Error::Io { path, .. } if *path == at("b")), "{error}");
-            let changed = format!("{} changed already", at("a").shown());
-            assert!(error.to_string().contains(&changed), "{error}");
-            assert_eq!(names(folder.path()), ["a", "b"]);
-        }
-    }
-
-    /// As above, of two that belong together: where the data can't be put in their place, the scene that is
-    /// there names them elsewhere.
-    #[test]
-    fn a_scene_has_its_data_where_these_have_no_place() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        fs::write(at("s.toml"), "old").unwrap();
-        fs::write(at("c.npy"), "old").unwrap();
-        let [mut data, mut scene] = ["c.npy", "s.toml"].map(|name| create(&at(name), false));
-        data.write_all(b"new").unwrap();
-        scene.write_all(b"c.npy").unwrap();
-        fs::remove_file(at("c.npy")).unwrap();
-        fs::create_dir_all(at("c.npy/full")).unwrap();
-        let write = |file: &mut OutputFile, data: &Path| {
-            write!(file, "{}", data.display()).map_err(Error::io("s.toml"))
-        };
-        let error = commit_with_scene(data, scene, write, &Control::default()).unwrap_err();
-        assert!(error.to_string().contains("s.toml changed already"), "{error}");
-        let named = fs::read_to_string(at("s.toml")).unwrap();
-        assert!(named.contains("s.toml.kugelblitz-"), "{named}");
-        assert_eq!(fs::read(named).unwrap(), b"new");
-        assert_eq!(names(folder.path()).len(), 3);
-
-        // Interrupted, it leaves all as it was; done, nothing else.
-        fs::remove_dir_all(at("c.npy")).unwrap();
-        fs::write(at("c.npy"), "old").unwrap();
-        let before = names(folder.path());
-        let control = Control::default();
-        for is_cancelled in [true, false] {
-            let [mut data, scene] = ["c.npy", "s.toml"].map(|name| create(&at(name), false));
-            data.write_all(b"newer").unwrap();
-            let cancelled = Control::default();
-            cancelled.cancel();
-            let control = if is_cancelled { &cancelled } else { &control };
-            let done = commit_with_scene(data, scene, write, control);
-            assert_eq!(done.is_err(), is_cancelled);
-            let expected = if is_cancelled { &before[..] } else { &before[..1] };
-            assert!(names(folder.path()).starts_with(expected));
-            assert_eq!(names(folder.path()).len(), if is_cancelled { 3 } else { 2 });
-            assert_eq!(
-                fs::read(at("c.npy")).unwrap(),
-                if is_cancelled { "old" } else { "newer" }.as_bytes()
-            );
-        }
+        let files = ["a", "b", "c"].map(|name| create(&at(name)));
+        fs::create_dir_all(at("b/full")).unwrap();
+        let error = commit(files, &Control::default()).unwrap_err();
+        assert!(matches!(&error, Error::Io { path, .. } if *path == at("b")), "{error}");
+        let changed = format!("{} changed already", at("a").shown());
+        assert!(error.to_string().contains(&changed), "{error}");
+        assert_eq!(names(folder.path()), ["a", "b"]);
     }
 
     #[test]
-    fn hidden_files_of_the_dead_are_removed_and_those_of_the_living_are_not() {
+    fn what_is_begun_is_known_until_it_is_in_its_place() {
         let folder = tempfile::tempdir().unwrap();
-        let dead = folder.path().join(".kugelblitz-Ab12Cd.tmp");
-        fs::write(&dead, "half").unwrap();
-        for kept in [".kugelblitz-kept", ".kugelblitz-my notes.tmp", ".kugelblitz-Ab12C.tmp"] {
-            fs::write(folder.path().join(kept), "no output").unwrap();
-        }
-        let (_file, living) = HiddenName::of_new_file(folder.path()).unwrap();
-        let named = match create(&folder.path().join("a"), false).named().unwrap() {
-            Some(named) => named,
-            None => panic!("a file is renamed"),
-        };
-        remove_dead(folder.path(), PREFIX, SUFFIX);
-        assert!(!dead.exists());
-        assert!(living.0.exists() && named.name.0.exists());
-        assert_eq!(names(folder.path()).len(), 5);
-    }
-
-    #[test]
-    fn an_end_without_dropping_removes_what_was_begun() {
-        let folder = tempfile::tempdir().unwrap();
-        let (_file, name) = HiddenName::of_new_file(folder.path()).unwrap();
-        let other = tempfile::tempdir().unwrap();
-        std::mem::forget(name);
-        // Not `remove_unfinished`, which would remove the files of other tests.
-        let mut unfinished = UNFINISHED.lock().unwrap();
-        assert!(unfinished.iter().any(|path| path.starts_with(folder.path())));
-        unfinished.retain(|path| !path.starts_with(folder.path()));
-        drop(unfinished);
-        drop(create(&other.path().join("x"), true));
-        let unfinished = UNFINISHED.lock().unwrap();
-        assert!(!unfinished.iter().any(|path| path.starts_with(other.path())));
+        let is_known = || unfinished().iter().any(|path| path.starts_with(folder.path()));
+        let file = create(&folder.path().join("x"));
+        assert!(is_known());
+        commit([file], &Control::default()).unwrap();
+        assert!(!is_known());
     }
 
     #[test]
@@ -689,17 +392,14 @@ mod tests {
     fn a_full_disk_names_the_output_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.png");
-        for has_name in [false, true] {
-            let mut file = create(&path, has_name);
-            let Place::Beside(beside) = &mut file.place else { panic!() };
-            let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
-            beside.file = BufWriter::new(full);
-            file.write_all(b"no room").unwrap();
-            let error = commit([file], &Control::default()).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{}: No space left", path.shown())), "{error}");
-            assert!(!error.contains(PREFIX), "{error}");
-            assert!(names(folder.path()).is_empty());
-        }
+        let mut output = create(&path);
+        let Place::Beside { file, .. } = &mut output.place else { panic!() };
+        *file = BufWriter::new(OpenOptions::new().write(true).open("/dev/full").unwrap());
+        output.write_all(b"no room").unwrap();
+        let error = commit([output], &Control::default()).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{}: No space left", path.shown())), "{error}");
+        assert!(!error.contains(PREFIX), "{error}");
+        assert!(names(folder.path()).is_empty());
     }
 
     #[cfg(target_os = "linux")]

@@ -61,13 +61,7 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
         };
         print_summary("generate", &summary)?;
     }
-    match scene {
-        None => output::commit([file], &run.control),
-        Some(scene) => {
-            let write = |scene: &mut OutputFile, cloud: &Path| write_scene(scene, cloud, &recipe);
-            output::commit_with_scene(file, scene, write, &run.control)
-        }
-    }?;
+    output::commit([file].into_iter().chain(scene), &run.control)?;
     args.talk.say(&format!(
         "{}: {}, {}, seed {seed}, in {}",
         name(&args.output),

@@ -23,7 +23,7 @@ const ROWS_AT_ONCE: usize = 1 << 16;
 
 impl Scene {
     /// Writes the scene into a `.toml` file and, if it has many spheres, those without a name into an
-    /// `.npy` file of the same stem beside it, by [`output::commit_with_scene`]. Read again, it is the same
+    /// `.npy` file of the same stem beside it, which is in its place first. Read again, it is the same
     /// scene: all numbers have all their digits.
     ///
     /// # Errors
@@ -40,22 +40,16 @@ impl Scene {
         let cloud = cloud_path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
             Error::Usage(format!("{}: a scene can name only a file in UTF-8", path.shown()))
         })?;
-        let write = |file: &mut OutputFile, cloud: Option<&str>| {
-            let text = self.text(n_single, cloud);
-            file.write_all(text.as_bytes()).map_err(Error::io(path))
-        };
+        let has_cloud = n_single < self.spheres.len();
+        let text = self.text(n_single, has_cloud.then_some(cloud));
         let mut file = OutputFile::create(path, false)?;
-        if n_single == self.spheres.len() {
-            write(&mut file, None)?;
+        file.write_all(text.as_bytes()).map_err(Error::io(path))?;
+        if !has_cloud {
             return output::commit([file], control);
         }
-        write(&mut file, Some(cloud))?;
         let mut data = OutputFile::create(&cloud_path, false)?;
         self.write_cloud(n_single, &mut data, control)?;
-        let write = |file: &mut OutputFile, cloud: &Path| {
-            write(file, cloud.file_name().and_then(|name| name.to_str()))
-        };
-        output::commit_with_scene(data, file, write, control)
+        output::commit([data, file], control)
     }
 
     /// All of a few, else those up to the last one with a name, as ids follow the order.

@@ -2,49 +2,20 @@
 
 use std::fs::{File, Metadata, OpenOptions, Permissions};
 use std::io;
-use std::os::fd::{AsFd, AsRawFd};
+use std::os::fd::AsFd;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, fchown};
 use std::path::Path;
 
-use rustix::fs::{AtFlags, CWD, OFlags};
+use rustix::fs::OFlags;
 use rustix::process::{Resource, getrlimit};
 
 /// The permissions of a new file, before the umask takes its part.
 const NEW_FILE: u32 = 0o666;
 
-const SELF_FD: &str = "/proc/self/fd";
-
 /// Temporary files are private by default; this gives those of `builder` the permissions of ordinary
 /// files.
 pub fn like_ordinary_files(builder: &mut tempfile::Builder) {
     builder.permissions(Permissions::from_mode(NEW_FILE));
-}
-
-/// A new file in `folder` that vanishes with the process unless [`name`] gives it a name.
-#[cfg(target_os = "linux")]
-pub fn unnamed(folder: &Path) -> io::Result<File> {
-    use rustix::fs::Mode;
-    // It gets its name through this folder.
-    std::fs::metadata(SELF_FD)?;
-    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
-    Ok(File::from(rustix::fs::open(folder, flags, Mode::from_raw_mode(NEW_FILE))?))
-}
-
-/// There are no such files here.
-#[cfg(not(target_os = "linux"))]
-pub fn unnamed(_: &Path) -> io::Result<File> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-/// Gives a file without a name the name `path`.
-pub fn name(unnamed: &File, path: &Path) -> io::Result<()> {
-    let unnamed = format!("{SELF_FD}/{}", unnamed.as_raw_fd());
-    Ok(rustix::fs::linkat(CWD, &unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
-}
-
-/// False for a file that was removed after it was opened.
-pub fn has_name(file: &File) -> io::Result<bool> {
-    Ok(file.metadata()?.nlink() > 0)
 }
 
 /// Gives `file` the permissions of the file that it replaces; and its owner and group, where this

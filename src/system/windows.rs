@@ -8,21 +8,6 @@ use std::path::Path;
 /// New files are ordinary ones already.
 pub fn like_ordinary_files(_: &mut tempfile::Builder) {}
 
-/// There are no files without a name.
-pub fn unnamed(_: &Path) -> io::Result<File> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-/// There are no files without a name.
-pub fn name(_: &File, _: &Path) -> io::Result<()> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-/// An open file can't be removed.
-pub fn has_name(_: &File) -> io::Result<bool> {
-    Ok(true)
-}
-
 /// A file has those of its folder.
 pub fn keep_permissions(_: &File, _: &Metadata) -> io::Result<()> {
     Ok(())
