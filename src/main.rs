@@ -10,31 +10,26 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::output;
+use kugelblitz::{Error, Result};
 
 use cli::complain::{complain, complain_about_usage};
 use cli::head::failed_in_json;
 use cli::output::talk;
-use cli::process::{
-    exit_at_once, fail_writes_beyond_the_file_size_limit, fail_writes_to_a_closed_stdout,
-};
-use cli::{Cli, Command, Run, quiet, threads};
+use cli::process::exit_at_once;
+use cli::{Cli, Command, Run, quiet};
 
 fn main() -> ExitCode {
     let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
-    fail_writes_beyond_the_file_size_limit();
-    // First of all that takes time.
     stop_on_interrupt(Arc::clone(&run.control));
-    fail_writes_to_a_closed_stdout();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return ExitCode::from(complain_about_usage(&error)),
     };
     let writes = cli.command.writes_files();
     WRITES.store(writes, Ordering::Relaxed);
-    let result = threads::start().and_then(|()| dispatch(cli.command, &run));
+    let result = start_threads().and_then(|()| dispatch(cli.command, &run));
     // What was cancelled is not done, even where nothing noticed.
     ExitCode::from(match run.control.check().and(result) {
         Ok(()) => end(0, || {}),
@@ -42,6 +37,15 @@ fn main() -> ExitCode {
             complain(&error, writes);
             failed_in_json(&error);
         }),
+    })
+}
+
+/// What a thread sets aside of the address space is so before anything measures how much is left.
+fn start_threads() -> Result<()> {
+    let touch = |_| drop(std::hint::black_box(vec![0_u8; 64]));
+    rayon::ThreadPoolBuilder::new().start_handler(touch).build_global().map_err(|error| {
+        let advice = "set RAYON_NUM_THREADS to fewer, or raise the limits (`ulimit`)";
+        Error::TooLarge(format!("the threads can't be started ({error}): {advice}"))
     })
 }
 
@@ -107,7 +111,7 @@ fn stop_on_interrupt(control: Arc<Control>) {
 
 /// Says nothing on standard output, where the work may be in the midst of a word.
 fn stop_now(control: &Control) -> ! {
-    let interrupted = kugelblitz::Error::Interrupted;
+    let interrupted = Error::Interrupted;
     exit_at_once(end(interrupted.exit_code(), || {
         output::remove_unfinished();
         quiet::break_off();

@@ -216,38 +216,6 @@ fn a_report_of_large_pictures_is_refused_with_numbers() {
     assert!(said.contains("8192x8192 pixels needs 1544 MiB"), "{said}");
 }
 
-#[test]
-fn threads_that_make_no_sense_or_can_not_be_started_are_refused() {
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure1.toml");
-    let run = |kib: &str, threads: &str| {
-        let output = finish(
-            Command::new("sh")
-                .args(["-c", "ulimit -c 0; ulimit -v \"$0\"; exec \"$@\"", kib])
-                .arg(env!("CARGO_BIN_EXE_kugelblitz"))
-                .args(["check", scene])
-                .env("RAYON_NUM_THREADS", threads),
-        );
-        whole(threads, &output)
-    };
-    for threads in ["1000000", "many", "-3", "18446744073709551616"] {
-        let (code, said) = run("unlimited", threads);
-        assert_eq!(code, 2, "{threads}: {said}");
-        assert!(said.contains("RAYON_NUM_THREADS") && said.contains("1 to 1024"), "{said}");
-    }
-    for threads in ["", "0", "1", "7"] {
-        assert_eq!(run("unlimited", threads).0, 0, "{threads}");
-    }
-    // However often: a thread that starts and has no room to handle signals would end the process.
-    for (kib, threads) in [("500000", "1000"), ("800000", "1000"), ("500000", "64")] {
-        for _ in 0..8 {
-            let (code, said) = run(kib, threads);
-            assert_eq!(code, 7, "{said}");
-            assert!(said.contains(&format!("starting {threads} threads needs")), "{said}");
-            assert!(said.contains("RAYON_NUM_THREADS"), "{said}");
-        }
-    }
-}
-
 /// Files that never end, or that are no files, as scenes and as clouds.
 #[test]
 fn what_is_no_file_of_the_kind_is_refused_at_once() {

@@ -14,7 +14,6 @@ use miette::{
 use super::excerpt::Excerpt;
 use super::head::failed_in_json;
 use super::output::{STDOUT, talk, talk_in_colour};
-use super::process::stdout_was_closed;
 
 /// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
 /// says whether the command has output files.
@@ -24,12 +23,7 @@ pub fn complain(error: &Error, writes: bool) {
         Error::Interrupted if writes => talk("error: interrupted; no output file was changed"),
         // Nobody reads any more (`… | head`), so nobody misses anything.
         Error::Io { path, source }
-            if path.as_os_str() == STDOUT && source.kind() == ErrorKind::BrokenPipe =>
-        {
-            if stdout_was_closed() {
-                talk("error: standard output: it is closed; open it, or write to a file");
-            }
-        }
+            if path.as_os_str() == STDOUT && source.kind() == ErrorKind::BrokenPipe => {}
         _ => talk(&format!("error: {error}")),
     }
 }

@@ -29,7 +29,6 @@ pub mod render;
 pub mod report;
 pub mod scene;
 pub mod show;
-pub mod threads;
 pub mod trace;
 pub mod verify;
 pub mod version;

@@ -19,14 +19,3 @@ impl Stderr {
 pub fn exit_at_once(code: u8) -> ! {
     std::process::exit(code.into())
 }
-
-/// There is no such limit.
-pub fn fail_writes_beyond_the_file_size_limit() {}
-
-/// Not known.
-pub fn stdout_was_closed() -> bool {
-    false
-}
-
-/// Writes fail by themselves.
-pub fn fail_writes_to_a_closed_stdout() {}
