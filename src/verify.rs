@@ -1,17 +1,14 @@
 //! Results of a kernel against exact arithmetic, and the promises that they keep or break.
 
-mod allowed;
 mod colors;
 mod errors;
 #[cfg(feature = "gpu")]
 mod picture;
-mod span;
 mod truth;
 
 use crate::compare::Comparison;
 use crate::kernel::Exactness;
 use crate::trace::Kernel;
-pub use allowed::{Outside, compare_to_allowed};
 pub(crate) use colors::samples_of_pixel;
 pub use colors::{
     COLOR_BYTES, ColorDifferences, ColorTruth, Shown, broken_color_promises, color_promise,
@@ -20,7 +17,6 @@ pub use colors::{
 pub use errors::{AgainstExact, NormalError, RayError, TError, compare_to_exact, ray_errors};
 #[cfg(feature = "gpu")]
 pub use picture::{ColorsOfKernel, OfKernel, OnBoth, Verification, broken_of, table};
-pub use span::{QUOTIENT_ULP, ROOT_ULP, Span};
 use truth::hit_of;
 pub(crate) use truth::{Near, is_clearly_missed};
 pub use truth::{SAMPLE_BYTES, Truth, sample};
@@ -34,22 +30,6 @@ const T_REFERENCE_ULP: f64 = 1.0 / (1u64 << 29) as f64;
 pub fn promise(kernel: Kernel, bit_equal: bool) -> &'static str {
     let promise = &kernel.about().promise;
     if bit_equal { promise.words } else { promise.words_elsewhere }
-}
-
-/// The promise, in words, of a kernel whose results have been [`compare_to_allowed`].
-pub const PRECISION_PROMISE: &str = "ids, t and normals as Vulkan's precision allows them; neither \
-     exactness nor equality with the CPU is promised";
-
-/// The promise that a device's results outside Vulkan's precision break.
-pub fn broken_precision(kernel: Kernel, device: &str, found: &Outside) -> Option<String> {
-    let Outside { rays, outside, .. } = found;
-    let name = kernel.name();
-    (*outside > 0).then(|| {
-        format!(
-            "{name} on the {device}: {outside} of {rays} rays have results that Vulkan's precision does \
-             not allow"
-        )
-    })
 }
 
 /// The promises of `kernel` that these results break, one sentence each. `parity` compares GPU

@@ -446,10 +446,6 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
         expected += &format!(" kernels[].against_exact.gpu.{key}");
         expected += &format!(" kernels[].against_exact.cpu.{key}");
     }
-    if facts.passthrough && !is_ieee {
-        let of_rays = ["", ".rays", ".outside", ".first"];
-        expected.extend(of_rays.map(|key| format!(" kernels[].outside_precision{key}")));
-    }
     assert_keys(&json, &expected);
     assert_eq!(json["samples"], 160 * 90);
     let kernels = json["kernels"].as_array().unwrap();
@@ -462,11 +458,6 @@ fn verify_compares_both_devices_with_each_other_and_with_exact_arithmetic() {
         }
         if is_ieee || name == "certified" {
             assert_eq!(kernel["gpu_against_cpu"]["first"], Value::Null);
-        }
-        if facts.passthrough && !is_ieee && ["lecture", "stable"].contains(&name) {
-            let of_rays = &kernel["outside_precision"];
-            assert_eq!((&of_rays["rays"], &of_rays["outside"]), (&(160 * 90).into(), &0.into()));
-            assert!(kernel["promise"].as_str().unwrap().contains("Vulkan's precision"));
         }
         // f32 kernels are not exact: a comparison that finds them so compares nothing.
         if ["lecture", "stable"].contains(&name) {

@@ -12,6 +12,7 @@ mod spoiled;
 use std::path::Path;
 use std::sync::Arc;
 
+use common::allowed::{Outside, compare_to_allowed};
 use common::{gpu, scene, sphere};
 use glam::{DVec3, dvec3};
 use kugelblitz::gpu::{Arithmetic, Gpu, Pick};
@@ -19,7 +20,6 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Rays};
-use kugelblitz::verify::{Outside, compare_to_allowed};
 
 use judge::{judge, trace};
 

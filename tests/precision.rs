@@ -9,6 +9,8 @@ mod common;
 use std::sync::Arc;
 
 use adversarial::{Adversarial, Rounding, set_rounding};
+use common::allowed::{Outside, compare_to_allowed};
+use common::span::{QUOTIENT_ULP, ROOT_ULP, Span};
 use common::{camera, in_cube, log_uniform, plane, scene, sphere};
 use glam::DVec3;
 use kugelblitz::control::Control;
@@ -22,7 +24,6 @@ use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::vec3::{Number, Real, Vec3, dot3, facing};
-use kugelblitz::verify::{Outside, QUOTIENT_ULP, ROOT_ULP, Span, compare_to_allowed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -71,8 +71,8 @@ pub fn files(is_program: bool, has: &dyn Fn(&str) -> bool) -> Vec<(&'static str,
     if is_program || has("output") {
         files.push((
             "the output",
-            "It is written beside its place without a name, and named when it is whole: a run that \
-             fails or is interrupted leaves the old file as it was. `-` is standard output.",
+            "It is written beside its place, and renamed when it is whole: a run that fails or is \
+             interrupted leaves the old file as it was. `-` is standard output.",
         ));
     }
     files

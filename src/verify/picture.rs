@@ -6,10 +6,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::{
-    AgainstExact, COLOR_BYTES, ColorDifferences, ColorTruth, Outside, PRECISION_PROMISE,
-    SAMPLE_BYTES, Shown, Truth, broken_color_promises, broken_precision, broken_promises,
-    color_promise, compare_colors, compare_colors_to_exact, compare_to_allowed, compare_to_exact,
-    promise, sample,
+    AgainstExact, COLOR_BYTES, ColorDifferences, ColorTruth, SAMPLE_BYTES, Shown, Truth,
+    broken_color_promises, broken_promises, color_promise, compare_colors, compare_colors_to_exact,
+    compare_to_exact, promise, sample,
 };
 use crate::compare::{Comparison, compare};
 use crate::control::Control;
@@ -80,9 +79,6 @@ pub struct OfKernel {
     pub gpu_against_cpu: Option<Comparison>,
     /// Of the sampled pixels.
     pub against_exact: OnBoth<AgainstExact>,
-    /// Of f32 on a GPU whose arithmetic is not known to be IEEE 754's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub outside_precision: Option<Outside>,
     /// Of lit or sampled pictures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colors: Option<ColorsOfKernel>,
@@ -203,13 +199,6 @@ fn truths(
         .collect()
 }
 
-/// Some of a band's rays, as many as take a second or two to be held against the bounds of all objects.
-fn some_for_bounds(index: &[usize], n_objects: usize) -> Vec<usize> {
-    const TESTS: usize = 1 << 23;
-    let n_most = (TESTS / n_objects.max(1)).max(1);
-    index.iter().copied().step_by(index.len().div_ceil(n_most).max(1)).collect()
-}
-
 fn n_band_rows(pixels: &Pixels, colors: Option<InColor>) -> u32 {
     sampled_band_rows(pixels, colors.map_or(Samples::ONE, |colors| colors.n_samples), WANTS)
 }
@@ -252,9 +241,6 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
     let is_on_gpu = device.facts().is_some();
     let mut gpu = is_on_gpu.then(|| Tracers::new(device, &prepared, &of_samples)).transpose()?;
     let bit_equal = is_on_gpu && device.is_ieee(kernel)?;
-    // Without `NoContraction` the driver may rearrange, and no bound holds.
-    let is_bounded = !bit_equal && device.facts().is_some_and(|facts| facts.passthrough);
-    let mut outside: Option<Outside> = None;
     let mut parity = is_on_gpu.then(Comparison::default);
     let mut exact = OnBoth::<AgainstExact>::new(is_on_gpu);
     let mut shown = colors.map(|_| ColorsOfKernel {
@@ -272,12 +258,6 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
             let against = compare_to_exact(&on_gpu, truth);
             exact.gpu.get_or_insert_default().add(&against, first_ray);
             parity.get_or_insert_default().add(&compare(&on_gpu, &on_cpu), first_ray);
-            if is_bounded {
-                let some = some_for_bounds(&truth.index, prepared.scene.n_objects());
-                if let Some(found) = compare_to_allowed(&prepared, &rays, &on_gpu, &some) {
-                    outside.get_or_insert_default().add(&found, first_ray);
-                }
-            }
         }
         if let (Some(shown), Some(truth), Some(colors)) = (&mut shown, true_colors, colors) {
             let painted = |hits: &Hits, tracers: &mut Tracers| {
@@ -299,7 +279,6 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
         first_ray += band.len();
     }
     let mut broken = broken_promises(kernel, bit_equal, parity.as_ref(), &exact.rows());
-    broken.extend(outside.as_ref().and_then(|found| broken_precision(kernel, "GPU", found)));
     if let Some(ColorsOfKernel { gpu_against_cpu, against_exact }) = &shown {
         let parity = gpu_against_cpu.as_ref();
         broken.extend(broken_color_promises(kernel, bit_equal, parity, &against_exact.rows()));
@@ -309,18 +288,13 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
         promise: match is_on_gpu || kernel == Kernel::Certified {
             true => {
                 let of_colors = shown.as_ref().and_then(|_| color_promise(kernel));
-                let of_hits = match outside {
-                    Some(_) => PRECISION_PROMISE,
-                    None => promise(kernel, bit_equal),
-                };
-                of_hits.to_owned() + of_colors.unwrap_or_default()
+                promise(kernel, bit_equal).to_owned() + of_colors.unwrap_or_default()
             }
             false => "nothing that the CPU alone can show".into(),
         },
         broken,
         gpu_against_cpu: parity,
         against_exact: exact,
-        outside_precision: outside,
         colors: shown,
     })
 }

@@ -1,6 +1,9 @@
 //! Objects, files and the device that tests share.
 #![allow(dead_code)]
 
+pub mod allowed;
+pub mod span;
+
 #[cfg(feature = "gpu")]
 use std::io::Write;
 #[cfg(feature = "gpu")]
@@ -16,8 +19,6 @@ use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
 #[cfg(feature = "gpu")]
 use kugelblitz::trace::{Hits, Kernel, Rays};
-#[cfg(feature = "gpu")]
-use kugelblitz::verify::compare_to_allowed;
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
@@ -54,7 +55,7 @@ pub fn broken(prepared: &Prepared, rays: &Rays, on_cpu: &Hits, on_gpu: &Hits) ->
         true => compare(on_cpu, on_gpu).first,
         false => {
             let all: Vec<usize> = (0..rays.len()).collect();
-            compare_to_allowed(prepared, rays, on_gpu, &all).and_then(|found| found.first)
+            allowed::compare_to_allowed(prepared, rays, on_gpu, &all).and_then(|found| found.first)
         }
     }?;
     let of = |hits: &Hits| {

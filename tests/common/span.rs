@@ -1,7 +1,7 @@
 //! f32 arithmetic of any device that keeps to Vulkan's table of precision, as intervals.
 //!
 //! # What is assumed
-//! The table of [`crate::guard`], and nothing else: `+`, `−` and `×` give one of the two neighbours of the
+//! The table of [`kugelblitz::guard`], and nothing else: `+`, `−` and `×` give one of the two neighbours of the
 //! exact result, or that result itself where f32 has it; a quotient is off by at most
 //! [`QUOTIENT_ULP`], where the divisor's magnitude is in `2⁻¹²⁶..2¹²⁶`; a root, inherited from
 //! `1/inverseSqrt(x)` with 2 units for `inverseSqrt` and 2.5 for the division, by at most [`ROOT_ULP`]; a
@@ -20,9 +20,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
 
-use crate::compare::Precision;
-use crate::guard::{round_down, round_up};
-use crate::vec3::{Number, Real};
+use kugelblitz::vec3::{Number, Real, round_down, round_up};
 
 /// Largest error of a quotient, in units of the last place.
 pub const QUOTIENT_ULP: f64 = 2.5;
@@ -86,7 +84,7 @@ impl Span {
     /// or takes a neighbour.
     fn rounded(low: f64, high: f64, units: f64) -> Span {
         let largest = low.abs().max(high.abs());
-        let error = units * Precision::Single.ulp(largest);
+        let error = units * ulp(largest);
         let (low, high) = match units > 0.0 {
             // f64's own rounding is what the steps are for.
             true => (round_up((low - error).next_down()), round_down((high + error).next_up())),
@@ -120,6 +118,12 @@ impl Span {
             ends.into_iter().fold(f64::NEG_INFINITY, f64::max),
         )
     }
+}
+
+/// The distance of f32 numbers at `x`, and not less than the least subnormal.
+fn ulp(x: f64) -> f64 {
+    let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    2f64.powi(exponent.max(-126) - 23)
 }
 
 /// A sum in f64, and its rounding error (Knuth's two-sum).

@@ -14,21 +14,20 @@
 //! is that of a first-order error analysis, with its second order, for the numbers of this very ray. A
 //! number that leaves f32's range has no bound, and neither has what is made of it.
 
+use kugelblitz::kernel::lecture::{self, PlaneLecture, SphereLecture};
+use kugelblitz::kernel::relative::{self, Approach};
+use kugelblitz::kernel::stable::{PlaneStable, SphereStable};
+use kugelblitz::kernel::{Lists, RayOf};
+use kugelblitz::prepare::{Objects, Prepared};
+use kugelblitz::rays::{Bundle, CameraF32, Lens, Pixels, Ray, Rays};
+use kugelblitz::trace::Hits;
+use kugelblitz::vec3::{Real, Vec3, dot3, facing};
 use rayon::prelude::*;
 
 use super::span::Span;
-use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::lecture::{self, PlaneLecture, SphereLecture};
-use crate::kernel::relative::{self, Approach};
-use crate::kernel::stable::{PlaneStable, SphereStable};
-use crate::kernel::{Lists, RayOf};
-use crate::prepare::{Objects, Prepared};
-use crate::rays::{Bundle, CameraF32, Lens, Pixels, Ray, Rays};
-use crate::trace::Hits;
-use crate::vec3::{Real, Vec3, dot3, facing};
 
 /// Rays whose result no device may give that keeps to Vulkan's table of precision.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outside {
     /// Rays looked at.
     pub rays: u64,
@@ -161,28 +160,26 @@ fn offset(ray: &RaySpan, high: [f32; 3], low: [f32; 3]) -> Vec3<Span> {
     (span3(high) - ray.origin) + (span3(low) - ray.origin_low)
 }
 
-impl SphereStable {
-    /// `l`, and `k = l·l − r²`.
-    fn place(&self, ray: &RaySpan, is_point: bool) -> (Vec3<Span>, Span) {
-        if is_point {
-            return (span3(self.center), Span::new(self.k));
-        }
-        let (l, r) = (offset(ray, self.center, self.center_low), Span::new(self.radius));
-        (l, dot3(l, l) - r * r)
+/// `l`, and `k = l·l − r²`.
+fn place(sphere: &SphereStable, ray: &RaySpan, is_point: bool) -> (Vec3<Span>, Span) {
+    if is_point {
+        return (span3(sphere.center), Span::new(sphere.k));
     }
+    let (l, r) = (offset(ray, sphere.center, sphere.center_low), Span::new(sphere.radius));
+    (l, dot3(l, l) - r * r)
+}
 
-    /// The closest approach, where there may be a chord.
-    fn approach(&self, ray: &RaySpan, l: Vec3<Span>) -> Option<Approach<Span>> {
-        let found = relative::approach(ray, l, Span::new(self.radius));
-        let h = (ray.a * found.delta.not_below_zero()?).sqrt();
-        Some(Approach { h, ..found })
-    }
+/// The closest approach, where there may be a chord.
+fn approach(sphere: &SphereStable, ray: &RaySpan, l: Vec3<Span>) -> Option<Approach<Span>> {
+    let found = relative::approach(ray, l, Span::new(sphere.radius));
+    let h = (ray.a * found.delta.not_below_zero()?).sqrt();
+    Some(Approach { h, ..found })
 }
 
 impl Seen for SphereStable {
     fn chance(&self, ray: &RaySpan, is_point: bool) -> Chance {
-        let (l, k) = self.place(ray, is_point);
-        let Some(Approach { b, h, delta, .. }) = self.approach(ray, l) else {
+        let (l, k) = place(self, ray, is_point);
+        let Some(Approach { b, h, delta, .. }) = approach(self, ray, l) else {
             return Chance::MISSED;
         };
         let of_part = |b: Span| Chance::of_roots(relative::roots_stable(ray, b, h, k));
@@ -202,8 +199,8 @@ impl Seen for SphereStable {
     }
 
     fn normals(&self, ray: &RaySpan, is_point: bool, _: Span) -> [Vec3<Span>; 2] {
-        let (l, k) = self.place(ray, is_point);
-        let Some(Approach { p, h, .. }) = self.approach(ray, l) else {
+        let (l, k) = place(self, ray, is_point);
+        let Some(Approach { p, h, .. }) = approach(self, ray, l) else {
             return [Vec3([Span::ANY; 3]); 2];
         };
         let half_chord = ray.direction * (h * ray.inv_a);
@@ -249,7 +246,10 @@ impl<'a> Allowed<'a> {
             return None;
         }
         let rays = match rays {
-            Rays::Pixels(p) => Given::Pixels(p, f32::camera(&prepared.coordinates(), p)),
+            Rays::Pixels(p) => {
+                let origin = prepared.coordinates().camera_origin().into();
+                Given::Pixels(p, CameraF32 { origin, ..CameraF32::new(p) })
+            }
             Rays::List(rays) => Given::List(rays),
         };
         Some(Allowed { prepared, rays })
@@ -264,10 +264,10 @@ impl<'a> Allowed<'a> {
                 (camera_ray(camera, Span::new(i as f32), Span::new(j as f32)), 1.0)
             }
             Given::List(rays) => {
-                let (ray, scale) = f32::list_ray(&self.prepared.coordinates(), &rays[index]);
+                let (record, exponent) = self.prepared.coordinates().ray_record(&rays[index]);
                 let [origin, low, direction] =
-                    [ray.origin, ray.origin_low, ray.direction].map(|v| span3(v.0));
-                (RayOf::new(origin, low, direction), scale)
+                    [record.origin, record.origin_low, record.direction].map(span3);
+                (RayOf::new(origin, low, direction), 2f64.powi(-exponent))
             }
         }
     }
