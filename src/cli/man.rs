@@ -9,12 +9,9 @@ use clap_mangen::roff::{Roff, bold, italic, roman};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::{Error, Result};
 
-use super::manual::{
-    self, ABOUT_SCENE, ENVIRONMENT, EXAMPLES, EXIT_STATUS, Reader, SCENE, SCENE_EXAMPLE,
-    SCENE_INTRODUCTION, SCENE_NOTES,
-};
+use super::manual::{ENVIRONMENT, EXAMPLES, SCENE, SCENE_EXAMPLE, SCENE_INTRODUCTION, SCENE_NOTES};
 use super::output::{STDOUT, print};
-use super::{Cli, Run};
+use super::{Cli, EXIT_CODES, Run};
 
 /// Print a manual page (roff), or write all of them
 #[derive(Args)]
@@ -106,45 +103,27 @@ fn page(command: &Command) -> Result<Vec<u8>> {
 
 /// What clap knows nothing of.
 fn more_sections(command: &Command) -> Roff {
-    let has = |id: &str| command.get_arguments().any(|argument| argument.get_id() == id);
-    let is_program = command.get_name() == "kugelblitz";
     let mut roff = Roff::new();
-
-    if is_program || has("scene") || has("scenes") {
-        roff.control("SH", ["SCENE FORMAT"]);
-        paragraph(&mut roff, ABOUT_SCENE);
-    }
-    let files = manual::files(is_program, &has);
-    if !files.is_empty() {
-        roff.control("SH", ["FILES"]);
-        files.into_iter().for_each(|(name, meaning)| entry(&mut roff, name, meaning));
-    }
-    roff.control("SH", ["ENVIRONMENT"]);
-    for (name, reader, meaning) in ENVIRONMENT {
-        let is_read = match reader {
-            Reader::All => true,
-            Reader::Device => is_program || has("device") || command.get_name() == "probe",
-            Reader::Window => is_program || command.get_name() == "view",
-        };
-        if is_read {
-            entry(&mut roff, name, meaning);
+    if command.get_name() == "kugelblitz" {
+        roff.control("SH", ["ENVIRONMENT"]);
+        for (name, meaning) in ENVIRONMENT {
+            roff.control("TP", []);
+            roff.text([bold(name)]);
+            roff.text([roman(meaning)]);
         }
     }
     roff.control("SH", ["EXIT STATUS"]);
-    for (code, meaning) in EXIT_STATUS {
-        entry(&mut roff, &code.to_string(), meaning);
-    }
+    verbatim(&mut roff, EXIT_CODES.lines().skip(1));
     let mut own = EXAMPLES.iter().filter(|(page, ..)| *page == title(command)).peekable();
     if own.peek().is_some() {
         roff.control("SH", ["EXAMPLES"]);
-        own.for_each(|(_, line, meaning)| example(&mut roff, line, meaning));
+    }
+    for (_, line, meaning) in own {
+        paragraph(&mut roff, meaning);
+        verbatim(&mut roff, once(*line));
     }
     roff.control("SH", ["SEE ALSO"]);
-    let mut others = vec![bold("kugelblitz-scene"), roman("(5)")];
-    if !is_program {
-        others.extend([roman(", "), bold("kugelblitz"), roman("(1)")]);
-    }
-    roff.text(others);
+    roff.text([bold("kugelblitz"), roman("(1), "), bold("kugelblitz-scene"), roman("(5)")]);
     roff
 }
 
@@ -153,24 +132,11 @@ fn paragraph(roff: &mut Roff, text: &str) {
     roff.text([roman(text)]);
 }
 
-/// A term and its meaning.
-fn entry(roff: &mut Roff, term: &str, meaning: &str) {
-    roff.control("TP", []);
-    roff.text([bold(term)]);
-    roff.text([roman(meaning)]);
-}
-
-/// A line to be typed below what it does.
-fn example(roff: &mut Roff, line: &str, meaning: &str) {
-    paragraph(roff, meaning);
-    verbatim(roff, line);
-}
-
-fn verbatim(roff: &mut Roff, lines: &str) {
+fn verbatim<'a>(roff: &mut Roff, lines: impl IntoIterator<Item = &'a str>) {
     roff.control("PP", []);
     roff.control("RS", ["4"]);
     roff.control("nf", []);
-    for line in lines.lines() {
+    for line in lines {
         roff.text([roman(if line.is_empty() { " " } else { line })]);
     }
     roff.control("fi", []);
@@ -198,7 +164,7 @@ fn scene_page() -> Result<Vec<u8>> {
     roff.control("SH", ["NOTES"]);
     SCENE_NOTES.iter().for_each(|text| paragraph(&mut roff, text));
     roff.control("SH", ["EXAMPLES"]);
-    verbatim(&mut roff, SCENE_EXAMPLE);
+    verbatim(&mut roff, SCENE_EXAMPLE.lines());
     roff.control("SH", ["SEE ALSO"]);
     roff.text([bold("kugelblitz"), roman("(1), "), bold("kugelblitz-render"), roman("(1)")]);
     let mut page = Vec::new();
@@ -223,13 +189,6 @@ mod tests {
             assert!(titles.contains(page), "there is no command for the examples of {page}");
             let words = page.replace('-', " ");
             assert!(line.contains(&words), "`{line}` on the page {page}");
-        }
-    }
-
-    #[test]
-    fn exit_codes_are_those_of_the_help() {
-        for (code, meaning) in EXIT_STATUS {
-            assert!(super::super::EXIT_CODES.contains(&format!("{code:>3}  {meaning}")), "{code}");
         }
     }
 }

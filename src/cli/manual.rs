@@ -1,82 +1,29 @@
 //! The texts of the manual pages that are not in the command line's own help.
 
-/// Who reads an environment variable.
-pub enum Reader {
-    /// Every command.
-    All,
-    /// Those that can use a Vulkan device.
-    Device,
-    /// The window.
-    Window,
-}
-
-/// Code and meaning, as in the program's help.
-pub const EXIT_STATUS: [(u8, &str); 9] = [
-    (0, "done"),
-    (1, "failed otherwise"),
-    (2, "wrong usage"),
-    (3, "the scene is wrong"),
-    (4, "no suitable adapter"),
-    (5, "the device was lost or timed out"),
-    (6, "a comparison failed"),
-    (7, "does not fit the device's limits or memory"),
-    (130, "interrupted"),
-];
-
-/// Name, readers and meaning.
-pub const ENVIRONMENT: [(&str, Reader, &str); 7] = [
+/// Environment variables and what they say.
+pub const ENVIRONMENT: [(&str, &str); 7] = [
     (
         "WGPU_ADAPTER_NAME",
-        Reader::Device,
         "A part of the name of the adapter that --device auto and --device gpu take; \
          `kugelblitz probe` lists the names.",
     ),
     (
         "VK_DRIVER_FILES",
-        Reader::Device,
         "Paths of the descriptions of Vulkan drivers, for the Vulkan loader: only these are seen.",
     ),
     (
         "RAYON_NUM_THREADS",
-        Reader::All,
         "Threads that share the work on the CPU. Without it there are as many as processors. The \
          output is the same with any number.",
     ),
-    ("NO_COLOR", Reader::All, "Where it is set, messages have no colours."),
+    ("NO_COLOR", "Where it is set, messages have no colours."),
     (
         "TMPDIR",
-        Reader::All,
         "Where a picture is collected that goes to a pipe in a format that needs to be sought in.",
     ),
-    ("DISPLAY", Reader::Window, "The X11 display of the window."),
-    ("WAYLAND_DISPLAY", Reader::Window, "The Wayland display of the window; it is tried first."),
+    ("DISPLAY", "The X11 display of the window."),
+    ("WAYLAND_DISPLAY", "The Wayland display of the window; it is tried first."),
 ];
-
-/// What a command with a scene says of scenes.
-pub const ABOUT_SCENE: &str = "\
-    A scene is a TOML file: [camera], [[sphere]], [[plane]], and optionally [image], [[light]], [sky], \
-    ambient, background, and [[spheres]] for files with many spheres. kugelblitz-scene(5) has all \
-    keys; a misspelt one is an error that names file, line, column and the nearest known key.";
-
-/// The files of a command that has these arguments.
-pub fn files(is_program: bool, has: &dyn Fn(&str) -> bool) -> Vec<(&'static str, &'static str)> {
-    let mut files = Vec::new();
-    if is_program || has("scene") || has("scenes") {
-        files.push(("*.toml", "A scene, see kugelblitz-scene(5)."));
-        files.push((
-            "*.npy, *.csv, *.xyz",
-            "Many spheres, which a scene names by their path from its own folder.",
-        ));
-    }
-    if is_program || has("output") {
-        files.push((
-            "the output",
-            "It is written beside its place, and renamed when it is whole: a run that fails or is \
-             interrupted leaves the old file as it was. `-` is standard output.",
-        ));
-    }
-    files
-}
 
 /// A page, a line to be typed, and what it does.
 pub const EXAMPLES: &[(&str, &str, &str)] = &[
