@@ -26,7 +26,7 @@ pub fn turntable(camera: &Camera, n_frames: u32) -> Vec<Camera> {
 }
 
 /// The columns of a path, each with its other name.
-const COLUMNS: [[&str; 2]; 12] = [
+const COLUMNS: [[&str; 2]; 11] = [
     ["x", "position_x"],
     ["y", "position_y"],
     ["z", "position_z"],
@@ -38,69 +38,43 @@ const COLUMNS: [[&str; 2]; 12] = [
     ["up_z", ""],
     ["fov", ""],
     ["height", ""],
-    ["frame", ""],
 ];
 
 /// Reads a camera path: a `.csv` file whose header names `x`, `y`, `z` (the camera's position) and any
 /// of `look_at_x`, `look_at_y`, `look_at_z`, `up_x`, `up_y`, `up_z`, and `fov` or `height`. What it does
-/// not name is as in `camera`. Each line is a frame. With a column `frame`, counted from 1 and
-/// rising, each line is a key, and all numbers change evenly between two keys.
+/// not name is as in `camera`. Each line is a frame.
 ///
 /// # Errors
 /// Those of [`input::read_text`]; [`Error::Input`] names the line where something is wrong.
 pub fn read_path(path: &Path, camera: &Camera) -> Result<Vec<Camera>> {
     let wrong = |message: String| Error::Input { path: path.to_owned(), message };
-    let text = input::read_text(path, "a camera's path", "give fewer keys, with a column `frame`")?;
+    let text = input::read_text(path, "a camera's path", "make parts")?;
     input::check_lines(&text, path)?;
-    let require = |n: usize| {
-        // Twice, as lists that grow are moved.
-        let n_bytes = 2 * n.min(MAX_FRAMES as usize) * size_of::<(u32, Camera)>();
-        memory::require(
-            format!("{}: a film of {n} frames", path.shown()),
-            n_bytes as u64,
-            "make parts",
-        )
-    };
-    require(text.lines().count())?;
+    let n_lines = text.lines().count();
+    // Twice, as lists that grow are moved.
+    let n_bytes = 2 * n_lines * size_of::<Camera>();
+    let what = format!("{}: a film of {n_lines} frames", path.shown());
+    memory::require(what, n_bytes as u64, "make parts")?;
     let mut reader =
         ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
     let columns = Columns::find(&header).map_err(wrong)?;
 
-    let mut keys: Vec<(u32, Camera)> = Vec::new();
+    let mut cameras: Vec<Camera> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| wrong(in_words(&error)))?;
         let line = record.position().map_or(0, csv::Position::line);
         let of_line = |message: String| wrong(format!("line {line}: {message}"));
-        let of_error = |error: Error| of_line(error.to_string());
-        let key = checked(columns.camera(&record, camera).map_err(of_line)?).map_err(of_error)?;
-        let last = keys.last().map_or(0, |(frame, _)| *frame);
-        let frame = match columns.frame {
-            Some(column) => whole(&record, column).map_err(of_line)?,
-            None => last.saturating_add(1),
-        };
-        if frame <= last || frame > MAX_FRAMES || (last == 0 && frame != 1) {
-            return Err(of_line(format!(
-                "frame {frame} follows frame {last}; frames are counted from 1 and rise, up to {MAX_FRAMES}"
-            )));
+        if cameras.len() == MAX_FRAMES as usize {
+            return Err(of_line(format!("a film has at most {MAX_FRAMES} frames; make parts")));
         }
-        keys.push((frame, key));
+        let of_frame = columns.camera(&record, camera).map_err(of_line)?;
+        cameras.push(checked(of_frame).map_err(|error| of_line(error.to_string()))?);
     }
-    if keys.is_empty() {
-        return Err(wrong("there is no line below the header; give one for each frame".into()));
+    match cameras.is_empty() {
+        true => Err(wrong("there is no line below the header; give one for each frame".into())),
+        false => Ok(cameras),
     }
-    require(keys.last().map_or(0, |(frame, _)| *frame as usize))?;
-    let mut cameras: Vec<Camera> = Vec::new();
-    for two in keys.windows(2) {
-        let ((first, from), (second, to)) = (&two[0], &two[1]);
-        for frame in *first..*second {
-            let part = f64::from(frame - first) / f64::from(second - first);
-            let of_frame = |error| wrong(format!("frame {frame}: {error}"));
-            cameras.push(checked(between(from, to, part)).map_err(of_frame)?);
-        }
-    }
-    cameras.extend(keys.pop().map(|(_, last)| last));
-    Ok(cameras)
 }
 
 /// What is wrong with a line as a whole.
@@ -134,31 +108,6 @@ pub fn check_reach(cameras: &[Camera], scene: &Scene) -> Result<()> {
     }
 }
 
-/// The numbers of two cameras, mixed.
-fn between(from: &Camera, to: &Camera, part: f64) -> Camera {
-    if part == 0.0 {
-        return from.clone();
-    }
-    let mix = |a: f64, b: f64| a + part * (b - a);
-    let mix3 = |a: DVec3, b: DVec3| a + part * (b - a);
-    let projection = match (from.projection, to.projection) {
-        (
-            Projection::Perspective { fov_degrees: a },
-            Projection::Perspective { fov_degrees: b },
-        ) => Projection::Perspective { fov_degrees: mix(a, b) },
-        (Projection::Orthographic { height: a }, Projection::Orthographic { height: b }) => {
-            Projection::Orthographic { height: mix(a, b) }
-        }
-        (first, _) => first,
-    };
-    Camera {
-        position: mix3(from.position, to.position),
-        look_at: mix3(from.look_at, to.look_at),
-        up: mix3(from.up, to.up),
-        projection,
-    }
-}
-
 /// Where the numbers of a path stand.
 struct Columns {
     position: [usize; 3],
@@ -166,7 +115,6 @@ struct Columns {
     up: Option<[usize; 3]>,
     fov: Option<usize>,
     height: Option<usize>,
-    frame: Option<usize>,
 }
 
 impl Columns {
@@ -175,6 +123,13 @@ impl Columns {
         let mut places = [None; COLUMNS.len()];
         for (place, name) in header.iter().enumerate() {
             let name = name.to_lowercase();
+            if name == "frame" {
+                return Err(
+                    "the column `frame` numbers keys, and nothing is interpolated between \
+                            keys: leave it out, and give a line for each frame"
+                        .into(),
+                );
+            }
             let column =
                 COLUMNS.iter().position(|names| names.contains(&&*name) && !name.is_empty());
             let Some(column) = column else {
@@ -219,7 +174,6 @@ impl Columns {
             up: three(6, "the direction upward")?,
             fov,
             height,
-            frame: places[11],
         })
     }
 
@@ -249,11 +203,6 @@ fn number(record: &StringRecord, column: usize) -> Result<f64, String> {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err(format!("{text:?} is not a finite number")),
     }
-}
-
-fn whole(record: &StringRecord, column: usize) -> Result<u32, String> {
-    let text = record.get(column).unwrap_or_default();
-    text.parse().map_err(|_| format!("{text:?} is not the number of a frame"))
 }
 
 /// The file of a frame: `film/out-0007.png` for `film/out.png`. `n_frames` says how many digits the
@@ -330,13 +279,13 @@ mod tests {
         };
         let [one, two] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
         assert_eq!(cameras, [expected(one, 40.0), expected(two, 50.0)]);
-        let all = "frame, position_x,position_y,position_z,look_at_x,look_at_y,look_at_z,up_x,up_y,up_z,height\n\
-                   1, 0,0,9, 0,0,0, 0,1,0, 2\n5, 8,0,9, 0,4,0, 0,1,0, 4\n";
+        let all = "position_x,position_y,position_z,look_at_x,look_at_y,look_at_z,up_x,up_y,up_z,height\n\
+                   0,0,9, 0,0,0, 0,1,0, 2\n8,0,9, 0,4,0, 0,1,0, 4\n";
         let cameras = read(all).unwrap();
-        assert_eq!(cameras.len(), 5);
-        assert_eq!(cameras[1].position, DVec3::new(2.0, 0.0, 9.0));
-        assert_eq!(cameras[2].look_at, DVec3::new(0.0, 2.0, 0.0));
-        assert_eq!(cameras[4].projection, Projection::Orthographic { height: 4.0 });
+        assert_eq!(cameras.len(), 2);
+        assert_eq!(cameras[1].position, DVec3::new(8.0, 0.0, 9.0));
+        assert_eq!(cameras[1].look_at, DVec3::new(0.0, 4.0, 0.0));
+        assert_eq!(cameras[1].projection, Projection::Orthographic { height: 4.0 });
     }
 
     #[test]
@@ -353,9 +302,7 @@ mod tests {
             ("x,y,z\n1,2,inf\n", "finite"),
             ("x,y,z\n1,0,1\n", "line 2: the camera: `look_at` is the same point"),
             ("x,y,z,fov\n1,2,3,180\n", "line 2: the camera: `fov`"),
-            ("frame,x,y,z\n2,1,2,3\n", "counted from 1"),
-            ("frame,x,y,z\n1,1,2,3\n1,2,2,3\n", "line 3: frame 1 follows frame 1"),
-            ("frame,x,y,z\n1,9,0,1\n3,-7,0,1\n", "frame 2: the camera: `look_at` is the same"),
+            ("frame,x,y,z\n1,1,2,3\n9,2,2,3\n", "a line for each frame"),
         ] {
             let error = read(text).unwrap_err();
             assert!(error.to_string().contains(says), "{text:?}: {error}");

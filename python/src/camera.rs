@@ -110,7 +110,7 @@ impl Camera {
         Ok(all(frames::turntable(&self.of_scene, n)))
     }
 
-    /// The cameras of a path in a .csv file: each line is a frame, or a key where there is a column `frame`.
+    /// The cameras of a path in a .csv file: each line is a frame.
     /// The header names x, y, z and perhaps look_at_x …, up_x …, fov or height; what it does not name is as in
     /// this camera.
     fn path(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<Camera>> {

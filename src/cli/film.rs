@@ -38,8 +38,7 @@ pub struct FilmArgs {
         group = "film"
     )]
     pub turntable: Option<u32>,
-    /// A frame for each line: columns x, y, z, and any of look_at_x, …, up_x, …, fov or height; with a
-    /// column frame, lines are keys
+    /// A frame for each line: columns x, y, z, and any of look_at_x, …, up_x, …, fov or height
     #[arg(long, value_name = "PATH.csv", group = "film")]
     pub camera_path: Option<PathBuf>,
     /// Only these frames, from 1: 10-20, 10-, or 10
