@@ -1,19 +1,20 @@
 //! Errors, as the user sees them on standard error.
 
 use std::io::ErrorKind;
+use std::ops::Range;
 use std::path::Path;
-
-use kugelblitz::Error;
-use kugelblitz::error::SceneError;
-use kugelblitz::plain::{Shown as _, plain, steers};
-use miette::{
-    LabeledSpan, MietteDiagnostic, MietteError, MietteHandlerOpts, MietteSpanContents, Report,
-    SourceCode, SourceSpan, SpanContents,
-};
 
 use super::excerpt::Excerpt;
 use super::head::failed_in_json;
 use super::output::{STDOUT, talk, talk_in_colour};
+use anstream::{AutoStream, ColorChoice};
+use codespan_reporting::diagnostic::{Diagnostic, Label};
+use codespan_reporting::files::{self, Files};
+use codespan_reporting::term::termcolor::Buffer;
+use codespan_reporting::term::{Config, emit_to_write_style};
+use kugelblitz::Error;
+use kugelblitz::error::SceneError;
+use kugelblitz::plain::{Shown as _, plain, steers};
 
 /// Prints what went wrong: a scene error with its place in the file, all else as one line. `writes`
 /// says whether the command has output files.
@@ -67,28 +68,29 @@ pub fn complain_about_usage(error: &clap::Error) -> u8 {
 }
 
 fn complain_about_scene(error: &SceneError) {
-    // Lines are not broken: a path that is cut in two can't be copied.
-    let hook = miette::set_hook(Box::new(|_| {
-        Box::new(MietteHandlerOpts::new().terminal_links(false).wrap_lines(false).build())
-    }));
-    match hook {
-        Ok(()) => talk_in_colour(&format!("{:?}", finding(error))),
+    let is_plain = AutoStream::choice(&std::io::stderr()) == ColorChoice::Never;
+    let mut drawn = if is_plain { Buffer::no_color() } else { Buffer::ansi() };
+    match draw(error, &mut drawn) {
+        Ok(()) => talk_in_colour(String::from_utf8_lossy(drawn.as_slice()).trim_end()),
         Err(_) => talk(&format!("error: {error}\nhelp: {}", error.help)),
     }
 }
 
-/// A scene error with its lines of the file. Nothing in it steers a terminal: miette puts its colours
-/// around it.
-fn finding(error: &SceneError) -> Report {
-    let finding = MietteDiagnostic::new(plain(&error.to_string())).with_help(plain(&error.help));
-    if error.line == 0 {
-        return Report::new(finding);
-    }
-    let excerpt = Excerpt::new(&error.text, error.span.clone());
-    let place = LabeledSpan::new_with_span(Some("here".into()), excerpt.span.clone());
+/// A scene error with its lines of the file. Nothing in it steers a terminal but colours of the drawing's own.
+fn draw(error: &SceneError, drawn: &mut Buffer) -> Result<(), files::Error> {
+    let excerpt = match error.line {
+        0 => Excerpt::default(),
+        _ => Excerpt::new(&error.text, error.span.clone()),
+    };
+    let place = (error.line > 0).then(|| Label::primary((), excerpt.span.clone()));
+    let finding = Diagnostic::error()
+        .with_message(plain(&error.to_string()))
+        .with_labels_iter(place)
+        .with_note(plain(&format!("help: {}", error.help)));
+    let config = Config { before_label_lines: 1, after_label_lines: 1, ..Config::default() };
     let path = error.path.shown();
     let shown = Shown { path, excerpt, line: error.line, column: error.column };
-    Report::new(finding.with_label(place)).with_source_code(shown)
+    emit_to_write_style(drawn, &config, &shown, &finding)
 }
 
 /// The lines around a place.
@@ -100,28 +102,35 @@ struct Shown {
     column: usize,
 }
 
-impl SourceCode for Shown {
-    /// The whole excerpt, whatever is asked for. Without lines around it, miette wants to know where
-    /// the place itself is, and with them, where the excerpt begins.
-    fn read_span<'a>(
-        &'a self,
-        _: &SourceSpan,
-        n_lines_before: usize,
-        _: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let Excerpt { text, has_line_before, .. } = &self.excerpt;
-        let (line, column) = match n_lines_before {
-            0 => (self.line, self.column),
-            _ => (self.line - usize::from(*has_line_before), 1),
-        };
-        let whole = SourceSpan::from(0..text.len());
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.path.clone(),
-            text.as_bytes(),
-            whole,
-            line - 1,
-            column - 1,
-            text.lines().count(),
-        )))
+impl<'a> Files<'a> for Shown {
+    type FileId = ();
+    type Name = &'a str;
+    type Source = &'a str;
+
+    fn name(&'a self, _: ()) -> Result<&'a str, files::Error> {
+        Ok(&self.path)
+    }
+
+    fn source(&'a self, _: ()) -> Result<&'a str, files::Error> {
+        Ok(&self.excerpt.text)
+    }
+
+    fn line_index(&'a self, _: (), byte: usize) -> Result<usize, files::Error> {
+        Ok(self.excerpt.text.bytes().take(byte).filter(|&b| b == b'\n').count())
+    }
+
+    fn line_number(&'a self, _: (), index: usize) -> Result<usize, files::Error> {
+        Ok(self.line + index - usize::from(self.excerpt.has_line_before))
+    }
+
+    fn column_number(&'a self, _: (), _: usize, _: usize) -> Result<usize, files::Error> {
+        Ok(self.column)
+    }
+
+    fn line_range(&'a self, _: (), index: usize) -> Result<Range<usize>, files::Error> {
+        let lines = || self.excerpt.text.split_inclusive('\n').map(str::len);
+        let start: usize = lines().take(index).sum();
+        let none = files::Error::LineTooLarge { given: index, max: lines().count() };
+        lines().nth(index).map(|n_bytes| start..start + n_bytes).ok_or(none)
     }
 }

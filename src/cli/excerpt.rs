@@ -15,7 +15,7 @@ const CUT: char = '…';
 
 /// The line of a place, with the lines before and behind it, none longer than some [`COLUMNS`] and
 /// with nothing in them that steers a terminal.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Excerpt {
     /// The lines.
     pub text: String,
@@ -31,7 +31,7 @@ impl Excerpt {
     pub fn new(text: &str, span: Range<usize>) -> Excerpt {
         let line_start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
         let line_end = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
-        let mut excerpt = Excerpt { text: String::new(), span: 0..0, has_line_before: false };
+        let mut excerpt = Excerpt::default();
         if let Some(end) = line_start.checked_sub(1) {
             let start = text[..end].rfind('\n').map_or(0, |newline| newline + 1);
             excerpt.push_start_of(&text[start..end]);
