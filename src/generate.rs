@@ -95,7 +95,7 @@ pub fn write_cloud(file: &mut OutputFile, recipe: &Recipe, control: &Control) ->
     recipe.check()?;
     let path = file.path().to_path_buf();
     let mut bytes = Vec::new();
-    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes).map_err(Error::io(&path))?;
+    write_float_header([recipe.count, N_COLUMNS as u64], &mut bytes);
     control.expect_bytes(bytes.len() as u64 + recipe.count * size_of::<Row>() as u64);
     let mut rows = recipe.rows();
     let mut n_left = recipe.count;

@@ -1,15 +1,15 @@
 //! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
 
+mod header;
+
 use std::io::{self, BufReader, Read};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::f16;
-use npyz::{
-    AutoSerialize, DType, Deserialize, Endianness, Field, NpyFile, NpyHeader, Order, TypeChar,
-    WriteOptions, WriterBuilder,
-};
 
+use self::header::Plain;
+pub(crate) use self::header::{DType, Header, Kind};
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
@@ -36,22 +36,20 @@ impl Record {
     }
 
     /// Appends the header of an array of this `shape` to `out`.
-    pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()> {
-        let vector = || DType::Array(3, Box::new(f32::default_dtype()));
+    pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) {
+        let order = if cfg!(target_endian = "big") { '>' } else { '<' };
         let mut fields =
-            vec![("id", u32::default_dtype()), ("t", f32::default_dtype()), ("normal", vector())];
+            format!("('id', '{order}u4'), ('t', '{order}f4'), ('normal', '{order}f4', (3,)), ");
         if self.rgb {
-            fields.push(("rgb", vector()));
+            fields += &format!("('rgb', '{order}f4', (3,)), ");
         }
         if self.alpha {
-            fields.push(("a", f32::default_dtype()));
+            fields += &format!("('a', '{order}f4'), ");
         }
         if self.level {
-            fields.push(("level", u8::default_dtype()));
+            fields += "('level', '|u1'), ";
         }
-        let fields =
-            fields.into_iter().map(|(name, dtype)| Field { name: name.into(), dtype }).collect();
-        write_header(DType::Record(fields), shape, out)
+        write_header(&format!("[{fields}]"), shape, out);
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
@@ -96,7 +94,7 @@ impl Record {
 
 /// An array in a file whose header is read.
 pub(crate) struct Array<R: Read> {
-    header: NpyHeader,
+    header: Header,
     n_header_bytes: u64,
     n_file_bytes: Option<u64>,
     path: PathBuf,
@@ -110,7 +108,10 @@ pub(crate) struct FloatTable<R: Read> {
     /// Columns: one of the numbers that were allowed.
     pub n_columns: usize,
     path: PathBuf,
-    file: NpyFile<BufReader<R>>,
+    value_bytes: usize,
+    is_big_endian: bool,
+    is_fortran: bool,
+    reader: BufReader<R>,
 }
 
 /// A one-dimensional structured array in a file.
@@ -133,7 +134,7 @@ pub(crate) struct Cell {
     /// The type as NumPy writes it.
     pub type_name: String,
     /// What kind of number; `None` for what is none.
-    pub kind: Option<TypeChar>,
+    pub kind: Option<Kind>,
     /// Its bytes.
     pub n_bytes: usize,
     /// Bytes before it in the record.
@@ -142,14 +143,19 @@ pub(crate) struct Cell {
 }
 
 /// Appends the header of a table of little-endian f64 to `out`.
-pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) -> io::Result<()> {
-    let f64_little = "<f8".parse().map_err(io::Error::other)?;
-    write_header(DType::Plain(f64_little), &shape, out)
+pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) {
+    write_header("'<f8'", &shape, out);
 }
 
-fn write_header(dtype: DType, shape: &[u64], out: &mut Vec<u8>) -> io::Result<()> {
-    let options = WriteOptions::new_header_only().dtype(dtype).shape(shape);
-    options.writer(out).write_header_only().map(drop)
+fn write_header(descr: &str, shape: &[u64], out: &mut Vec<u8>) {
+    const N_BEFORE_TEXT: usize = 10;
+    let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    let text = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': ({shape}), }}");
+    // Spaces and a newline put the numbers at a multiple of 64 bytes.
+    let n_bytes = (N_BEFORE_TEXT + text.len() + 1).next_multiple_of(64) - N_BEFORE_TEXT;
+    out.extend(b"\x93NUMPY\x01\x00");
+    out.extend((n_bytes as u16).to_le_bytes());
+    out.extend(format!("{text:<width$}\n", width = n_bytes - 1).bytes());
 }
 
 /// Bytes that are read at once.
@@ -168,7 +174,7 @@ impl<R: Read> Array<R> {
         expected: &str,
     ) -> Result<Array<R>> {
         let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
-        let (header, n_header_bytes) = read_header(&mut reader).map_err(|error| {
+        let (header, n_header_bytes) = Header::read(&mut reader).map_err(|error| {
             // A file that ends too early is a wrong file, not a failing disk.
             match error.kind() {
                 io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Error::Input {
@@ -183,7 +189,7 @@ impl<R: Read> Array<R> {
 
     /// True for an array of records with fields.
     pub fn is_structured(&self) -> bool {
-        matches!(self.header.dtype(), DType::Record(_))
+        matches!(self.header.dtype, DType::Record(_))
     }
 
     fn wrong(&self, message: String) -> Error {
@@ -228,23 +234,28 @@ impl<R: Read> Array<R> {
                 columns.join(" or ")
             )
         };
-        let dtype = self.header.dtype();
-        if f64::reader(&dtype).is_err() && f32::reader(&dtype).is_err() {
-            return Err(self.wrong(format!("its dtype is {}; {}", dtype.descr(), expected())));
-        }
-        let &[n_rows, n_columns] = self.header.shape() else {
-            let n_axes = self.header.shape().len();
+        let dtype = &self.header.dtype;
+        let &DType::Plain(Plain {
+            kind: Some(Kind::Float),
+            n_bytes: Some(value_bytes @ (4 | 8)),
+            is_big_endian,
+            ..
+        }) = dtype
+        else {
+            return Err(self.wrong(format!("its dtype is {dtype}; {}", expected())));
+        };
+        let &[n_rows, n_columns] = &self.header.shape[..] else {
+            let n_axes = self.header.shape.len();
             return Err(self.wrong(format!("it has {n_axes} dimensions; {}", expected())));
         };
         if !columns.iter().any(|allowed| allowed.contains(&n_columns)) {
             return Err(self.wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
         }
-        let value_bytes = dtype.num_bytes().unwrap_or_default() as u128;
-        let n_rows = self.check_length(n_rows, u128::from(n_columns) * value_bytes)?;
-        let Array { header, path, reader, .. } = self;
-        let file = NpyFile::with_header(header, reader);
+        let n_rows = self.check_length(n_rows, u128::from(n_columns) * value_bytes as u128)?;
+        let Array { header: Header { is_fortran, .. }, path, reader, .. } = self;
         // No more than were allowed.
-        Ok(FloatTable { n_rows, n_columns: n_columns as usize, path, file })
+        let n_columns = n_columns as usize;
+        Ok(FloatTable { n_rows, n_columns, path, value_bytes, is_big_endian, is_fortran, reader })
     }
 
     /// A structured array.
@@ -252,13 +263,12 @@ impl<R: Read> Array<R> {
     /// # Errors
     /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
     pub fn records(self) -> Result<Records<R>> {
-        let dtype = self.header.dtype();
-        let &[n_rows] = self.header.shape() else {
-            let n_axes = self.header.shape().len();
+        let &[n_rows] = &self.header.shape[..] else {
+            let n_axes = self.header.shape.len();
             let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
             return Err(self.wrong(message));
         };
-        let Some((cells, record_bytes)) = cells_of(&dtype) else {
+        let Some((cells, record_bytes)) = cells_of(&self.header.dtype) else {
             let message = "its records have no fixed length, or a large one".to_owned();
             return Err(self.wrong(message));
         };
@@ -273,7 +283,7 @@ const MAX_RECORD_BYTES: usize = 1 << 16;
 
 /// The numbers of a record of this type, and its bytes; `None` where it has no fixed length or a large one.
 pub(crate) fn cells_of(dtype: &DType) -> Option<(Vec<Cell>, usize)> {
-    let record_bytes = dtype.num_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n))?;
+    let record_bytes = dtype.n_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n))?;
     let mut cells = Vec::new();
     add_cells(&mut cells, "", dtype, &mut 0);
     Some((cells, record_bytes))
@@ -283,27 +293,17 @@ pub(crate) fn cells_of(dtype: &DType) -> Option<(Vec<Cell>, usize)> {
 fn add_cells(cells: &mut Vec<Cell>, field: &str, dtype: &DType, at: &mut usize) {
     match dtype {
         DType::Plain(plain) => {
-            let n_bytes = plain.num_bytes().unwrap_or_default();
+            let n_bytes = plain.n_bytes.unwrap_or_default();
             cells.push(Cell {
                 field: field.to_owned(),
                 element: None,
-                type_name: dtype.descr().replace('\'', ""),
-                kind: Some(plain.type_char()).filter(|&kind| is_number(kind, n_bytes)),
+                type_name: plain.name.clone(),
+                kind: plain.kind,
                 n_bytes,
                 offset: *at,
-                is_big_endian: plain.endianness() == Endianness::Big,
+                is_big_endian: plain.is_big_endian,
             });
             *at += n_bytes;
-        }
-        // Of no bytes, there may be any number.
-        DType::Array(_, inner) if inner.num_bytes().is_none_or(|n| n == 0) => {}
-        DType::Array(n, inner) => {
-            // Those of several axes are numbered through.
-            let first = cells.len();
-            (0..*n).for_each(|_| add_cells(cells, field, inner, at));
-            for (i, cell) in cells[first..].iter_mut().enumerate() {
-                (cell.field, cell.element) = (field.to_owned(), Some(i));
-            }
         }
         DType::Record(fields) => {
             for inner in fields {
@@ -312,22 +312,24 @@ fn add_cells(cells: &mut Vec<Cell>, field: &str, dtype: &DType, at: &mut usize) 
                     outer => format!("{outer}.{}", inner.name),
                 };
                 let first = cells.len();
-                add_cells(cells, &name, &inner.dtype, at);
+                let is_list = !inner.shape.is_empty();
+                // Of no bytes, there may be any number.
+                let is_nothing = is_list && inner.dtype.n_bytes() == Some(0);
+                for _ in 0..if is_nothing { 0 } else { inner.n_elements() } {
+                    add_cells(cells, &name, &inner.dtype, at);
+                }
+                if is_list {
+                    // Those of several axes are numbered through.
+                    for (i, cell) in cells[first..].iter_mut().enumerate() {
+                        (cell.field, cell.element) = (name.clone(), Some(i));
+                    }
+                }
                 // Padding has no name.
                 if inner.name.is_empty() {
                     cells.truncate(first);
                 }
             }
         }
-    }
-}
-
-fn is_number(kind: TypeChar, n_bytes: usize) -> bool {
-    match kind {
-        TypeChar::Bool => n_bytes == 1,
-        TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&n_bytes),
-        TypeChar::Float => [2, 4, 8].contains(&n_bytes),
-        _ => false,
     }
 }
 
@@ -342,7 +344,7 @@ impl Cell {
 
     /// True for unsigned numbers of 8 bits.
     pub fn is_byte(&self) -> bool {
-        (self.kind, self.n_bytes) == (Some(TypeChar::Uint), 1)
+        (self.kind, self.n_bytes) == (Some(Kind::Uint), 1)
     }
 
     /// The bits of the number in a record, the lowest first; those of a signed one go on with its sign.
@@ -356,7 +358,7 @@ impl Cell {
         let bits = u64::from_le_bytes(low_first);
         let n_unused = 64 - 8 * self.n_bytes as u32;
         match self.kind {
-            Some(TypeChar::Int) => ((bits as i64) << n_unused >> n_unused) as u64,
+            Some(Kind::Int) => ((bits as i64) << n_unused >> n_unused) as u64,
             _ => bits,
         }
     }
@@ -364,10 +366,10 @@ impl Cell {
     /// The f64 nearest to the number in a record; NaN for what is no number.
     fn to_f64(&self, record: &[u8]) -> f64 {
         match (self.kind, self.n_bytes) {
-            (Some(TypeChar::Float), 2) => f16::from_bits(self.bits(record) as u16).to_f64(),
-            (Some(TypeChar::Float), 4) => f32::from_bits(self.bits(record) as u32).into(),
-            (Some(TypeChar::Float), _) => f64::from_bits(self.bits(record)),
-            (Some(TypeChar::Int), _) => self.bits(record) as i64 as f64,
+            (Some(Kind::Float), 2) => f16::from_bits(self.bits(record) as u16).to_f64(),
+            (Some(Kind::Float), 4) => f32::from_bits(self.bits(record) as u32).into(),
+            (Some(Kind::Float), _) => f64::from_bits(self.bits(record)),
+            (Some(Kind::Int), _) => self.bits(record) as i64 as f64,
             (Some(_), _) => self.bits(record) as f64,
             (None, _) => f64::NAN,
         }
@@ -428,37 +430,31 @@ impl<R: Read> FloatTable<R> {
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
     pub fn read(self, put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let FloatTable { n_rows, n_columns, path, file } = self;
-        let order = file.order();
-        let (n_outer, n_inner) = match order {
-            Order::C => (n_rows, n_columns),
-            Order::Fortran => (n_columns, n_rows),
-        };
-        let place = move |outer, inner| match order {
-            Order::C => (outer, inner),
-            Order::Fortran => (inner, outer),
-        };
+        let FloatTable { n_rows, n_columns, path, is_fortran, reader, .. } = self;
+        let (n_outer, n_inner) = if is_fortran { (n_columns, n_rows) } else { (n_rows, n_columns) };
+        let place = move |outer, inner| if is_fortran { (inner, outer) } else { (outer, inner) };
         let places =
             (0..n_outer).flat_map(|outer| (0..n_inner).map(move |inner| place(outer, inner)));
-        match file.try_data::<f64>() {
-            Ok(values) => put_all(places.zip(values), &path, put),
-            Err(file) => {
-                let values = file.data::<f32>().map_err(io::Error::other);
-                let values = values.map_err(Error::io(&path))?;
-                put_all(places.zip(values), &path, put)
-            }
+        match (self.value_bytes, self.is_big_endian) {
+            (4, false) => put_all(places, reader, &path, |b| f32::from_le_bytes(b).into(), put),
+            (4, true) => put_all(places, reader, &path, |b| f32::from_be_bytes(b).into(), put),
+            (_, false) => put_all(places, reader, &path, f64::from_le_bytes, put),
+            (_, true) => put_all(places, reader, &path, f64::from_be_bytes, put),
         }
     }
 }
 
-fn put_all<T: Into<f64>>(
-    values: impl Iterator<Item = ((usize, usize), io::Result<T>)>,
+fn put_all<const N: usize>(
+    places: impl Iterator<Item = (usize, usize)>,
+    mut reader: impl Read,
     path: &Path,
+    to_f64: impl Fn([u8; N]) -> f64,
     mut put: impl FnMut(usize, usize, f64),
 ) -> Result<()> {
-    for ((row, column), value) in values {
-        match value {
-            Ok(value) => put(row, column, value.into()),
+    for (row, column) in places {
+        let mut bytes = [0; N];
+        match reader.read_exact(&mut bytes) {
+            Ok(()) => put(row, column, to_f64(bytes)),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
                 let message = format!("the file ends before row {row}, column {column}");
                 return Err(Error::Input { path: path.to_owned(), message });
@@ -467,83 +463,4 @@ fn put_all<T: Into<f64>>(
         }
     }
     Ok(())
-}
-
-/// Longest header, bytes. NumPy itself refuses to read headers of more than 10 000.
-const MAX_HEADER_BYTES: u64 = 10_000;
-
-/// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
-const MAX_NESTING: usize = 8;
-
-/// Most decimal digits in the shapes of all: a product of numbers with so many digits together is
-/// below 10¹⁸, so below 2⁶⁴.
-const MAX_DIGITS: usize = 18;
-
-/// Most decimal digits that follow each other in a name or a type: a length of less than 10⁹.
-const MAX_DIGITS_OF_TYPE: usize = 9;
-
-/// The header and its length in bytes.
-///
-/// The parser recurses into nested brackets and multiplies the shape without looking, and so can
-/// overflow the stack or an integer. Only text that can do neither is handed to it.
-pub(crate) fn read_header(reader: &mut impl Read) -> io::Result<(NpyHeader, u64)> {
-    let invalid = |message| io::Error::new(io::ErrorKind::InvalidData, message);
-    let mut bytes = Vec::new();
-    reader.take(8).read_to_end(&mut bytes)?;
-    if !bytes.starts_with(b"\x93NUMPY") {
-        return Err(invalid("it does not begin like one"));
-    }
-    let n_length_bytes = if bytes.get(6) == Some(&1) { 2 } else { 4 };
-    let mut length = [0; 4];
-    reader.read_exact(&mut length[..n_length_bytes])?;
-    bytes.extend_from_slice(&length[..n_length_bytes]);
-    let n_text_bytes = u64::from(u32::from_le_bytes(length));
-    if n_text_bytes > MAX_HEADER_BYTES {
-        return Err(invalid("its header is too long"));
-    }
-    let n_before_text = bytes.len();
-    reader.take(n_text_bytes).read_to_end(&mut bytes)?;
-
-    let text = &bytes[n_before_text..];
-    let (mut depth, mut n_digits, mut n_digits_of_type) = (0_usize, 0_usize, 0_usize);
-    let mut quote = None;
-    for (at, &byte) in text.iter().enumerate() {
-        if byte == b'\\' {
-            return Err(invalid("its header has unexpected signs"));
-        }
-        if let Some(open) = quote {
-            n_digits_of_type = if byte.is_ascii_digit() { n_digits_of_type + 1 } else { 0 };
-            if n_digits_of_type > MAX_DIGITS_OF_TYPE {
-                return Err(invalid("its header is not that of a table of numbers"));
-            }
-            quote = Some(open).filter(|open| *open != byte);
-            continue;
-        }
-        match byte {
-            b'\'' | b'"' => (quote, n_digits_of_type) = (Some(byte), 0),
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            b'0'..=b'9' => n_digits += 1,
-            // Signs have no business in a header of numbers.
-            b'+' | b'-' => return Err(invalid("its header has unexpected signs")),
-            _ => {}
-        }
-        if depth > MAX_NESTING {
-            return Err(invalid("its header is nested too deeply"));
-        }
-        if n_digits > MAX_DIGITS
-            || text[at..].get(..2).is_some_and(|two| two.eq_ignore_ascii_case(b"0x"))
-        {
-            return Err(invalid("its header is not that of a table of numbers"));
-        }
-    }
-    if quote.is_some() {
-        return Err(invalid("its header is not closed"));
-    }
-    // Three quotes begin a text that may hold single ones.
-    if text.windows(3).any(|three| three == b"\'\'\'" || three == b"\"\"\"") {
-        return Err(invalid("its header is not that of a table of numbers"));
-    }
-    let n_bytes = bytes.len() as u64;
-    Ok((NpyHeader::from_reader(&bytes[..])?, n_bytes))
 }

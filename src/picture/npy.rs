@@ -20,7 +20,7 @@ pub(super) fn begin(
     out: &mut Vec<u8>,
 ) -> io::Result<Box<dyn Encoder>> {
     let record = record(options);
-    record.write_header(&[pixels.height.into(), pixels.width.into()], out)?;
+    record.write_header(&[pixels.height.into(), pixels.width.into()], out);
     Ok(Box::new(record))
 }
 

@@ -128,7 +128,7 @@ pub fn write_hits(file: &mut OutputFile, hits: &Hits, control: &Control) -> Resu
     }
     let record = Record { rgb: false, alpha: false, level };
     let mut bytes = Vec::new();
-    record.write_header(&[n_hits as u64], &mut bytes).map_err(Error::io(&path))?;
+    record.write_header(&[n_hits as u64], &mut bytes);
     control.expect_bytes((bytes.len() + n_hits * record.bytes()) as u64);
     let mut start = 0;
     loop {

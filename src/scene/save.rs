@@ -106,7 +106,7 @@ impl Scene {
         let n_rows = self.spheres.len() - first;
         let mut bytes = Vec::new();
         let shape = [n_rows as u64, N_COLUMNS as u64];
-        write_float_header(shape, &mut bytes).map_err(Error::io(&path))?;
+        write_float_header(shape, &mut bytes);
         let mut left = (first..self.spheres.len()).peekable();
         while left.peek().is_some() || !bytes.is_empty() {
             control.check()?;

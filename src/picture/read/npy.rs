@@ -4,25 +4,24 @@ use std::io::{self, BufRead, Read};
 use std::path::Path;
 
 use exr::prelude::f16;
-use npyz::{DType, Order, TypeChar};
 
 use super::{Channel, Image, Samples, require, wrong};
 use crate::error::{Error, Result};
-use crate::npy::{Cell, cells_of, read_header};
+use crate::npy::{Cell, DType, Header, Kind, cells_of};
 
 /// Most numbers of a pixel.
 const MAX_CHANNELS: usize = 1024;
 
 pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
-    let (header, _) = read_header(&mut reader).map_err(|error| match error.kind() {
+    let (header, _) = Header::read(&mut reader).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             wrong(path, format!("not a readable .npy file ({error})"))
         }
         _ => Error::io(path)(error),
     })?;
-    let dtype = header.dtype();
+    let Header { dtype, shape, is_fortran } = header;
     let is_record = matches!(dtype, DType::Record(_));
-    let shape: Vec<usize> = header.shape().iter().map(|&n| n as usize).collect();
+    let shape: Vec<usize> = shape.iter().map(|&n| n as usize).collect();
     let expected = "expected an array of shape (H, W), (N,) or (H, W, channels)";
     let (n_rows, n_columns, n_inner, is_list) = match (&shape[..], is_record) {
         (&[n], _) => (1, n, 1, true),
@@ -30,7 +29,7 @@ pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
         (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
         _ => return Err(wrong(path, format!("its shape has {} axes; {expected}", shape.len()))),
     };
-    let not_numbers = || wrong(path, format!("its dtype is {}; expected numbers", dtype.descr()));
+    let not_numbers = || wrong(path, format!("its dtype is {dtype}; expected numbers"));
     let (cells, n_record_bytes) = cells_of(&dtype).ok_or_else(not_numbers)?;
     if cells.iter().any(|cell| cell.kind.is_none()) {
         return Err(not_numbers());
@@ -58,9 +57,9 @@ pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
     }
 
     // Records from one to the next along each axis.
-    let strides = match header.order() {
-        Order::C => [n_columns * n_inner, n_inner, 1],
-        Order::Fortran => [1, n_rows, n_rows * n_columns],
+    let strides = match is_fortran {
+        false => [n_columns * n_inner, n_inner, 1],
+        true => [1, n_rows, n_rows * n_columns],
     };
     let channel = |cell: &Cell, inner: usize, name: String| {
         let first = inner * strides[2];
@@ -108,15 +107,13 @@ fn field_name(cell: &Cell) -> String {
 
 fn samples(cell: &Cell, bits: impl Iterator<Item = u64>) -> Option<Samples> {
     Some(match (cell.kind?, cell.n_bytes) {
-        (TypeChar::Bool | TypeChar::Uint, 1) => Samples::U8(bits.map(|n| n as u8).collect()),
-        (TypeChar::Uint, 2) => Samples::U16(bits.map(|n| n as u16).collect()),
-        (TypeChar::Uint, 4) => Samples::U32(bits.map(|n| n as u32).collect()),
-        (TypeChar::Uint | TypeChar::Int, _) => Samples::I64(bits.map(|n| n as i64).collect()),
-        (TypeChar::Float, 2) => {
-            Samples::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect())
-        }
-        (TypeChar::Float, 4) => Samples::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
-        (TypeChar::Float, _) => Samples::F64(bits.map(f64::from_bits).collect()),
+        (Kind::Bool | Kind::Uint, 1) => Samples::U8(bits.map(|n| n as u8).collect()),
+        (Kind::Uint, 2) => Samples::U16(bits.map(|n| n as u16).collect()),
+        (Kind::Uint, 4) => Samples::U32(bits.map(|n| n as u32).collect()),
+        (Kind::Uint | Kind::Int, _) => Samples::I64(bits.map(|n| n as i64).collect()),
+        (Kind::Float, 2) => Samples::F16(bits.map(|n| f16::from_bits(n as u16).to_f32()).collect()),
+        (Kind::Float, 4) => Samples::F32(bits.map(|n| f32::from_bits(n as u32)).collect()),
+        (Kind::Float, _) => Samples::F64(bits.map(f64::from_bits).collect()),
         _ => return None,
     })
 }
