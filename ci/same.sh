@@ -124,7 +124,7 @@ for name in ["figure1", "lit/figure1", "lit/hard/low_sun"]:
     draw(f"{name} part", given(name), "--crop", "11,7,61,53", ending="npy")
     trace(f"{name} list", given(name), 100_000, 3)
 for count in counts:
-    for kind in ["uniform", "clustered", "shell", "lattice"]:
+    for kind in ["uniform", "packing", "lattice"]:
         made = lambda kind=kind, count=count: cloud(kind, count)
         name = f"{kind} {count}"
         draw(f"{name} ids", made)

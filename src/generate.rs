@@ -25,15 +25,9 @@ use crate::scene::{
 pub enum Distribution {
     /// Evenly in the cube of side 1 about the origin; each radius is 0.3·N^(−1/3).
     Uniform,
-    /// In N^(1/3) clusters, from large and thin to small and dense, in and about that cube.
-    Clustered,
     /// A cubic lattice of spheres of radius 1 about the origin. Coordinates are whole numbers, so
     /// neighbours touch exactly.
     Lattice,
-    /// On the sphere of diameter 1 about the origin; each radius is 0.4·N^(−1/2).
-    Shell,
-    /// A disc of radius 1 with two arms and a bulge, 10⁷ from the origin.
-    Galaxy,
     /// A heap of spheres of radius 1 that touch each other and the floor y = 0: square layers, each in
     /// the hollows of the one below, with gaps here and there.
     Packing,
@@ -41,23 +35,14 @@ pub enum Distribution {
 
 impl Distribution {
     /// All of them.
-    pub const ALL: [Distribution; 6] = [
-        Distribution::Uniform,
-        Distribution::Clustered,
-        Distribution::Lattice,
-        Distribution::Shell,
-        Distribution::Galaxy,
-        Distribution::Packing,
-    ];
+    pub const ALL: [Distribution; 3] =
+        [Distribution::Uniform, Distribution::Lattice, Distribution::Packing];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Distribution::Uniform => "uniform",
-            Distribution::Clustered => "clustered",
             Distribution::Lattice => "lattice",
-            Distribution::Shell => "shell",
-            Distribution::Galaxy => "galaxy",
             Distribution::Packing => "packing",
         }
     }
@@ -184,13 +169,6 @@ impl Recipe {
                     row(center, radius, color_of_place(2.0 * center))
                 })
             }
-            Distribution::Clustered => {
-                let clusters = clusters(self.count, &mut random);
-                Box::new(move || {
-                    let index = (random.unit() * clusters.len() as f64) as usize;
-                    clusters[index].sphere(&mut random)
-                })
-            }
             Distribution::Lattice => {
                 let n_side = lattice_side(self.count);
                 let mut index = 0;
@@ -198,17 +176,6 @@ impl Recipe {
                     index += 1;
                     lattice_point(index - 1, n_side)
                 })
-            }
-            Distribution::Shell => {
-                let radius = SHELL_RADIUS / n.sqrt();
-                Box::new(move || {
-                    let normal = on_unit_sphere(&mut random);
-                    row(0.5 * normal, radius, color_of_place(normal))
-                })
-            }
-            Distribution::Galaxy => {
-                let radius = GALAXY_RADIUS / libm::cbrt(n);
-                Box::new(move || star(radius, &mut random))
             }
             Distribution::Packing => {
                 let mut heap = Heap::of(self);
@@ -225,19 +192,9 @@ impl Recipe {
             Distribution::Uniform => {
                 (DVec3::ZERO, 0.5 * half_diagonal + UNIFORM_RADIUS / libm::cbrt(n))
             }
-            Distribution::Clustered => {
-                let reach = LARGEST_CLUSTER * (BELL_REACH * half_diagonal + CLUSTER_FILLING);
-                (DVec3::ZERO, 0.5 * half_diagonal + reach)
-            }
             Distribution::Lattice => {
                 let n_side = lattice_side(self.count) as f64;
                 (DVec3::ZERO, (n_side - 1.0) * half_diagonal + 1.0)
-            }
-            Distribution::Shell => (DVec3::ZERO, 0.5 + SHELL_RADIUS / n.sqrt()),
-            Distribution::Galaxy => {
-                let thickness = BELL_REACH * DISC_THICKNESS;
-                let rim = (1.0 + thickness * thickness).sqrt();
-                (GALAXY_CENTER, rim + STAR_VARIES * GALAXY_RADIUS / libm::cbrt(n))
             }
             Distribution::Packing => {
                 // From the origin to a corner of the lowest layer; those above are nearer.
@@ -267,9 +224,6 @@ const FOV_DEGREES: f64 = 40.0;
 /// Radius of a sphere, as a part of the mean distance between neighbours N^(−1/3).
 const UNIFORM_RADIUS: f64 = 0.3;
 
-/// Radius of a sphere on the shell, as a part of N^(−1/2): they cover 16 % of it.
-const SHELL_RADIUS: f64 = 0.4;
-
 fn row(center: DVec3, radius: f64, [red, green, blue]: [f64; 3]) -> Row {
     [center.x, center.y, center.z, radius, red, green, blue]
 }
@@ -287,61 +241,6 @@ fn in_cube(random: &mut SplitMix) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| random.unit() - 0.5))
 }
 
-/// Evenly on the unit sphere (Marsaglia 1972).
-fn on_unit_sphere(random: &mut SplitMix) -> DVec3 {
-    loop {
-        let (a, b) = (2.0 * random.unit() - 1.0, 2.0 * random.unit() - 1.0);
-        let s = a * a + b * b;
-        if s < 1.0 {
-            let scale = 2.0 * (1.0 - s).sqrt();
-            return DVec3::new(a * scale, b * scale, 1.0 - 2.0 * s);
-        }
-    }
-}
-
-/// Between −2 and 2 with a standard deviation of 3^(−1/2): the sum of four uniform numbers looks
-/// like a normal distribution without tails.
-fn bell(random: &mut SplitMix) -> f64 {
-    random.unit() + random.unit() + random.unit() + random.unit() - BELL_REACH
-}
-
-/// Largest value of [`bell`].
-const BELL_REACH: f64 = 2.0;
-
-/// A part of space with spheres around its middle.
-struct Cluster {
-    center: DVec3,
-    size: f64,
-    radius: f64,
-    color: [f64; 3],
-}
-
-/// Size of the largest cluster; the smallest is 2⁻⁵ of it.
-const LARGEST_CLUSTER: f64 = 0.125;
-
-/// Radius of a sphere, as a part of its cluster's size divided by N^(1/3) a cluster.
-const CLUSTER_FILLING: f64 = 0.5;
-
-fn clusters(count: u64, random: &mut SplitMix) -> Vec<Cluster> {
-    let n_clusters = libm::cbrt(count as f64).ceil();
-    let n_spheres = count as f64 / n_clusters;
-    let cluster = |_| {
-        let center = in_cube(random);
-        let size = LARGEST_CLUSTER * libm::exp2(-5.0 * random.unit());
-        let radius = CLUSTER_FILLING * size / libm::cbrt(n_spheres);
-        let color = std::array::from_fn(|_| 0.1 + 0.9 * random.unit());
-        Cluster { center, size, radius, color }
-    };
-    (0..n_clusters as u64).map(cluster).collect()
-}
-
-impl Cluster {
-    fn sphere(&self, random: &mut SplitMix) -> Row {
-        let offset = DVec3::from_array(std::array::from_fn(|_| bell(random)));
-        row(self.center + self.size * offset, self.radius, self.color)
-    }
-}
-
 /// The smallest number with a cube of at least `count`.
 fn lattice_side(count: u64) -> u64 {
     let rounded = libm::cbrt(count as f64) as u64;
@@ -356,45 +255,6 @@ fn lattice_point(index: u64, n_side: u64) -> Row {
     let center = DVec3::from_array(steps.map(|step| 2.0 * step as f64 - last));
     let shade = if steps.iter().sum::<u64>() % 2 == 0 { 1.0 } else { 0.4 };
     row(center, 1.0, color_of_place(center / last.max(1.0)).map(|part| shade * part))
-}
-
-/// 10⁷ from the origin, exactly.
-const GALAXY_CENTER: DVec3 = DVec3::new(6e6, 0.0, -8e6);
-
-/// Mean radius of a star, as a part of N^(−1/3).
-const GALAXY_RADIUS: f64 = 0.1;
-
-/// Largest radius of a star, as a part of the mean.
-const STAR_VARIES: f64 = 1.5;
-
-/// Share of the stars that are in the bulge.
-const BULGE_SHARE: f64 = 0.2;
-
-/// Size of the bulge, thickness of the disc and width of an arm, in units of [`bell`].
-const BULGE_SIZE: f64 = 0.12;
-const DISC_THICKNESS: f64 = 0.015;
-const ARM_WIDTH: f64 = 0.35;
-
-/// Turns of an arm, radians for each e-fold of the distance from the centre.
-const ARM_WINDING: f64 = 2.5;
-
-/// A star of the bulge or of one of two logarithmic spirals.
-fn star(mean_radius: f64, random: &mut SplitMix) -> Row {
-    let radius = mean_radius * (0.5 + random.unit());
-    let place = if random.unit() < BULGE_SHARE {
-        BULGE_SIZE * DVec3::new(bell(random), 0.6 * bell(random), bell(random))
-    } else {
-        let from_center = 0.05 + 0.95 * random.unit();
-        let arm = if random.unit() < 0.5 { 0.0 } else { std::f64::consts::PI };
-        let angle = arm + ARM_WINDING * libm::log(from_center) + ARM_WIDTH * bell(random);
-        let (sine, cosine) = libm::sincos(angle);
-        let height = DISC_THICKNESS * bell(random);
-        DVec3::new(from_center * cosine, height, from_center * sine)
-    };
-    // From the yellow of old stars to the blue of young ones.
-    let outwards = place.length().min(1.0);
-    let color = [1.0 - 0.75 * outwards, 0.8 - 0.4 * outwards, 0.45 + 0.55 * outwards];
-    row(GALAXY_CENTER + place, radius, color)
 }
 
 /// See [`Distribution::Packing`]; from below, row by row.
@@ -486,8 +346,7 @@ mod tests {
                 .map(|[x, y, z, r, ..]| DVec3::new(x, y, z).distance(middle) + r)
                 .fold(0.0, f64::max);
             let name = distribution.name();
-            // Coordinates of 10⁷ are rounded to 10⁻⁹.
-            assert!(farthest <= reach + 1e-8, "{name}: {farthest} > {reach}");
+            assert!(farthest <= reach, "{name}: {farthest} > {reach}");
             assert!(farthest > 0.5 * reach, "{name}: {farthest} << {reach}");
         }
     }
@@ -506,11 +365,8 @@ mod tests {
     fn bytes_are_the_same_everywhere() {
         let known = [
             (Distribution::Uniform, [0x3fa704af50de0890, 0x3f9eb851eb851eb8, 0x3fd6b906b2755508]),
-            (Distribution::Clustered, [0xbfb61bc8e161ce84, 0x3f48fc92e68e08ab, 0x3fe0777142e0e855]),
             (Distribution::Lattice, [0x4022000000000000, 0x3ff0000000000000, 0x3fd7ced916872b03]),
-            (Distribution::Shell, [0x3fd73f5e69261b84, 0x3f89e7c6e43390b7, 0x3fc471ddb32eb34e]),
             (Distribution::Packing, [0xc000000000000000, 0x3ff0000000000000, 0x3fd6288c2f3a163b]),
-            (Distribution::Galaxy, [0x4156e3600388f4f5, 0x3f80f34981a8a5c8, 0x3fe1d09b81c16abb]),
         ];
         for (distribution, bits) in known {
             let mut rows = recipe(distribution, 1000).rows();

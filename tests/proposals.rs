@@ -17,7 +17,7 @@ use kugelblitz::kernel::certified::UNDECIDED;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::scene::{Camera, Projection, Scene, read_scene};
+use kugelblitz::scene::{Camera, Projection, Scene, Sphere, read_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
@@ -201,6 +201,30 @@ fn cloud(distribution: Distribution, count: u64) -> Scene {
     read_scene(&file).unwrap()
 }
 
+/// Clouds that the program makes up, and more made of them: dense clusters in thin space, a shell, and one far
+/// from the origin.
+fn clouds(count: u64) -> Vec<(&'static str, Scene)> {
+    let uniform = cloud(Distribution::Uniform, count);
+    let changed = |change: &dyn Fn(usize, &Sphere) -> Sphere| {
+        let spheres = uniform.spheres.iter().enumerate().map(|(i, sphere)| change(i, sphere));
+        Scene { spheres: spheres.collect(), ..uniform.clone() }
+    };
+    let n_clusters = (count as f64).cbrt() as usize;
+    let clusters = changed(&|i, s| {
+        let (middle, size) =
+            (uniform.spheres[i % n_clusters].center, 0.5f64.powi(i as i32 % 6 + 3));
+        sphere(middle + size * s.center, 2.0 * size * s.radius)
+    });
+    let shell = changed(&|_, s| sphere(0.5 * s.center.normalize(), 0.4 / (count as f64).sqrt()));
+    let offset = DVec3::new(6e6, 0.0, -8e6);
+    let mut far = changed(&|_, s| sphere(s.center + offset, s.radius));
+    if let Some(camera) = &mut far.camera {
+        (camera.position, camera.look_at) = (camera.position + offset, camera.look_at + offset);
+    }
+    let made = Distribution::ALL.map(|of| (of.name(), cloud(of, count)));
+    made.into_iter().chain([("clusters", clusters), ("a shell", shell), ("far", far)]).collect()
+}
+
 #[test]
 fn proposals_of_the_lectures_scenes() {
     let cases = scenes_of("scenes");
@@ -225,11 +249,10 @@ fn proposals_of_hard_scenes() {
 #[test]
 fn proposals_of_clouds() {
     let mut cases = scenes_of("scenes/clouds");
-    for distribution in Distribution::ALL {
-        for count in [FEW_SPHERES as u64, FEW_SPHERES as u64 + 1, 1_000, 20_000] {
-            let scene = cloud(distribution, count);
+    for count in [FEW_SPHERES as u64, FEW_SPHERES as u64 + 1, 1_000, 20_000] {
+        for (name, scene) in clouds(count) {
             let planes = vec![plane(scene.spheres[0].center, DVec3::new(0.1, 1.0, 0.2))];
-            let what = format!("{count} {}", distribution.name());
+            let what = format!("{count} {name}");
             cases.extend(views(&format!("{what} and a plane"), Scene { planes, ..scene.clone() }));
             cases.extend(views(&what, scene));
         }
@@ -391,8 +414,8 @@ fn a_list_far_from_its_tree_is_left_to_the_cpu() {
 #[test]
 fn tiles_propose_what_single_rays_do_or_leave_it_open() {
     let (mut n_open, mut n_more) = (0, 0);
-    for distribution in Distribution::ALL {
-        for case in views(distribution.name(), cloud(distribution, 5_000)) {
+    for (name, scene) in clouds(5_000) {
+        for case in views(name, scene) {
             let prepared = case.prepared();
             let alone = of_twin(prepared.clone(), &case.rays);
             let wants = Wants::default();

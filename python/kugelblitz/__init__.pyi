@@ -292,7 +292,7 @@ class Scene:
     @staticmethod
     def generate(
         count: int,
-        distribution: Literal["uniform", "clustered", "lattice", "shell", "galaxy", "packing"] = "uniform",
+        distribution: Literal["uniform", "lattice", "packing"] = "uniform",
         *,
         seed: int = 0,
     ) -> Scene:
@@ -463,7 +463,7 @@ def figure(
 
 def generate(
     count: int,
-    distribution: Literal["uniform", "clustered", "lattice", "shell", "galaxy", "packing"] = "uniform",
+    distribution: Literal["uniform", "lattice", "packing"] = "uniform",
     *,
     seed: int = 0,
 ) -> Scene: ...

@@ -263,7 +263,7 @@ impl Scene {
     }
 
     /// A cloud of spheres made up from a seed, the same on every machine, with a camera: `distribution` is
-    /// "uniform", "clustered", "lattice", "shell", "galaxy" or "packing".
+    /// "uniform", "lattice" or "packing".
     #[staticmethod]
     #[pyo3(signature = (count, distribution = "uniform", *, seed = 0))]
     fn generate(py: Python<'_>, count: u64, distribution: &str, seed: u64) -> PyResult<Scene> {

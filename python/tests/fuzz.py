@@ -80,7 +80,7 @@ CALLS = {
         "size": "(6, 4)",
         "n_turns": "1",
     },
-    "Scene.generate": {"count": "20", "distribution": "'shell'", "seed": "3"},
+    "Scene.generate": {"count": "20", "distribution": "'lattice'", "seed": "3"},
 }
 
 #: Other right values.
@@ -108,7 +108,7 @@ RIGHT = {
     "digits": ["1", "12"],
     "pixel": ["(0, 0)", "[5, 3]", "np.array([1, 1])"],
     "count": ["1", "np.int64(7)"],
-    "distribution": ["'packing'", "'galaxy'"],
+    "distribution": ["'packing'", "'uniform'"],
     "normals": ["'either'", "'outward'"],
 }
 

@@ -456,9 +456,8 @@ pub struct GenerateCloudArgs {
     /// How the spheres lie in space
     ///
     /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
-    /// clustered: in clusters of very different density; lattice: each touches its six neighbours
-    /// exactly; shell: on a sphere; galaxy: a disc with two arms, 1e7 units from the origin; packing:
-    /// a heap of touching spheres on the floor y = 0.
+    /// lattice: each touches its six neighbours exactly; packing: a heap of touching spheres on the
+    /// floor y = 0.
     #[arg(long, default_value = Distribution::Uniform.name(), value_parser = distribution_parser())]
     pub distribution: Distribution,
     /// Seed of the random numbers
