@@ -269,7 +269,7 @@ fn wait_for_writing(child: &mut Child, folder: &Path) {
     }
 }
 
-fn is_hidden(name: &String) -> bool {
+fn is_hidden(name: &str) -> bool {
     name.starts_with(".kugelblitz-") && name.ends_with(".tmp")
 }
 

@@ -17,9 +17,9 @@ use super::{Run, TalkArgs};
 
 /// Compare two pictures, channel by channel
 ///
-/// PNG, OpenEXR, NPY, PPM, JPEG, TIFF, BMP, TGA and HDR, in any pair: channels are matched by name, and
-/// numbers of different types are compared as the one that has fewer of them, linear floats with sRGB as
-/// sRGB. Exit code 6 where more differs than --allow says.
+/// PNG, OpenEXR, NPY and PPM, in any pair: channels are matched by name, and numbers of different types
+/// are compared as the one that has fewer of them, linear floats with sRGB as sRGB. Exit code 6 where
+/// more differs than --allow says.
 #[derive(Args)]
 pub struct CompareArgs {
     /// A picture

@@ -22,7 +22,7 @@ use super::output::{count, print_text};
 /// found.
 #[derive(Args)]
 pub struct InfoArgs {
-    /// A picture (PNG, OpenEXR, NPY, PPM, JPEG, TIFF, BMP, TGA, HDR), or hits of `trace`
+    /// A picture (PNG, OpenEXR, NPY, PPM), or hits of `trace`
     #[arg(value_name = "OUT")]
     pub file: PathBuf,
     #[command(flatten)]

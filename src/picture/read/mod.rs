@@ -196,8 +196,8 @@ impl Image {
     }
 }
 
-/// Reads a picture: PNG, PPM, OpenEXR and NPY by this program, and what others write in these formats
-/// and in JPEG, TIFF, BMP, TGA and Radiance HDR. The content tells the format, not the name.
+/// Reads a picture: PNG, PPM, OpenEXR and NPY, by this program or another one. The content tells the
+/// format, not the name.
 ///
 /// # Errors
 /// Those of [`input::read_bytes`], [`Error::Input`] when it is no picture that can be read.

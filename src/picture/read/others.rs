@@ -1,4 +1,4 @@
-//! What the crate `image` reads: PNG, PNM, JPEG, TIFF, BMP, TGA and Radiance HDR.
+//! What the crate `image` reads: PNG and PNM.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,22 +10,20 @@ use super::{Channel, Image, Samples, require, wrong};
 use crate::error::{Error, Result};
 
 /// What can be read, for messages.
-const READABLE: &str = "PNG, OpenEXR, NPY, PPM, JPEG, TIFF, BMP, TGA and HDR can be read";
+const READABLE: &str = "PNG, OpenEXR, NPY and PPM can be read";
 
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut reader = reader.map_err(Error::io(path))?;
-    // TGA has no mark at its beginning.
-    let by_name = ImageFormat::from_path(path).ok().filter(|&format| format == ImageFormat::Tga);
-    let Some(format) = reader.format().or(by_name) else {
-        return Err(wrong(path, format!("not a picture of a known format; {READABLE}")));
+    let format = match reader.format() {
+        Some(ImageFormat::Png) => "PNG",
+        Some(ImageFormat::Pnm) => "PNM",
+        _ => return Err(wrong(path, format!("not a picture of a known format; {READABLE}"))),
     };
-    reader.set_format(format);
     // The memory is looked at here.
     reader.limits(Limits::no_limits());
     let unreadable = |error: ImageError| {
-        let name = name_of(format);
-        wrong(path, format!("not a readable {name} file: {error}; {READABLE}"))
+        wrong(path, format!("not a readable {format} file: {error}; {READABLE}"))
     };
     let decoder = reader.into_decoder().map_err(unreadable)?;
     require(path, decoder.total_bytes().saturating_mul(2))?;
@@ -33,34 +31,12 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
     let (width, height) = (pixels.width() as usize, pixels.height() as usize);
     let channels = channels(pixels)
         .ok_or_else(|| wrong(path, format!("its kind of pixels is not known; {READABLE}")))?;
-    let texts = if format == ImageFormat::Png { texts_of_png(bytes) } else { Vec::new() };
+    let texts = if format == "PNG" { texts_of_png(bytes) } else { Vec::new() };
     let (whole, first) = match window_of(&texts) {
         Some((whole, [x, y, w, h])) if [w, h] == [width as i64, height as i64] => (whole, [x, y]),
         _ => ([width, height], [0, 0]),
     };
-    Ok(Image {
-        format: name_of(format),
-        width,
-        height,
-        whole,
-        first,
-        channels,
-        texts,
-        ..Image::default()
-    })
-}
-
-fn name_of(format: ImageFormat) -> &'static str {
-    match format {
-        ImageFormat::Png => "PNG",
-        ImageFormat::Pnm => "PNM",
-        ImageFormat::Jpeg => "JPEG",
-        ImageFormat::Tiff => "TIFF",
-        ImageFormat::Bmp => "BMP",
-        ImageFormat::Tga => "TGA",
-        ImageFormat::Hdr => "HDR",
-        _ => "picture",
-    }
+    Ok(Image { format, width, height, whole, first, channels, texts, ..Image::default() })
 }
 
 /// The samples of each channel; grey ones are `Y`.
@@ -76,8 +52,6 @@ fn channels(pixels: DynamicImage) -> Option<Vec<Channel>> {
         DynamicImage::ImageLumaA16(all) => split(&GREY, &all, Samples::U16),
         DynamicImage::ImageRgb16(all) => split(&COLORS[..3], &all, Samples::U16),
         DynamicImage::ImageRgba16(all) => split(&COLORS, &all, Samples::U16),
-        DynamicImage::ImageRgb32F(all) => split(&COLORS[..3], &all, Samples::F32),
-        DynamicImage::ImageRgba32F(all) => split(&COLORS, &all, Samples::F32),
         _ => return None,
     })
 }
