@@ -237,12 +237,6 @@ pub const ROOM: f64 = 1.01;
 /// Longest direction of a picture whose light is found in f32.
 pub const LONGEST_IN_F32: f64 = 1024.0;
 
-/// Unit of a faithful rounding of f32.
-pub const UNIT_F32: f64 = f32::UNIT;
-
-/// Unit of a faithful rounding of f64.
-pub const UNIT_F64: f64 = f64::UNIT;
-
 /// What the filter needs to know about a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guard {
@@ -272,7 +266,7 @@ impl Guard {
         let InputError { offset, direction } = input;
         let eta = R::lit(unit) * l;
         let kappa_eta = R::lit(steps::FOOT + offset + direction) * eta;
-        let relative = steps::SQUARE * unit + 8.0 * UNIT_F64;
+        let relative = steps::SQUARE * unit + 8.0 * f64::UNIT;
         let inner = r - kappa_eta;
         let outer = r + kappa_eta;
         let inner2 = inner * inner * R::lit(1.0 - relative);
@@ -300,6 +294,10 @@ impl Guard {
 /// Error of `k` in units of `l·l + r²`, all rounded to nearest: ½ for the offset, doubled by squaring, 1½ for
 /// the dot product, ½ each for `r²` and the difference.
 pub(crate) const K_ERROR: f64 = 4.0;
+
+/// The same of `(a − o)·n` in units of the product of the lengths, for faithful rounding: 1 for the offset, 3 for the dot
+/// product.
+pub(crate) const N_ERROR: f64 = 4.0;
 
 /// Bound of `|M̂ − M|/|d̂|` for a plane with the normal's length `n`.
 pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
@@ -337,7 +335,7 @@ pub fn length_bound(v: DVec3) -> f64 {
 pub(crate) fn length_bounds<R: Real<One = f64>>(v: V3<R>) -> R {
     let [x, y, z] = v.0;
     let largest = x.abs().max(y.abs()).max(z.abs());
-    let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * UNIT_F64);
+    let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * f64::UNIT);
     let is_tiny = largest.lt(R::lit(1.0 / LARGEST_F64));
     R::select(is_tiny, R::lit(1.8) * largest, length)
 }
@@ -449,7 +447,7 @@ pub(crate) const K_TOLERANCE: f64 = 1.0 / (1u64 << 42) as f64;
 #[inline(always)]
 pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
     let (l2, r2) = (l.length_squared(), r * r);
-    let (k, error) = (l2 - r2, K_ERROR * UNIT_F64 * (l2 + r2));
+    let (k, error) = (l2 - r2, K_ERROR * f64::UNIT * (l2 + r2));
     (error <= K_TOLERANCE * k.abs()).then_some((k, error))
 }
 
@@ -457,7 +455,7 @@ pub fn k_f64(l: DVec3, r: f64) -> Option<(f64, f64)> {
 /// to one `from` away, as the head of this module says.
 #[inline(always)]
 pub fn moved_k_error(k: f64, error: f64, l: f64, from: f64) -> f64 {
-    1.001 * (error + UNIT_F64 * (k.abs() + 20.0 * from * (l + from)))
+    1.001 * (error + f64::UNIT * (k.abs() + 20.0 * from * (l + from)))
 }
 
 /// The relative factors of the filter for arithmetic of unit `unit`, rounded by `down` and `up`.
@@ -479,25 +477,25 @@ fn widening<R>(
 
 /// The relative factors of the filter in f32, rounded away from 1.
 pub fn widening_f32() -> Widening<f32> {
-    widening(UNIT_F32, WIDENING, round_down, round_up)
+    widening(f32::UNIT, WIDENING, round_down, round_up)
 }
 
 /// The same in f64.
 #[inline(always)]
 pub fn widening_f64() -> Widening<f64> {
-    widening(UNIT_F64, WIDENING, f64::next_down, f64::next_up)
+    widening(f64::UNIT, WIDENING, f64::next_down, f64::next_up)
 }
 
 /// `1/k` of a far sphere, to be rounded up to f32: the widening and the relative slack are in it.
 #[inline(always)]
 pub fn far_inverse<R: Real<One = f64>>(k: R) -> R {
-    R::lit(1.0 + WIDENING * UNIT_F32) / (k * R::lit(1.0 - FAR))
+    R::lit(1.0 + WIDENING * f32::UNIT) / (k * R::lit(1.0 - FAR))
 }
 
 /// Bounds in f32 of `1/x` with the widening in it, magnitudes rounded away from each other, with
 /// the sign of `x`; 0 for 0.
 pub fn inverse_f32(x: f64) -> (f32, f32) {
-    inverse(x, WIDENING * UNIT_F32)
+    inverse(x, WIDENING * f32::UNIT)
 }
 
 fn inverse(x: f64, width: f64) -> (f32, f32) {

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 pub use crate::kernel::Kernel;
-use crate::kernel::certified::UNDECIDED;
+use crate::num::OPEN;
 pub use crate::rays::{Ray, Rays};
 
 /// The outputs that the caller will look at beyond the ids. The others are not computed.
@@ -111,7 +111,7 @@ impl Hits {
 /// What the samples of pixels see, `n` × `n` of each.
 #[derive(Clone, Debug, Default)]
 pub struct SampleIds {
-    /// For each pixel the object that all its samples see, or [`UNDECIDED`].
+    /// For each pixel the object that all its samples see, or [`OPEN`].
     pub whole: Vec<u32>,
     /// Indices of the pixels that show several, ascending.
     pub mixed: Vec<u32>,
@@ -145,7 +145,7 @@ impl SampleIds {
                 let mut rows = ids.chunks_exact(row).map(|ids| &ids[x * n..][..n]);
                 *whole = ids[x * n];
                 if !rows.clone().flatten().all(|id| id == whole) {
-                    *whole = UNDECIDED;
+                    *whole = OPEN;
                     mixed.push((y * n_columns + x) as u32);
                     rows.by_ref().for_each(|ids| samples.extend(ids));
                 }

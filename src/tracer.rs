@@ -29,7 +29,7 @@ pub fn trace_all_samples<T: Tracer + ?Sized>(
 /// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
 pub trait Tracer: Send {
     /// Writes what the kernel itself sees of all `rays` into `hits`. The kernel `certified` proposes ids
-    /// alone, in f32: an object, 0, or [`UNDECIDED`](crate::kernel::certified::UNDECIDED); its `t` and
+    /// alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and
     /// normals mean nothing yet. Levels and counts are not yet filled in.
     ///
     /// # Errors

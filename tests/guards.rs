@@ -17,12 +17,13 @@ use adversarial::{Adversarial, Rounding, set_rounding};
 use common::{in_cube, log_uniform};
 use glam::DVec3;
 use kugelblitz::exact::{ExactHit, ExactRay, Shape, nearest};
-use kugelblitz::guard::{self, Guard, InputError, UNIT_F32, WIDENING};
+use kugelblitz::guard::{self, Guard, InputError, WIDENING};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
     GuardOf, Nearness, Widening, far_nearness, inside_nearness, outside_nearness, plane_nearness,
     plane_nearness_at, sphere_nearness,
 };
+use kugelblitz::num::Float;
 use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::trace::Ray;
 use kugelblitz::vec3::Vec3;
@@ -60,11 +61,11 @@ impl Sabotage {
     }
 
     fn widening(self) -> f64 {
-        WIDENING * UNIT_F32 * self.of(Bound::Widening)
+        WIDENING * f32::UNIT * self.of(Bound::Widening)
     }
 
     fn guard(self, r: f64, l: f64, input: InputError) -> (GuardOf<Adversarial>, Adversarial) {
-        let Guard { inner2, outer2, slack, k_error } = Guard::new(r, l, UNIT_F32, input);
+        let Guard { inner2, outer2, slack, k_error } = Guard::new(r, l, f32::UNIT, input);
         let toward = |bound2: f64, fraction: f64| r * r + (bound2 - r * r) * fraction;
         let guard = Guard {
             inner2: match inner2 > 0.0 {
@@ -142,7 +143,7 @@ impl Case {
                     false => inside_nearness(&ray, offset, &guard, q, &widening),
                 };
                 let longest = self.direction.length();
-                let is_far = guard::is_far(&Guard::new(r, l, UNIT_F32, ROUNDED_ONCE), k, longest);
+                let is_far = guard::is_far(&Guard::new(r, l, f32::UNIT, ROUNDED_ONCE), k, longest);
                 let far = match is_far {
                     true => {
                         let q = Adversarial(guard::round_up(guard::far_inverse(k)));
@@ -162,10 +163,10 @@ impl Case {
                 let toward = if n_offset < 0.0 { -normal } else { normal };
                 let bound =
                     |error: f64, bound| Adversarial(guard::round_up(error * sabotage.of(bound)));
-                let error = guard::plane_direction_error(n, UNIT_F32, ROUNDED_ONCE);
+                let error = guard::plane_direction_error(n, f32::UNIT, ROUNDED_ONCE);
                 let direction_error = bound(error, Bound::PlaneDirection);
                 let error =
-                    guard::plane_offset_error(n, l, UNIT_F32, ROUNDED_ONCE, guard::TINY_F32);
+                    guard::plane_offset_error(n, l, f32::UNIT, ROUNDED_ONCE, guard::TINY_F32);
                 let offset_error = bound(error, Bound::PlaneOffset);
                 let away = kugelblitz::vec3::dot3(direction, rounded(toward));
                 let q = sabotage.inverse(n_offset);
@@ -227,7 +228,7 @@ fn sphere_case(rng: &mut ChaCha8Rng) -> Case {
     let toward = unit(rng);
     let center = toward * distance;
     let aside = toward.cross(unit(rng)).normalize_or(toward.any_orthonormal_vector());
-    let unit_of_guard = UNIT_F32 * distance / r;
+    let unit_of_guard = f32::UNIT * distance / r;
     let off = match rng.random_range(0..4) {
         0 => rng.random_range(-1.0..0.2),
         _ => unit_of_guard * rng.random_range(-3.0..3.0),
@@ -244,7 +245,7 @@ fn sphere_case(rng: &mut ChaCha8Rng) -> Case {
 fn on_surface_case(rng: &mut ChaCha8Rng) -> Case {
     let ([center, ..], radius) = cases::integer_frame(rng, 12);
     let along = center.normalize();
-    let few = UNIT_F32 * rng.random_range(-8.0..8.0);
+    let few = f32::UNIT * rng.random_range(-8.0..8.0);
     let direction = along.cross(unit(rng)).normalize_or(DVec3::X) + along * few;
     Case { direction: stretched(rng, direction), shape: Shape::Sphere { center, radius } }
 }
@@ -257,7 +258,7 @@ fn stretched(rng: &mut ChaCha8Rng, direction: DVec3) -> DVec3 {
 
 /// A plane that the ray meets head-on, or grazes by a few `ε`, or that passes near the origin.
 fn plane_case(rng: &mut ChaCha8Rng) -> Case {
-    let few = |rng: &mut ChaCha8Rng| UNIT_F32 * rng.random_range(-4.0..4.0);
+    let few = |rng: &mut ChaCha8Rng| f32::UNIT * rng.random_range(-4.0..4.0);
     let normal = unit(rng);
     let normal = stretched(rng, normal);
     let across = |rng: &mut ChaCha8Rng| normal.cross(unit(rng)).normalize_or(DVec3::X);
@@ -341,7 +342,7 @@ fn directions_of_pixels_are_within_their_bound() {
         let [i, j] = [i, j].map(|offset| Adversarial(offset as f32));
         let direction = to_f64((forward + right * i) + up * j);
         let exact = pixels.direction(x, y);
-        direction.distance(exact) / (UNIT_F32 * exact.length())
+        direction.distance(exact) / (f32::UNIT * exact.length())
     });
     println!("δ of pixels: {largest:.3} of {}", guard::PIXELS.direction);
     assert!(largest <= guard::PIXELS.direction);
@@ -361,7 +362,7 @@ fn offsets_of_lists_are_within_their_bound() {
         });
         let [high, low] = [0, 1].map(|part| center_parts[part] - origin_parts[part]);
         let exact = center - origin;
-        to_f64(high + low).distance(exact) / (UNIT_F32 * (center.length() + origin.length()))
+        to_f64(high + low).distance(exact) / (f32::UNIT * (center.length() + origin.length()))
     });
     println!("λ of lists: {largest:.3} of {}", guard::LIST.offset);
     assert!(largest <= guard::LIST.offset);

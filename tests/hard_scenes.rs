@@ -12,7 +12,7 @@ use common::gpu;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::nearest;
-use kugelblitz::kernel::certified::UNDECIDED;
+use kugelblitz::num::OPEN;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
@@ -146,7 +146,7 @@ fn scenes_whose_rays_f32_leaves_open_begin_in_f64() {
         let starts_in_f64 = prepared.starts_in_f64();
         let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
         tracer.propose(&rays, &control, &mut hits).unwrap();
-        let n_open = hits.id.iter().filter(|&&id| id == UNDECIDED).count();
+        let n_open = hits.id.iter().filter(|&&id| id == OPEN).count();
         assert_eq!(starts_in_f64, 2 * n_open > rays.len(), "{name}: {n_open} open");
         tracer.trace(&rays, &control, &mut hits).unwrap();
         assert_eq!(starts_in_f64, hits.counts.f32 == 0, "{name}: {:?}", hits.counts);

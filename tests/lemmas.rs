@@ -9,14 +9,13 @@ use adversarial::{Adversarial, set_choices};
 use glam::DVec3;
 use kugelblitz::gpu::before::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
 use kugelblitz::guard::host::{Bounded, input_in_f32, input_in_f64};
-use kugelblitz::guard::{
-    self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach, UNIT_F32, UNIT_F64,
-};
+use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach};
 use kugelblitz::guard::{rows, steps};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{
     Nearness, Widening, closest_approach, normalized, outside_nearness,
 };
+use kugelblitz::num::Float;
 use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::seen::shadow::OF_COSINE;
@@ -24,6 +23,9 @@ use kugelblitz::vec3::{Real, Vec3, dot3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+
+const UNIT_F32: f64 = f32::UNIT;
+const UNIT_F64: f64 = f64::UNIT;
 
 const ROUNDED_ONCE: InputError = InputError { offset: 0.501, direction: 0.501 };
 

@@ -16,7 +16,7 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::GpuTracer;
 use kugelblitz::gpu::before::propose_alone;
-use kugelblitz::kernel::certified::UNDECIDED;
+use kugelblitz::num::OPEN;
 use kugelblitz::prepare::{FEW_SPHERES, Prepared};
 use kugelblitz::rays::{Bundle, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Color, Projection, Scene, Sphere, read_scene};
@@ -276,10 +276,10 @@ fn proposals_are_the_same() {
         let twin = propose_alone(&prepared, &picture).unwrap();
         let differs = |ray: &usize| {
             let (a, b) = (device[*ray], twin[*ray]);
-            a != b && (is_ieee || a != UNDECIDED && b != UNDECIDED)
+            a != b && (is_ieee || a != OPEN && b != OPEN)
         };
         assert_eq!((0..twin.len()).find(differs), None, "{n} spheres");
-        let n_open = twin.iter().filter(|&&id| id == UNDECIDED).count();
+        let n_open = twin.iter().filter(|&&id| id == OPEN).count();
         println!("{n} spheres: {n_open} of {} open", twin.len());
         assert!((n == 3 || n_open > 0) && n_open < twin.len() / 20, "{n_open} of {}", twin.len());
     }

@@ -10,9 +10,10 @@ use adversarial::{Adversarial, Rounding, set_rounding};
 use common::{in_cube, log_uniform};
 use glam::DVec3;
 use kugelblitz::exact::{ExactPixels, ExactRay, Shape, real, sphere_numbers, visible_root};
-use kugelblitz::guard::{self, Guard, UNIT_F32, WIDENING};
+use kugelblitz::guard::{self, Guard, WIDENING};
 use kugelblitz::kernel::RayOf;
 use kugelblitz::kernel::certified::{GuardOf, Nearness, Widening, parallel_nearness};
+use kugelblitz::num::Float;
 use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
 use kugelblitz::trace::Ray;
 use kugelblitz::tree::footprint::Projection;
@@ -97,7 +98,7 @@ impl Case {
     /// What the filter says, with these parts of its radii and of its slack.
     fn filtered(&self, of_radii: f64, of_slack: f64) -> Nearness<Adversarial> {
         let (r, l) = (self.radius, self.center.length() + self.pixels.spread());
-        let guard = Guard::new(r, l, UNIT_F32, guard::PARALLEL);
+        let guard = Guard::new(r, l, f32::UNIT, guard::PARALLEL);
         let toward = |bound2: f64| r * r + (bound2 - r * r) * of_radii;
         let inner2 = if guard.inner2 > 0.0 { toward(guard.inner2) } else { guard.inner2 };
         let (outer2, slack) = (toward(guard.outer2), guard.slack * of_slack);
@@ -106,7 +107,7 @@ impl Case {
         let origin = self.origin();
         let forward = CameraF32::new(&self.pixels).forward;
         let ray = RayOf::new(origin, Vec3::ZERO, Vec3(forward.0.map(Adversarial)));
-        let width = WIDENING * UNIT_F32;
+        let width = WIDENING * f32::UNIT;
         let widening = Widening {
             narrower: Adversarial(guard::round_down(1.0 - width)),
             wider: Adversarial(guard::round_up(1.0 + width)),
@@ -168,7 +169,7 @@ fn offsets_are_within_their_bound() {
             let origin = case.pixels.origin_offset(x, y);
             let found = case.offset(case.origin()).0.map(|component| f64::from(component.0));
             let error = DVec3::from(found).distance(case.center - origin);
-            let most = UNIT_F32 * (case.center.length() + origin.length());
+            let most = f32::UNIT * (case.center.length() + origin.length());
             largest = f64::max(largest, error / most);
         }
     }
@@ -253,14 +254,14 @@ fn moved_k_is_within_its_bound() {
         let exact = sphere_numbers(&exact_ray, center, radius).unwrap().k;
         let at_eye = ExactRay::new(&Ray { origin: DVec3::ZERO, direction: DVec3::X });
         let k = sphere_numbers(&at_eye, center, radius).unwrap().k.to_f64();
-        let error = k.abs() * guard::UNIT_F64;
+        let error = k.abs() * f64::UNIT;
         let moved = k - o.dot(center + (center - o));
         let bound = guard::moved_k_error(k, error, center.length(), o.length());
         let off = exact.minus(&real(moved).unwrap()).to_f64().abs();
         assert!(off <= bound, "turn {turn}: {off:e} above {bound:e}");
         largest = f64::max(largest, off / bound);
         if radius > 1e4 * pixels.spread() {
-            let direct = 4.0 * guard::UNIT_F64 * 2.0 * radius * radius;
+            let direct = 4.0 * f64::UNIT * 2.0 * radius * radius;
             assert!(bound < direct / 100.0, "{bound:e}, directly {direct:e}");
         }
     }

@@ -13,7 +13,7 @@ use kugelblitz::cpu::CpuTracer;
 use kugelblitz::generate::{Distribution, Recipe, write_cloud, write_scene};
 use kugelblitz::gpu::before::{propose_alone, propose_in_space};
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
-use kugelblitz::kernel::certified::UNDECIDED;
+use kugelblitz::num::OPEN;
 use kugelblitz::output::{OutputFile, commit};
 use kugelblitz::prepare::{FEW_SPHERES, LISTED_SPHERES, Objects, Prepared, Seen};
 use kugelblitz::rays::{Pixels, View};
@@ -70,8 +70,8 @@ impl Tally {
         let count = |wanted: fn(u32) -> bool| ids.iter().filter(|&&id| wanted(id)).count();
         Tally {
             rays: ids.len(),
-            undecided: count(|id| id == UNDECIDED),
-            hits: count(|id| id != 0 && id != UNDECIDED),
+            undecided: count(|id| id == OPEN),
+            hits: count(|id| id != 0 && id != OPEN),
         }
     }
 
@@ -93,7 +93,7 @@ fn compare(twin: &[u32], device: &[u32], is_ieee: bool) -> Result<Tally, String>
     if twin.len() != device.len() || twin.is_empty() {
         return Err(format!("{} rays, of the device {}", twin.len(), device.len()));
     }
-    let both_count = |a: u32, b: u32| is_ieee || a != UNDECIDED && b != UNDECIDED;
+    let both_count = |a: u32, b: u32| is_ieee || a != OPEN && b != OPEN;
     let differs = |i: &usize| twin[*i] != device[*i] && both_count(twin[*i], device[*i]);
     let differing: Vec<usize> = (0..twin.len()).filter(differs).collect();
     if let Some(&first) = differing.first() {
@@ -423,8 +423,8 @@ fn tiles_propose_what_single_rays_do_or_leave_it_open() {
             assert_eq!(alone.len(), tiles.len());
             for (ray, (&alone, &tile)) in alone.iter().zip(&tiles).enumerate() {
                 let what = || format!("{}, ray {ray}: {alone}, in a tile {tile}", case.what);
-                assert!(tile == UNDECIDED || tile == alone, "{}", what());
-                n_open += usize::from(tile == UNDECIDED);
+                assert!(tile == OPEN || tile == alone, "{}", what());
+                n_open += usize::from(tile == OPEN);
                 n_more += usize::from(tile != alone);
             }
         }
@@ -596,11 +596,11 @@ fn sabotage_of_proposals_is_noticed() {
     let tally = compare(&twin, &twin, true).unwrap();
     assert_eq!((tally.rays, tally.undecided), (twin.len(), Tally::of(&twin).undecided));
     let first = |is_wanted: fn(u32) -> bool| twin.iter().position(|&id| is_wanted(id)).unwrap();
-    let open = first(|id| id == UNDECIDED);
-    let hit = first(|id| id != 0 && id != UNDECIDED);
+    let open = first(|id| id == OPEN);
+    let hit = first(|id| id != 0 && id != OPEN);
     let miss = first(|id| id == 0);
     for (index, id, is_seen_anywhere) in
-        [(open, 1, false), (hit, UNDECIDED, false), (hit, 0, true), (miss, 1, true)]
+        [(open, 1, false), (hit, OPEN, false), (hit, 0, true), (miss, 1, true)]
     {
         let mut device = twin.clone();
         device[index] = id;
@@ -608,6 +608,6 @@ fn sabotage_of_proposals_is_noticed() {
         assert_eq!(compare(&twin, &device, false).is_err(), is_seen_anywhere);
     }
     assert!(compare(&twin, &twin[1..], true).is_err(), "a missing ray");
-    assert!(compare(&twin, &vec![UNDECIDED; twin.len()], false).is_err(), "all undecided");
+    assert!(compare(&twin, &vec![OPEN; twin.len()], false).is_err(), "all undecided");
     assert!(compare(&[], &[], true).is_err(), "nothing compared");
 }

@@ -16,7 +16,8 @@ use crate::error::Result;
 use crate::exact::{Shape, nearest};
 use crate::guard;
 use crate::host;
-use crate::kernel::certified::{Nearness, UNDECIDED};
+use crate::kernel::certified::Nearness;
+use crate::num::OPEN;
 use crate::prepare::{Hierarchy, Seen};
 use crate::scene::Object;
 use crate::trace::{Level, Timing, Wants};
@@ -98,7 +99,7 @@ impl<'a> Quick<'a> {
         }
     }
 
-    /// The ids of `rays`, [`UNDECIDED`] where they are left open.
+    /// The ids of `rays`, [`OPEN`] where they are left open.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled.
@@ -151,12 +152,12 @@ impl Stage<'_> {
             let start = Instant::now();
             let mut open_rays = rays;
             if let Some(quick) = &quick {
-                ids.resize(rays.len(), UNDECIDED);
+                ids.resize(rays.len(), OPEN);
                 quick.decide(self, rays, control, &mut ids)?;
                 open.clear();
                 for (&ray, &id) in rays.iter().zip(&ids) {
                     match id {
-                        UNDECIDED => open.push(ray),
+                        OPEN => open.push(ray),
                         id => store(ray, Settled::in_f64(id)),
                     }
                 }

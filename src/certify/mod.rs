@@ -20,9 +20,9 @@ use crate::exact::{ExactPixels, ExactRay};
 use crate::guard::{self, InputError};
 use crate::host;
 use crate::kernel::RayOf;
+use crate::kernel::certified::FEW_SPHERES;
 use crate::kernel::certified::Widening;
-use crate::kernel::certified::{FEW_SPHERES, UNDECIDED};
-use crate::num::Float;
+use crate::num::{Float, OPEN};
 use crate::prepare::{Hierarchy, Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::{Bundle, CameraF64, Pixels};
 use crate::scene::Scene;
@@ -91,17 +91,17 @@ fn listed_open(hits: &Hits) -> Vec<u32> {
 
 fn open_of_part((part, ids): (usize, &[u32])) -> impl Iterator<Item = u32> {
     // Hardly a part has one. All are looked at, which several at a time can be.
-    let has_open = ids.iter().fold(false, |any, &id| any | (id == UNDECIDED));
+    let has_open = ids.iter().fold(false, |any, &id| any | (id == OPEN));
     let ids = if has_open { ids } else { &[] };
     let first = (part * RAYS_PER_PART) as u32;
-    (first..).zip(ids).filter(|&(_, &id)| id == UNDECIDED).map(|(ray, _)| ray)
+    (first..).zip(ids).filter(|&(_, &id)| id == OPEN).map(|(ray, _)| ray)
 }
 
 /// The rays that f32 does not decide, which have no id from here on.
 fn open_rays(prepared: &Prepared, rays: &Rays, hits: &mut Hits) -> Result<Vec<u32>> {
     let undecided = undecided(prepared, rays, || Ok(listed_open(hits)))?;
     for &ray in &undecided {
-        hits.id[ray as usize] = UNDECIDED;
+        hits.id[ray as usize] = OPEN;
     }
     Ok(undecided)
 }
@@ -119,7 +119,7 @@ pub fn leave_open(
 ) -> Result<()> {
     prepared.check(rays)?;
     hits.make_room(rays.len(), wants);
-    hits.id.fill(UNDECIDED);
+    hits.id.fill(OPEN);
     control.advance(rays.len() as u64);
     Ok(())
 }
@@ -388,7 +388,7 @@ impl<'a> Stage<'a> {
                         return Ok(());
                     }
                     for (at, &id) in id.iter().enumerate() {
-                        if t[at] == 0.0 && id != UNDECIDED {
+                        if t[at] == 0.0 && id != OPEN {
                             control.check()?;
                             (t[at], normal[at]) = self.surface(first + at, id).unwrap_or(MISS);
                         }

@@ -10,6 +10,7 @@ use crate::guard::{self, Guard, InputError};
 use crate::kernel::certified::{
     GuardOf, Nearness, Widening, normalized, plane_nearness_at, sphere_nearness,
 };
+use crate::num::Float;
 use crate::prepare::Scaled;
 use crate::scene::{Object, Plane, Sphere};
 use crate::trace::Ray;
@@ -113,7 +114,7 @@ impl K {
         let eye = ExactRay::new(&Ray { origin, direction: DVec3::X });
         match sphere_numbers(&eye, sphere.center, sphere.radius).map(|n| n.k.to_f64()) {
             Some(value) if value.abs() >= guard::TINY_F64 => {
-                K { value, error: guard::UNIT_F64 * value.abs() }
+                K { value, error: f64::UNIT * value.abs() }
             }
             // 0, or so near it that u/k could overflow: left to exact arithmetic.
             _ => K { value: 0.0, error: f64::MAX },
@@ -173,7 +174,7 @@ impl Foot {
         let (l, r) = (Vec3(center) - Vec3(origin), radius.abs());
         let (from_reference, from) = (length_bound(center), length_bound(origin));
         let distance = from_reference + from;
-        let guard = Guard::new(r, distance, guard::UNIT_F64, input);
+        let guard = Guard::new(r, distance, f64::UNIT, input);
         let k = match known {
             Some(k) => k.moved(place, l, from_reference, from),
             None => K { value: dot3(l, l) - r * r, error: guard.k_error },
@@ -205,7 +206,7 @@ impl PlaneF64 {
             normal: normal.into(),
             n_length,
             unit_f32: unit_f32(plane, unit.0),
-            direction_error: guard::plane_direction_error(n_length, guard::UNIT_F64, input),
+            direction_error: guard::plane_direction_error(n_length, f64::UNIT, input),
             is_repeated: false,
         }
     }
@@ -223,6 +224,6 @@ impl PlaneF64 {
     #[inline(always)]
     pub fn offset_error(&self, distance: f64, input: InputError) -> f64 {
         let (n, tiny) = (self.n_length, guard::TINY_F64);
-        guard::plane_offset_error(n, distance, guard::UNIT_F64, input, tiny)
+        guard::plane_offset_error(n, distance, f64::UNIT, input, tiny)
     }
 }

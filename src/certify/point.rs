@@ -23,9 +23,8 @@ mod tests {
 
     use super::super::surfaces::{LANES, Output, Pack, Surfaces};
     use super::*;
-    use crate::guard::UNIT_F64;
     use crate::kernel::Kernel;
-    use crate::num::Lanes;
+    use crate::num::{Float, Lanes};
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, Rays, View};
     use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
@@ -104,7 +103,7 @@ mod tests {
                 if let Shape::Sphere { center, radius } = shape {
                     let turn = if seen.front { radius } else { -radius };
                     let normal = DVec3::from_array(seen.normal.0);
-                    let rounding = 4.0 * UNIT_F64 * (center.length() + radius);
+                    let rounding = 4.0 * f64::UNIT * (center.length() + radius);
                     let most = seen.normal_error * share * radius + rounding;
                     if exact.is_within(most, center + normal * turn) != Some(true) {
                         wrong.push(case());

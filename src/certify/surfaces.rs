@@ -31,7 +31,7 @@ pub const MISS: TAndNormal = (f32::INFINITY, [0.0; 3]);
 
 /// The exact unit normal of a plane, each component rounded to the nearest f32. `unit` is the same in f64.
 pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
-    let error = guard::steps::NORMALIZED * guard::UNIT_F64;
+    let error = guard::steps::NORMALIZED * f64::UNIT;
     let [low, high] = [-error, error].map(|error| unit.map(|x| (x + error) as f32));
     if low == high {
         // Not `−0`.
@@ -428,7 +428,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             }
         }
         let (l2, r2) = (center.dot(center), r * r);
-        let k_error = Lanes::lit(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
+        let k_error = Lanes::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
         let eye = &self.eye;
         let seen = SphereSeen::of::<F>(center, r, l2 - r2, k_error, eye.input, eye);
         let is_close = Lanes::lit(0.0).lt(seen.is_close).any();

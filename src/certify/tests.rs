@@ -283,9 +283,9 @@ fn what_is_decided_quickly_is_decided_one_by_one_too() {
             quick.decide(&stage, &all, &Control::default(), &mut ids).unwrap();
             for (ray, id) in ids.into_iter().enumerate() {
                 n_rays += 1;
-                n_hits += usize::from(id != 0 && id != UNDECIDED);
-                n_open += usize::from(id == UNDECIDED);
-                if id != UNDECIDED {
+                n_hits += usize::from(id != 0 && id != OPEN);
+                n_open += usize::from(id == OPEN);
+                if id != OPEN {
                     // Its bounds are others, and may leave to exact arithmetic what is known here.
                     let alone = match stage.decide_f64(ray, &mut Candidates::default()) {
                         Decision::Decided(id) => id,

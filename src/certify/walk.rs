@@ -8,7 +8,8 @@ use super::{RayF64, Stage};
 use crate::control::Control;
 use crate::error::Result;
 use crate::guard;
-use crate::kernel::certified::{Nearest, Nearness, UNDECIDED, closest_approach};
+use crate::kernel::certified::{Nearest, Nearness, closest_approach};
+use crate::num::OPEN;
 use crate::prepare::Hierarchy;
 use crate::scene::{Object, Sphere};
 use crate::tree::{Company, TreeRay};
@@ -20,7 +21,7 @@ pub struct Walks<'a> {
     pub hierarchy: &'a Hierarchy,
     pub rays: &'a [u32],
     pub control: &'a Control,
-    /// [`UNDECIDED`] where f64 leaves them open.
+    /// [`OPEN`] where f64 leaves them open.
     pub ids: &'a mut [u32],
 }
 
@@ -30,7 +31,7 @@ impl pulp::WithSimd for Walks<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
         let Walks { stage, hierarchy, rays, control, ids } = self;
-        ids.fill(UNDECIDED);
+        ids.fill(OPEN);
         let mut walkers = Walkers { stage, hierarchy, rays, control, ids, n_begun: 0 };
         hierarchy.tree.visit_all(simd, &mut walkers);
         control.check()
@@ -115,7 +116,7 @@ impl Company for Walkers<'_> {
         let OnItsWay { place, ray, nearest } = on_its_way;
         let root = Nearness { low: nearest.low, high: nearest.high };
         let id = nearest.decide();
-        if id == 0 || id != UNDECIDED && self.stage.to_f32(ray, root).is_some() {
+        if id == 0 || id != OPEN && self.stage.to_f32(ray, root).is_some() {
             self.ids[*place] = id;
         }
     }
@@ -143,14 +144,15 @@ const FAR: f64 = 1.0 / (1u128 << 72) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guard::{Guard, LIST_F64, UNIT_F64};
+    use crate::guard::{Guard, LIST_F64};
+    use crate::num::Float;
 
     /// For radii of all sizes beside a distance: the part of what a sure miss asks for that is needed
     /// where one of its terms has only a share of its room.
     fn needed(round: f64, far: f64) -> f64 {
         let of_radius = |step: i32| {
             let (r, l) = (2f64.powf(f64::from(step) / 64.0), 1.0);
-            let outer2 = Guard::new(r, l, UNIT_F64, LIST_F64).outer2;
+            let outer2 = Guard::new(r, l, f64::UNIT, LIST_F64).outer2;
             // Without what both have, as 1 hides the rest.
             (outer2 - r * r) / (r * r * ROUND_ROOM * round + l * l * FAR * far)
         };

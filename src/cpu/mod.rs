@@ -14,10 +14,10 @@ use crate::engine::{LARGEST, Room, Search};
 use crate::error::Result;
 use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::certified::UNDECIDED;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{PACKET, Packet, Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
+use crate::num::OPEN;
 use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{Lens, Pixels, Ray, Rays};
 use crate::trace::{Hits, SampleIds, Timing, Wants};
@@ -176,7 +176,7 @@ fn trace_hierarchy(
     hits: &mut Hits,
 ) -> Result<()> {
     let (Rays::Pixels(pixels), Some(seen)) = (rays, &hierarchy.seen) else {
-        hits.id.fill(UNDECIDED);
+        hits.id.fill(OPEN);
         return Ok(());
     };
     let width = pixels.width as usize;

@@ -6,11 +6,11 @@ use glam::DVec3;
 
 use super::tile::{Camera, Tile, eye_of};
 use crate::guard::{LARGEST_TURN, Reach};
-use crate::num::Float;
+use crate::num::{Float, OPEN};
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::{Object, Sphere};
-use crate::seen::{OPEN, Objects};
+use crate::seen::Objects;
 use crate::trace::Mixed;
 
 /// Columns and rows of the largest squares, px.

@@ -80,7 +80,7 @@ impl Tile {
         self.up.push(up as f32);
     }
 
-    /// Finds what they see in f32: ids, or [`crate::seen::OPEN`].
+    /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
     pub fn find_f32(&mut self, camera: &Camera<f32>, objects: &Objects<f32>) {
         pulp::Arch::new().dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
     }

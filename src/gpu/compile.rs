@@ -9,9 +9,9 @@ use super::texture::TEXELS_PER_ROW;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
-#[cfg(feature = "view")]
-use crate::kernel::certified::UNDECIDED;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
+#[cfg(feature = "view")]
+use crate::num::OPEN;
 use crate::prepare::{Finding, Lamps, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
 use crate::tree::footprints::{BORROW, IS_LEAF};
@@ -84,7 +84,7 @@ pub fn compile_self_test(float: &str) -> Result<Shader> {
 /// The shader that lists and settles the undecided rays of a picture on the device.
 #[cfg(feature = "view")]
 pub fn compile_undecided() -> Result<Shader> {
-    let constants = format!("{}const UNDECIDED = {UNDECIDED}u;\n", workgroup());
+    let constants = format!("{}const UNDECIDED = {OPEN}u;\n", workgroup());
     compile_parts(&[UNDECIDED_RAYS], &Choices { constants, ..Choices::default() })
 }
 

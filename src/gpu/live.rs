@@ -233,7 +233,7 @@ mod tests {
     use super::*;
     use crate::certify;
     use crate::gpu::{GpuTracer, Pick};
-    use crate::kernel::certified::UNDECIDED;
+    use crate::num::OPEN;
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, View};
     use crate::scene::parse_scene;
@@ -273,7 +273,7 @@ mod tests {
             for mut tracer in tracers {
                 let mut hits = Hits::default();
                 tracer.propose(&rays, &control, &mut hits).unwrap();
-                let is_open = |ray: &u32| hits.id[*ray as usize] == UNDECIDED || !prepared.in_range;
+                let is_open = |ray: &u32| hits.id[*ray as usize] == OPEN || !prepared.in_range;
                 let expected: Vec<u32> = (0..rays.len() as u32).filter(is_open).collect();
                 assert!(expected.len() > 200);
                 let ids = Words::new(&gpu, rays.len());

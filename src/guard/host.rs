@@ -5,7 +5,7 @@
 //! derivations for devices count a half. In f64 the unit is a faithful one, of which the host's operations take
 //! half, and what comes from f64 is what it is.
 
-use super::{InputError, UNIT_F64};
+use super::InputError;
 use crate::num::Float;
 use crate::rays::Lens;
 
@@ -29,7 +29,7 @@ impl Bounded for f32 {
 }
 
 impl Bounded for f64 {
-    const ROUNDING: f64 = UNIT_F64;
+    const ROUNDING: f64 = f64::UNIT;
     const ROUNDED: f64 = 0.0;
     const LARGEST_ROOT: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
     const LARGEST: f64 = f64::MAX;
@@ -50,7 +50,7 @@ pub fn input_in_f32(lens: Lens) -> InputError {
 }
 
 /// Unit of the host's rounding of f64, which is to the nearest.
-pub const HOST_UNIT_F64: f64 = 0.5 * UNIT_F64;
+pub const HOST_UNIT_F64: f64 = 0.5 * f64::UNIT;
 
 /// The same in f64, in units of [`HOST_UNIT_F64`]: the view axis is what it is, a step to the side takes two roundings.
 ///

@@ -16,8 +16,9 @@
 //!
 //! With `x ≤ 2⁻⁵` ([`LARGEST_TURN`]) and a frame that is orthonormal to `2⁻¹⁰` the second digits are below 0.07.
 
-use super::{InputError, T_ROOM, UNIT_F32, WIDENING, inverse, round_down, round_up, widening};
+use super::{InputError, T_ROOM, WIDENING, inverse, round_down, round_up, widening};
 use crate::kernel::certified::Widening;
+use crate::num::Float;
 use crate::rays::{Lens, Pixels};
 
 /// How far the rays of a square of pixels may be from that of its middle.
@@ -60,17 +61,17 @@ impl Reach {
 
     /// [`WIDENING`] of f32 for these rays.
     fn widening(&self) -> f64 {
-        WIDENING + self.turned / UNIT_F32
+        WIDENING + self.turned / f32::UNIT
     }
 
     /// [`super::widening_f32`] for these rays.
     pub fn widening_f32(&self) -> Widening<f32> {
-        widening(UNIT_F32, self.widening(), round_down, round_up)
+        widening(f32::UNIT, self.widening(), round_down, round_up)
     }
 
     /// [`super::inverse_f32`] for these rays.
     pub fn inverse_f32(&self, x: f64) -> (f32, f32) {
-        inverse(x, self.widening() * UNIT_F32)
+        inverse(x, self.widening() * f32::UNIT)
     }
 
     /// [`T_ROOM`] for these rays.

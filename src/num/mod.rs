@@ -14,6 +14,9 @@ pub use lanes::{LaneBits, Lanes, one_by_one};
 
 use crate::vec3::{round_down, round_up};
 
+/// The id of a ray that bounds leave open.
+pub const OPEN: u32 = u32::MAX;
+
 /// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
 pub trait Mask: Copy {
     /// Where both hold.

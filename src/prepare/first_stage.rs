@@ -5,10 +5,10 @@
 //! its rays are tried.
 
 use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::certified::UNDECIDED;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{Twin, WithTwin};
 use crate::kernel::{Objects, RayOf};
+use crate::num::OPEN;
 use crate::rays::{Bundle, Rays};
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
@@ -40,7 +40,7 @@ impl WithTwin for ShareOpen<'_> {
 
     fn with<T: Twin>(self, twin: &T) -> f64 {
         let ShareOpen { coordinates, rays } = self;
-        let is_open = |ray: &RayOf<T::Float>| twin.closest(ray).id == UNDECIDED;
+        let is_open = |ray: &RayOf<T::Float>| twin.closest(ray).id == OPEN;
         let n_open = match rays {
             Rays::Pixels(pixels) => {
                 let camera = T::Float::camera(coordinates, pixels);

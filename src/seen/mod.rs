@@ -18,7 +18,7 @@ pub use shadow::{Occluder, ShadowRay, Verdict};
 pub use sphere::{SphereMet, SphereSeen};
 
 use crate::guard::{InputError, ROOM, Reach, rows, steps};
-use crate::num::{Float, Lanes, Mask, Real, V3};
+use crate::num::{Float, Lanes, Mask, OPEN, Real, V3};
 use crate::scene::Object;
 
 /// The numbers of an object in f64. Those in another number, and in all lanes, come from these.
@@ -355,9 +355,6 @@ pub struct Nearest<R: Real> {
 
 /// A `t` up to this is in f32's range.
 const LARGEST_T: f64 = (1u128 << 127) as f64;
-
-/// The id of a ray that the bounds leave open.
-pub const OPEN: u32 = u32::MAX;
 
 impl<R: Real> Nearest<R> {
     #[inline(always)]

@@ -61,14 +61,14 @@ impl PlaneSeen<f64> {
         let input = eye.reach.widen(eye.input, distance, eye.unit);
         let eye = &Eye { input, ..*eye };
         let mut offset = normal.dot(l);
-        let mut error = 4.0 * f64::EPSILON * length_bound(normal) * distance;
+        let mut error = guard::N_ERROR * f64::UNIT * length_bound(normal) * distance;
         if eye.spread == 0.0 && offset.abs() <= error {
             // A ray that starts in the plane does not hit it.
             let Some(exact) = numerator(plane, eye) else { return PlaneSeen::NEVER };
             let rescaled = exact * power_of_two(-scaled.exponent());
             // A number that is not normal, or was not before, says nothing more.
             if exact.is_normal() && rescaled.is_normal() {
-                (offset, error) = (rescaled, 2.0 * f64::EPSILON * rescaled.abs());
+                (offset, error) = (rescaled, 2.0 * f64::UNIT * rescaled.abs());
             }
         }
         PlaneSeen::at::<F>(normal, offset, error, distance, eye)
@@ -79,7 +79,7 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
     /// A plane whose point is at `l` from the eyes' reference points.
     pub fn of<F: Float>(normal: DVec3, l: V3<R>, eye: &Eye) -> PlaneSeen<R> {
         let distance = length_bounds(l) + R::lit(eye.spread);
-        let error = R::lit(4.0 * f64::EPSILON * length_bound(normal)) * distance;
+        let error = R::lit(guard::N_ERROR * f64::UNIT * length_bound(normal)) * distance;
         PlaneSeen::at::<F>(normal, V3::lit(normal).dot(l), error, distance, eye)
     }
 
@@ -108,7 +108,7 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
             slope_error: lit(guard::plane_direction_error(n, eye.unit, input)),
             unit: V3::lit(unit),
             // In f64, and rounded to `F`.
-            unit_error: lit(ROOM * (steps::NORMALIZED * f64::EPSILON + eye.unit)),
+            unit_error: lit(ROOM * (steps::NORMALIZED * f64::UNIT + eye.unit)),
         }
     }
 }

@@ -163,7 +163,7 @@ fn k_of(center: DVec3, sphere: &Sphere, eye: &Eye) -> (f64, f64) {
                 1 => numbers.k.to_f64().max(f64::MIN_POSITIVE),
                 _ => numbers.k.to_f64(),
             };
-            (k, f64::EPSILON * k.abs() + f64::MIN_POSITIVE)
+            (k, f64::UNIT * k.abs() + f64::MIN_POSITIVE)
         }
         None => (f64::MAX, f64::MAX),
     }

@@ -439,7 +439,7 @@ fn off<T: Object, F: Float>(
         of_t += usize::from(!holds(middle - half, middle + half, F::BEYOND, Some(&hit.root)));
         let point = reference + DVec3::from_array(found.point.0.map(F::to_f64));
         // The sum is rounded, too.
-        let error = error * share + f64::EPSILON * point.length();
+        let error = error * share + f64::UNIT * point.length();
         let is_there = ExactPoint::new(&exact, &hit).is_within(error, point);
         of_point += usize::from(is_there != Some(true));
         let normal = hit.normal(&exact, &shape).unwrap().map(|x| x.to_f64());

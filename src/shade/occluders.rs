@@ -7,9 +7,8 @@ use glam::DVec3;
 use super::lamp::{Lamp, Lighting, Origin};
 use crate::certify::Stage;
 use crate::exact::{ExactBeam, ExactPoint, is_outside, slope_of};
-use crate::guard::UNIT_F64;
 use crate::guard::host::Bounded;
-use crate::num::{Lanes, Real, V3};
+use crate::num::{Float, Lanes, Real, V3};
 use crate::prepare::{Prepared, Scaled};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
@@ -192,7 +191,7 @@ impl<'a> Occluders<'a> {
         let (from, way, is_endless) = ray.line();
         let from = DVec3::from_array(from.0);
         let origin = from + self.to_tree;
-        let rounding = 4.0 * UNIT_F64 * (from.length() + self.to_tree.length());
+        let rounding = 4.0 * f64::UNIT * (from.length() + self.to_tree.length());
         let farthest = 1.01 * (origin.length() + 1.74 * tree.largest_coordinate());
         let slack = ray.error_up_to(farthest) + rounding;
         Some(Segment { origin, way: DVec3::from_array(way.0), is_endless, slack })
@@ -284,7 +283,7 @@ impl<'a> Occluders<'a> {
         };
         let slope = -DVec3::from_array(self.stage.plane(id).normal.0).dot(way);
         // The vectors' lengths are below 4, their product's rounding is 3 units.
-        let is_known = slope.abs() > 64.0 * UNIT_F64;
+        let is_known = slope.abs() > 64.0 * f64::UNIT;
         let sign = match (is_known, self.suns[index]) {
             (false, Some(direction)) => -slope_of(plane.normal, direction),
             _ if slope > 0.0 => 1,

@@ -21,8 +21,8 @@ use super::lit::Job;
 use super::occluders::{Met, Occluders};
 use super::written::{Interval, Written};
 use crate::certify::{Pack, Surfaces, is_id};
+use crate::guard::LONGEST_IN_F32;
 use crate::guard::host::Bounded;
-use crate::guard::{LONGEST_IN_F32, UNIT_F64};
 use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::rays::Pixels;
 use crate::scene::Linear;
@@ -144,7 +144,7 @@ impl<F: Float, const N: usize> Shade<F, N> {
 
 /// Points of one object, lane by lane.
 #[derive(Clone, Copy)]
-struct Box<F: Float, const N: usize> {
+struct Extent<F: Float, const N: usize> {
     id: u32,
     low: V3<Lanes<F, N>>,
     high: V3<Lanes<F, N>>,
@@ -162,11 +162,11 @@ struct Ball {
     reach: f64,
 }
 
-impl<F: Float, const N: usize> Box<F, N> {
+impl<F: Float, const N: usize> Extent<F, N> {
     #[inline(always)]
     fn none(id: u32) -> Self {
         let (beyond, zero) = (V3([Lanes::lit(F::BEYOND); 3]), Lanes::lit(0.0));
-        Box { id, low: beyond, high: -beyond, error: zero, back: zero }
+        Extent { id, low: beyond, high: -beyond, error: zero, back: zero }
     }
 
     #[inline(always)]
@@ -188,7 +188,7 @@ impl<F: Float, const N: usize> Box<F, N> {
             half.0[axis] = (high - low) * 0.5;
             middle.0[axis] = low + half.0[axis];
         }
-        let rounding = UNIT_F64 * middle.dot(middle).sqrt();
+        let rounding = f64::UNIT * middle.dot(middle).sqrt();
         let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
         Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
     }
@@ -218,7 +218,7 @@ pub struct Scratch<F: Float, const N: usize> {
     /// Of each light in turn for all packs.
     given: Vec<Given<F, N>>,
     shades: Vec<Shade<F, N>>,
-    boxes: Vec<Box<F, N>>,
+    boxes: Vec<Extent<F, N>>,
     balls: Vec<Ball>,
     /// Places of listed objects that may be in the way.
     places: Vec<usize>,
@@ -464,7 +464,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
                 let known = boxes.iter().rposition(|some| some.id == id);
                 let at = known.unwrap_or_else(|| {
-                    boxes.push(Box::none(id));
+                    boxes.push(Extent::none(id));
                     boxes.len() - 1
                 });
                 boxes[at].add(here, &pack.kept);
@@ -543,7 +543,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         for first in 0..packs.len() {
             while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
                 let nearest = V3::splat(V3(packs[first].kept.point.0.map(|x| x.0[lane])));
-                let (mut all, start) = (Box::none(0), members.len());
+                let (mut all, start) = (Extent::none(0), members.len());
                 for at in first..packs.len() {
                     let apart = packs[at].kept.point - nearest;
                     let mut here = Lanes::select(apart.dot(apart).le(together), left[at], zero);

@@ -10,7 +10,7 @@ use super::{Background, Colors, PIXELS_AT_ONCE, Shader, Style};
 use crate::control::Control;
 use crate::error::Result;
 use crate::exact::exact;
-use crate::guard::UNIT_F64;
+use crate::num::Float;
 use crate::scene::{Color, Scene};
 use crate::trace::SampleIds;
 
@@ -109,7 +109,7 @@ impl Unlit {
         // A sum of `n` numbers is off by `n` roundings at most, and the quotient by two more.
         let error = match ids.len() {
             1 => 0.0,
-            n => (n + 8) as f64 * UNIT_F64,
+            n => (n + 8) as f64 * f64::UNIT,
         };
         let bounds = sums.map(|sum| Interval {
             low: sum / n_counted as f64 * (1.0 - error),

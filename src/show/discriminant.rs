@@ -6,6 +6,7 @@ use crate::kernel::RayOf;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::lecture::quadratic;
 use crate::kernel::relative::{RelativeSphere, approach};
+use crate::num::Float;
 use crate::prepare::{Objects, Prepared};
 use crate::rays::{Bundle, CameraF32, Pixels, View};
 use crate::vec3::{Real, Vec3, dot3};
@@ -89,7 +90,7 @@ impl<'a> Discriminants<'a> {
         let View { position, lens, .. } = self.pixels.view;
         let distance = guard::length_bound(sphere.center - position) + self.spread;
         let input = guard::input_of(lens);
-        let guard = Guard::new(sphere.radius, distance, guard::UNIT_F64, input);
+        let guard = Guard::new(sphere.radius, distance, f64::UNIT, input);
         if m < guard.inner2 {
             return 1;
         }

@@ -15,7 +15,8 @@ use crate::error::Result;
 use crate::guard::Reach;
 use crate::host;
 use crate::kernel::Lists;
-use crate::kernel::certified::{Frame, PlaneCertified, SphereCertified, UNDECIDED};
+use crate::kernel::certified::{Frame, PlaneCertified, SphereCertified};
+use crate::num::OPEN;
 use crate::prepare::{Hierarchy, Prepared, Seen};
 use crate::rays::{Lens, Pixels};
 use crate::trace::Mixed;
@@ -58,7 +59,7 @@ pub(super) struct Many<'a> {
 /// What is found in tiles of one row.
 #[derive(Default)]
 struct Found {
-    /// For each pixel of each tile the object that all its samples see, or [`UNDECIDED`].
+    /// For each pixel of each tile the object that all its samples see, or [`OPEN`].
     whole: Vec<u32>,
     /// The ids of the samples of each pixel that is undecided.
     ids: Vec<u32>,
@@ -112,7 +113,7 @@ impl<'a> Many<'a> {
         for Found { whole, ids } in &found {
             let mut ids = &ids[..];
             for whole in whole.chunks_exact(N_PIXELS) {
-                let n_mixed = whole.iter().filter(|&&id| id == UNDECIDED).count();
+                let n_mixed = whole.iter().filter(|&&id| id == OPEN).count();
                 let (of_tile, others) = ids.split_at(n_mixed * self.n_each());
                 tiles.push((whole, of_tile));
                 ids = others;
@@ -125,7 +126,7 @@ impl<'a> Many<'a> {
                 let whole = &mut whole[x..width.min(x + TILE)];
                 whole.copy_from_slice(&here[y * TILE..][..whole.len()]);
                 let n_before = mixed.len();
-                let open = (0..whole.len()).filter(|&column| whole[column] == UNDECIDED);
+                let open = (0..whole.len()).filter(|&column| whole[column] == OPEN);
                 mixed.extend(open.map(|column| (first + x + column) as u32));
                 let (of_row, others) = of_tile.split_at((mixed.len() - n_before) * self.n_each());
                 ids.extend(of_row);
@@ -212,7 +213,7 @@ impl<Q: TileRays, T: TileRays> pulp::WithSimd for WithTracers<'_, Q, T> {
                 let (x, y) = (at % TILE * n, at / TILE * n);
                 let row = |y: usize| &self.ids[y * TILE * n + x..][..n];
                 let first = row(y)[0];
-                if first != UNDECIDED && (y..y + n).all(|y| row(y).iter().all(|&id| id == first)) {
+                if first != OPEN && (y..y + n).all(|y| row(y).iter().all(|&id| id == first)) {
                     whole[at] = first;
                 } else {
                     (y..y + n).for_each(|y| found.ids.extend_from_slice(row(y)));
@@ -235,7 +236,7 @@ impl<Q: TileRays, T: TileRays> WithTracers<'_, Q, T> {
         let most = MOST_NEARBY * self.row.many.n_each();
         self.has_gathered = self.nearby.gather(&seen.footprints, cells, most);
         if !self.has_gathered || !self.row.many.may_be_filled(self.nearby.leaves()) {
-            return [UNDECIDED; N_PIXELS];
+            return [OPEN; N_PIXELS];
         }
         let leaf = |place: usize| {
             let sphere = hierarchy.sphere_at(place, &prepared.scene.spheres);
@@ -283,7 +284,7 @@ fn block(columns: Range<usize>, rows: Range<usize>) -> u64 {
 fn open_pixels(whole: &[u32; N_PIXELS]) -> u64 {
     let mut open = 0;
     for (at, &id) in whole.iter().enumerate() {
-        open |= u64::from(id == UNDECIDED) << at;
+        open |= u64::from(id == OPEN) << at;
     }
     open
 }

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::guard::Reach;
 use crate::host;
 use crate::kernel::Kernel;
-use crate::kernel::certified::UNDECIDED;
+use crate::num::OPEN;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
 use crate::trace::{Level, Mixed, SampleIds, StageCounts, Timing, resize};
@@ -98,7 +98,7 @@ impl<'a> Squares<'a> {
         let (n, n_each) = (self.n as usize, samples.n_each);
         let row = self.pixels.width as usize * n;
         let mut places: Vec<(u32, usize)> = Vec::new();
-        for (at, _) in samples.ids.iter().enumerate().filter(|&(_, &id)| id == UNDECIDED) {
+        for (at, _) in samples.ids.iter().enumerate().filter(|&(_, &id)| id == OPEN) {
             let (pixel, sample) = (samples.mixed[at / n_each] as usize, at % n_each);
             let (x, y) = (pixel % self.pixels.width as usize, pixel / self.pixels.width as usize);
             let ray = (y * n + sample / n) * row + x * n + sample % n;
@@ -193,7 +193,7 @@ mod tests {
         for seed in 0..120 {
             let (scene, pixels) = case(seed);
             let mut tracer = tracer(&scene, &pixels, n);
-            let mut whole = vec![UNDECIDED; pixels.len()];
+            let mut whole = vec![OPEN; pixels.len()];
             match &tracer.prepared.hierarchy {
                 None => {
                     let search = Search::with_reach(&tracer.prepared, &pixels, n, part);
@@ -213,9 +213,9 @@ mod tests {
             let (row, n) = ((pixels.width * n) as usize, n as usize);
             for (at, &id) in hits.id.iter().enumerate() {
                 let said = whole[at / row / n * pixels.width as usize + at % row / n];
-                n_wrong += usize::from(said != UNDECIDED && said != id);
+                n_wrong += usize::from(said != OPEN && said != id);
             }
-            n_whole += whole.iter().filter(|&&id| id != UNDECIDED).count();
+            n_whole += whole.iter().filter(|&&id| id != OPEN).count();
         }
         (n_wrong, n_whole)
     }
@@ -244,16 +244,16 @@ mod tests {
             let (scene, pixels) = few(seed);
             let tracer = tracer(&scene, &pixels, 1);
             for (n_wrong, part) in n_wrong.iter_mut().zip([1.0, 0.5]) {
-                let mut ids = vec![UNDECIDED; pixels.len()];
+                let mut ids = vec![OPEN; pixels.len()];
                 let search = Search::with_reach(&tracer.prepared, &pixels, 1, part);
                 search.look(0, &mut ids, &mut Room::default());
                 for (at, id) in ids.into_iter().enumerate() {
                     let (x, y) = pixels.xy(at);
                     let one = Pixels { x, y, width: 1, height: 1, ..pixels };
-                    let mut alone = [UNDECIDED];
+                    let mut alone = [OPEN];
                     let search = Search::new(&tracer.prepared, &one, 1);
                     search.look(0, &mut alone, &mut Room::default());
-                    let is_known = id != UNDECIDED && alone[0] != UNDECIDED;
+                    let is_known = id != OPEN && alone[0] != OPEN;
                     *n_wrong += usize::from(is_known && id != alone[0]);
                 }
             }

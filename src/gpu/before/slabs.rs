@@ -13,7 +13,8 @@
 //! [`crate::guard::t_bound_f32`] of a list's nearness, which is at most `2⁸⁸`, times `a < 12`; where it is
 //! `2¹⁰⁰`, it is beyond all boxes.
 
-use crate::guard::{UNIT_F32, round_down, round_up};
+use crate::guard::{round_down, round_up};
+use crate::num::Float;
 use crate::vec3::{Real, Vec3};
 
 #[cfg(doc)]
@@ -50,11 +51,11 @@ impl SlabRoom<f32> {
     /// That of f32, rounded outward.
     pub fn f32() -> SlabRoom<f32> {
         SlabRoom {
-            aside: round_up(ASIDE * UNIT_F32),
+            aside: round_up(ASIDE * f32::UNIT),
             least_slack: round_up(LEAST_SLACK),
             flat: round_up(FLAT),
-            nearer: round_down(1.0 - SLAB * UNIT_F32),
-            farther: round_up(1.0 + SLAB * UNIT_F32),
+            nearer: round_down(1.0 - SLAB * f32::UNIT),
+            farther: round_up(1.0 + SLAB * f32::UNIT),
         }
     }
 }

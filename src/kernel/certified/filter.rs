@@ -4,10 +4,8 @@
 
 use super::records::{PlaneCertified, SphereCertified};
 use crate::kernel::RayOf;
+use crate::num::OPEN;
 use crate::vec3::{Number, Real, Vec3, dot3};
-
-/// The id of a ray that the filter could not decide.
-pub const UNDECIDED: u32 = u32::MAX;
 
 /// Bounds of a visible root's nearness `1/(a·t)`: unlike `t` it needs no division.
 /// `high ≤ 0`: a certain miss. `low ≤ 0`: not certain that there is a root.
@@ -57,10 +55,10 @@ impl<R: Real> Nearest<R> {
         }
     }
 
-    /// The object, [`UNDECIDED`] where the bounds leave it open.
+    /// The object, [`OPEN`] where the bounds leave it open.
     #[inline(always)]
     pub fn decide(&self) -> u32 {
-        if self.id == 0 || self.low > self.second_high { self.id } else { UNDECIDED }
+        if self.id == 0 || self.low > self.second_high { self.id } else { OPEN }
     }
 }
 

@@ -9,6 +9,7 @@ mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
 use crate::guard;
+use crate::num::OPEN;
 use crate::rays::Bundle;
 use crate::vec3::Real;
 
@@ -16,9 +17,9 @@ use crate::vec3::Real;
 pub(crate) use filter::FreeFilter;
 pub(crate) use filter::{Filter, ParallelFilter, PointFilter, nearest_listed};
 pub use filter::{
-    GuardOf, Nearest, Nearness, UNDECIDED, Widening, closest_approach, far_nearness,
-    far_nearness_at, inside_nearness, normalized, outside_nearness, parallel_nearness,
-    parallel_nearness_at, plane_nearness, plane_nearness_at, sphere_nearness,
+    GuardOf, Nearest, Nearness, Widening, closest_approach, far_nearness, far_nearness_at,
+    inside_nearness, normalized, outside_nearness, parallel_nearness, parallel_nearness_at,
+    plane_nearness, plane_nearness_at, sphere_nearness,
 };
 pub(super) use prepare::objects;
 pub(crate) use prepare::{Frame, Leaf, farthest_origin};
@@ -66,7 +67,7 @@ fn constants(bundle: Bundle) -> Vec<(&'static str, String)> {
         constants.push(("SMALL", f32::SMALL));
     }
     let literal = |(name, value): (_, f32)| (name, Float::F32.literal(value.into()));
-    let undecided = ("UNDECIDED", format!("{UNDECIDED}u"));
+    let undecided = ("UNDECIDED", format!("{OPEN}u"));
     std::iter::once(undecided).chain(constants.into_iter().map(literal)).collect()
 }
 

@@ -8,7 +8,7 @@ use crate::exact::{ExactRay, Root, plane_numbers, sphere_numbers};
 use crate::guard::{self, Guard, InputError, Reach};
 use crate::kernel::Lists;
 use crate::kernel::coordinates::{Scaled, split};
-use crate::num::{Mask, Real, V3};
+use crate::num::{Float, Mask, Real, V3};
 use crate::rays::{Bundle, Pixels, Ray, Rays, look_at_all};
 use crate::scene::{Plane, Scene, Sphere};
 
@@ -138,7 +138,7 @@ impl Frame {
         r == 0.0
             || guard::sphere_in_range_f32(r, distance)
                 && k_in_range(k, r + distance)
-                && guard::is_far(&Guard::new(r, distance, guard::UNIT_F32, self.input), k, longest)
+                && guard::is_far(&Guard::new(r, distance, f32::UNIT, self.input), k, longest)
     }
 
     /// A sphere as the leaf of a picture's tree; `None` where it doesn't suit one. Parallel rays ask
@@ -158,7 +158,7 @@ impl Frame {
         let k = self.sphere_k(sphere, l);
         let is_suited = self.is_far(sphere, longest) && sphere.radius != 0.0;
         let inverse = guard::far_inverse(k);
-        let guard = Guard::new(sphere.radius.abs(), distance, guard::UNIT_F32, self.input);
+        let guard = Guard::new(sphere.radius.abs(), distance, f32::UNIT, self.input);
         let Guard { inner2, outer2, .. } = guard;
         is_suited.then(|| Leaf { inner2, outer2, q_or_slack: inverse }.to_f32(V3(l.to_array()), id))
     }
@@ -167,13 +167,13 @@ impl Frame {
     #[inline(always)]
     pub fn leaves<R: Real<One = f64>>(&self, l: V3<R>, r: R, longest: f64) -> (Leaf<R>, R::Mask) {
         let distance = guard::length_bounds(l) + R::lit(self.farthest_origin);
-        let [inner2, outer2, slack, _] = Guard::numbers(r, distance, guard::UNIT_F32, self.input);
+        let [inner2, outer2, slack, _] = Guard::numbers(r, distance, f32::UNIT, self.input);
         let (l2, r2) = (l.dot(l), r * r);
         let k = l2 - r2;
         let largest = R::lit(guard::LARGEST_F32);
         let is_in_range =
             R::lit(guard::SMALLEST_RADIUS_F32).le(r).and(r.le(largest)).and(distance.le(largest));
-        let error = R::lit(guard::K_ERROR * guard::UNIT_F64) * (l2 + r2);
+        let error = R::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
         let (tolerance, q_or_slack, is_far) = match self.bundle {
             Bundle::Parallel => (guard::K_TOLERANCE, slack, is_in_range),
             Bundle::Point | Bundle::Free => {
@@ -216,8 +216,8 @@ impl Frame {
         let [inner2, outer2, slack, k_error] = Guard::new(
             r,
             distance,
-            guard::UNIT_F32,
-            self.reach.widen(self.input, distance, guard::UNIT_F32),
+            f32::UNIT,
+            self.reach.widen(self.input, distance, f32::UNIT),
         )
         .round_to_f32();
         let (q_low, q_high_or_r2) = match self.bundle {
@@ -242,8 +242,7 @@ impl Frame {
     fn sphere_k(&self, sphere: &Sphere, l: DVec3) -> f64 {
         let (l2, r2) = (l.length_squared(), sphere.radius * sphere.radius);
         let k = l2 - r2;
-        // l: one rounding, doubled by squaring; three in the dot product, one each in r², k.
-        let error = 4.0 * guard::UNIT_F64 * (l2 + r2);
+        let error = guard::K_ERROR * f64::UNIT * (l2 + r2);
         if error <= OFFSET_TOLERANCE * k.abs() {
             return k;
         }
@@ -268,10 +267,10 @@ impl Frame {
             return PlaneCertified::open();
         }
         let (offset, offset_low) = self.split(l);
-        let input = self.reach.widen(self.input, distance, guard::UNIT_F32);
+        let input = self.reach.widen(self.input, distance, f32::UNIT);
         let [n_offset_error, direction_error] = [
-            guard::plane_offset_error(n_length, distance, guard::UNIT_F32, input, guard::TINY_F32),
-            guard::plane_direction_error(n_length, guard::UNIT_F32, input),
+            guard::plane_offset_error(n_length, distance, f32::UNIT, input, guard::TINY_F32),
+            guard::plane_direction_error(n_length, f32::UNIT, input),
         ]
         .map(guard::round_up);
         let (q_low, q_high) = self.reach.inverse_f32(n_offset.abs());
@@ -292,9 +291,9 @@ impl Frame {
     fn plane_offset(&self, plane: &Plane, l: DVec3, scaled: Scaled) -> f64 {
         let normal = scaled.rounded();
         let n_offset = l.dot(normal);
-        // One rounding in l, three in the dot product; and what underflows.
-        let error = 4.0 * guard::UNIT_F64 * guard::length_bound(l) * guard::length_bound(normal)
-            + f64::MIN_POSITIVE;
+        let lengths = guard::length_bound(l) * guard::length_bound(normal);
+        // With what underflows.
+        let error = guard::N_ERROR * f64::UNIT * lengths + f64::MIN_POSITIVE;
         if error <= OFFSET_TOLERANCE * n_offset.abs() {
             return n_offset;
         }

@@ -6,7 +6,6 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
-use crate::guard::UNIT_F64;
 use crate::rays::Ray;
 use crate::seen::{PlaneMet, SphereMet};
 
@@ -152,12 +151,12 @@ fn what_is_said_of_objects_at_the_reference_point_is_right() {
             let aside = from.cross(vector(&mut rng)).normalize() * from.length();
             let way = aside * 2f64.powi(rng.random_range(-12..-2)) - from;
             let away = from.cross(way).length() / way.length();
-            let near = rng.random_range(-40.0..40.0) * UNIT_F64 * from.length();
+            let near = rng.random_range(-40.0..40.0) * f64::UNIT * from.length();
             (Shape::Sphere { center: DVec3::ZERO, radius: away + near }, way)
         } else {
             let mut whole = || f64::from(rng.random_range(1..9));
             let normal = DVec3::new(whole(), whole(), whole());
-            let near = rng.random_range(-20.0..20.0) * UNIT_F64 * from.length();
+            let near = rng.random_range(-20.0..20.0) * f64::UNIT * from.length();
             from.z = near - (normal.x * from.x + normal.y * from.y) / normal.z;
             (Shape::Plane { point: DVec3::ZERO, normal }, normal + vector(&mut rng))
         };
@@ -219,16 +218,16 @@ fn statements_of_moved_lamps(n: usize, part: f64) -> Vec<String> {
         let from = exact_start(at - way);
         let way = at - from;
         let aside = way.cross(vector(&mut rng)).normalize();
-        let off = 0.7 * UNIT_F64 * [1.0, -1.0][rng.random_range(0..2)];
+        let off = 0.7 * f64::UNIT * [1.0, -1.0][rng.random_range(0..2)];
         let s = [0.99, 1e-6, rng.random_range(0.0..1.0)][rng.random_range(0..3)];
         let radius = way.length() * s * rng.random_range(0.01..1.0);
-        let near = 1.0 + rng.random_range(-1.0..1.0) * 4.0 * UNIT_F64 * at.length() / radius;
+        let near = 1.0 + rng.random_range(-1.0..1.0) * 4.0 * f64::UNIT * at.length() / radius;
         let center = from + way * s + aside * radius * near;
         let moved_lamp = Origin::Point(at + aside * off * at.length());
         let moved_center = center - aside * off * center.length();
         let ray = ShadowRay::new(&Aim::<f64>::new(moved_lamp), V3(from.to_array()), 0.0);
         let (end_error, bend) = (ray.end_error * part, ray.bend * part);
-        let ray = ShadowRay { end_error, bend, unit: part * UNIT_F64, ..ray };
+        let ray = ShadowRay { end_error, bend, unit: part * f64::UNIT, ..ray };
         let shape = Shape::Sphere { center, radius };
         let said = says(SphereMet::occlude(&SphereMet::new::<f64>(moved_center, radius), &ray));
         let expected = if lamp.is_blocked(from, &shape) { BLOCKED } else { CLEAR };

@@ -284,7 +284,7 @@ fn worst(point: impl Fn(&mut ChaCha8Rng) -> [f64; 3]) -> f64 {
         for lane in 0..is_in {
             mask.0[lane] = u64::MAX;
         }
-        let mut some = Box::none(1);
+        let mut some = Extent::none(1);
         some.add(mask, &surface);
         let Ball { middle, reach, .. } = some.ball();
         for lane in 0..is_in {
