@@ -198,7 +198,6 @@ pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;
-mod wide;
 
 /// The vectors of the interface are its.
 pub use glam;

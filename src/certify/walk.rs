@@ -29,11 +29,11 @@ impl pulp::WithSimd for Walks<'_> {
     type Output = Result<()>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
+    fn with_simd<S: Simd>(self, _: S) -> Result<()> {
         let Walks { stage, hierarchy, rays, control, ids } = self;
         ids.fill(OPEN);
         let mut walkers = Walkers { stage, hierarchy, rays, control, ids, n_begun: 0 };
-        hierarchy.tree.visit_all(simd, &mut walkers);
+        hierarchy.tree.visit_all(&mut walkers);
         control.check()
     }
 }

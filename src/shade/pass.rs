@@ -564,12 +564,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
 
     /// Takes away what spheres of the tree are in the way of.
     #[inline(always)]
-    fn darken_by_tree<S: Simd, const N: usize>(
-        &self,
-        simd: S,
-        index: usize,
-        scratch: &mut Scratch<F, N>,
-    ) {
+    fn darken_by_tree<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
         let Some(hierarchy) = &self.occluders.prepared.hierarchy else { return };
         let (tree, light) = (&hierarchy.tree, &self.lights[index]);
         let aim = Aim::new(light.origin);
@@ -602,7 +597,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 continue;
             };
             walk.start(tree, &segment);
-            while let Some(place) = walk.next(simd, tree) {
+            while let Some(place) = walk.next(tree) {
                 let mut is_any_open = false;
                 for &(at, here) in members {
                     let way = &mut ways[at];
@@ -777,7 +772,7 @@ impl<F: Bounded + Linear, const N: usize, const STAGE: usize> WithSimd
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Run { pass, pixels, scratch, index } = self;
         match STAGE {
             stage::LOAD => pass.load(pixels, scratch),
@@ -786,7 +781,7 @@ impl<F: Bounded + Linear, const N: usize, const STAGE: usize> WithSimd
             stage::GROUP => pass.group(scratch),
             stage::AIM => pass.aim(index, scratch),
             stage::DARKEN => pass.darken(index, scratch),
-            stage::DARKEN_BY_TREE => pass.darken_by_tree(simd, index, scratch),
+            stage::DARKEN_BY_TREE => pass.darken_by_tree(index, scratch),
             _ => pass.tint(scratch),
         }
     }

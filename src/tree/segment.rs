@@ -50,13 +50,13 @@ impl Walk {
 
     /// The place in [`Tree::order`] of the next sphere that the segment may meet.
     #[inline(always)]
-    pub fn next<S: pulp::Simd>(&mut self, simd: S, tree: &Tree) -> Option<usize> {
+    pub fn next(&mut self, tree: &Tree) -> Option<usize> {
         while let Some(link) = self.ahead.pop() {
             if link & IS_LEAF != 0 {
                 return Some((link & !IS_LEAF) as usize);
             }
             let node = &tree.wide().nodes[link as usize];
-            let (_, mut hit) = enter(simd, node, &self.slabs, self.end);
+            let (_, mut hit) = enter(node, &self.slabs, self.end);
             while hit != 0 {
                 self.ahead.push(node.links[hit.trailing_zeros() as usize]);
                 hit &= hit - 1;
@@ -85,10 +85,10 @@ impl<V: FnMut(usize) -> bool> pulp::WithSimd for Visit<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(mut self, simd: S) {
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
         let mut walk = Walk::default();
         walk.start(self.tree, self.segment);
-        while let Some(place) = walk.next(simd, self.tree) {
+        while let Some(place) = walk.next(self.tree) {
             if !(self.visit)(place) {
                 return;
             }

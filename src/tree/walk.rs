@@ -25,15 +25,15 @@ impl Tree {
 
     /// The same for many rays.
     #[inline(always)]
-    pub(crate) fn visit_all<S: Simd, C: Company>(&self, simd: S, company: &mut C) {
+    pub(crate) fn visit_all<C: Company>(&self, company: &mut C) {
         match self.wide().bytes() {
-            ..CACHED_BYTES => self.visit_abreast::<1, S, C>(simd, company),
-            _ => self.visit_abreast::<ABREAST, S, C>(simd, company),
+            ..CACHED_BYTES => self.visit_abreast::<1, C>(company),
+            _ => self.visit_abreast::<ABREAST, C>(company),
         }
     }
 
     #[inline(always)]
-    fn visit_abreast<const N: usize, S: Simd, C: Company>(&self, simd: S, company: &mut C) {
+    fn visit_abreast<const N: usize, C: Company>(&self, company: &mut C) {
         let wide = self.wide();
         let mut walkers: [Option<(C::Ray, Walker)>; N] = std::array::from_fn(|_| {
             let (ray, tree_ray) = company.next()?;
@@ -46,7 +46,7 @@ impl Tree {
                 if let Some(place) = walker.awaited.take() {
                     walker.t_max = round_up(company.visit(ray, place));
                 }
-                match walker.step(simd, wide) {
+                match walker.step(wide) {
                     Step::Node => match walker.open.last().map(Open::link) {
                         Some(link) if link & IS_LEAF != 0 => {
                             prefetch(company.sphere((link & !IS_LEAF) as usize));
@@ -185,7 +185,7 @@ impl Walker {
     }
 
     #[inline(always)]
-    fn step<S: Simd>(&mut self, simd: S, wide: &Wide) -> Step {
+    fn step(&mut self, wide: &Wide) -> Step {
         let link = loop {
             match self.open.pop() {
                 None => return Step::End,
@@ -197,7 +197,7 @@ impl Walker {
             return Step::Sphere((link & !IS_LEAF) as usize);
         }
         let node = &wide.nodes[link as usize];
-        let (enter, mut hit) = enter(simd, node, &self.slabs, self.t_max);
+        let (enter, mut hit) = enter(node, &self.slabs, self.t_max);
         // The nearest one last, without a branch for what lies how.
         let (mut sorted, mut n_hit) = ([Open::default(); WIDTH], 0);
         while hit != 0 {
@@ -226,12 +226,12 @@ impl<V: FnMut(usize) -> f64> pulp::WithSimd for Alone<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Alone { tree, ray, mut visit } = self;
         let wide = tree.wide();
         let mut walker = Walker::new(wide, ray);
         loop {
-            match walker.step(simd, wide) {
+            match walker.step(wide) {
                 Step::Node => {}
                 Step::Sphere(place) => walker.t_max = round_up(visit(place)),
                 Step::End => return,

@@ -4,26 +4,22 @@ use std::ops::Range;
 
 use bytemuck::{Zeroable, zeroed_vec};
 use glam::DVec3;
-use pulp::Simd;
 use rayon::prelude::*;
 
 use super::{IS_LEAF, Tree};
-use crate::wide::{Holds, SideBySide, WideF32};
+use crate::num::{LaneBits, Lanes, Real};
 
 /// Most boxes of a node.
 pub(super) const WIDTH: usize = 16;
-
-/// As many numbers side by side.
-type Lanes<T> = [T; WIDTH];
 
 /// Boxes, and what is in each. Where there are fewer, the others are empty: no ray meets them.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct WideNode {
-    low: [Lanes<f32>; 3],
-    high: [Lanes<f32>; 3],
+    low: [[f32; WIDTH]; 3],
+    high: [[f32; WIDTH]; 3],
     /// The place of a sphere, with [`IS_LEAF`], or the number of a node.
-    pub links: Lanes<u32>,
+    pub links: [u32; WIDTH],
 }
 
 impl WideNode {
@@ -274,39 +270,34 @@ impl Slab {
 /// Lower bounds of the `t ≥ 0` at which the ray enters boxes, and which of these it may hit up to
 /// `t_max`, bit by bit.
 #[inline(always)]
-pub(super) fn enter<S: Simd>(
-    simd: S,
-    node: &WideNode,
-    slabs: &[Slab; 3],
-    t_max: f32,
-) -> (Lanes<f32>, u32) {
-    let n_lanes = WideF32::<S>::LANES.min(WIDTH);
-    let (mut enters, mut hits) = ([0.0; WIDTH], 0);
-    for first in (0..WIDTH).step_by(n_lanes) {
-        let load = |side: &Lanes<f32>| WideF32::load(simd, &side[first..]);
-        let zero = WideF32::splat(simd, 0.0);
-        let (mut enter, mut leave) = (zero, zero.like(t_max));
-        for (axis, slab) in slabs.iter().enumerate() {
-            let (low, high) = (&node.low[axis], &node.high[axis]);
-            if slab.near_inverse != 0.0 {
-                let (near, far) = if slab.goes_down { (high, low) } else { (low, high) };
-                let near =
-                    (load(near) - zero.like(slab.near_origin)) * zero.like(slab.near_inverse);
-                let far = (load(far) - zero.like(slab.far_origin)) * zero.like(slab.far_inverse);
-                enter = enter.max(near);
-                leave = leave.min(far);
-            } else if slab.is_flat {
-                let is_beside = zero
-                    .like(slab.near_origin)
-                    .lt(load(low))
-                    .or(load(high).lt(zero.like(slab.far_origin)));
-                leave = is_beside.select(zero.like(-1.0), leave);
-            }
+pub(super) fn enter(node: &WideNode, slabs: &[Slab; 3], t_max: f32) -> ([f32; WIDTH], u32) {
+    let all = Lanes::<f32, WIDTH>::splat;
+    let (mut enter, mut leave) = (all(0.0), all(t_max));
+    for (axis, slab) in slabs.iter().enumerate() {
+        let (low, high) = (Lanes(node.low[axis]), Lanes(node.high[axis]));
+        if slab.near_inverse != 0.0 {
+            let (near, far) = if slab.goes_down { (high, low) } else { (low, high) };
+            // What is not a number changes neither.
+            enter = enter.max((near - all(slab.near_origin)) * all(slab.near_inverse));
+            leave = leave.min((far - all(slab.far_origin)) * all(slab.far_inverse));
+        } else if slab.is_flat {
+            leave = Lanes::select(all(slab.near_origin).lt(low), all(-1.0), leave);
+            leave = Lanes::select(high.lt(all(slab.far_origin)), all(-1.0), leave);
         }
-        enter.store(&mut enters[first..]);
-        hits |= enter.le(leave).bits() << first;
     }
-    (enters, hits)
+    (enter.0, bits(enter.le(leave)))
+}
+
+/// The bits of a mask, those of the first lane lowest. The mask goes through memory: joined into one number in registers,
+/// all that it comes from would fall apart with it.
+#[inline(always)]
+fn bits(mask: LaneBits<f32, WIDTH>) -> u32 {
+    let LaneBits(lanes) = std::hint::black_box(mask);
+    let mut bits = 0;
+    for (lane, mask) in lanes.iter().enumerate() {
+        bits |= mask & 1 << lane;
+    }
+    bits
 }
 
 #[cfg(test)]
