@@ -252,7 +252,7 @@ fn in_folder(folder: &TempDir, line: &str) -> Command {
 fn whole_report() -> Report {
     let mut report = made_report::report();
     let mut earlier = serde_json::to_value(&report).unwrap();
-    earlier["command"] = "report".into();
+    (earlier["schema"], earlier["command"]) = (1.into(), "report".into());
     let errors = &mut earlier["scenes"][0]["rows"][0]["errors"];
     errors["wrong_object"] = (errors["wrong_object"].as_u64().unwrap() + 5).into();
     let cost = &mut earlier["scenes"][0]["rows"][0]["cost"]["trace_ns_per_ray"];

@@ -902,7 +902,7 @@ fn a_noisy_machine_is_told_of() {
 fn since_before(change: fn(&mut serde_json::Value)) -> Report {
     let mut report = report();
     let mut earlier = serde_json::to_value(&report).unwrap();
-    earlier["command"] = "report".into();
+    (earlier["schema"], earlier["command"]) = (1.into(), "report".into());
     let rows = &mut earlier["scenes"][0]["rows"];
     for (i, factor) in [(0, 3.0), (1, 1.0 / 3.0)] {
         let time = &mut rows[i]["cost"]["trace_ns_per_ray"];
@@ -961,7 +961,7 @@ fn what_changed_since_a_baseline_is_marked() {
     assert_eq!(baseline.different.len(), 2, "{:?}", baseline.different);
     assert!(page::html(&other).contains("Times tell of more than the program"));
     let earlier = serde_json::to_value(made_report::report()).unwrap().to_string();
-    let earlier = earlier.replacen('{', "{\"command\":\"report\",", 1);
+    let earlier = earlier.replacen('{', "{\"schema\":1,\"command\":\"report\",", 1);
     let why = Earlier::parse(&earlier).unwrap().check(&Default::default());
     assert!(why.is_ok(), "the same size");
     let effort = kugelblitz::report::Effort { size: [320, 180], ..Default::default() };

@@ -7,6 +7,7 @@ use clap::CommandFactory;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
 use kugelblitz::render::Rendered;
+use kugelblitz::report::SCHEMA;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::{StageCounts, Timing};
@@ -125,8 +126,6 @@ pub fn failed_in_json(error: &Error) {
     // Who reads no failure has the exit code.
     let _ = json(&failure).and_then(|text| print(&text));
 }
-
-const SCHEMA: u32 = 1;
 
 /// The adapter and the kind of device that traced.
 #[derive(Serialize)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Contestant, Effort, Report, Spread};
+use super::{Contestant, Effort, Report, SCHEMA, Spread};
 
 /// An earlier report, as its JSON tells it. What it has more is left out.
 #[derive(Clone, Debug, Deserialize)]
@@ -10,13 +10,13 @@ pub struct Earlier {
     evidence: EarlierEvidence,
     effort: EarlierEffort,
     scenes: Vec<EarlierScene>,
-    #[serde(default)]
     clouds: Vec<EarlierCloud>,
 }
 
 /// What every summary begins with.
 #[derive(Deserialize)]
 struct Head {
+    schema: u32,
     command: String,
 }
 
@@ -157,9 +157,12 @@ impl Earlier {
         const ADVICE: &str = "give what `kugelblitz report -o NAME.json` wrote";
         let wrong = |error| format!("this is no report: {error}; {ADVICE}");
         let head: Head = serde_json::from_str(text).map_err(wrong)?;
-        match head.command.as_str() {
-            "report" => serde_json::from_str(text).map_err(wrong),
-            other => Err(format!("this is of the command `{other}`; {ADVICE}")),
+        match (head.command.as_str(), head.schema) {
+            ("report", SCHEMA) => serde_json::from_str(text).map_err(wrong),
+            ("report", other) => Err(format!(
+                "this report has the schema {other}, and only {SCHEMA} is read: measure it again, and {ADVICE}"
+            )),
+            (other, _) => Err(format!("this is of the command `{other}`; {ADVICE}")),
         }
     }
 
@@ -369,5 +372,9 @@ mod tests {
         assert!(no("not json").contains("line 1"), "{}", no("not json"));
         let other = no("{\"schema\": 1, \"command\": \"render\"}");
         assert!(other.contains("command `render`"), "{other}");
+        let old = no("{\"schema\": 0, \"command\": \"report\"}");
+        assert!(old.contains("schema 0, and only 1 is read"), "{old}");
+        let without_clouds = "{\"schema\": 1, \"command\": \"report\", \"scenes\": []}";
+        assert!(no(without_clouds).contains("missing field"), "{}", no(without_clouds));
     }
 }

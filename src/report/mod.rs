@@ -35,6 +35,9 @@ pub use scenes::{Case, default_cases};
 use crate::control::Control;
 use crate::error::Result;
 
+/// The version of `docs/json.md`, which every summary begins with.
+pub const SCHEMA: u32 = 1;
+
 /// Everything that one run of `kugelblitz report` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
