@@ -100,6 +100,10 @@ scenes! {
     Lit "lit/hard/byte_edge.toml",
     Lit "lit/hard/far_light.toml",
     Lit "lit/hard/coincident_floor.toml",
+    Lit "lit/hard/galaxy.toml",
+    Lit "lit/hard/galaxy_shadow.toml",
+    Lit "lit/hard/galaxy_balls.toml",
+    Lit "lit/hard/beyond_f64.toml",
 }
 
 #[cfg(test)]
