@@ -479,6 +479,12 @@ fn what_is_no_picture_is_refused() {
             assert_eq!(refused(&whole[..n]).exit_code(), 1, "{n} of {}", whole.len());
         }
     }
+    for start in
+        [&b"\xff\xd8\xff\xe0\0\x10JFIF\0"[..], b"II*\0\x08\0\0\0", b"BM\x1e\0\0\0", b"#?RADIANCE\n"]
+    {
+        let message = refused(&[start, &[0; 100]].concat()).to_string();
+        assert!(message.contains("PNG, OpenEXR, NPY and PPM can be read"), "{message}");
+    }
     for (type_, shape, data) in [
         ("<f8", "(1000000000, 100000000)", &[0; 8][..]),
         ("<f8", "(99999999999, 99999999999)", &[0; 8]),
