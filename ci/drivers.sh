@@ -52,10 +52,10 @@ run_driver() {
         cp "$system_log" "$work/$name.log"
         return 0
     fi
-    cargo test --release --locked --no-fail-fast "${arguments[@]}" 2>&1 |
+    cargo test --release --locked --features view --no-fail-fast "${arguments[@]}" 2>&1 |
         tee "$work/$name.log" || failed=1
-    cargo test --release --locked --lib gpu:: 2>&1 | tee "$work/$name.unit" || failed=1
-    cargo test --release --locked --test view -- "${window_tests[@]}" 2>&1 |
+    cargo test --release --locked --features view --lib gpu:: 2>&1 | tee "$work/$name.unit" || failed=1
+    cargo test --release --locked --features view --test view -- "${window_tests[@]}" 2>&1 |
         tee -a "$work/$name.log" || failed=1
     return "$failed"
 }

@@ -24,15 +24,15 @@ fi
 
 # One profile and one lock file for everything, so that nothing is built twice.
 step cargo fmt --all --check
-step cargo clippy --release --locked --all-targets -- -D warnings
+step cargo clippy --release --locked --features view --all-targets -- -D warnings
 # The library that traces on the CPU, and the program without its window.
 step cargo clippy --release --locked --no-default-features --all-targets -- -D warnings
-step cargo clippy --release --locked --no-default-features --features cli -- -D warnings
-step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+step cargo clippy --release --locked -- -D warnings
+step env RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --features view --no-deps
 step ci/instructions.sh
 # Builds the program as well, with the features that the tests' dependencies ask for: a plain build
 # would compile the largest dependencies a second time.
-step cargo test --release --locked --no-run
+step cargo test --release --locked --features view --no-run
 
 target=$(cargo metadata --format-version 1 --no-deps --locked |
     sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
@@ -52,7 +52,7 @@ gpu_log="$target/gpu-tests.log"
 rm -f "$gpu_log"
 tests=0
 system_log="$target/system-driver.log"
-step cargo test --release --locked --no-fail-fast 2>&1 | tee "$system_log" || tests=$?
+step cargo test --release --locked --features view --no-fail-fast 2>&1 | tee "$system_log" || tests=$?
 # The table that is checked in is renewed by `ci/drivers.sh docs/devices/drivers.md`.
 step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?
 step cargo test --release --locked --no-default-features --no-fail-fast || tests=$?

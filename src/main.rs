@@ -64,6 +64,11 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
         Command::Figure(args) => cli::figure::run(&args, run),
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args, run),
+        #[cfg(not(feature = "view"))]
+        Command::View(_) => Err(kugelblitz::Error::Usage(
+            "this program has no window; `cargo build --release --features view` builds one that has"
+                .into(),
+        )),
         Command::Generate(args) => cli::generate::run(&args, run),
         Command::Digest(args) => cli::digest::run(&args, run),
         Command::Probe(args) => cli::probe::run(&args),

@@ -287,6 +287,15 @@ fn sources() -> Vec<(String, String)> {
     found
 }
 
+#[cfg(not(feature = "view"))]
+#[test]
+fn a_program_without_a_window_says_how_to_build_one() {
+    let (code, output) = finish(&mut program(&["view", &scene("figure1")]));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((code, stderr.lines().count()), (2, 1), "{stderr}");
+    assert!(stderr.contains("`cargo build --release --features view`"), "{stderr}");
+}
+
 #[cfg(feature = "view")]
 #[test]
 fn a_missing_display_is_one_clear_line() {
@@ -426,8 +435,7 @@ fn nothing_foreign_steers_the_terminal() {
     ] {
         routes.push((vec!["trace", &good, "--rays", rays, "-o", out, "--device", "cpu"], code));
     }
-    #[cfg(feature = "view")]
-    routes.push((vec!["view", &good], 4));
+    routes.push((vec!["view", &good], if cfg!(feature = "view") { 4 } else { 2 }));
 
     // Scenes and clouds that are wrong, each under a name of its own.
     let cloud =

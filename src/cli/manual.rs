@@ -113,7 +113,6 @@ pub const EXAMPLES: &[(&str, &str, &str)] = &[
         "kugelblitz report scenes/figure2.toml --size 160x90 --baseline before.json",
         "Measures again and marks what changed beyond noise.",
     ),
-    #[cfg(feature = "view")]
     (
         "kugelblitz-view",
         "kugelblitz view scenes/figure1.toml",

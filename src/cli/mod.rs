@@ -95,7 +95,6 @@ pub enum Command {
     Report(ReportArgs),
     Export(ExportArgs),
     Figure(figure::FigureArgs),
-    #[cfg(feature = "view")]
     View(ViewArgs),
     Generate(GenerateArgs),
     Digest(DigestArgs),
@@ -410,7 +409,6 @@ pub struct ExportArgs {
 ///
 /// Drag to orbit, use the wheel to zoom, click a pixel to ask why it shows what it shows; H lists
 /// all controls. The scene file is watched: what changes in it is seen at once.
-#[cfg(feature = "view")]
 #[derive(Args)]
 pub struct ViewArgs {
     /// Scene file (TOML), or data: .npy, .csv, .xyz
