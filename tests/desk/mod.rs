@@ -41,8 +41,10 @@ pub fn scene(name: &str) -> PathBuf {
 
 /// The program with this display, in this folder.
 pub fn program(display: &str, folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+    // A write beyond a limit of the file's size fails, and does not end the program.
+    let mut command = Command::new("sh");
     command
+        .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_kugelblitz")])
         .current_dir(folder)
         .env("DISPLAY", display)
         .env("XDG_STATE_HOME", folder.join(STATE))
