@@ -244,7 +244,6 @@ fn paths_are_shown_one_way() {
         ("cli/judge.rs", 1),
         ("cli/report.rs", 1),
         ("cost.rs", 1),
-        ("view/open.rs", 1),
         ("view/recent.rs", 1),
     ];
     let found: Vec<(String, usize)> = sources()

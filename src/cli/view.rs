@@ -38,7 +38,6 @@ pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
         size,
         recent: recent_list(),
         control: Arc::clone(&run.control),
-        on_display_lost,
         lose_device_after: args.lose_device_after,
     };
     let (mut failed, mut quiet) = (None, None);
@@ -74,11 +73,6 @@ fn recent_list() -> Option<PathBuf> {
             .or_else(|| folder("HOME").map(|home| home.join(".local/state"))),
     };
     state.map(|state| state.join("kugelblitz").join("recent"))
-}
-
-/// Xlib ends the process after this.
-fn on_display_lost() {
-    talk("error: the display: the connection was lost");
 }
 
 /// Data to standard output, talk to standard error.

@@ -12,7 +12,7 @@ use winit::application::ApplicationHandler;
 use winit::error::EventLoopError;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Window, WindowId};
+use winit::window::WindowId;
 
 use self::device::Open;
 use super::ask::Answer;
@@ -25,7 +25,6 @@ use super::save::Save;
 use super::state::State;
 use super::tracing::Traced;
 use super::worker::Worker;
-use super::x11;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::gpu::Pick;
@@ -55,17 +54,14 @@ pub struct Options {
     pub recent: Option<PathBuf>,
     /// Cancelling it closes the window.
     pub control: Arc<Control>,
-    /// Called when the X server is gone, right before its library ends the process with exit code
-    /// 1. Must not panic.
-    pub on_display_lost: fn(),
     /// Gives the device up after so many frames, as if it had been lost: for tests.
     pub lose_device_after: Option<u64>,
 }
 
 /// A message of another thread.
 enum Event {
-    /// Of a thread that works with the device of this number.
-    Said(u64, Result<Said>),
+    /// Of a thread that works with the device.
+    Said(Result<Said>),
     /// The picture in this file is saved, or can't be.
     Saved(PathBuf),
     /// The scene file was read again.
@@ -73,8 +69,6 @@ enum Event {
     /// Another scene file was read.
     Opened(PathBuf, Read),
     Interrupted,
-    /// It is time to open a device in place of the one that was lost.
-    Reopen,
 }
 
 /// A scene with its camera.
@@ -99,8 +93,8 @@ enum Said {
 ///
 /// # Errors
 /// [`Error::NoAdapter`] where there is no display or no device that can show pictures,
-/// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when devices are lost again
-/// and again, [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
+/// [`Error::Scene`] for a scene without a camera, [`Error::Device`] when the device is lost,
+/// [`Error::Io`] when the display is lost, [`Error::Interrupted`] when the control was
 /// cancelled; those of [`Session::render_to_file`](crate::Session::render_to_file) where a picture was still being saved.
 pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
     let camera = options.scene.require_camera(&options.path)?.clone();
@@ -122,11 +116,8 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         notify,
         state,
         open: None,
-        lost: None,
         start: Instant::now(),
-        epoch: 0,
         asked: 0,
-        losses: Vec::new(),
         saves: Vec::new(),
         failure: None,
         context: egui::Context::default(),
@@ -134,7 +125,6 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         wake: None,
     };
     style(&app.context);
-    x11::on_loss(app.options.on_display_lost);
     let ran = events.run_app(&mut app).map_err(display_lost);
     app.watch.stop();
     app.reader.stop();
@@ -215,14 +205,9 @@ struct App<N> {
     notify: N,
     state: State,
     open: Option<Open>,
-    /// A window whose device was lost, and why.
-    lost: Option<(Arc<Window>, Error)>,
     start: Instant,
-    /// Counts devices.
-    epoch: u64,
     /// Counts questions about pixels.
     asked: u64,
-    losses: Vec<Instant>,
     saves: Vec<Save>,
     failure: Option<Error>,
     closing: Arc<Control>,
@@ -255,8 +240,7 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if event == WindowEvent::Destroyed {
             // Nothing may be asked of it any more.
-            self.close();
-            self.lost = None;
+            self.open = None;
             (self.notify)(&Notice::Destroyed);
             event_loop.exit();
         }

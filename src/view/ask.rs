@@ -84,7 +84,7 @@ pub fn start_explain(
     Worker::start("explaining", say, move |question: Question, _, say| {
         let text = match explained(&device, &question) {
             Ok(text) => text,
-            // A lost device is opened anew.
+            // Without a device the window ends.
             Err(error @ Error::Device(_)) => return Err(error),
             Err(error) => error.to_string(),
         };

@@ -218,8 +218,9 @@ fn item(ui: &mut Ui, name: &str, key: &str, is_there: bool) -> bool {
 }
 
 fn file_menu(ui: &mut Ui, state: &mut State, commands: &mut Vec<Command>) {
-    if item(ui, "open …", "Ctrl+O", true) {
-        state.begin_to_open();
+    let before = state.scene_before();
+    if item(ui, "the scene before", "Ctrl+O", before.is_some()) {
+        commands.extend(before.map(Command::Open));
     }
     if item(ui, "save what is shown", "Ctrl+S", true) {
         commands.push(Command::Save);

@@ -41,20 +41,9 @@ const NUMBER_KEYS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::
 const SHOW_KEYS: [Key; 8] =
     [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8];
 
-/// All keys. A key counts with what was held when it was pressed: it may be free again by now. While a path
-/// is typed, letters are letters.
+/// All keys. A key counts with what was held when it was pressed: it may be free again by now.
 pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
     state.is_moving = false;
-    if state.opening.is_some() {
-        let pressed = |modifiers, key| ui.input_mut(|input| input.consume_key(modifiers, key));
-        if pressed(Modifiers::NONE, Key::Escape) {
-            state.opening = None;
-        }
-        if pressed(Modifiers::COMMAND, Key::Q) {
-            commands.push(Command::Quit);
-        }
-        return;
-    }
     let pressed: Vec<(Key, Modifiers)> = ui.input(|input| {
         let keys = input.events.iter().filter_map(|event| match event {
             Event::Key { key, pressed: true, repeat: false, modifiers, .. } => {
@@ -70,7 +59,7 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
                 state.with_command.push(key);
                 match key {
                     Key::S => commands.push(Command::Save),
-                    Key::O => state.begin_to_open(),
+                    Key::O => commands.extend(state.scene_before().map(Command::Open)),
                     Key::Z if modifiers.shift => state.redo(),
                     Key::Y => state.redo(),
                     Key::Z => state.undo(),
@@ -79,9 +68,6 @@ pub fn keys(ui: &Ui, state: &mut State, commands: &mut Vec<Command>) {
                 }
             }
             _ => press(ui, key, modifiers.shift, state, commands),
-        }
-        if state.opening.is_some() {
-            return;
         }
     }
     let copies = ui.input(|input| input.events.contains(&Event::Copy));

@@ -1,10 +1,8 @@
-//! Where things of the world are in the picture: the pivot, the axes, the horizon; and which planes the eye
-//! has gone through.
+//! Where things of the world are in the picture: the pivot and the axes.
 
 use glam::{DVec2, DVec3};
 
 use crate::rays::{Lens, View};
-use crate::scene::Scene;
 
 /// Length of the axes, as a part of the picture's height.
 const AXIS: f64 = 0.16;
@@ -33,39 +31,11 @@ pub fn axes(view: &View, size: DVec2, pivot: DVec3) -> [Option<DVec2>; 3] {
     [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| seen_at(view, size, pivot + axis * length))
 }
 
-/// The ends of the horizon at the left and the right edge of the picture: where directions across
-/// `vertical` are seen. `None` through an orthographic camera, and straight up or down.
-pub fn horizon(view: &View, size: DVec2, vertical: DVec3) -> Option<[DVec2; 2]> {
-    let View { forward, right, true_up, h, lens, .. } = *view;
-    if lens == Lens::Orthographic {
-        return None;
-    }
-    let step = 2.0 * h / size.y;
-    let end = |x: f64| {
-        let across = (x - size.x / 2.0) * step;
-        let up = -(forward.dot(vertical) + across * right.dot(vertical)) / true_up.dot(vertical);
-        DVec2::new(x, size.y / 2.0 - up / step)
-    };
-    let ends = [end(0.0), end(size.x)];
-    ends.iter().all(|end| end.is_finite() && end.y.abs() < 1e6).then_some(ends)
-}
-
-/// The ids of the planes between two eyes: one eye is on the side that the normal points to, the other is
-/// not.
-pub fn planes_between(scene: &Scene, eye: DVec3, other: DVec3) -> Vec<u32> {
-    let first = scene.spheres.len() as u32 + 1;
-    let between = scene.planes.iter().zip(first..).filter(|(plane, _)| {
-        let side = |eye: DVec3| (eye - plane.point).dot(plane.normal) >= 0.0;
-        side(eye) != side(other)
-    });
-    between.map(|(_, id)| id).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::rays::Pixels;
-    use crate::scene::{Camera, Color, Plane, Projection};
+    use crate::scene::{Camera, Projection};
 
     const SIZE: DVec2 = DVec2::new(640.0, 360.0);
 
@@ -106,29 +76,5 @@ mod tests {
             let [x, y, _] = axes(&view, SIZE, pivot).map(|end| end.unwrap() - start);
             assert!(x.x > 40.0 && y.y < -40.0, "{x} {y}");
         }
-    }
-
-    #[test]
-    fn what_is_at_the_eyes_height_is_seen_at_the_horizon() {
-        let perspective = view(LENSES[0]);
-        let [left, right] = horizon(&perspective, SIZE, DVec3::Y).unwrap();
-        let far = seen_at(&perspective, SIZE, DVec3::new(3.0, 2.0, -1e9)).unwrap();
-        assert!((left.y - right.y).abs() < 1e-9 && (far.y - left.y).abs() < 1e-5);
-        assert!(left.y < SIZE.y / 2.0, "it looks down");
-        assert_eq!(horizon(&view(LENSES[1]), SIZE, DVec3::Y), None);
-        let down = Camera { up: DVec3::Z, ..Camera::new(DVec3::Y, DVec3::ZERO) };
-        assert_eq!(horizon(&View::new(&down), SIZE, DVec3::Y), None);
-    }
-
-    #[test]
-    fn planes_that_the_eye_goes_through_are_noticed() {
-        let plane = |point, normal| Plane { name: None, point, normal, color: Color::BLACK };
-        let planes = vec![plane(DVec3::ZERO, DVec3::Y), plane(DVec3::Z * -9.0, DVec3::NEG_Z)];
-        let scene = Scene { planes, ..Scene::default() };
-        let between = |eye, other| planes_between(&scene, eye, other);
-        let [above, below] = [DVec3::new(0.0, 1.0, 5.0), DVec3::new(0.0, -1.0, 5.0)];
-        assert_eq!(between(above, below), [1]);
-        assert_eq!(between(below, DVec3::new(0.0, 1.0, -20.0)), [1, 2]);
-        assert_eq!(between(above, above), [0; 0]);
     }
 }

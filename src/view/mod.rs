@@ -7,15 +7,14 @@
 //! | `controls` | mouse and keys → camera and state |
 //! | `rig` | the camera under the hand: pure arithmetic |
 //! | `history` | where the camera was |
-//! | `panels` | lines, legend, help; `bar`, `explanation` and `open` (a dialog) beside them |
-//! | `overlay`, `guides` | marks of pixels; pivot, axes and horizon while the camera moves |
+//! | `panels` | lines, legend, help; `bar` and `explanation` beside them |
+//! | `overlay`, `guides` | marks of pixels; pivot and axes while the camera moves |
 //! | `screen` | surface and drawing |
 //! | `worker` | a thread that does the newest of its jobs |
 //! | `tracing`, `painter`, `ask`, `save` | such jobs |
 //! | `look` | how a picture is looked at; the colours are those of [`crate::show`] |
 //! | `reload`, `recent` | watching the scene file, and the files of before |
 //! | `display` | the display that isn't there |
-//! | `x11`, `no_x11` | what only X11 needs, and its absence elsewhere |
 //! | `notice` | what the program is told |
 //!
 //! The event loop never waits for tracing. A picture's ids stay on the device, where one draw
@@ -33,7 +32,6 @@ mod guides;
 mod history;
 mod look;
 mod notice;
-mod open;
 mod overlay;
 mod painter;
 mod panels;
@@ -45,8 +43,6 @@ mod screen;
 mod state;
 mod tracing;
 mod worker;
-#[cfg_attr(not(all(unix, not(target_vendor = "apple"))), path = "no_x11.rs")]
-mod x11;
 
 pub use app::{Options, Reread, run};
 pub use notice::Notice;

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub enum Notice<'a> {
     /// A device is about to be opened: what the driver prints from here on is no word of ours.
     Opening,
-    /// A device was opened, at the start or after the last one was lost.
+    /// A device was opened.
     Opened {
         /// Its name.
         adapter: &'a str,

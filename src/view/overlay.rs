@@ -1,11 +1,10 @@
 //! What is drawn over the picture: marks of pixels, and guides while the camera moves.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, vec2};
 use glam::DVec2;
 
-use super::guides::{axes, horizon, seen_at};
+use super::guides::{axes, seen_at};
 use super::state::State;
-use crate::explain::label;
 
 /// Radius of the ring around a marked pixel, points.
 const RING: f32 = 9.0;
@@ -64,24 +63,13 @@ pub fn few(ui: &Ui, rect: Rect, state: &State) {
     }
 }
 
-/// The pivot with its axes, the horizon, and the planes that the eye has gone through.
+/// The pivot with its axes.
 pub fn guides(ui: &Ui, rect: Rect, state: &State) {
     let painter = ui.painter_at(rect);
     let (view, rig) = (state.rig.view(), &state.rig);
     let size = DVec2::new(f64::from(state.area.width), f64::from(state.area.height));
     let scale = ui.pixels_per_point();
     let point = |at: DVec2| rect.min + vec2(at.x as f32, at.y as f32) / scale;
-    if let Some(ends) = horizon(&view, size, rig.vertical()) {
-        let ends = ends.map(point);
-        let faint = Color32::from_white_alpha(190);
-        let shadow = Stroke::new(3.0, Color32::from_black_alpha(110));
-        painter.extend(Shape::dashed_line(&ends, shadow, 9.0, 6.0));
-        painter.extend(Shape::dashed_line(&ends, Stroke::new(1.2, faint), 9.0, 6.0));
-        if rect.contains(ends[1] - vec2(1.0, 0.0)) {
-            let at = ends[1] - vec2(12.0, 6.0);
-            text(&painter, at, Align2::RIGHT_BOTTOM, "horizon", faint);
-        }
-    }
     if let Some(pivot) = seen_at(&view, size, rig.pivot).map(point) {
         for ((name, color), end) in AXES.into_iter().zip(axes(&view, size, rig.pivot)) {
             let Some(end) = end.map(point) else { continue };
@@ -91,17 +79,4 @@ pub fn guides(ui: &Ui, rect: Rect, state: &State) {
         }
         ring(&painter, pivot, 5.0, Color32::WHITE);
     }
-    let passed = state.planes_passed();
-    if let Some(words) = passed_text(state, &passed) {
-        let at = pos2(rect.center().x, rect.top() + 14.0);
-        text(&painter, at, Align2::CENTER_TOP, &words, Color32::from_rgb(0xff, 0xc8, 0x57));
-    }
-}
-
-/// `behind plane 7 (floor)`, seen from where the file's camera is; `None` where there is no such plane.
-pub fn passed_text(state: &State, passed: &[u32]) -> Option<String> {
-    let (first, rest) = passed.split_first()?;
-    let and_more =
-        if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-    Some(format!("the eye is behind {}{and_more}", label(&state.scene, *first)))
 }

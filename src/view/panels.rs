@@ -8,7 +8,6 @@ use egui::{
 use super::bar::{self, bar};
 use super::controls;
 use super::explanation::explanation;
-use super::open::opening;
 use super::overlay;
 use super::state::{Area, Command, State, point, six_digits};
 use crate::scene::camera_text;
@@ -40,7 +39,7 @@ const HELP: [(&str, &str); 27] = [
     ("R", "back to the file's camera"),
     ("Ctrl + Z, Ctrl + Shift + Z", "undo and redo the camera's steps"),
     ("P", "copy the camera as TOML, and print it"),
-    ("Ctrl + O", "open another scene; or drop its file on the window"),
+    ("Ctrl + O", "back to the scene before; drop a file on the window to open it"),
     ("Ctrl + S", "save what is shown, at full resolution"),
     ("K, shift + K", "next kernel, on the right and on the left"),
     ("C", "two kernels side by side"),
@@ -87,7 +86,6 @@ pub fn layout(ui: &mut Ui, state: &mut State) -> Vec<Command> {
     notices(ui, rect, state);
     explanation(ui, rect, state);
     help(ui, rect, state);
-    opening(ui, rect, state, &mut commands);
     commands.extend(dropped(ui).map(Command::Open));
     if commands.iter().any(|command| matches!(command, Command::PrintCamera)) {
         ui.ctx().copy_text(camera_text(&state.rig.camera));
@@ -137,12 +135,7 @@ fn lines(ui: &mut Ui, state: &State) {
         }
     }
     let color = ui.visuals().text_color().gamma_multiply(0.75);
-    ui.horizontal(|ui| {
-        if let Some(words) = overlay::passed_text(state, &state.planes_passed()) {
-            ui.colored_label(ui.visuals().warn_fg_color, format!("{words}  ·"));
-        }
-        line(ui, RichText::new(status_text(state)).color(color));
-    });
+    line(ui, RichText::new(status_text(state)).color(color));
 }
 
 /// `pixel 640, 360 · sphere 2 (touched) · t = 24 · (0, 0, -24)`
@@ -269,23 +262,18 @@ fn notices(ui: &Ui, rect: egui::Rect, state: &State) {
     }
 }
 
-/// A window of its own in the middle of the picture.
-pub fn dialog(title: &'static str, rect: egui::Rect) -> egui::Window<'static> {
-    egui::Window::new(title)
-        .id(egui::Id::unique(title))
-        .collapsible(false)
-        .resizable(false)
-        .pivot(Align2::CENTER_CENTER)
-        .default_pos(rect.center())
-        .constrain_to(rect)
-}
-
 fn help(ui: &Ui, rect: egui::Rect, state: &mut State) {
     if !state.has_help {
         return;
     }
     let wide = rect.width() > 620.0;
-    dialog("Controls", rect).open(&mut state.has_help).show(ui.ctx(), |ui| {
+    let window = egui::Window::new("Controls")
+        .collapsible(false)
+        .resizable(false)
+        .pivot(Align2::CENTER_CENTER)
+        .default_pos(rect.center())
+        .constrain_to(rect);
+    window.open(&mut state.has_help).show(ui.ctx(), |ui| {
         let height = (rect.height() - 80.0).max(60.0);
         ScrollArea::vertical().max_height(height).show(ui, |ui| {
             if !wide {

@@ -85,11 +85,6 @@ impl Rig {
         }
     }
 
-    /// The vertical that orbiting keeps.
-    pub fn vertical(&self) -> DVec3 {
-        self.vertical
-    }
-
     /// The camera's frame.
     pub fn view(&self) -> View {
         View::new(&self.camera)

@@ -6,7 +6,6 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor, wgpu};
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
-use super::x11::Target;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Layer, OpenWindow, Pick, Present, Presenter, Words, open_window};
 
@@ -62,8 +61,7 @@ impl Screen {
     /// # Errors
     /// [`Error::NoAdapter`] when none can show pictures, [`Error::Shader`].
     pub fn open(pick: &Pick, window: &Arc<Window>) -> Result<Screen> {
-        let OpenWindow { gpu, surface, capabilities } =
-            open_window(pick, Target(Arc::clone(window)))?;
+        let OpenWindow { gpu, surface, capabilities } = open_window(pick, Arc::clone(window))?;
         let gpu = Arc::new(gpu);
         let given = capabilities
             .formats
@@ -145,7 +143,7 @@ impl Screen {
     /// Draws a frame and hands it to the window.
     ///
     /// # Errors
-    /// The device's, when it must be opened anew.
+    /// The device's, when it is lost.
     pub fn draw(&mut self, shown: Option<Shown>, panels: &mut Panels) -> Result<Drawn> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let textures = std::mem::take(&mut panels.textures);

@@ -8,10 +8,8 @@ use egui::{Pos2, pos2};
 
 use super::ask::{Answer, Question};
 use super::bar::Widths;
-use super::guides::planes_between;
 use super::history::History;
 use super::look::Look;
-use super::open::Opening;
 use super::painter::Painted;
 use super::rig::{Axis, Extent, Rig};
 use super::tracing::DevicePicture;
@@ -120,8 +118,6 @@ pub struct State {
     pub with_command: Vec<egui::Key>,
     pub has_panels: bool,
     pub has_help: bool,
-    /// The dialog for another scene.
-    pub opening: Option<Opening>,
     /// The files that were opened last.
     pub recent: Vec<PathBuf>,
     /// Of the bar's items.
@@ -171,7 +167,6 @@ impl State {
             with_command: Vec::new(),
             has_panels: true,
             has_help: false,
-            opening: None,
             recent: Vec::new(),
             bar_widths: Widths::default(),
             area: Area::default(),
@@ -214,12 +209,13 @@ impl State {
         self.reload(scene, home);
         self.rig = Rig::new(&self.home);
         self.history = History::new(&self.rig);
-        (self.path, self.explained, self.opening, self.click) = (path, None, None, None);
+        (self.path, self.explained, self.click) = (path, None, None);
     }
 
-    /// Begins to choose another scene.
-    pub fn begin_to_open(&mut self) {
-        self.opening = Some(Opening::beside(&self.path));
+    /// The newest of the files that were opened last but this one.
+    pub fn scene_before(&self) -> Option<PathBuf> {
+        let path = std::path::absolute(&self.path).ok();
+        self.recent.iter().find(|other| Some(*other) != path.as_ref()).cloned()
     }
 
     /// The kernels that are shown, from left to right.
@@ -304,11 +300,6 @@ impl State {
             Some(rig) => self.rig = rig,
             None => self.tell("No step of the camera was undone"),
         }
-    }
-
-    /// The planes between the file's camera and the one that is there.
-    pub fn planes_passed(&self) -> Vec<u32> {
-        planes_between(&self.scene, self.home.position, self.rig.camera.position)
     }
 
     /// Shows two kernels, or one again. Two of a kind would show nothing.
@@ -545,11 +536,10 @@ mod tests {
         let mut state = state();
         state.go_home();
         state.look_along(Axis::ALL[2]);
-        state.begin_to_open();
         let (scene, camera) = lit(&LIT.replace("samples = 3", "samples = 2"));
         state.open("other.toml".into(), Arc::clone(&scene), camera.clone());
         assert_eq!((&state.rig, state.n_samples), (&Rig::new(&camera), Samples::nearest(2)));
-        assert!(Arc::ptr_eq(&state.scene, &scene) && state.opening.is_none());
+        assert!(Arc::ptr_eq(&state.scene, &scene));
         assert_eq!(state.history.has(&state.rig), [false; 2]);
     }
 
@@ -562,7 +552,6 @@ mod tests {
         // It does so already: no step.
         state.frame_everything();
         state.go_home();
-        assert!(state.planes_passed().is_empty());
         state.undo();
         assert_eq!(state.rig, along);
         state.undo();
@@ -572,8 +561,6 @@ mod tests {
         state.redo();
         assert_eq!(state.rig, along);
         state.look_along(Axis::ALL[4]);
-        let floor = state.scene.spheres.len() as u32 + 1;
-        assert!(state.planes_passed().contains(&floor), "it looks from below");
     }
 
     #[test]

@@ -243,17 +243,13 @@ pub fn log_gpu(test: &str, seen: &Seen) {
     log.write_all(format!("{test} on {adapter} (in a window)\n").as_bytes()).unwrap();
 }
 
-/// A line of --log-events; and how many of its name there were.
+/// A line of --log-events.
 #[derive(Clone, Debug)]
-pub struct Event(Value, usize);
+pub struct Event(Value);
 
 impl Event {
     pub fn name(&self) -> &str {
         self.0["event"].as_str().unwrap()
-    }
-
-    pub fn count(&self) -> usize {
-        self.1
     }
 
     fn field(&self, name: &str) -> &str {
@@ -323,7 +319,7 @@ impl Seen {
         Seen::open_with(desk, scene, args, |command| command)
     }
 
-    fn open_with(
+    pub fn open_with(
         desk: &Desk,
         scene: &Path,
         args: &[&str],
@@ -409,15 +405,6 @@ impl Seen {
             if is_it(&event) {
                 return Some(event);
             }
-        }
-    }
-
-    /// The first event of all that `is_it`.
-    #[track_caller]
-    pub fn wait_since_start(&mut self, is_it: impl Fn(&Event) -> bool) -> Event {
-        match self.log.iter().find(|event| is_it(event)) {
-            Some(event) => event.clone(),
-            None => self.wait(is_it),
         }
     }
 
@@ -510,8 +497,7 @@ impl Seen {
     }
 
     fn note(&mut self, value: Value) -> Event {
-        let n = self.log.iter().filter(|event| event.0["event"] == value["event"]).count();
-        let event = Event(value, n + 1);
+        let event = Event(value);
         self.log.push(event.clone());
         event
     }

@@ -1,14 +1,14 @@
-//! The window and its device: opened, lost and opened anew.
+//! The window and its device.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use egui::ViewportId;
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
-use super::{App, Event, Said, style};
+use super::{App, Event, Said};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::{Pick, Pool, Words};
@@ -28,12 +28,6 @@ const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
 /// Part of the screen that the window takes at most.
 const SCREEN_PART: f64 = 0.92;
-
-/// Devices that may be lost one soon after the other before the window gives up.
-const MOST_LOSSES: usize = 4;
-
-/// Losses within this time count as one soon after the other.
-const SOON: Duration = Duration::from_secs(20);
 
 /// All that is there while a device is open.
 pub(super) struct Open {
@@ -134,58 +128,18 @@ impl<N: FnMut(&Notice)> App<N> {
 
     /// Passes messages of a thread that works with the device to the window.
     fn say<T: 'static>(&self, said: fn(T) -> Said) -> impl Fn(Result<T>) + Send + 'static {
-        let (proxy, epoch) = (self.proxy.clone(), self.epoch);
+        let proxy = self.proxy.clone();
         // The event loop is gone only when nobody is interested any more.
-        move |message| drop(proxy.send_event(Event::Said(epoch, message.map(said))))
+        move |message| drop(proxy.send_event(Event::Said(message.map(said))))
     }
 
-    /// Gives up the device. What its threads have said is not heard any more.
-    pub(super) fn close(&mut self) {
-        self.open = None;
-        self.epoch += 1;
-        self.state.explained.take_if(|explained| explained.text.is_none());
-    }
-
-    /// Tells what went wrong, and has a device opened anew after one was lost.
+    /// Tells what went wrong; without a device the window ends.
     pub(super) fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
-        if !matches!(error, Error::Device(_)) {
-            let message = error.to_string();
-            (self.notify)(&Notice::Trouble { message: &message });
-            self.state.tell(message);
-            return;
-        }
-        self.losses.retain(|at| at.elapsed() < SOON);
-        self.losses.push(Instant::now());
-        let Some(window) = self.open.as_ref().map(|open| Arc::clone(&open.window)) else { return };
-        // The old surface must be gone before the window can have another.
-        self.close();
-        self.state.picture = None;
-        self.state.painted = [None, None];
-        if self.losses.len() > MOST_LOSSES {
+        if matches!(error, Error::Device(_)) {
             return self.fail(event_loop, error);
         }
-        self.lost = Some((window, error));
-        // Not at once: what was lost may be the window, and that is heard before.
-        let _ = self.proxy.send_event(Event::Reopen);
-    }
-
-    pub(super) fn reopen(&mut self, event_loop: &ActiveEventLoop) {
-        let Some((window, error)) = self.lost.take() else { return };
-        // Textures of the panels are gone with the device.
-        self.context = self.fresh_context();
-        let message = format!("The device was opened anew: {error}");
+        let message = error.to_string();
         (self.notify)(&Notice::Trouble { message: &message });
         self.state.tell(message);
-        if let Err(error) = self.open(window) {
-            self.fail(event_loop, error);
-        }
-    }
-
-    /// A context without textures, with the old one's theme.
-    fn fresh_context(&self) -> egui::Context {
-        let context = egui::Context::default();
-        style(&context);
-        context.set_theme(self.context.options(|options| options.theme_preference));
-        context
     }
 }

@@ -21,9 +21,9 @@ use crate::view::tracing::Traced;
 impl<N: FnMut(&Notice)> App<N> {
     pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, event: Event) -> Result<()> {
         match event {
-            Event::Said(epoch, said) if epoch == self.epoch => self.hear_of_device(said?),
+            Event::Said(said) if self.open.is_some() => self.hear_of_device(said?),
             // By a thread whose device is gone.
-            Event::Said(..) => {}
+            Event::Said(_) => {}
             Event::Saved(path) => {
                 if let Some(at) = self.saves.iter().position(|save| save.path == path) {
                     let save = self.saves.swap_remove(at);
@@ -54,12 +54,8 @@ impl<N: FnMut(&Notice)> App<N> {
             Event::Opened(path, Err(error)) => {
                 let error = in_words(error);
                 (self.notify)(&Notice::SceneWrong { error: &error });
-                match &mut self.state.opening {
-                    Some(dialog) => dialog.answer = Some(Err(error)),
-                    None => self.state.tell(format!("{} can't be opened: {error}", path.shown())),
-                }
+                self.state.tell(format!("{} can't be opened: {error}", path.shown()));
             }
-            Event::Reopen => self.reopen(event_loop),
             Event::Interrupted => self.fail(event_loop, Error::Interrupted),
         }
         Ok(())
