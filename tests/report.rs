@@ -196,7 +196,7 @@ fn a_flipped_sign_shows() {
     assert!(row.contains('%') && !row.contains("0 of"), "{row}");
     let row = table.lines().find(|line| line.starts_with("lecture  ")).unwrap();
     assert!(row.contains("0 of"), "{row}");
-    let plot = plot::plane(&report, plot::Width::Wide);
+    let plot = plot::plane(&report);
     let n_rays = 4000;
     assert!(
         plot.contains(&format!("lecture, CPU, lecture's scenes: 0 of {n_rays} wrong")),

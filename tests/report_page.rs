@@ -5,7 +5,6 @@
 mod made_report;
 
 use base64::Engine;
-use kugelblitz::report::plot::Width;
 use kugelblitz::report::{
     Baseline, Class, CloudResult, Distribution, Earlier, ErrorPicture, Errors, Fault, LightFault,
     LightPicture, LightResult, Missing, Noise, Report, Spread, Verdict, page, plot, text,
@@ -331,7 +330,7 @@ fn strip(svg: &str) -> Option<(f64, f64)> {
 #[test]
 fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     let right = small(&[("certified", 0, 20.0)]);
-    let svg = plot::plane(&right, Width::Wide);
+    let svg = plot::plane(&right);
     let (top, bottom) = strip(&svg).expect("a strip");
     let (title, _, y) = &markers(&svg)[0];
     assert!(title.contains("0 of 100\u{202f}000") && (top..bottom).contains(y), "{title}");
@@ -343,7 +342,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     assert!(page::html(&right).contains("0 of 100\u{202f}000"));
 
     let wrong = small(&[("certified", 1, 20.0)]);
-    let svg = plot::plane(&wrong, Width::Wide);
+    let svg = plot::plane(&wrong);
     assert!(strip(&svg).is_none(), "{svg}");
     assert!(markers(&svg)[0].0.contains("1.0e-3 %") || markers(&svg)[0].0.contains("0.0010 %"));
     let sentence = "certified was wrong for 0.0010 % of the rays of figure1";
@@ -353,7 +352,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
     assert!(!text::terminal(&wrong).contains("Without a wrong object"));
 
     // Beside another that was never wrong, it is above the strip.
-    let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]), Width::Wide);
+    let svg = plot::plane(&small(&[("stable", 1, 10.0), ("certified", 0, 20.0)]));
     let (top, bottom) = strip(&svg).expect("a strip");
     let places: Vec<f64> = markers(&svg).into_iter().map(|(_, _, y)| y).collect();
     assert!(places[0] < top && (top..bottom).contains(&places[1]), "{places:?}");
@@ -362,7 +361,7 @@ fn never_wrong_lies_in_the_strip_and_one_wrong_ray_does_not() {
 #[test]
 fn the_plane_is_logarithmic_both_ways() {
     let report = small(&[("lecture", 10_000, 5.0), ("stable", 1000, 50.0), ("double", 100, 500.0)]);
-    let places = markers(&plot::plane(&report, Width::Wide));
+    let places = markers(&plot::plane(&report));
     let step = |i: usize| (places[i + 1].1 - places[i].1, places[i + 1].2 - places[i].2);
     assert!(step(0).0 > 50.0 && (step(0).0 - step(1).0).abs() < 0.3, "{places:?}");
     assert!(step(0).1 > 50.0 && (step(0).1 - step(1).1).abs() < 0.3, "{places:?}");
@@ -370,7 +369,7 @@ fn the_plane_is_logarithmic_both_ways() {
 
 /// Corners of the Pareto front.
 fn front(report: &Report) -> usize {
-    let svg = plot::plane(report, Width::Wide);
+    let svg = plot::plane(report);
     let svg = Document::parse(&svg).expect("XML");
     let lines = svg.descendants().filter(|node| node.has_tag_name("polyline"));
     lines.map(|line| line.attribute("points").unwrap().split(' ').count()).sum()
@@ -389,11 +388,8 @@ fn the_front_has_what_nothing_beats() {
 
 /// All that is drawn of a report.
 fn drawn(report: &Report) -> Vec<String> {
-    let of_width = |width| {
-        let sweeps = report.sweeps.iter().map(move |sweep| plot::sweep(report, sweep, width));
-        std::iter::once(plot::plane(report, width)).chain(sweeps)
-    };
-    [Width::Wide, Width::Narrow].into_iter().flat_map(of_width).collect()
+    let sweeps = report.sweeps.iter().map(|sweep| plot::sweep(report, sweep));
+    std::iter::once(plot::plane(report)).chain(sweeps).collect()
 }
 
 /// Panics where a picture is no XML, or has a number that is none or lies outside.
@@ -580,21 +576,20 @@ fn whatever_the_report_holds_can_be_shown() {
 #[test]
 fn errors_without_bound_stand_above_the_axis() {
     let mut report = report();
-    let sweep = plot::sweep(&report, &report.sweeps[0], Width::Wide);
+    let sweep = plot::sweep(&report, &report.sweeps[0]);
     assert!(!sweep.contains('∞'), "{sweep}");
     let points = &mut report.sweeps[0].series[0].points;
     let errors = points[8].errors.as_mut().expect("errors");
     errors.t_ulp = errors.t_ulp.map(|t| Distribution { p999: f64::INFINITY, ..t });
-    assert!(plot::sweep(&report, &report.sweeps[0], Width::Wide).contains('∞'));
+    assert!(plot::sweep(&report, &report.sweeps[0]).contains('∞'));
     assert!(text::terminal(&report).contains('∞') && page::html(&report).contains('∞'));
 }
 
 #[test]
 fn a_line_has_a_gap_where_nothing_was_measured() {
     let mut report = report();
-    let curves = |report: &Report| {
-        plot::sweep(report, &report.sweeps[0], Width::Wide).matches("<polyline").count()
-    };
+    let curves =
+        |report: &Report| plot::sweep(report, &report.sweeps[0]).matches("<polyline").count();
     let whole = curves(&report);
     for series in report.sweeps[0].series.iter_mut().step_by(KERNELS.len()) {
         series.points[4].errors.as_mut().expect("errors").t_ulp = None;
@@ -606,7 +601,7 @@ fn a_line_has_a_gap_where_nothing_was_measured() {
 fn devices_share_a_line_where_they_are_alike_to_the_last_bit() {
     let mut report = report();
     let lines = |report: &Report| {
-        let svg = plot::sweep(report, &report.sweeps[0], Width::Wide);
+        let svg = plot::sweep(report, &report.sweeps[0]);
         let document = Document::parse(&svg).expect("XML");
         let curves = document.descendants().filter(|node| node.has_tag_name("polyline")).count();
         // Two panels.
@@ -813,7 +808,7 @@ fn acne_and_leaks_are_shown_pixel_by_pixel() {
 fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
     let mut report = report();
     let height = |report: &Report| {
-        let svg = plot::sweep(report, &report.sweeps[0], Width::Wide);
+        let svg = plot::sweep(report, &report.sweeps[0]);
         let document = Document::parse(&svg).expect("XML");
         document.root_element().attribute("height").unwrap().parse::<f64>().unwrap()
     };
@@ -824,7 +819,7 @@ fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
     });
     // Both panels are strips of zeros.
     assert!(height(&report) < whole - 300.0, "{whole} {}", height(&report));
-    let svg = plot::sweep(&report, &report.sweeps[0], Width::Wide);
+    let svg = plot::sweep(&report, &report.sweeps[0]);
     assert!(svg.contains("class=\"band\"") && !svg.contains("10⁻"), "{svg}");
     each_error(&mut report, |errors| *errors = Errors::default());
     let page = page::html(&report);
@@ -842,33 +837,6 @@ fn a_panel_without_numbers_has_no_axis_and_a_section_without_data_no_place() {
         assert!(!lit_alone.contains(title), "{title}");
     }
     assert!(lit_alone.contains("<h2>Light</h2>") && !lit_alone.contains("<svg"));
-}
-
-#[test]
-fn a_narrow_plot_shows_the_same_and_fits() {
-    let report = report();
-    let titles = |width| {
-        let of = |svg: &str| {
-            let document = Document::parse(svg).expect("XML");
-            let titles = document.descendants().filter(|node| node.has_tag_name("title"));
-            titles.map(shown_text).collect::<Vec<_>>()
-        };
-        let sweeps = report.sweeps.iter().map(|sweep| of(&plot::sweep(&report, sweep, width)));
-        std::iter::once(of(&plot::plane(&report, width))).chain(sweeps).collect::<Vec<_>>()
-    };
-    assert_eq!(titles(Width::Wide), titles(Width::Narrow));
-    let svg = plot::plane(&report, Width::Narrow);
-    let document = Document::parse(&svg).expect("XML");
-    let width = document.root_element().attribute("width").unwrap().parse::<f64>().unwrap();
-    // 400 px less the page's margins.
-    assert!(width <= 368.0, "{width}");
-    let names = text_boxes(&svg);
-    for device in DEVICES {
-        for kernel in KERNELS {
-            let name = format!("{kernel}, {}", short(device));
-            assert!(names.iter().any(|(words, _)| *words == name), "{name}: {names:?}");
-        }
-    }
 }
 
 #[test]

@@ -92,7 +92,7 @@ impl Form {
             Form::Page => page::html(report).into_bytes(),
             Form::Json => summary("report", report)?,
             Form::Markdown => text::markdown(report).into_bytes(),
-            Form::Plot => plot::plane(report, plot::Width::Wide).into_bytes(),
+            Form::Plot => plot::plane(report).into_bytes(),
         })
     }
 }

@@ -8,7 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::answer::{answer, price};
 use super::figures::{count, typeset};
-use super::plot::{self, Width, theme};
+use super::plot::{self, theme};
 use super::summary::Cast;
 use super::{Baseline, CLOUD_SIZE, Effort, Report, SceneResult, Sweep, print, tables};
 use crate::markup::document;
@@ -69,7 +69,7 @@ pub fn html(report: &Report) -> String {
                         section {
                             h2 { "Time and error of each kernel" }
                             figure {
-                                (both(|width| plot::plane(report, width)))
+                                div.wide { (PreEscaped(plot::plane(report))) }
                                 figcaption { (PLANE) }
                             }
                         }
@@ -129,14 +129,6 @@ pub fn html(report: &Report) -> String {
     document(page)
 }
 
-/// A plot for a wide page and for a narrow one, each shown on its own.
-fn both(plot: impl Fn(Width) -> String) -> Markup {
-    html! {
-        div.on-wide { (PreEscaped(plot(Width::Wide))) }
-        div.on-narrow { (PreEscaped(plot(Width::Narrow))) }
-    }
-}
-
 /// What changed since an earlier report.
 fn since(baseline: &Baseline, cast: &Cast) -> Markup {
     let tables = [
@@ -162,7 +154,7 @@ fn sweep_section(report: &Report, sweep: &Sweep, cast: &Cast) -> Markup {
         section {
             h2 { "Sweep: " (sweep.name) }
             p { (sweep.title) }
-            figure { (both(|width| plot::sweep(report, sweep, width))) }
+            figure.wide { (PreEscaped(plot::sweep(report, sweep))) }
             details {
                 summary { "Its numbers" }
                 (print::html(&tables::sweep(sweep, cast)))

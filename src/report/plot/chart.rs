@@ -1,6 +1,5 @@
 //! Charts on logarithmic axes: panels one below the other on one horizontal axis, each with a strip
-//! below it for zero and one above it for infinity. The names of the lines stand at their ends, or above
-//! all where there is no room.
+//! below it for zero and one above it for infinity. The names of the lines stand at their ends.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -9,84 +8,20 @@ use super::theme;
 use crate::markup::document;
 use crate::report::figures::{quantity, typeset};
 
-/// How wide a chart is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    /// For a desktop and for print.
-    Wide,
-    /// For a telephone, 400 px across with a page's margins.
-    Narrow,
-}
+/// Width of a chart, px.
+const WIDTH: f64 = 860.0;
 
-/// Where all of a chart has its place, px.
-struct Frame {
-    width: f64,
-    /// The ends of the horizontal axis.
-    left: f64,
-    right: f64,
-    /// Where words above a panel begin.
-    margin: f64,
-    /// Of a panel's height.
-    height_share: f64,
-    /// Numbers along the horizontal axis, so that they don't touch.
-    most_ticks: usize,
-    /// True where the names stand to the right of the axis.
-    names_at_ends: bool,
-}
+/// The ends of the horizontal axis, px. The names of the lines stand to the right of it.
+const LEFT: f64 = 84.0;
+const RIGHT: f64 = 670.0;
 
-impl Frame {
-    fn new(width: Width) -> Frame {
-        match width {
-            Width::Wide => Frame {
-                width: 860.0,
-                left: 84.0,
-                right: 670.0,
-                margin: 22.0,
-                height_share: 1.0,
-                most_ticks: 9,
-                names_at_ends: true,
-            },
-            Width::Narrow => Frame {
-                width: 368.0,
-                left: 64.0,
-                right: 346.0,
-                margin: 4.0,
-                height_share: 0.8,
-                most_ticks: 6,
-                names_at_ends: false,
-            },
-        }
-    }
-
-    /// Words in lines that are not wider than the chart.
-    fn lines(&self, words: &str) -> Vec<String> {
-        let most = ((self.width - 2.0 * self.margin) / LETTER) as usize;
-        let mut lines = vec![String::new()];
-        for word in words.split(' ') {
-            let last = lines.len() - 1;
-            let line = &mut lines[last];
-            if line.is_empty() {
-                line.push_str(word);
-            } else if line.chars().count() + 1 + word.chars().count() <= most {
-                *line += &format!(" {word}");
-            } else {
-                lines.push(word.to_string());
-            }
-        }
-        lines
-    }
-}
-
-/// Width of a letter in the mean, px.
-const LETTER: f64 = 6.5;
+/// Where words above a panel begin, px.
+const MARGIN: f64 = 22.0;
 
 /// A line of words, px.
 const ROW: f64 = 22.0;
 
-/// A line of words that go on, px.
-const LINE: f64 = 17.0;
-
-/// Most numbers along a vertical axis.
+/// Most numbers along an axis.
 const MOST_TICKS: usize = 9;
 
 /// A strip has a lane for each line with something in it, so that marks and names have room.
@@ -170,84 +105,46 @@ impl Chart<'_> {
     }
 
     /// The picture as an SVG file.
-    pub fn svg(&self, width: Width) -> String {
-        let frame = Frame::new(width);
+    pub fn svg(&self) -> String {
         let marks = || self.drawn().flat_map(|panel| &panel.lines).flat_map(Line::drawn);
         let xs = marks().flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]);
-        let x = Scale::new(xs.map(|(x, _)| x), (frame.left, frame.right));
-        let (key, mut bottom) = self.key(&frame);
+        let x = Scale::new(xs.map(|(x, _)| x), (LEFT, RIGHT));
+        let mut bottom = 8.0 + ROW * self.key.len() as f64;
         let mut panels = Vec::new();
         for panel in self.drawn() {
-            let n_lines = frame.lines(panel.title).len();
-            let layout = Layout::new(panel, &x, &frame, bottom + 17.0 + LINE * n_lines as f64);
+            let layout = Layout::new(panel, &x, bottom + 34.0);
             bottom = layout.bottom;
             panels.push(layout.draw());
         }
-        let x_title = frame.lines(self.x_title);
-        let height = bottom + 54.0 + LINE * (x_title.len() - 1) as f64;
-        let width = frame.width;
+        let height = bottom + 54.0;
         // What a mark says is shown where the mouse is over it, not over words beside it.
         let fixed = ".plot{font:13px system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
                      .plot text,.plot line,.plot polyline{pointer-events:none}";
         let svg = html! {
-            svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}"))
-                width=(width) height=(height) role="img" aria-label=(self.description) {
+            svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {WIDTH} {height}"))
+                width=(WIDTH) height=(height) role="img" aria-label=(self.description) {
                 style { (PreEscaped(fixed)) (PreEscaped(theme::css())) }
-                rect.paper width=(width) height=(height) fill="currentColor" {}
-                (key)
+                rect.paper width=(WIDTH) height=(height) fill="currentColor" {}
+                @for (i, words) in self.key.iter().enumerate() {
+                    (text(LEFT, 8.0 + ROW * (i as f64 + 0.7), "start", "ink", words))
+                }
                 @for panel in &panels { (panel) }
                 @if !panels.is_empty() {
-                    @for tick in x.ticks(frame.most_ticks) {
+                    @for tick in x.ticks(MOST_TICKS) {
                         (text(x.px(tick), bottom + 18.0, "middle", "soft", &label(tick)))
                     }
-                    @for (i, words) in x_title.iter().enumerate() {
-                        @let middle = if frame.names_at_ends { frame.left + frame.right } else { width };
-                        (text(middle / 2.0, bottom + 40.0 + LINE * i as f64, "middle", "ink", words))
-                    }
+                    (text((LEFT + RIGHT) / 2.0, bottom + 40.0, "middle", "ink", self.x_title))
                 }
             }
         };
         document(svg)
     }
-
-    /// What stands above all panels, and where it ends: the lines of words, and the names of the lines
-    /// where they have no place at the lines' ends.
-    fn key(&self, frame: &Frame) -> (Markup, f64) {
-        let left = if frame.names_at_ends { frame.left } else { frame.margin };
-        let mut bottom = 8.0;
-        let mut parts = Vec::new();
-        for words in &self.key {
-            for (i, words) in frame.lines(words).iter().enumerate() {
-                bottom += if i == 0 { ROW } else { LINE };
-                parts.push(text(left, bottom - 0.3 * ROW, "start", "ink", words));
-            }
-        }
-        let lines = self.drawn().next().map_or(&[][..], |panel| &panel.lines);
-        if !frame.names_at_ends && !lines.is_empty() {
-            let longest = lines.iter().map(|line| line.name.chars().count()).max().unwrap_or(0);
-            let room = 2.0 * left + SIGN + LETTER * longest as f64;
-            let n_columns = if 2.0 * room <= frame.width { 2 } else { 1 };
-            for (i, line) in lines.iter().enumerate() {
-                let x = left + (i % n_columns) as f64 * frame.width / 2.0;
-                bottom += if i % n_columns == 0 { ROW } else { 0.0 };
-                parts.push(html! {
-                    g class=(line.color) { (marker(line.device, false, (x + 2.0 * RADIUS, bottom - 0.5 * ROW))) }
-                    (text(x + SIGN, bottom - 0.3 * ROW, "start", "ink", &line.name))
-                });
-            }
-        }
-        (html! { @for part in &parts { (part) } }, bottom)
-    }
 }
-
-/// From a name's sign to the name, px.
-const SIGN: f64 = 20.0;
 
 /// Where all of a panel is.
 struct Layout<'a> {
     panel: &'a Panel,
     x: &'a Scale,
-    frame: &'a Frame,
     /// `None` where all that is drawn stands in a strip.
     y: Option<Scale>,
     top: f64,
@@ -259,7 +156,7 @@ struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    fn new(panel: &'a Panel, x: &'a Scale, frame: &'a Frame, top: f64) -> Layout<'a> {
+    fn new(panel: &'a Panel, x: &'a Scale, top: f64) -> Layout<'a> {
         let lines_at = |y: f64| -> Vec<usize> {
             let has = |i: &usize| panel.lines[*i].drawn().any(|mark| mark.at.1 == y);
             (0..panel.lines.len()).filter(has).collect()
@@ -273,11 +170,11 @@ impl<'a> Layout<'a> {
         let ys = marks.flat_map(|mark| [mark.at, mark.range[0], mark.range[1]]).map(|(_, y)| y);
         let ys: Vec<f64> = ys.filter(|y| *y > 0.0 && y.is_finite()).collect();
         let axis_top = top + strip(&above);
-        let height = if ys.is_empty() { 0.0 } else { frame.height_share * panel.height };
+        let height = if ys.is_empty() { 0.0 } else { panel.height };
         let axis_bottom = axis_top + height;
         let y = (!ys.is_empty()).then(|| Scale::new(ys, (axis_bottom, axis_top)));
         let bottom = axis_bottom + strip(&below);
-        Layout { panel, x, frame, y, top, bottom, above, below }
+        Layout { panel, x, y, top, bottom, above, below }
     }
 
     /// Where a point on a line is.
@@ -300,22 +197,19 @@ impl<'a> Layout<'a> {
 
     fn draw(&self) -> Markup {
         let lines = || self.panel.lines.iter().enumerate();
-        let Frame { left, right, margin, most_ticks, names_at_ends, .. } = *self.frame;
         html! {
-            @for (i, words) in self.frame.lines(self.panel.title).iter().rev().enumerate() {
-                (text(margin, self.top - 12.0 - LINE * i as f64, "start", "ink", words))
-            }
-            (strip(self.frame, self.top, &self.above, "∞"))
-            (strip(self.frame, self.below_top(), &self.below, "0"))
-            @for x in self.x.ticks(most_ticks).into_iter().map(|tick| self.x.px(tick)) {
+            (text(MARGIN, self.top - 12.0, "start", "ink", self.panel.title))
+            (strip(self.top, &self.above, "∞"))
+            (strip(self.below_top(), &self.below, "0"))
+            @for x in self.x.ticks(MOST_TICKS).into_iter().map(|tick| self.x.px(tick)) {
                 g.grid { (straight((x, self.top), (x, self.bottom))) }
             }
-            g.soft { (straight((left, self.bottom), (right, self.bottom))) }
+            g.soft { (straight((LEFT, self.bottom), (RIGHT, self.bottom))) }
             @if let Some(scale) = &self.y {
                 @for tick in scale.ticks(MOST_TICKS) {
                     @let y = scale.px(tick);
-                    g.grid { (straight((left, y), (right, y))) }
-                    (text(left - 8.0, y + 4.5, "end", "soft", &label(tick)))
+                    g.grid { (straight((LEFT, y), (RIGHT, y))) }
+                    (text(LEFT - 8.0, y + 4.5, "end", "soft", &label(tick)))
                 }
             }
             @for (i, line) in lines() {
@@ -343,7 +237,7 @@ impl<'a> Layout<'a> {
                 @let through = steps.iter().map(|(line, point)| self.place(*line, *point));
                 g.soft stroke-width="1.5" { (polyline(through, dash)) }
             }
-            @if names_at_ends { (self.names()) }
+            (self.names())
         }
     }
 
@@ -377,9 +271,9 @@ impl<'a> Layout<'a> {
         html! {
             @for ((line, (end_x, end_y)), y) in ends.iter().zip(&ys) {
                 g class=(line.color) opacity="0.5" {
-                    (straight((end_x + 7.0, *end_y), (self.frame.right + 12.0, *y)))
+                    (straight((end_x + 7.0, *end_y), (RIGHT + 12.0, *y)))
                 }
-                (text(self.frame.right + 16.0, y + 4.5, "start", "ink", &line.name))
+                (text(RIGHT + 16.0, y + 4.5, "start", "ink", &line.name))
             }
         }
     }
@@ -396,13 +290,12 @@ fn c(px: f64) -> f64 {
 }
 
 /// A strip beside the axis, for what has no place on it.
-fn strip(frame: &Frame, top: f64, lines: &[usize], label: &str) -> Markup {
-    let (left, height) = (frame.left, lines.len() as f64 * LANE);
-    let width = frame.right - left;
+fn strip(top: f64, lines: &[usize], label: &str) -> Markup {
+    let height = lines.len() as f64 * LANE;
     html! {
         @if !lines.is_empty() {
-            rect.band x=(left) y=(c(top)) width=(width) height=(height) fill="currentColor" {}
-            (text(left - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
+            rect.band x=(LEFT) y=(c(top)) width=(RIGHT - LEFT) height=(height) fill="currentColor" {}
+            (text(LEFT - 8.0, top + height / 2.0 + 4.5, "end", "soft", label))
         }
     }
 }

@@ -9,7 +9,6 @@ mod scale;
 mod sweep;
 pub(super) mod theme;
 
-pub use chart::Width;
 pub(super) use plane::has_plane;
 pub use plane::plane;
 pub(super) use sweep::has_sweep;

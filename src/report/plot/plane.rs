@@ -1,14 +1,14 @@
 //! Time against error: each kernel on each device as a point, one a class of scenes.
 
-use super::chart::{Chart, Line, Mark, Panel, Point, Width};
+use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::report::figures::{count, typeset, with_range, wrong};
 use crate::report::summary::{Cast, classes, time_of};
 use crate::report::{Class, ClassResult, Report};
 
 /// The plane as an SVG file.
-pub fn plane(report: &Report, width: Width) -> String {
-    chart(report).svg(width)
+pub fn plane(report: &Report) -> String {
+    chart(report).svg()
 }
 
 /// True where the plane has a point.

@@ -1,6 +1,6 @@
 //! A sweep: error or time against one quantity, one line a kernel and device.
 
-use super::chart::{Chart, Line, Mark, Panel, Point, Width};
+use super::chart::{Chart, Line, Mark, Panel, Point};
 use super::theme::kernel_class;
 use crate::report::figures::{figure, quantity, typeset};
 use crate::report::summary::{Cast, SharedSeries, shared_series, time_of};
@@ -27,8 +27,8 @@ const QUANTITIES: [Quantity; 3] = [
 ];
 
 /// A sweep as an SVG file.
-pub fn sweep(report: &Report, sweep: &Sweep, width: Width) -> String {
-    chart(report, sweep).svg(width)
+pub fn sweep(report: &Report, sweep: &Sweep) -> String {
+    chart(report, sweep).svg()
 }
 
 /// True where the sweep has a point.
