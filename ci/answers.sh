@@ -37,7 +37,8 @@ def keep(name, *commands):
 
 
 commands = re.findall(r"^  (\w+) ", run("--help").split("Options:")[0], re.M)
-keep("help", ["--help"], ["-h"], ["nosuch"], [], *([name, how] for name in commands if name != "help" for how in ("-h", "--help")))
+keep("help", ["--help"], ["-h"], ["nosuch"], [], *([name, how] for name in commands if name != "help" for how in ("-h", "--help")),
+     ["generate", "cloud", "--help"])
 lit, flat = "scenes/lit/figure1.toml", "scenes/figure1.toml"
 small = ["--size", "48x27", "--device", "cpu"]
 keep("explain", *([*at, "--device", "cpu", *more] for at in (
@@ -45,10 +46,10 @@ keep("explain", *([*at, "--device", "cpu", *more] for at in (
     ["explain", "scenes/orthographic.toml", "--pixel", "640,360"], ["explain", flat, "--ray", "0,0,0,0,0,-1"])
     for more in ([], ["--lang", "de"], ["--latex"])), ["explain", flat, "--pixel", "640,360", "--device", "cpu", "--json"])
 keep("json", ["render", flat, "-o", "a.png", "--json", *small], ["render", lit, "-o", "b.exr", "--json", *small],
-     ["verify", flat, "--json", *small], ["verify", lit, "--json", *small], ["digest", flat, lit, "--json", *small],
-     ["check", lit, "--json", *small], ["compare", "a.png", "b.exr", "--json"], ["compare", "a.png", "a.png", "--json"],
+     ["verify", flat, "--json", *small], ["verify", lit, "--json", *small], ["digest", lit, "--json", *small],
+     ["check", lit, "--json"], ["compare", "a.png", "b.exr", "--json"], ["compare", "a.png", "a.png", "--json"],
      ["info", "b.exr", "--json"], ["judge", flat, "--against", "b.exr", "--json", *small])
-keep("words", ["verify", flat, *small], ["verify", lit, "--all-kernels", *small], ["check", lit, *small], ["digest", flat, *small],
+keep("words", ["verify", flat, *small], ["verify", lit, "--all-kernels", *small], ["check", lit], ["digest", flat, *small],
      ["compare", "a.png", "b.exr"], ["info", "b.exr"], ["judge", flat, "--against", "b.exr", *small],
      ["render", flat, "-o", "-", "--print-scene"], ["render", flat, "-o", "a.png", *small])
 keep("figures", ["figure", "3", "scenes/figure3.toml"], ["figure", "4", "scenes/figure4.toml", "--lang", "de"], ["figure", "9", flat])
@@ -56,12 +57,12 @@ keep("export", *([ "export", to, scene, "-o", "-"] for to in ("pov", "tachyon") 
 keep("usage", ["render", flat], ["render", "none.toml", "-o", "a.png"], ["render", flat, "-o", "a.xyz"], ["render", flat, "-o", "a.png", "--size", "0x4"],
      ["render", flat, "-o", "a.png", "--kernel", "stabel"], ["render", flat, "-o", "a.png", "--device", "nosuch"], ["compare", "a.png", "none.png"],
      ["render", flat, "-o", "a.png", "--samples", "99"], ["explain", flat, "--pixel", "5000,1"], ["trace", flat, "--rays", "a.png", "-o", "h.npy"],
-     ["judge", flat, "--against", flat], ["verify", flat, "--epsilon", "1"], ["generate", "cloud", "nosuch", "-n", "9", "-o", "c.npy"])
+     ["judge", flat, "--against", flat], ["explain", flat], ["generate", "cloud", "--count", "9", "--distribution", "nosuch", "-o", "c.npy"])
 texts = re.split(r"^=== \d+\n", (kept / "wrong_scenes.txt").read_text(), flags=re.M)[1:]
 with (found / "wrong_scenes_said.txt").open("w") as said:
     for text in texts:
         (scratch / "a.toml").write_text(text)
-        said.write(run("check", "a.toml", "--device", "cpu"))
+        said.write(run("check", "a.toml"))
 PYTHON
 if [ "${2:-}" = --renew ]; then
     cp "$scratch"/answers/*.txt tests/answers/
