@@ -213,13 +213,9 @@ impl Frame {
             return SphereCertified::open(self.bundle);
         }
         let (center, center_low) = self.split(l);
-        let [inner2, outer2, slack, k_error] = Guard::new(
-            r,
-            distance,
-            f32::UNIT,
-            self.reach.widen(self.input, distance, f32::UNIT),
-        )
-        .round_to_f32();
+        let [inner2, outer2, slack, k_error] =
+            Guard::new(r, distance, f32::UNIT, self.reach.widen(self.input, distance, f32::UNIT))
+                .round_to_f32();
         let (q_low, q_high_or_r2) = match self.bundle {
             Bundle::Point => guard::inverse_f32(k_or_r2),
             Bundle::Parallel => (0.0, 0.0),
