@@ -394,7 +394,7 @@ record! {
 
 impl SphereMet<f64> {
     /// For arithmetic of `F`, with a centre from the reference point; all is left open where its range is left. No test sees the
-    /// rounding of the radius left out: [`OF_OFFSET`] grants more of at least as long a way.
+    /// rounding of the radius left out: `OF_OFFSET` grants more of at least as long a way.
     pub fn new<F: Bounded>(center: DVec3, radius: f64) -> SphereMet<f64> {
         let r = radius.abs();
         let in_range = 1.0 / F::LARGEST_ROOT < r && r < F::LARGEST_ROOT;
