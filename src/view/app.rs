@@ -69,6 +69,8 @@ enum Event {
     /// Another scene file was read.
     Opened(PathBuf, Read),
     Interrupted,
+    /// The device is gone, and why.
+    Lost(Error),
 }
 
 /// A scene with its camera.
@@ -116,6 +118,7 @@ pub fn run(options: Options, notify: impl FnMut(&Notice)) -> Result<()> {
         notify,
         state,
         open: None,
+        is_lost: false,
         start: Instant::now(),
         asked: 0,
         saves: Vec::new(),
@@ -205,6 +208,8 @@ struct App<N> {
     notify: N,
     state: State,
     open: Option<Open>,
+    /// Whether its device is gone.
+    is_lost: bool,
     start: Instant,
     /// Counts questions about pixels.
     asked: u64,
@@ -244,10 +249,10 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
             (self.notify)(&Notice::Destroyed);
             event_loop.exit();
         }
-        let Some(open) = &mut self.open else { return };
+        let Some(open) = self.open.as_mut().filter(|_| !self.is_lost) else { return };
         if event == WindowEvent::RedrawRequested {
             if let Err(error) = self.redraw(event_loop) {
-                self.recover(event_loop, error);
+                self.trouble(error);
             }
             return;
         }
@@ -264,7 +269,7 @@ impl<N: FnMut(&Notice)> ApplicationHandler<Event> for App<N> {
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
         if let Err(error) = self.hear(event_loop, event) {
-            self.recover(event_loop, error);
+            self.trouble(error);
         }
         self.request_redraw();
     }

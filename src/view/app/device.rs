@@ -134,9 +134,14 @@ impl<N: FnMut(&Notice)> App<N> {
     }
 
     /// Tells what went wrong; without a device the window ends.
-    pub(super) fn recover(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+    pub(super) fn trouble(&mut self, error: Error) {
         if matches!(error, Error::Device(_)) {
-            return self.fail(event_loop, error);
+            if !self.is_lost {
+                self.is_lost = true;
+                // Not at once: what was lost may be the window, and that is heard before.
+                let _ = self.proxy.send_event(Event::Lost(error));
+            }
+            return;
         }
         let message = error.to_string();
         (self.notify)(&Notice::Trouble { message: &message });

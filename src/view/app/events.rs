@@ -57,6 +57,9 @@ impl<N: FnMut(&Notice)> App<N> {
                 self.state.tell(format!("{} can't be opened: {error}", path.shown()));
             }
             Event::Interrupted => self.fail(event_loop, Error::Interrupted),
+            Event::Lost(error) if self.open.is_some() => self.fail(event_loop, error),
+            // With its window.
+            Event::Lost(_) => {}
         }
         Ok(())
     }
