@@ -737,9 +737,10 @@ fn quotients_of_planes_in_rows() {
         let [(n, exact_n), (m, exact_m), (e, exact_e), (g, exact_g)] =
             [x[0].abs(), x[1].abs(), x[2].abs() * 1e-3, x[3].abs() * 1e-3].map(number);
         set_choices(choices, true);
-        let factor = Adversarial::ONE - Adversarial(8.0 * UNIT_F32 as f32);
+        let factor = Adversarial::ONE - Adversarial((rows::BOUNDS * UNIT_F32) as f32);
         let bound = f64::from((((n + e) / (m - g)) * factor).0);
-        let exact = (exact_n + exact_e) / (exact_m - exact_g) * (1.0 - 8.0 * UNIT_F32);
+        let factor = 1.0 - rows::BOUNDS * UNIT_F32;
+        let exact = (exact_n + exact_e) / (exact_m - exact_g) * factor;
         (exact > 0.0).then(|| (bound - exact).abs() / (UNIT_F32 * exact))
     });
     assert_tight("BOUNDS", rows::BOUNDS, found);

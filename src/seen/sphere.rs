@@ -128,7 +128,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
             inner2: or(inner2, -1.0),
             // Of a ray that starts within the spread `m` and `|k|` are at most far².
             outer2: or(outer2, 2.0 * far * far),
-            slack: or(slack, F::BEYOND),
+            slack: or(slack, far),
             near_most: or(near_most, F::BEYOND),
             k: or(k, 0.0),
             k_error: or(k_error, 2.0 * far * far),

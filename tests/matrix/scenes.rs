@@ -366,9 +366,11 @@ fn edges_of_shadows(rng: &mut Rng) -> Draft {
 
 /// Balls on a floor, all of a size whose square leaves f32's range, one ball beside the picture.
 fn galaxy(rng: &mut Rng) -> Draft {
-    let size = match rng.random() {
-        true => power_of_ten(rng, 17.0, 22.0),
-        false => power_of_ten(rng, 5.0, 38.0),
+    let size = match rng.random_range(0..3) {
+        // The balls leave the range, and where rays start does not.
+        0 => power_of_ten(rng, 16.6, 17.3),
+        1 => power_of_ten(rng, 17.0, 22.0),
+        _ => power_of_ten(rng, 5.0, 38.0),
     };
     let is_floor = rng.random();
     let eye = match is_floor {
@@ -418,10 +420,12 @@ fn far_wall(rng: &mut Rng) -> Draft {
 
 /// A ball whose square f64 cannot hold; rays start far apart on both sides of its surface.
 fn beyond_f64(rng: &mut Rng) -> Draft {
-    let apart = power_of_ten(rng, 32.0, 38.0);
+    let apart = power_of_ten(rng, 34.0, 38.0);
     let radius = apart * power_of_ten(rng, 20.0, 60.0);
     let eye = dvec3(0.0, 0.0, apart * rng.random_range(-1.0..1.0));
-    let mut draft = draft(eye, eye - way(rng) * apart, apart);
+    // Else the surface is met beyond f32's `t`.
+    let toward = dvec3(0.0, 0.0, -eye.z) + within(rng, 0.1 * apart);
+    let mut draft = draft(eye, eye + toward, apart * rng.random_range(0.2..1.0));
     draft.spheres = vec![(DVec3::Z * radius, radius)];
     if rng.random_bool(0.3) {
         draft.spheres.push((within(rng, apart), apart * 0.2));
