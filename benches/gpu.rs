@@ -1,7 +1,5 @@
 //! The kernels on the best Vulkan adapter; without one this fails.
 
-mod support;
-
 use std::sync::Arc;
 
 use criterion::Throughput;
@@ -13,7 +11,7 @@ use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
-use support::{Candidate, compare, criterion, figure};
+use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
 /// Traces a whole picture, ids alone.
 fn candidate<'a>(

@@ -1,9 +1,5 @@
 //! The kernels on the CPU.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-mod support;
-
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput};
@@ -19,7 +15,7 @@ use kugelblitz::tracer::Tracer;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use support::{Candidate, compare, criterion, figure};
+use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
 /// Traces a whole picture, ids alone.
 fn candidate<'a>(scene: &Arc<Scene>, kernel: Kernel, rays: &'a Rays) -> Result<Candidate<'a>> {
@@ -46,11 +42,11 @@ const SIZE: [u32; 2] = [640, 360];
 fn hundred_spheres() -> (Scene, Pixels) {
     let mut rng = ChaCha8Rng::seed_from_u64(100);
     let spheres = (0..100).map(|_| {
-        let center = common::in_cube(&mut rng) * 8.0 + DVec3::NEG_Z * 24.0;
-        common::sphere(center, rng.random_range(0.2..1.2))
+        let center = kugelblitz_tests::in_cube(&mut rng) * 8.0 + DVec3::NEG_Z * 24.0;
+        kugelblitz_tests::sphere(center, rng.random_range(0.2..1.2))
     });
-    let view = View::new(&common::camera(DVec3::ZERO, DVec3::NEG_Z));
-    (common::scene(spheres.collect(), vec![]), Pixels::whole(view, SIZE[0], SIZE[1]))
+    let view = View::new(&kugelblitz_tests::camera(DVec3::ZERO, DVec3::NEG_Z));
+    (kugelblitz_tests::scene(spheres.collect(), vec![]), Pixels::whole(view, SIZE[0], SIZE[1]))
 }
 
 fn main() -> Result<()> {

@@ -1,7 +1,5 @@
 //! Writing pictures into memory.
 
-mod support;
-
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -17,7 +15,7 @@ use kugelblitz::shade::{Colors, Shader};
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use kugelblitz::tracer::Tracer;
 
-use support::{Candidate, compare, criterion, figure};
+use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
 fn write(format: Format, pixels: &Pixels, scene: &Scene, hits: &Hits) -> Result<Vec<u8>> {
     let options = PictureOptions::default();

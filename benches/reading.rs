@@ -1,7 +1,5 @@
 //! Reading scenes.
 
-mod support;
-
 use std::fmt::Write;
 use std::path::Path;
 
@@ -9,7 +7,7 @@ use criterion::Throughput;
 use kugelblitz::scene::parse_scene;
 use kugelblitz::{Error, Result};
 
-use support::{Candidate, compare, criterion};
+use kugelblitz_benches::{Candidate, compare, criterion};
 
 const N_SPHERES: usize = 10_000;
 
@@ -35,7 +33,7 @@ fn candidate<'a>(name: &str, text: &'a str) -> Result<Candidate<'a>> {
 }
 
 fn main() -> Result<()> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/figure2.toml");
+    let path = kugelblitz_tests::root().join("scenes/figure2.toml");
     let figure2 = std::fs::read_to_string(&path).map_err(Error::io(&path))?;
     let many = many_spheres();
     let others = vec![candidate("10000 spheres", &many)?];

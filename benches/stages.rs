@@ -1,8 +1,6 @@
 //! The stages of the kernel `certified`, one ray at a time: rays through figure 2 that f32, f64 or
 //! exact arithmetic decides.
 
-mod support;
-
 use std::sync::Arc;
 
 use criterion::Throughput;
@@ -14,7 +12,7 @@ use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
 use kugelblitz::tracer::Tracer;
 use kugelblitz::{Error, Result};
 
-use support::{Candidate, compare, criterion, figure};
+use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
 const N_RAYS: usize = 4096;
 

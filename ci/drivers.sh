@@ -1,43 +1,52 @@
 #!/usr/bin/env bash
-# Runs the tests that open a Vulkan device on each driver that ci/setup.sh --tests has unpacked, and
-# writes a table of drivers and tests.
+# Runs the device's tests on each Vulkan driver that ci/setup.sh --tests has unpacked, and writes a table of
+# drivers and tests.
 #
-#   ci/drivers.sh TABLE [LOG]  TABLE is the file to write; LOG has what `cargo test` printed on the
-#                              system's own driver, which else runs the same tests here
+#   ci/drivers.sh TABLE [LOG]    TABLE is the file to write; LOG has what `cargo test` printed on the system's own driver,
+#                                which else runs the same tests here
+#   ci/drivers.sh --full TABLE   also the campaigns, whose work is the CPU's for the most part, and the program's tests
 #
 # At least two drivers must have run.
-set -euo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
-exec </dev/null
+# shellcheck source=ci/steps.sh
+source "$(dirname "${BASH_SOURCE[0]}")/steps.sh"
 
+full=no
+if [ "$1" = --full ]; then full=yes; shift; fi
 table=$1
 system_log=${2:-}
 
-# What depends on a driver: parity, the proofs' assumptions, the certified pictures, and the commands.
-tests=(drivers digests parity proposals hard_cases hard_scenes hierarchy promise campaign certified scenes
-    orthographic light light_campaign trace explain cli)
+# What depends on a driver: parity, the proofs' assumptions, and the certified pictures.
+tests=(drivers digests parity proposals hard_cases hard_scenes hierarchy promise certified scenes orthographic)
+filters=("${tests[@]/%/::}" matrix::the_device)
 # Of the window one test each on Wayland and X11.
 window_tests=(wayland_shows_the_same_picture the_window_shows_what_render_draws)
+if [ "$full" = yes ]; then
+    tests+=(matrix campaign light light_campaign)
+    filters=()
+    program_tests=(trace explain cli)
+fi
 
-target=$(cargo metadata --format-version 1 --no-deps --locked |
-    sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+target=$(target_folder)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# Each line: a test's file, and "41" for 41 passed or "3 of 41 FAILED".
+# Each line: a module of tests, and "41" for 41 passed or "3 of 41 FAILED".
 counts() {
     awk '
-        $1 == "Running" { file = $2; sub(/.*\//, "", file); sub(/\.rs$/, "", file) }
-        /^test result:/ {
-            passed = $4; failed = $6
-            print file, failed == 0 ? passed : failed " of " passed + failed " FAILED"
+        $1 == "test" && $3 == "..." {
+            file = $2; if (!sub(/::.*/, "", file)) file = "window"
+            all[file]++
+            if ($4 == "FAILED") failed[file]++
+            if ($4 == "ignored") all[file]--
+        }
+        END {
+            for (file in all) print file, failed[file] ? failed[file] " of " all[file] " FAILED" : all[file]
         }' "$1"
 }
 
 # The tests on one driver; its name is "system" for the one that the loader finds by itself.
 run_driver() {
-    local name=$1 folder=$target/drivers/$1 test arguments=() shown failed=0
-    for test in "${tests[@]}"; do arguments+=(--test "$test"); done
+    local name=$1 folder=$target/drivers/$1 shown failed=0
     if [ "$name" != system ]; then
         export VK_DRIVER_FILES=$folder/icd.json
         export LD_LIBRARY_PATH=$folder${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
@@ -45,7 +54,7 @@ run_driver() {
     # It has no Xlib surfaces.
     [ "$name" = swiftshader ] && shown=("${window_tests[0]}") || shown=("${window_tests[@]}")
     printf '\n== driver %s\n' "$name"
-    "$target/release/kugelblitz" probe >"$work/$name.probe" 2>/dev/null || {
+    "$target/ci/kugelblitz" probe >"$work/$name.probe" 2>/dev/null || {
         echo "it opens no device"
         return 1
     }
@@ -54,13 +63,14 @@ run_driver() {
         cp "$system_log" "$work/$name.log"
         return 0
     fi
-    cargo test --release --locked --features view --no-fail-fast "${arguments[@]}" 2>&1 |
-        tee "$work/$name.log" || failed=1
-    cargo test --release --locked --features view --lib gpu:: 2>&1 | tee "$work/$name.unit" || failed=1
-    cargo test --release --locked --features view --test view -- "${shown[@]}" 2>&1 |
-        tee -a "$work/$name.log" || failed=1
+    on_driver "$name" --test device -- ${filters[@]+"${filters[@]}"} || failed=1
+    if [ "$full" = yes ]; then on_driver "$name" --test program -- "${program_tests[@]/%/::}" || failed=1; fi
+    on_driver "$name" --lib gpu:: || failed=1
+    on_driver "$name" --test window -- "${shown[@]}" || failed=1
     return "$failed"
 }
+
+on_driver() { cargo test "${everything[@]}" --no-fail-fast "${@:2}" 2>&1 | tee -a "$work/$1.log"; }
 
 names=(system)
 missing=()
@@ -104,7 +114,7 @@ mkdir -p "$(dirname "$table")"
         each "$what" of_driver "$what"
     done
     each "digests" n_digests
-    for test in "${tests[@]}" view; do each "test \`$test\`" count "$test"; done
+    for test in "${tests[@]}" window; do each "test \`$test\`" count "$test"; done
 } >"$table"
 printf '\n%s drivers ran: %s; %s could not be had: %s\n' "${#ran[@]}" "${ran[*]}" \
     "${#missing[@]}" "${missing[*]:--}"

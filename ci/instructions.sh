@@ -2,8 +2,8 @@
 # Counts the instructions that work on several numbers at once in each hot function of the library, and fails where
 # one has less than nine tenths of those in ci/instructions.txt: then the compiler no longer finds its numbers side by side.
 # `ci/instructions.sh --renew` writes the table anew, after code was moved or made shorter on purpose.
-set -euo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=ci/steps.sh
+source "$(dirname "${BASH_SOURCE[0]}")/steps.sh"
 
 if [ "$(uname -m)" != x86_64 ]; then
     echo "not counted on $(uname -m): the table is of x86_64"
@@ -13,17 +13,17 @@ table=ci/instructions.txt
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# One unit, so that nothing is left for the linker to put in its place, nor kept from an earlier build; and names that tell
-# types.
-CARGO_INCREMENTAL=0 cargo rustc --release --locked --lib --no-default-features -- \
-    --emit "asm=$folder/library.s" -C codegen-units=1 -C symbol-mangling-version=v0
+# The library that the tests are built of.
+library=$(cargo test "${everything[@]}" --no-run --message-format json 2>/dev/null |
+    sed -n 's/.*"filenames":\["\([^"]*libkugelblitz-[0-9a-f]*\.rlib\)".*/\1/p' | tail -n 1)
+[ -n "$library" ] || { echo "ci/instructions.sh: the library could not be built" >&2; exit 1; }
 
 # Each function's packed sums, products, quotients, roots and extremes.
-awk '
-    /^_R[^ ]*:$/ { name = substr($0, 1, length($0) - 1); packed = 0 }
-    /^\tv?(add|sub|mul|div|sqrt|min|max)p[sd]\t/ { packed++ }
-    /^\t\.cfi_endproc/ { print packed, name; name = "" }
-' "$folder/library.s" >"$folder/functions"
+objdump -d --no-show-raw-insn "$library" | awk '
+    /^[0-9a-f]+ <.*>:$/ { if (name) print packed, name; name = $2; packed = 0 }
+    $2 ~ /^v?(add|sub|mul|div|sqrt|min|max)p[sd]$/ { packed++ }
+    END { print packed, name }
+' >"$folder/functions"
 
 # Lines of a table: what it is, how many were seen, and what the names of its versions contain.
 count() {

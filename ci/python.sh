@@ -3,7 +3,7 @@
 # the source tree. What it downloads stays in the build folder, so that a second run needs no network.
 #
 #   ci/python.sh            builds what the wheel needs, a plain `cargo build` apart
-#   ci/python.sh --reuse    fails where the wheel is not built of what the tests were built of
+#   ci/python.sh --reuse    with the program of ci/test.sh; fails where the wheel is not built of what the tests were built of
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -45,7 +45,7 @@ fi
 
 # The features of the tests, so that only the bindings are compiled.
 rm -rf "$place/wheel" "$target"/maturin/pyo3-config-*
-"$place/tools/bin/maturin" build --release --locked --manifest-path python/Cargo.toml \
+"$place/tools/bin/maturin" build --profile ci --locked --manifest-path python/Cargo.toml \
     --features as-tested,extension-module --interpreter "$place/tools/bin/python" --out "$place/wheel" \
     2>&1 | tee "$place/build.log"
 if [ -n "$reuse" ] && grep -q 'Compiling kugelblitz v' "$place/build.log"; then
@@ -59,7 +59,7 @@ took "built ${wheels[0]##*/}"
 # As maturin calls cargo, so that the bindings' dependencies stay as they are.
 configurations=("$target"/maturin/pyo3-config-*.txt)
 PYO3_BUILD_EXTENSION_MODULE=1 PYO3_CONFIG_FILE=${configurations[0]} PYO3_PYTHON=$place/tools/bin/python \
-    cargo clippy -q --release --locked -p kugelblitz-python --all-targets \
+    cargo clippy -q --profile ci --locked -p kugelblitz-python --all-targets \
     --features as-tested,extension-module -- -D warnings
 took "clippy"
 
@@ -72,6 +72,6 @@ took "installed it into an empty environment"
 elsewhere=$(mktemp -d)
 trap 'rm -rf "$elsewhere"' EXIT
 cd "$elsewhere"
-KUGELBLITZ=$target/release/kugelblitz "$place/environment/bin/python" -m pytest -p no:cacheprovider \
+KUGELBLITZ=$target/ci/kugelblitz "$place/environment/bin/python" -m pytest -p no:cacheprovider \
     -c "$root/python/pyproject.toml" --durations 5 "$root/python/tests"
 took "tests"

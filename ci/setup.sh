@@ -4,8 +4,9 @@
 #   ci/setup.sh                     a linker, a Vulkan loader and driver, what the window opens
 #                                   when it runs, rustfmt and clippy
 #   ci/setup.sh --tests             also a display without a screen, a hand for its mouse, a Wayland
-#                                   compositor, a browser, Python with environments, and two more Vulkan
-#                                   drivers, unpacked into the build folder
+#                                   compositor, Python with environments, and two more Vulkan drivers,
+#                                   unpacked into the build folder
+#   ci/setup.sh --release           also a browser
 #   ci/setup.sh --software-driver   Mesa's software driver even where another driver is installed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -15,11 +16,13 @@ die() { say "$*"; exit 1; }
 
 want_software_driver=no
 want_tests=no
+want_release=no
 for argument in "$@"; do
     case "$argument" in
         --software-driver) want_software_driver=yes ;;
         --tests) want_tests=yes ;;
-        *) die "unknown argument $argument; there are --tests and --software-driver" ;;
+        --release) want_release=yes ;;
+        *) die "unknown argument $argument; there are --tests, --release and --software-driver" ;;
     esac
 done
 
@@ -62,9 +65,12 @@ if [ "$want_tests" = yes ]; then
     command -v Xvfb >/dev/null || packages+=(xvfb)
     command -v xdotool >/dev/null || packages+=(xdotool)
     command -v weston >/dev/null || packages+=(weston)
-    command -v chromium >/dev/null || packages+=(chromium)
     python3 -c 'import ensurepip, venv' 2>/dev/null ||
         /usr/bin/python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
+fi
+
+if [ "$want_release" = yes ]; then
+    command -v chromium >/dev/null || packages+=(chromium)
 fi
 
 if [ ${#packages[@]} -gt 0 ]; then

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Which tests see mistakes: applies each line of tests/matrix/spoilings.toml to a scratch copy of the commit,
+# Which tests see mistakes: applies each line of tests/device/matrix/spoilings.toml to a scratch copy of the commit,
 # builds it, runs tests, and prints a table.
 #
 #   ci/spoilings.sh                        all, with the tests matrix, certified, light, lemmas and lib
@@ -27,12 +27,13 @@ python3 - "$scratch/tree" "$match" "$tests" <<'PYTHON'
 import pathlib, re, subprocess, sys, tomllib
 
 tree, match, tests = pathlib.Path(sys.argv[1]), re.compile(sys.argv[2]), sys.argv[3].split()
-spoilings = tomllib.loads((tree / "tests/matrix/spoilings.toml").read_text())["spoiling"]
+spoilings = tomllib.loads((tree / "tests/device/matrix/spoilings.toml").read_text())["spoiling"]
 
 
 def cargo(test, *words):
-    which = ["--lib"] if test == "lib" else ["--test", test]
-    command = ["timeout", "600", "cargo", "test", "--release", "--locked", *which, *words]
+    folder = "library" if (tree / f"tests/library/{test}.rs").exists() else "device"
+    which = ["-p", "kugelblitz", "--lib"] if test == "lib" else ["-p", "kugelblitz-tests", "--test", folder]
+    command = ["timeout", "600", "cargo", "test", "--profile", "ci", "--locked", *which, *words]
     return subprocess.run(command, cwd=tree, capture_output=True, text=True)
 
 
@@ -40,7 +41,7 @@ def says(test):
     """What a test says of the spoilt program, and of how many of its functions failed."""
     if cargo(test, "--no-run").returncode:
         return "does not build"
-    done = cargo(test)
+    done = cargo(test, *([] if test == "lib" else ["--", f"{test}::"]))
     failed = len(re.findall(r"^test .* FAILED$", done.stdout, re.M))
     return {0: "no", 124: "seen (too long)"}.get(done.returncode, f"seen ({failed})")
 

@@ -98,7 +98,7 @@
 //! # Nothing rests on ∞ or NaN
 //! Vulkan lets a compiler assume that there are none (without `SignedZeroInfNanPreserve`, which is
 //! declared nowhere here). So no operation of the f32 stage takes or gives one, not even where its
-//! result is selected away; `tests/finite.rs` looks at each of them:
+//! result is selected away; `tests/library/finite.rs` looks at each of them:
 //! - Pixels: `2⁻¹⁰⁰ ≤ |k| ≤ 2¹²⁰` and `ℓ + r ≤ 2⁹⁰|k|`, or `k = 0`; `|N| ≥ 2⁻⁹⁰` or 0. So a nearness
 //!   is at most `2⁹²/|d|`, and `a·w = 1/t` at most `2¹²²`.
 //! - Lists: `1/(|k| − error)` is looked at only where `|k| > error`, and is 1 elsewhere. As `error`
@@ -155,9 +155,9 @@
 //! that is flushed only becomes smaller.
 //!
 //! # What tests can see of it
-//! `tests/lemmas.rs` looks at each step by itself, in a rounding chosen for each operation by a
+//! `tests/library/lemmas.rs` looks at each step by itself, in a rounding chosen for each operation by a
 //! search for the worst case: it comes to more than half of every constant of [`steps`], of
-//! [`InputError`], [`WIDENING`] and [`T_ROOM`], so that none can be halved. `tests/guards.rs` runs
+//! [`InputError`], [`WIDENING`] and [`T_ROOM`], so that none can be halved. `tests/library/guards.rs` runs
 //! the whole filter in seven roundings and finds wrong statements once a bound is cut to about a
 //! third: the largest errors of all steps don't meet in one ray.
 //!

@@ -113,7 +113,7 @@
 //! | `view` | the window, with the feature of that name |
 //! | [`error`] | what can go wrong, with the program's exit code for it |
 //!
-//! # The way of a pixel, from `cli/render.rs` to the file
+//! # The way of a pixel, from `crates/cli/src/render.rs` to the file
 //! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
 //!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
@@ -182,7 +182,7 @@ pub mod prepare;
 mod random;
 pub mod rays;
 pub mod render;
-#[cfg(feature = "cli")]
+#[cfg(feature = "report")]
 pub mod report;
 pub mod scene;
 pub mod seen;

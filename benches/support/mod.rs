@@ -1,14 +1,13 @@
 //! The parts that the benchmarks share.
-#![allow(dead_code)] // each uses what it needs
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
 use kugelblitz::{Error, Result};
+use kugelblitz_tests::root;
 
 /// Pairs of samples that a ratio is taken of.
 const N_PAIRS: usize = 20;
@@ -138,7 +137,7 @@ fn line(name: &str, ratios: &[f64]) -> Option<String> {
 /// # Errors
 /// Those of [`read_scene`].
 pub fn figure(name: &str, [width, height]: [u32; 2]) -> Result<(Scene, Pixels)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let path = root().join("scenes").join(name);
     let scene = read_scene(&path)?;
     let view = View::new(scene.require_camera(&path)?);
     Ok((scene, Pixels::whole(view, width, height)))

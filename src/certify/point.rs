@@ -124,7 +124,7 @@ mod tests {
     }
 
     /// Roundings to the nearest hardly ever add up as the bounds grant: wrong points begin at a 32nd.
-    /// `tests/lemmas.rs` halves what each step is granted, with roundings that do.
+    /// `tests/library/lemmas.rs` halves what each step is granted, with roundings that do.
     #[test]
     fn sabotage_smaller_bounds_are_noticed() {
         for width in WIDTHS {

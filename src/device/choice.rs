@@ -61,11 +61,10 @@ impl DeviceChoice {
         }
     }
 
-    /// Why `auto` takes the CPU for so many rays into so many spheres, if it does without opening anything:
-    /// there is no GPU in hardware, and the CPU is quicker than a device in software.
+    /// Why the CPU is taken for so many rays into so many spheres, if this is a free `auto` and
+    /// [`why_auto_takes_the_cpu`].
     pub fn why_the_cpu(&self, kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
-        let why = self.is_free().then(|| why_the_cpu(kernel, n_spheres, n_rays)).flatten()?;
-        has_software_alone().then_some(why)
+        self.is_free().then(|| why_auto_takes_the_cpu(kernel, n_spheres, n_rays)).flatten()
     }
 
     /// The device for so many rays into so many spheres. `auto` takes the CPU where no adapter runs the
@@ -91,6 +90,12 @@ impl DeviceChoice {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Why `auto` takes the CPU for so many rays into so many spheres, if it does without opening anything:
+/// there is no GPU in hardware, and the CPU is quicker than a device in software.
+pub fn why_auto_takes_the_cpu(kernel: Kernel, n_spheres: usize, n_rays: usize) -> Option<String> {
+    why_the_cpu(kernel, n_spheres, n_rays).filter(|_| has_software_alone())
 }
 
 /// Opens a device that runs `kernel`, and has looked at its arithmetic: what that can't bind, no kernel can.

@@ -1,5 +1,5 @@
 //! The bounds of the single steps of the derivation, in units `ε` of [`crate::guard`]. Each has a
-//! search for its worst case in `tests/lemmas.rs`, which half of it would not survive.
+//! search for its worst case in `tests/library/lemmas.rs`, which half of it would not survive.
 
 /// Step 2: `|ŝ − s|·|d|`, of `ℓ`: 3 + 3 + 2.5 + 1.
 pub const CLOSEST: f64 = 9.51;

@@ -1,0 +1,469 @@
+//! The command line's arguments.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::builder::TypedValueParser;
+use clap::{ArgGroup, Args, Parser, Subcommand, value_parser};
+use kugelblitz::device::DeviceChoice;
+use kugelblitz::explain::{DEFAULT_DIGITS, Lang, MAX_DIGITS};
+use kugelblitz::export::Language;
+use kugelblitz::generate::{Distribution, MAX_COUNT};
+use kugelblitz::picture::Format;
+use kugelblitz::scene::Samples;
+use kugelblitz::show::Show;
+use kugelblitz::trace::{Kernel, Ray};
+
+use crate::options::{
+    DEFAULT_KERNEL, distribution_parser, kernel_parser, lang_parser, language_parser, parse_crop,
+    parse_epsilon, parse_pixel, parse_ray, parse_size,
+};
+use crate::show::show_parser;
+use crate::{compare, figure, film, info, judge, man, picture, version};
+
+pub const MAX_SAMPLES: i64 = Samples::MOST as i64;
+
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0  done                      5  the device was lost or timed out
+  1  failed otherwise          6  a comparison failed
+  2  wrong usage               7  does not fit the device's limits or memory
+  3  the scene is wrong      130  interrupted
+  4  no suitable adapter, or no display for the window";
+
+/// A ray tracer for spheres and planes, on Vulkan and on the CPU.
+#[derive(Parser)]
+#[command(
+    name = "kugelblitz",
+    version,
+    long_version = version::long(),
+    max_term_width = 100,
+    after_help = EXIT_CODES
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    Render(RenderArgs),
+    Verify(VerifyArgs),
+    Check(CheckArgs),
+    Trace(TraceArgs),
+    Explain(ExplainArgs),
+    Judge(judge::JudgeArgs),
+    Compare(compare::CompareArgs),
+    Info(info::InfoArgs),
+    Report(ReportArgs),
+    Export(ExportArgs),
+    Figure(figure::FigureArgs),
+    View(ViewArgs),
+    Generate(GenerateArgs),
+    Digest(DigestArgs),
+    Probe(ProbeArgs),
+    Completions(CompletionsArgs),
+    Man(man::ManArgs),
+}
+
+impl Command {
+    /// True for a command whose output files all appear in the end.
+    pub fn writes_files(&self) -> bool {
+        match self {
+            // Its frames appear one after the other, and it says how many are whole.
+            Command::Render(args) => !args.film.is_film(),
+            Command::Verify(_)
+            | Command::Check(_)
+            | Command::Explain(_)
+            | Command::Info(_)
+            | Command::Digest(_)
+            | Command::Probe(_)
+            | Command::Completions(_) => false,
+            _ => true,
+        }
+    }
+}
+
+/// The options of every command.
+#[derive(Args, Clone, Copy)]
+pub struct TalkArgs {
+    /// Print a machine-readable summary (JSON) on standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing but warnings and errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say more, also what the driver prints
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// The kernel of one run.
+#[derive(Args)]
+pub struct KernelArgs {
+    /// Intersection kernel
+    #[arg(long, default_value = DEFAULT_KERNEL.name(), value_parser = kernel_parser())]
+    pub kernel: Kernel,
+}
+
+/// Where the rays are traced.
+#[derive(Args)]
+pub struct DeviceArgs {
+    /// auto, gpu, cpu, or a part of an adapter's name
+    ///
+    /// `auto` takes a real GPU; where there is none, the quicker of the CPU and a Vulkan device in
+    /// software (`-v` says why). `gpu` takes the best Vulkan adapter and never falls back. Both take
+    /// the adapter that WGPU_ADAPTER_NAME names, where it is set.
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = DeviceChoice::parse)]
+    pub device: DeviceChoice,
+}
+
+/// The size of a whole picture.
+#[derive(Args)]
+pub struct WholeArgs {
+    /// Size of the picture, in pixels [default: the scene's [image], else 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+}
+
+/// The language of what is written.
+#[derive(Args)]
+pub struct LangArgs {
+    /// Language of all words: en or de
+    #[arg(long, default_value = Lang::English.name(), value_parser = lang_parser(),
+        hide_possible_values = true)]
+    pub lang: Lang,
+}
+
+/// Which pixels are traced.
+#[derive(Args)]
+pub struct SizeArgs {
+    #[command(flatten)]
+    pub whole: WholeArgs,
+    /// Only this part of the picture: left column, top row, width, height
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    pub crop: Option<[u32; 4]>,
+}
+
+/// Render a picture, or a film of several, of a scene or straight from data
+///
+/// Where there is no camera, one is placed so that it frames all spheres. Data are lit from the eye and
+/// by a sky.
+#[derive(Args)]
+pub struct RenderArgs {
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    pub scene: PathBuf,
+    /// Picture file; its ending (.png, .exr, .ppm, .npy) tells the format. `-` is standard output
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_scene")]
+    pub output: Option<PathBuf>,
+    /// Also write the bar of colours of each cloud that is coloured by a column, with its numbers
+    #[arg(long, value_name = "LEGEND.svg", requires = "output")]
+    pub legend: Option<PathBuf>,
+    /// Format, where the file's name doesn't tell it: png, exr, ppm, npy
+    #[arg(long)]
+    pub format: Option<Format>,
+    /// Bits a colour channel in PNG and PPM: 8 or 16 [default: 8]
+    #[arg(long, value_parser = ["8", "16"], hide_possible_values = true)]
+    pub bits: Option<String>,
+    /// Also write which level decided each pixel (EXR and NPY)
+    #[arg(long)]
+    pub certificates: bool,
+    /// Leave the background out: alpha is the share of samples that hit an object (PNG, EXR and NPY)
+    #[arg(long)]
+    pub transparent: bool,
+    /// How far from a surface shadow rays start, in the scene's unit; not for certified [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = parse_epsilon)]
+    pub epsilon: Option<f64>,
+    /// What the picture shows of each pixel: numbers as colours, with a legend on standard error, or in
+    /// --json under `legend` (PNG and PPM)
+    #[arg(long, value_name = "WHAT", default_value = Show::Color.name(), value_parser = show_parser())]
+    pub show: Show,
+    /// Trace N times more and add their times to --json as `ms_runs`
+    #[arg(long, value_name = "N", requires = "json", conflicts_with = "film")]
+    pub repeat: Option<u32>,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+    #[command(flatten)]
+    pub film: film::FilmArgs,
+}
+
+/// Compare GPU, CPU and exact arithmetic, pixel by pixel
+///
+/// Exact arithmetic takes some microseconds a pixel and object: with --size 320x180 a look at all
+/// pixels is quick. Of scenes with light, and of pixels with several samples, bytes (8 and 16 bits)
+/// and linear floats are compared as well: the exact ones take some microseconds for each sample and
+/// light. Exit code 6 where a kernel breaks what it promises.
+#[derive(Args)]
+pub struct VerifyArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Pixels to compare with exact arithmetic, drawn at random [default: all up to 65536,
+    /// fewer where there are very many objects, lights or samples]
+    #[arg(long, value_name = "N")]
+    pub samples: Option<usize>,
+    /// Seed of the random draw
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
+    /// Verify every kernel
+    #[arg(long, conflicts_with = "kernel")]
+    pub all_kernels: bool,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Read a scene and say what it costs, without rendering
+#[derive(Args)]
+pub struct CheckArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Trace any rays of a NumPy file
+#[derive(Args)]
+pub struct TraceArgs {
+    /// Scene file (TOML); it needs no camera
+    pub scene: PathBuf,
+    /// Rays: .npy, shape (N, 6), float64 or float32: origins and directions of any length. `-` is
+    /// standard input
+    #[arg(long, value_name = "RAYS.npy")]
+    pub rays: PathBuf,
+    /// Hits: .npy, a structured array (N,) with id (u4), t (f4), normal (3f4). `-` is standard
+    /// output
+    #[arg(short, long, value_name = "HITS.npy")]
+    pub output: PathBuf,
+    /// Also write which level decided each ray
+    #[arg(long)]
+    pub certificates: bool,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Show the lecture's formulas with one ray's numbers in them
+///
+/// For each object: a, b, k, D and the roots (for a plane the quotient) in f32 as the kernels
+/// lecture and stable calculate them, in f64 and exactly, with the error of each; why the object is
+/// seen or not; and what every kernel shows, on the GPU too. With light in the scene also the point
+/// that is seen, each light's way to it, n·ω and what is in its way, and the sum with its bytes.
+#[derive(Args)]
+#[command(group(ArgGroup::new("of").args(["pixel", "ray"]).required(true)))]
+pub struct ExplainArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// The pixel, counted from 0 at the top left of the whole picture
+    #[arg(
+        long,
+        value_name = "X,Y",
+        value_parser = parse_pixel,
+        allow_hyphen_values = true
+    )]
+    pub pixel: Option<[i64; 2]>,
+    /// A ray in place of a pixel: its origin and its direction, of any length
+    #[arg(
+        long,
+        value_name = "OX,OY,OZ,DX,DY,DZ",
+        value_parser = parse_ray,
+        allow_hyphen_values = true,
+        conflicts_with_all = ["size", "crop"]
+    )]
+    pub ray: Option<Ray>,
+    /// Explain all objects, but at most the nearest 1000 [default: the nearest 20]
+    #[arg(long)]
+    pub all: bool,
+    /// Print the formulas and verdicts as LaTeX (amsmath)
+    #[arg(long, conflicts_with = "json")]
+    pub latex: bool,
+    /// Digits of each result in a formula; numbers on the way to it have as many as a calculator needs
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_DIGITS as u8,
+        value_parser = value_parser!(u8).range(1..=MAX_DIGITS as i64))]
+    pub digits: u8,
+    #[command(flatten)]
+    pub lang: LangArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Measure speed against error: every kernel on every device
+///
+/// Without scenes: the lecture's and a hard set, and how error and time grow with distance, offset
+/// and number of objects. Errors are against exact arithmetic and the same in every run; times are
+/// medians of repeated runs with their range.
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Scene files (TOML) in place of the built-in ones
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Also write a page (.html), all figures (.json), a short table (.md), or the main plot (.svg);
+    /// can be given several times
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Vec<PathBuf>,
+    /// An earlier report's .json to compare with: times that changed beyond noise are marked
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
+    /// Only this device: auto, gpu, cpu, or a part of an adapter's name [default: all]
+    #[arg(long, value_name = "DEVICE", value_parser = DeviceChoice::parse)]
+    pub device: Option<DeviceChoice>,
+    /// Only this intersection kernel; can be given several times [default: all]
+    #[arg(long, value_parser = kernel_parser())]
+    pub kernel: Vec<Kernel>,
+    /// Size of the pictures, in pixels [default: 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Pixels of each picture to compare with exact arithmetic, drawn at random [default: 65536]
+    #[arg(long, value_name = "N")]
+    pub samples: Option<NonZeroUsize>,
+    /// Seed of the random draw, and of the scenes that grow
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Rounds of three timed runs each; shaders are compiled anew in each [default: 3]
+    #[arg(long, value_name = "N")]
+    pub rounds: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Write a scene for another renderer: POV-Ray or Tachyon
+///
+/// The same objects and camera, with flat colours: no light, no shadow, no reflection.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// The other renderer's language
+    #[arg(value_parser = language_parser())]
+    pub language: Language,
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    pub scene: PathBuf,
+    /// File for the other renderer. `-` is standard output [default: -]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub size: WholeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+}
+
+/// Look at a scene in a window and move through it
+///
+/// Drag to orbit, use the wheel to zoom, click a pixel to ask why it shows what it shows; H lists
+/// all controls. The scene file is watched: what changes in it is seen at once.
+#[derive(Args)]
+pub struct ViewArgs {
+    /// Scene file (TOML), or data: .npy, .csv, .xyz
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub kernel: KernelArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: WholeArgs,
+    /// Print what happens, one JSON object a line, in place of all else: for tests
+    #[arg(long, hide = true)]
+    pub log_events: bool,
+    /// Give the device up after N frames, as if it had been lost: for tests
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_device_after: Option<u64>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+    #[command(flatten)]
+    pub picture: picture::PictureArgs,
+}
+
+/// Make up spheres to trace
+#[derive(Args)]
+pub struct GenerateArgs {
+    #[command(subcommand)]
+    pub what: Generate,
+}
+
+#[derive(Subcommand)]
+pub enum Generate {
+    Cloud(GenerateCloudArgs),
+}
+
+/// Write a cloud of spheres as .npy: float64 of shape (N, 7) with x, y, z, radius, red, green, blue
+///
+/// The same count and seed give the same file on every machine.
+#[derive(Args)]
+pub struct GenerateCloudArgs {
+    /// Number of spheres
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_COUNT))]
+    pub count: u64,
+    /// How the spheres lie in space
+    ///
+    /// uniform: evenly in the cube of side 1 about the origin, each of radius 0.3 / cbrt(N);
+    /// lattice: each touches its six neighbours exactly; packing: a heap of touching spheres on the
+    /// floor y = 0.
+    #[arg(long, default_value = Distribution::Uniform.name(), value_parser = distribution_parser())]
+    pub distribution: Distribution,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// The file, .npy. `-` is standard output
+    #[arg(short, long, value_name = "CLOUD.npy")]
+    pub output: PathBuf,
+    /// Also write a scene file with the cloud and a camera that sees all of it
+    #[arg(long, value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Print one hash of a picture's exact content
+///
+/// Of ids, t, normals and 8-bit colours by the kernel certified: the same on every device, with every
+/// driver and number of threads. A project can keep it in place of a reference picture and its
+/// tolerances.
+#[derive(Args)]
+pub struct DigestArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// N × N samples a pixel, at most 16 × 16 [default: the scene's [image], else 1]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES).try_map(Samples::new))]
+    pub samples: Option<Samples>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// List the Vulkan adapters and their limits
+#[derive(Args)]
+pub struct ProbeArgs {
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// Print a completion script for a shell
+#[derive(Args)]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}

@@ -1,0 +1,141 @@
+//! `kugelblitz compare`
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use kugelblitz::compare::{ChannelDifference, Tolerance, compare_pictures, difference_picture};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::{Format, Image, read_image, rgb8_file};
+use kugelblitz::plain::Shown;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::Run;
+use crate::args::TalkArgs;
+use crate::head::print_verdict;
+use crate::output::print_text;
+
+/// Compare two pictures, channel by channel
+///
+/// PNG, OpenEXR, NPY and PPM, in any pair: channels are matched by name, and numbers of different types
+/// are compared as the one that has fewer of them, linear floats with sRGB as sRGB. Exit code 6 where
+/// more differs than --allow says.
+#[derive(Args)]
+pub struct CompareArgs {
+    /// A picture
+    pub a: PathBuf,
+    /// Another one
+    pub b: PathBuf,
+    /// What may differ: levels, ulp and difference of a number, and the pixels that may differ more, e.g.
+    /// levels=1,ulp=4,difference=1e-6,pixels=0.1% [default: nothing]
+    #[arg(long, value_name = "WHAT")]
+    pub allow: Option<Tolerance>,
+    /// Also write a picture of the differences (.png): equal pixels dark, allowed differences blue, others
+    /// red to yellow
+    #[arg(short, long, value_name = "DIFFERENCE.png")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    a: Side<'a>,
+    b: Side<'a>,
+    allowed: String,
+    pixels: u64,
+    differing: u64,
+    beyond: u64,
+    first: Option<[usize; 2]>,
+    channels: Vec<OfChannel<'a>>,
+    metadata_differs: &'a [String],
+    broken: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Side<'a> {
+    file: String,
+    format: &'static str,
+    size: [usize; 2],
+    only: &'a [String],
+}
+
+#[derive(Serialize)]
+struct OfChannel<'a> {
+    #[serde(flatten)]
+    found: &'a ChannelDifference,
+    pixel: Option<[usize; 2]>,
+}
+
+/// Compares two pictures.
+pub fn run(args: &CompareArgs, run: &Run) -> Result<()> {
+    let CompareArgs { a: path_a, b: path_b, output, talk, .. } = args;
+    let tolerance = args.allow.unwrap_or_default();
+    let begin = |output: &PathBuf| begin_picture(output, &[path_a, path_b], talk);
+    let file = output.as_ref().map(begin).transpose()?;
+    let (a, b) = (read_image(path_a)?, read_image(path_b)?);
+    run.control.check()?;
+    let found = compare_pictures(&a, &b, &tolerance)?;
+    let pixel = |i: usize| a.pixel(i);
+    let name = |path: &Path| path.display().to_string();
+    let file = file.filter(|_| found.pixels > 0).map(|file| {
+        let size = [a.width as u32, a.height as u32];
+        write_picture(file, size, &difference_picture(&a, &found))
+    });
+    let file = file.transpose()?;
+    let broken = found.broken.join("; ");
+    let failure = (!broken.is_empty()).then_some(Error::Comparison(broken));
+    if talk.json {
+        let side = |path: &Path, image: &Image, only| Side {
+            file: name(path),
+            format: image.format,
+            size: [image.width, image.height],
+            only,
+        };
+        let channels = found.channels.iter();
+        let channels = channels.map(|found| OfChannel { found, pixel: found.at.map(pixel) });
+        let summary = Summary {
+            a: side(path_a, &a, &found.only_in[0]),
+            b: side(path_b, &b, &found.only_in[1]),
+            allowed: tolerance.to_string(),
+            pixels: found.pixels,
+            differing: found.differing,
+            beyond: found.beyond,
+            first: found.first.map(pixel),
+            channels: channels.collect(),
+            metadata_differs: &found.texts,
+            broken: &found.broken,
+        };
+        print_verdict("compare", &summary, failure.as_ref())?;
+    } else {
+        print_text(&found.in_words([&path_a.shown(), &path_b.shown()], [&a, &b]))?;
+    }
+    output::commit(file, &run.control)?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// Begins the file for a picture of errors or differences, before the work.
+pub fn begin_picture(output: &Path, inputs: &[&Path], talk: &TalkArgs) -> Result<OutputFile> {
+    talk.refuse_json_beside(&[output], "the picture", "write the picture to a file")?;
+    if Format::from_path(output).ok() != Some(Format::Png) {
+        return Err(Error::Usage(format!(
+            "{}: this picture is written as .png; name it so",
+            output.shown()
+        )));
+    }
+    output::refuse_overwriting(&[output], inputs)?;
+    OutputFile::create(output, false)
+}
+
+/// Writes a picture that no camera took; it is then whole, but not in its place.
+pub fn write_picture(
+    mut file: OutputFile,
+    size: [u32; 2],
+    pixels: &[[u8; 3]],
+) -> Result<OutputFile> {
+    let path = file.path().to_path_buf();
+    let bytes = rgb8_file(size, pixels).map_err(Error::io(&path))?;
+    file.write_all(&bytes).map_err(Error::io(&path))?;
+    Ok(file)
+}

@@ -1,0 +1,155 @@
+//! Choosing where the rays are traced.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use kugelblitz::device::{self, Device, DeviceChoice};
+use kugelblitz::gpu::Gpu;
+#[cfg(feature = "view")]
+use kugelblitz::gpu::{Pick, has_software_alone};
+#[cfg(feature = "view")]
+use kugelblitz::prepare::FEW_SPHERES;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Error, Result};
+
+use crate::args::TalkArgs;
+use crate::output::human;
+use crate::quiet::{self, quietly};
+
+/// Opens what --device asks for. With a `kernel`, the device must be able to run it.
+///
+/// # Errors
+/// [`Error::NoAdapter`], and [`Error::TooLarge`] within a limit that no driver keeps, but for
+/// `auto`, which then takes the CPU and says so.
+pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> Result<Device> {
+    let Some(pick) = choice.pick() else { return Ok(Device::Cpu) };
+    let start = Instant::now();
+    let (opened, noise) = quietly(|| device::open(&pick, kernel));
+    let falls_back = *choice == DeviceChoice::Auto;
+    if talk.verbose || opened.is_err() && !falls_back {
+        quiet::show(&noise, talk.verbose);
+    }
+    match opened {
+        Ok(gpu) => {
+            talk.note(&format!(
+                "opened {} ({}, {}) in {}",
+                gpu.facts.name,
+                gpu.facts.kind,
+                gpu.facts.driver,
+                human(start.elapsed())
+            ));
+            match gpu.arithmetic()?.suits_filter() {
+                true => talk.note(&filter_line(&gpu)?),
+                false => talk.warn(&format!("{} (see `kugelblitz probe`)", filter_line(&gpu)?)),
+            }
+            Ok(Device::Gpu(Arc::new(gpu)))
+        }
+        Err(Error::NoAdapter(reason) | Error::TooLarge(reason)) if falls_back => {
+            talk.warn(&format!("tracing on the CPU: {reason}"));
+            Ok(Device::Cpu)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Where the f32 stage of `certified` runs, in a line.
+fn filter_line(gpu: &Gpu) -> Result<String> {
+    Ok(format!("{}, `certified`: {}", gpu.facts.name, gpu.arithmetic()?.filter_in_words()))
+}
+
+/// Opens what --device asks for to trace these rays: `auto` takes a real GPU, else the quicker one of
+/// the CPU and a device in software.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn open_for(
+    choice: &DeviceChoice,
+    kernel: Kernel,
+    scene: &Scene,
+    n_rays: usize,
+    talk: &TalkArgs,
+) -> Result<Device> {
+    let n_spheres = scene.spheres.len();
+    let because = |why: &str| {
+        format!(
+            "there is no GPU in hardware here, and for {why} the CPU is quicker than a device in software"
+        )
+    };
+    if let Some(why) = choice.why_the_cpu(kernel, n_spheres, n_rays) {
+        let because = because(&why);
+        talk.note(&format!("tracing on the CPU: {because}; `--device gpu` takes that"));
+        return Ok(Device::Cpu);
+    }
+    if talk.verbose
+        && *choice == DeviceChoice::Gpu
+        && let Some(why) = device::why_auto_takes_the_cpu(kernel, n_spheres, n_rays)
+    {
+        talk.note(&format!("`--device auto` would trace on the CPU: {}", because(&why)));
+    }
+    open(choice, Some(kernel), talk)
+}
+
+/// The device for a window: `auto` lets the CPU trace many spheres where there is no GPU in hardware. Few
+/// of them stay on the device that shows the picture, whose shaders are there by then.
+#[cfg(feature = "view")]
+pub fn pick_for_window(choice: &DeviceChoice, kernel: Kernel, scene: &Scene) -> Option<Pick> {
+    let is_quicker = scene.spheres.len() > FEW_SPHERES || kernel == Kernel::Double;
+    choice.pick().filter(|_| !(choice.is_free() && is_quicker && has_software_alone()))
+}
+
+/// The device for one kernel of several: the CPU, with a warning, where this can't run it.
+pub fn or_cpu<'a>(device: &'a Device, kernel: Kernel, talk: &TalkArgs) -> &'a Device {
+    match device {
+        Device::Gpu(gpu) => match gpu.facts.check_kernel(kernel) {
+            Ok(()) => device,
+            Err(reason) => {
+                talk.warn(&format!("`{}` on the CPU alone: {reason}", kernel.name()));
+                &Device::Cpu
+            }
+        },
+        Device::Cpu => device,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kugelblitz::gpu::Pick;
+
+    use super::*;
+
+    /// No adapter here lacks f64, so one is made to.
+    #[test]
+    fn an_adapter_without_f64_leaves_the_f64_kernel_to_the_cpu() {
+        let talk = TalkArgs { json: false, quiet: true, verbose: false };
+        let open = |f64| {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.f64 = f64;
+            gpu
+        };
+        for (f64, kernel) in
+            [(false, Kernel::Double), (false, Kernel::Certified), (true, Kernel::Double)]
+        {
+            let runs = f64 || kernel != Kernel::Double;
+            let refusal = open(f64).facts.check_kernel(kernel).err();
+            assert_eq!(refusal.as_ref().map(Error::exit_code), (!runs).then_some(4));
+            let device = Device::Gpu(Arc::new(open(f64)));
+            assert_eq!(matches!(or_cpu(&device, kernel, &talk), Device::Gpu(_)), runs);
+        }
+    }
+
+    /// No adapter here lacks passthrough, so one is told that it does.
+    #[test]
+    fn an_adapter_without_passthrough_says_that_the_cpu_takes_the_f32_stage() {
+        for (passthrough, expected) in
+            [(true, "f32 stage on this device"), (false, "f32 stage on the CPU: shaders can't be")]
+        {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.passthrough = passthrough;
+            let line = filter_line(&gpu).unwrap();
+            assert!(line.contains(&gpu.facts.name) && line.contains(expected), "{line}");
+        }
+    }
+}

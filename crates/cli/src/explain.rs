@@ -1,0 +1,92 @@
+//! `kugelblitz explain`
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::device::Device;
+use kugelblitz::explain::{DEFAULT_OBJECTS, Explanation, Style, explain_as, latex, text};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
+use kugelblitz::trace::{Ray, Rays};
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::args::ExplainArgs;
+use crate::device;
+use crate::head::{Objects, On, print_summary};
+use crate::output::print_text;
+use crate::{Run, scene};
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    #[serde(flatten)]
+    on: On,
+    objects: Objects,
+    explanation: &'a Explanation,
+}
+
+/// Shows the formulas of one ray with its numbers in them.
+pub fn run(args: &ExplainArgs, run: &Run) -> Result<()> {
+    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let rays = match (args.pixel, args.ray) {
+        (Some(pixel), _) => Rays::Pixels(one_pixel(args.size.pixels(&scene, &args.scene)?, pixel)?),
+        (None, Some(ray)) => Rays::List(vec![usable(ray)?]),
+        (None, None) => {
+            return Err(Error::Usage("give a pixel (--pixel X,Y) or a ray (--ray)".into()));
+        }
+    };
+    let style = Style {
+        limit: (!args.all).then_some(DEFAULT_OBJECTS),
+        lang: args.lang.lang,
+        digits: args.digits.into(),
+    };
+    let mut explanation = explain_as(&scene, &rays, &style)?;
+    run.control.check()?;
+    let device = device::open(&args.device.device, None, &args.talk)?;
+    let make = |prepared: &Arc<Prepared>, wants| match device::or_cpu(
+        &device,
+        prepared.kernel,
+        &args.talk,
+    ) {
+        device @ Device::Gpu(_) => Ok(Some(device.tracer(prepared, wants)?.tracer)),
+        Device::Cpu => Ok(None),
+    };
+    explanation.add_device(&scene, &rays, make)?;
+    run.control.check()?;
+    if args.talk.json {
+        let (on, objects) = (On::from(&device), Objects::from(&*scene));
+        return print_summary("explain", &Summary { on, objects, explanation: &explanation });
+    }
+    if args.latex {
+        return print_text(&latex::latex(&explanation));
+    }
+    print_text(&text::text(&explanation))
+}
+
+/// The pixel alone, as part of its picture.
+fn one_pixel(pixels: Pixels, [x, y]: [i64; 2]) -> Result<Pixels> {
+    let inside = |at: i64, start: u32, length: u32| {
+        let end = i64::from(start) + i64::from(length);
+        (i64::from(start)..end).contains(&at).then_some(at as u32)
+    };
+    match (inside(x, pixels.x, pixels.width), inside(y, pixels.y, pixels.height)) {
+        (Some(x), Some(y)) => Ok(Pixels { x, y, width: 1, height: 1, ..pixels }),
+        _ => Err(Error::Usage(format!(
+            "--pixel {x},{y} is not in the picture: X goes from {} to {}, Y from {} to {}",
+            pixels.x,
+            u64::from(pixels.x) + u64::from(pixels.width) - 1,
+            pixels.y,
+            u64::from(pixels.y) + u64::from(pixels.height) - 1
+        ))),
+    }
+}
+
+fn usable(ray: Ray) -> Result<Ray> {
+    if !ray.origin.is_finite() || !ray.direction.is_finite() {
+        return Err(Error::Usage("--ray has a number that is not finite".into()));
+    }
+    if ray.direction == DVec3::ZERO {
+        return Err(Error::Usage("--ray has the direction (0, 0, 0), which points nowhere".into()));
+    }
+    Ok(ray)
+}

@@ -1,0 +1,61 @@
+//! `kugelblitz export`
+
+use std::path::PathBuf;
+
+use kugelblitz::export;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::Pixels;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::args::ExportArgs;
+use crate::head::{Objects, print_summary};
+use crate::output::{is_stdout, name, objects, shell_quoted};
+use crate::{Run, scene};
+
+#[derive(Serialize)]
+struct Summary {
+    language: &'static str,
+    size: [u32; 2],
+    objects: Objects,
+    /// The command line that renders the file.
+    run: String,
+}
+
+/// Writes a scene for another renderer.
+pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
+    let stdout = PathBuf::from(OutputFile::STDOUT);
+    let prints_alone = args.output.is_none() && args.picture.print_scene.is_some();
+    let output = args.output.as_ref().unwrap_or(&stdout);
+    let beside = (!prints_alone).then_some(&**output);
+    args.picture.check_outputs(beside, "the scene for the other renderer", &args.talk)?;
+    let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+    let printed = args.picture.print(&composed, &scene, &args.scene)?;
+    if prints_alone {
+        return output::commit(printed, &run.control);
+    }
+    let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
+    let palette: Vec<_> = scene.colors().collect();
+    scene::refuse_overwriting(&[output], &[&args.scene], &scene)?;
+    let mut file = OutputFile::create(output, false)?;
+    let (language, size) = (args.language, [width, height]);
+    let path = file.path().to_path_buf();
+    export::write(language, &scene, &view, size, |id| palette[id as usize], &mut file)
+        .map_err(Error::io(path))?;
+    run.control.check()?;
+
+    let command = language.command(&shell_quoted(output), size);
+    if args.talk.json {
+        let (objects, run) = (Objects::from(&*scene), command.clone());
+        let summary = Summary { language: language.name(), size, objects, run };
+        print_summary("export", &summary)?;
+    }
+    output::commit(printed.into_iter().chain([file]), &run.control)?;
+    let next = match is_stdout(output) {
+        true => String::new(),
+        false => format!("; render it with: {command}"),
+    };
+    let (name, renderer) = (name(output), language.renderer());
+    args.talk.say(&format!("{name}: {} for {renderer}{next}", objects(&scene)));
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! `kugelblitz figure`
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::TypedValueParser;
+use kugelblitz::figure::Figure;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
+use kugelblitz::scene::parse_scene;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::args::{LangArgs, TalkArgs, WholeArgs};
+use crate::head::print_summary;
+use crate::options::parser_of;
+use crate::output::{is_stdout, name};
+use crate::{Run, scene};
+
+/// Draw the lecture's figure 3 or 4 from a scene, as SVG
+///
+/// Figure 3 is a plane with its point a and normal n, figure 4 a sphere with its centre c and radius r,
+/// both in the world's coordinate system, as the scene's camera sees them: a figure fits over the
+/// picture of the same size. What is hidden is dashed; the colours suit light and dark pages.
+#[derive(Args)]
+pub struct FigureArgs {
+    /// Number of the figure in the lecture: 3 or 4
+    #[arg(value_name = "N", value_parser = figure_parser(), hide_possible_values = true)]
+    pub figure: Figure,
+    /// Scene file (TOML) [default: the lecture's figure]
+    pub scene: Option<PathBuf>,
+    /// The file, .svg. `-` is standard output
+    #[arg(short, long, value_name = "OUT.svg", default_value = "-")]
+    pub output: PathBuf,
+    /// Id of the object to draw [default: the first plane or sphere of the scene]
+    #[arg(long, value_name = "ID")]
+    pub object: Option<u32>,
+    #[command(flatten)]
+    pub lang: LangArgs,
+    #[command(flatten)]
+    pub size: WholeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+fn figure_parser() -> impl TypedValueParser<Value = Figure> {
+    parser_of(Figure::ALL, Figure::number)
+}
+
+#[derive(Serialize)]
+struct Summary {
+    figure: &'static str,
+    size: [u32; 2],
+    object: u32,
+    lang: &'static str,
+}
+
+/// Draws a figure.
+pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
+    let advice = "write the figure to a file with -o";
+    args.talk.refuse_json_beside(&[&args.output], "the figure", advice)?;
+    let is_svg = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    if !is_svg && !is_stdout(&args.output) {
+        let name = args.output.shown();
+        return Err(Error::Usage(format!("{name}: a figure is SVG; name the file .svg")));
+    }
+    let (figure, lang) = (args.figure, args.lang.lang);
+    let (path, scene) = match &args.scene {
+        Some(path) => (path.as_path(), scene::read(path, &args.talk, run)?),
+        None => {
+            let (name, text) = figure.scene();
+            (Path::new(name), parse_scene(text, Path::new(name))?.into())
+        }
+    };
+    let inputs: Vec<&Path> = args.scene.iter().map(PathBuf::as_path).collect();
+    scene::refuse_overwriting(&[&args.output], &inputs, &scene)?;
+    let pixels = args.size.pixels(&scene, path)?;
+    let object = match args.object {
+        Some(id) => id,
+        None => figure.object(&scene)?,
+    };
+    let drawn = figure.draw(&scene, object, &pixels, lang)?;
+    let mut file = OutputFile::create(&args.output, false)?;
+    let target = file.path().to_path_buf();
+    file.write_all(drawn.as_bytes()).map_err(Error::io(target))?;
+    if args.talk.json {
+        let size = [pixels.width, pixels.height];
+        let summary = Summary { figure: figure.number(), size, object, lang: lang.name() };
+        print_summary("figure", &summary)?;
+    }
+    output::commit([file], &run.control)?;
+    let (name, number) = (name(&args.output), figure.number());
+    args.talk.say(&format!("{name}: figure {number} of {}", path.shown()));
+    Ok(())
+}

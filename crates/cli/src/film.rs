@@ -1,0 +1,315 @@
+//! `kugelblitz render` of several frames.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::{Args, value_parser};
+use kugelblitz::control::Control;
+use kugelblitz::frames::{
+    MAX_FRAMES, check_reach, file_of_frame, pattern_of_files, read_path, turntable,
+};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::Format;
+use kugelblitz::plain::Shown;
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::render::Rendered;
+use kugelblitz::scene::{Camera, Samples};
+use kugelblitz::shade::ColorCounts;
+use kugelblitz::trace::Rays;
+use kugelblitz::{Error, Making, Result, Session};
+use serde::Serialize;
+
+use crate::Run;
+use crate::args::RenderArgs;
+use crate::head::{Ms, Objects, On, RayCounts, print_summary};
+use crate::output::{count, human, is_stdout, ms, name, objects, shell_quoted};
+use crate::progress::Progress;
+use crate::render::{Begun, size};
+
+/// Several frames in place of one picture.
+#[derive(Args)]
+#[command(next_help_heading = "Films: OUT-0001.png, OUT-0002.png, …")]
+pub struct FilmArgs {
+    /// N frames, once around what the camera looks at
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAMES)),
+        group = "film"
+    )]
+    pub turntable: Option<u32>,
+    /// A frame for each line: columns x, y, z, and any of look_at_x, …, up_x, …, fov or height
+    #[arg(long, value_name = "PATH.csv", group = "film")]
+    pub camera_path: Option<PathBuf>,
+    /// Only these frames, from 1: 10-20, 10-, or 10
+    #[arg(long, value_name = "A-B", value_parser = parse_frames, requires = "film")]
+    pub frames: Option<[u32; 2]>,
+    /// Skip frames whose file is there: files appear whole or not at all
+    #[arg(long, requires = "film")]
+    pub resume: bool,
+}
+
+impl FilmArgs {
+    /// True where they ask for a film.
+    pub fn is_film(&self) -> bool {
+        self.turntable.is_some() || self.camera_path.is_some()
+    }
+
+    /// Pictures around the scene, all of which are to see everything.
+    pub fn n_turns(&self) -> u32 {
+        self.turntable.unwrap_or(0)
+    }
+
+    fn cameras(&self, camera: &Camera) -> Result<Vec<Camera>> {
+        match (&self.camera_path, self.turntable) {
+            (Some(path), _) => read_path(path, camera),
+            (None, Some(n_frames)) => Ok(turntable(camera, n_frames)),
+            (None, None) => Ok(vec![camera.clone()]),
+        }
+    }
+}
+
+/// Reads `A-B`, `A-` or `A`.
+fn parse_frames(text: &str) -> Result<[u32; 2], String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let last = if last.trim().is_empty() { Some(u32::MAX) } else { last.trim().parse().ok() };
+    match (first.trim().parse().ok(), last) {
+        (Some(first), Some(last)) if 1 <= first && first <= last => Ok([first, last]),
+        _ => Err("give the first and the last frame, counted from 1, e.g. 10-20".into()),
+    }
+}
+
+#[derive(Serialize)]
+struct Summary {
+    #[serde(flatten)]
+    on: On,
+    kernel: &'static str,
+    size: [u32; 2],
+    objects: Objects,
+    /// Samples across and down a pixel, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples: Option<u32>,
+    /// Frames of the whole film.
+    n_frames: u32,
+    /// Those that were asked for.
+    frames: Vec<Frame>,
+    bytes_device: u64,
+    ms: MsFilm,
+    /// The command that makes a film of all frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ffmpeg: Option<String>,
+}
+
+#[derive(Serialize)]
+struct MsFilm {
+    read: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct Frame {
+    frame: u32,
+    file: String,
+    /// True where --resume found its file.
+    skipped: bool,
+    #[serde(flatten)]
+    drawn: Option<Drawn>,
+}
+
+#[derive(Serialize)]
+struct Drawn {
+    rays: RayCounts,
+    hits: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shadow_rays: Option<RayCounts>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colors: Option<ColorCounts>,
+    ms: Ms,
+}
+
+/// Renders the frames one after the other: the scene is read, and its tree built, once for all.
+pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<()> {
+    let talk = &args.talk;
+    if is_stdout(output) {
+        return Err(Error::Usage(
+            "a film is several files, and can't go to standard output; name them with -o, e.g. \
+             -o out.png for out-0001.png and so on"
+                .into(),
+        ));
+    }
+    let cameras = args.film.cameras(begun.scene.require_camera(&args.scene)?)?;
+    check_reach(&cameras, &begun.scene)?;
+    // Not more than `MAX_FRAMES`.
+    let n_frames = cameras.len() as u32;
+    let [first, last] = args.film.frames.unwrap_or([1, n_frames]);
+    if first > n_frames {
+        return Err(Error::Usage(format!(
+            "--frames {first}…: the film has {}",
+            count(cameras.len(), "frame")
+        )));
+    }
+    let mut frames: Vec<(Frame, PathBuf)> = Vec::new();
+    for frame in first..=last.min(n_frames) {
+        let path = file_of_frame(output, frame, n_frames);
+        begun.refuse_overwriting(&[&path])?;
+        let skipped = args.film.resume && fs::metadata(&path).is_ok_and(|found| found.is_file());
+        let file = path.display().to_string();
+        frames.push((Frame { frame, file, skipped, drawn: None }, path));
+    }
+    let n_left = frames.iter().filter(|(frame, _)| !frame.skipped).count();
+    // So that a folder that isn't there is told before the work and not after it.
+    let created = |path: &Path| OutputFile::create(path, begun.format.needs_seek());
+    if let Some((_, path)) = frames.iter().find(|(frame, _)| !frame.skipped) {
+        drop(created(path)?);
+    }
+
+    let mut session = begun.session(args)?;
+    let plan = begun.plan()?;
+    let n_steps = plan.n_steps(&begun.pixels, begun.scene.is_lit());
+    let progress = Progress::of_frames(talk, &run.control, n_steps, n_left as u64);
+    let is_lit = begun.scene.is_lit();
+    let mut draw = |camera: &Camera, path: &Path| -> Result<Drawn> {
+        let start = Instant::now();
+        session.set_camera(camera.clone());
+        let pixels = Pixels { view: View::new(camera), ..begun.pixels };
+        let file = created(path)?;
+        let making = session.make_ready(&Rays::Pixels(pixels), plan.wants(), &run.control)?;
+        let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+        run.control.check()?;
+        // For each its own: what is put in its place is whole, and the next can still be stopped.
+        output::commit([file], &Control::default())?;
+        Ok(Drawn::new(&rendered, making, start.elapsed(), is_lit))
+    };
+    let mut done = Ok(());
+    let mut n_done = 0;
+    for (frame, path) in frames.iter_mut().filter(|(frame, _)| !frame.skipped) {
+        match draw(&cameras[frame.frame as usize - 1], path) {
+            Ok(drawn) => frame.drawn = Some(drawn),
+            Err(error) => {
+                done = Err(error);
+                break;
+            }
+        }
+        n_done += 1;
+    }
+    drop(progress);
+    if let Err(error) = done {
+        if n_done > 0 {
+            talk.say(&format!(
+                "{n_done} of {} are whole; --resume goes on with the others",
+                count(n_left, "frame")
+            ));
+        }
+        return Err(error);
+    }
+    output::commit(begun.beside, &run.control)?;
+
+    let ffmpeg = ffmpeg(output, n_frames, begun.format, [begun.pixels.width, begun.pixels.height]);
+    let frames: Vec<Frame> = frames.into_iter().map(|(frame, _)| frame).collect();
+    let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
+    if talk.json {
+        print_summary(
+            "render",
+            &Summary {
+                on: On::from(session.device()),
+                kernel: session.kernel().name(),
+                size: [begun.pixels.width, begun.pixels.height],
+                objects: Objects::from(&*begun.scene),
+                samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
+                n_frames,
+                frames,
+                bytes_device: session.bytes_device(),
+                ms: MsFilm { read: ms(begun.read), total: ms(run.start.elapsed()) },
+                ffmpeg: ffmpeg.clone(),
+            },
+        )?;
+    }
+    talk.say(&line);
+    if let Some(ffmpeg) = ffmpeg {
+        talk.say(&format!("as a film: {ffmpeg}"));
+    }
+    Ok(())
+}
+
+impl Drawn {
+    fn new(done: &Rendered, making: Making, total: Duration, is_lit: bool) -> Drawn {
+        Drawn {
+            rays: RayCounts::from(done.counts),
+            hits: done.hits,
+            shadow_rays: is_lit.then(|| done.shadow_rays.into()),
+            colors: is_lit.then_some(done.colors),
+            ms: Ms::new(None, making, done, total),
+        }
+    }
+}
+
+/// `out-0001.png … out-0036.png: 36 frames of 1280×720, …, all in 2.1 s`
+fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duration) -> String {
+    let n_skipped = frames.iter().filter(|frame| frame.skipped).count();
+    let files = match frames {
+        [] => String::new(),
+        [one] => name(Path::new(&one.file)),
+        [first, .., last] => {
+            [&first.file, &last.file].map(|file| Path::new(file).shown()).join(" … ")
+        }
+    };
+    let skipped = match n_skipped {
+        0 => String::new(),
+        n => format!(", {n} of them there already"),
+    };
+    format!(
+        "{files}: {} of {}{skipped}, {}, {} on {}, all in {}",
+        count(frames.len(), "frame"),
+        size(pixels),
+        objects(session.scene()),
+        session.kernel().name(),
+        session.device().label(),
+        human(total)
+    )
+}
+
+/// The command line that makes a film of the frames; `None` for files that ffmpeg does not read.
+fn ffmpeg(output: &Path, n_frames: u32, format: Format, size: [u32; 2]) -> Option<String> {
+    if format == Format::Npy {
+        return None;
+    }
+    let pattern = shell_quoted(&pattern_of_files(output, n_frames));
+    let film = shell_quoted(&output.with_extension("mp4"));
+    // The usual coding of colours takes even numbers of pixels.
+    let even = match size.iter().any(|side| side % 2 == 1) {
+        true => " -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2'",
+        false => "",
+    };
+    Some(format!("ffmpeg -framerate 25 -i {pattern}{even} -pix_fmt yuv420p {film}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_read() {
+        assert_eq!(parse_frames("10-20"), Ok([10, 20]));
+        assert_eq!(parse_frames("7"), Ok([7, 7]));
+        assert_eq!(parse_frames("7-"), Ok([7, u32::MAX]));
+        for wrong in ["", "-", "-5", "0-3", "5-4", "a-b", "1-2-3"] {
+            assert!(parse_frames(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_film_is_a_command_for_a_shell() {
+        let film = |output: &str, format| ffmpeg(output.as_ref(), 36, format, [64, 48]);
+        assert_eq!(
+            film("a/out.png", Format::Png).unwrap(),
+            "ffmpeg -framerate 25 -i a/out-%04d.png -pix_fmt yuv420p a/out.mp4"
+        );
+        assert!(film("it's.png", Format::Png).unwrap().contains("'it'\\''s-%04d.png'"));
+        let odd = film("it's\na\u{202e}.png", Format::Png).unwrap();
+        assert!(odd.contains(" $'it\\'s\\x0aa\\xe2\\x80\\xae-%04d.png' "), "{odd}");
+        assert_eq!(film("out.npy", Format::Npy), None);
+        let odd = ffmpeg("out.png".as_ref(), 36, Format::Png, [63, 48]).unwrap();
+        assert!(odd.contains(" -vf "), "{odd}");
+    }
+}

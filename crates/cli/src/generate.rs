@@ -1,0 +1,90 @@
+//! `kugelblitz generate`
+
+use std::iter::once;
+use std::path::{Path, PathBuf};
+
+use kugelblitz::generate::{Recipe, write_cloud, write_scene};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::Run;
+use crate::args::{Generate, GenerateArgs, GenerateCloudArgs};
+use crate::head::print_summary;
+use crate::output::{count, human, is_stdout, ms, name};
+use crate::progress::Progress;
+
+#[derive(Serialize)]
+struct Summary {
+    distribution: &'static str,
+    count: u64,
+    seed: u64,
+    file: PathBuf,
+    scene: Option<PathBuf>,
+    ms: Ms,
+}
+
+#[derive(Serialize)]
+struct Ms {
+    total: f64,
+}
+
+/// Makes what is asked for.
+pub fn run(args: &GenerateArgs, run: &Run) -> Result<()> {
+    match &args.what {
+        Generate::Cloud(args) => cloud(args, run),
+    }
+}
+
+fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
+    refuse_wrong_outputs(args)?;
+    let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
+    let recipe = Recipe { distribution, count: n, seed };
+    let create = |path: &PathBuf| OutputFile::create(path, false);
+    let mut file = create(&args.output)?;
+    let mut scene = args.scene.as_ref().map(create).transpose()?;
+    if let Some(scene) = &mut scene {
+        write_scene(scene, &args.output, &recipe)?;
+    }
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    write_cloud(&mut file, &recipe, &run.control)?;
+    drop(progress);
+    let took = run.start.elapsed();
+    if args.talk.json {
+        let summary = Summary {
+            distribution: distribution.name(),
+            count: n,
+            seed,
+            file: args.output.clone(),
+            scene: args.scene.clone(),
+            ms: Ms { total: ms(took) },
+        };
+        print_summary("generate", &summary)?;
+    }
+    output::commit([file].into_iter().chain(scene), &run.control)?;
+    args.talk.say(&format!(
+        "{}: {}, {}, seed {seed}, in {}",
+        name(&args.output),
+        count(n as usize, "sphere"),
+        distribution.name(),
+        human(took)
+    ));
+    Ok(())
+}
+
+fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {
+    let output = args.output.shown();
+    let to_stdout = is_stdout(&args.output);
+    if !to_stdout && args.output.extension().is_none_or(|ending| ending != "npy") {
+        return Err(Error::Usage(format!("{output}: a cloud is written as .npy; name it so")));
+    }
+    if to_stdout && args.scene.is_some() {
+        return Err(Error::Usage(
+            "--scene needs the name of the cloud's file; write the cloud to a file".into(),
+        ));
+    }
+    let outputs: Vec<&Path> = once(&*args.output).chain(args.scene.as_deref()).collect();
+    args.talk.refuse_json_beside(&outputs, "a file", "write to a file")?;
+    output::refuse_overwriting(&outputs, &[])
+}

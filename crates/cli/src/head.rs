@@ -1,0 +1,320 @@
+//! The JSON summaries: the head of each, and the parts that several have.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::CommandFactory;
+use kugelblitz::device::Device;
+use kugelblitz::gpu::AdapterFacts;
+use kugelblitz::render::Rendered;
+use kugelblitz::report::SCHEMA;
+use kugelblitz::scene::Scene;
+use kugelblitz::shade::ColorCounts;
+use kugelblitz::trace::StageCounts;
+use kugelblitz::{Error, Making, Result, Session};
+use serde::Serialize;
+
+use crate::Run;
+use crate::args::Cli;
+use crate::output::{human, json, ms, objects, print};
+use crate::show::JsonEntry;
+
+/// Every summary: its head, then the fields of the command.
+#[derive(Serialize)]
+struct Summary<'a, Fields> {
+    schema: u32,
+    version: &'static str,
+    /// `None` where the command line names none.
+    command: Option<&'a str>,
+    #[serde(flatten)]
+    fields: &'a Fields,
+}
+
+/// The summary of `command` as JSON.
+///
+/// # Errors
+/// As [`json`].
+pub fn summary(command: &'static str, fields: &impl Serialize) -> Result<Vec<u8>> {
+    let version = env!("CARGO_PKG_VERSION");
+    json(&Summary { schema: SCHEMA, version, command: Some(command), fields })
+}
+
+/// True once a summary is on standard output, which has one at most.
+static IS_PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// Prints the summary of `command`.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
+    IS_PRINTED.store(true, Ordering::Relaxed);
+    print(&summary(command, fields)?)
+}
+
+/// Prints the summary of a `command` that did its work and has found a failure, if any.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_verdict(
+    command: &'static str,
+    fields: &impl Serialize,
+    failure: Option<&Error>,
+) -> Result<()> {
+    print_summary(command, &Verdict { fields, failure: failure.map(Failure::from) })
+}
+
+#[derive(Serialize)]
+struct Verdict<'a, Fields> {
+    #[serde(flatten)]
+    fields: &'a Fields,
+    #[serde(flatten)]
+    failure: Option<Failure>,
+}
+
+/// What went wrong.
+#[derive(Serialize)]
+struct Failure {
+    error: String,
+    /// The exit code.
+    code: u8,
+    /// Of a scene error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<Place>,
+}
+
+/// The place of a scene error.
+#[derive(Serialize)]
+struct Place {
+    file: String,
+    /// From 1; 0 where the error is about the file as a whole.
+    line: usize,
+    column: usize,
+    /// The next step.
+    help: String,
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Failure {
+        let place = match error {
+            Error::Scene(error) => Some(Place {
+                file: error.path.display().to_string(),
+                line: error.line,
+                column: error.column,
+                help: error.help.clone(),
+            }),
+            _ => None,
+        };
+        Failure { error: error.to_string(), code: error.exit_code(), place }
+    }
+}
+
+/// Prints a failure as JSON where the command line asks for JSON and standard output has none yet. Where
+/// an output goes there (`-`), it is not said.
+pub fn failed_in_json(error: &Error) {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let has = |word: &str| arguments.iter().any(|argument| argument == word);
+    if !has("--json") || has("-") || IS_PRINTED.load(Ordering::Relaxed) {
+        return;
+    }
+    let first = arguments.first().and_then(|word| word.to_str());
+    let command = first.filter(|word| Cli::command().find_subcommand(word).is_some());
+    let failure = Summary {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION"),
+        command,
+        fields: &Failure::from(error),
+    };
+    // Who reads no failure has the exit code.
+    let _ = json(&failure).and_then(|text| print(&text));
+}
+
+/// The adapter and the kind of device that traced.
+#[derive(Serialize)]
+pub struct On {
+    adapter: Option<Adapter>,
+    device: &'static str,
+}
+
+#[derive(Serialize)]
+struct Adapter {
+    name: String,
+    #[serde(rename = "type")]
+    kind: &'static str,
+    driver: String,
+}
+
+impl From<&Device> for On {
+    fn from(device: &Device) -> On {
+        let adapter = |facts: &AdapterFacts| Adapter {
+            name: facts.name.clone(),
+            kind: facts.kind,
+            driver: facts.driver.clone(),
+        };
+        On { adapter: device.facts().map(adapter), device: device.kind() }
+    }
+}
+
+/// Objects of the scene.
+#[derive(Serialize)]
+pub struct Objects {
+    spheres: usize,
+    planes: usize,
+}
+
+impl From<&Scene> for Objects {
+    fn from(scene: &Scene) -> Objects {
+        Objects { spheres: scene.spheres.len(), planes: scene.planes.len() }
+    }
+}
+
+/// Rays, and how many each stage decided.
+#[derive(Serialize)]
+pub struct RayCounts {
+    total: u64,
+    #[serde(flatten)]
+    stages: StageCounts,
+}
+
+impl From<StageCounts> for RayCounts {
+    fn from(stages: StageCounts) -> RayCounts {
+        RayCounts { total: stages.total(), stages }
+    }
+}
+
+/// Milliseconds of all stages.
+#[derive(Serialize)]
+pub struct Ms {
+    /// Of a film's frame, nothing is read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    read: Option<f64>,
+    prepare: f64,
+    /// Building the hierarchy over many spheres, or fitting it to another view.
+    build: f64,
+    upload: f64,
+    compile: f64,
+    #[serde(flatten)]
+    stages: MsStages,
+    write: f64,
+    /// From the program's start, so with opening the device as well; of a film's frame, from its own.
+    total: f64,
+}
+
+impl Ms {
+    pub fn new(read: Option<Duration>, making: Making, done: &Rendered, total: Duration) -> Ms {
+        Ms {
+            read: read.map(ms),
+            prepare: ms(making.prepare),
+            build: ms(making.build),
+            upload: ms(making.upload),
+            compile: ms(making.compile),
+            stages: MsStages::from(done),
+            write: ms(done.write),
+            total: ms(total),
+        }
+    }
+}
+
+/// Milliseconds of tracing and colours.
+#[derive(Serialize)]
+pub struct MsStages {
+    trace: f64,
+    refine: f64,
+    decide: f64,
+    readback: f64,
+    /// Colours. Flat ones count only with the first picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shade: Option<f64>,
+}
+
+impl From<&Rendered> for MsStages {
+    fn from(Rendered { timing, shade, .. }: &Rendered) -> MsStages {
+        MsStages {
+            trace: ms(timing.trace),
+            refine: ms(timing.refine),
+            decide: ms(timing.decide),
+            readback: ms(timing.readback),
+            shade: Some(ms(*shade)),
+        }
+    }
+}
+
+impl MsStages {
+    /// Of another picture after the first one.
+    pub fn again(done: &Rendered) -> MsStages {
+        let stages = MsStages::from(done);
+        MsStages { shade: stages.shade.filter(|&shade| shade > 0.0), ..stages }
+    }
+}
+
+/// The summary of a traced picture or list of rays.
+#[derive(Serialize)]
+pub struct Traced {
+    #[serde(flatten)]
+    on: On,
+    kernel: &'static str,
+    /// Of a picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[u32; 2]>,
+    objects: Objects,
+    rays: RayCounts,
+    hits: u64,
+    /// Samples across and down a pixel, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Ways from samples to lamps, of a lit picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shadow_rays: Option<RayCounts>,
+    /// Its pixels by where their colours are from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colors: Option<ColorCounts>,
+    /// What the colours show, where they are not the objects' own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub show: Option<&'static str>,
+    /// What the colours mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub legend: Option<Vec<JsonEntry>>,
+    bytes_device: u64,
+    ms: Ms,
+    /// Of --repeat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ms_runs: Option<Vec<MsStages>>,
+}
+
+impl Traced {
+    /// The work of `session`, with the time that it took to read its input and to make it ready.
+    pub fn new(
+        session: &Session,
+        read: Duration,
+        making: Making,
+        done: &Rendered,
+        run: &Run,
+    ) -> Traced {
+        Traced {
+            on: On::from(session.device()),
+            kernel: session.kernel().name(),
+            size: None,
+            objects: Objects::from(&**session.scene()),
+            rays: RayCounts::from(done.counts),
+            hits: done.hits,
+            samples: None,
+            shadow_rays: None,
+            colors: None,
+            show: None,
+            legend: None,
+            bytes_device: session.bytes_device(),
+            ms: Ms::new(Some(read), making, done, run.start.elapsed()),
+            ms_runs: None,
+        }
+    }
+}
+
+/// `3 spheres, 1 plane, certified on the CPU, in 24 ms`, all that the user waited for.
+pub fn traced_in_words(session: &Session, run: &Run) -> String {
+    format!(
+        "{}, {} on {}, in {}",
+        objects(session.scene()),
+        session.kernel().name(),
+        session.device().label(),
+        human(run.start.elapsed())
+    )
+}

@@ -1,0 +1,357 @@
+//! `kugelblitz judge`
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, ValueEnum};
+use kugelblitz::judge::{
+    self, Allowed, Case, Claims, Conventions, Finding, NormalSide, NormalSpace, PartFound,
+    Quantity, RAY_BYTES, error_picture, hint, in_words, pixels_of,
+};
+use kugelblitz::memory;
+use kugelblitz::output;
+use kugelblitz::picture::{Image, read_image};
+use kugelblitz::plain::Shown as _;
+use kugelblitz::rays::{Pixels, read_rays};
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::{Error, Result, Session};
+use serde::Serialize;
+
+use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};
+use crate::compare::{begin_picture, write_picture};
+use crate::head::{Objects, On, print_verdict};
+use crate::output::{count, objects, print_text, shell_quoted};
+use crate::progress::Progress;
+use crate::render::size;
+use crate::{Run, device, scene};
+
+/// Hold another renderer's picture or hits against exact arithmetic
+///
+/// FILE has ids, depths, normals, or the objects' own colours: an OpenEXR file with the channels id, Z or
+/// N.X…, a structured NumPy array with the fields id, t, normal, a plain NumPy array (say with --as what it
+/// tells), or a PNG of the unlit objects. Its size is the picture's. Each pixel is judged, at a silhouette
+/// or away from it: it is at one where any of its eight neighbours sees another object. Exit code 6 beyond
+/// --allow.
+#[derive(Args)]
+pub struct JudgeArgs {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// The other renderer's picture or hits
+    #[arg(long, value_name = "FILE")]
+    pub against: PathBuf,
+    /// What FILE tells: id, depth (along the view axis), distance (from the eye), zbuffer, normal, color;
+    /// several with commas [default: what its channels' names say]
+    #[arg(long = "as", value_name = "WHAT", value_delimiter = ',')]
+    pub quantities: Vec<Quantity>,
+    /// The channel or field of FILE that tells it, where the name doesn't; of normals what stands before .X
+    #[arg(long, value_name = "NAME", requires = "quantities")]
+    pub channel: Option<String>,
+    /// FILE has hits of these rays: .npy, shape (N, 6), as for `trace`
+    #[arg(long, value_name = "RAYS.npy", conflicts_with_all = ["size", "crop", "output"])]
+    pub rays: Option<PathBuf>,
+    /// Added to FILE's ids to make them count from 1, e.g. 1 for those of Embree
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    pub id_offset: i64,
+    /// The id of the background [default: -1 and 4294967295, and what is 0 with --id-offset]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    pub no_hit: Option<i64>,
+    /// The depth of the background, beside infinity: 0, 1e10, the far plane
+    #[arg(long, value_name = "DEPTH", allow_negative_numbers = true)]
+    pub background: Option<f64>,
+    /// Length of FILE's unit of depth in the scene's: 0.001 for millimetres, -1 for depths below 0
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = scale)]
+    pub scale: f64,
+    /// The near plane of a z-buffer; where it is farther than --far, the buffer is reversed
+    #[arg(long, value_name = "DISTANCE", requires = "far", value_parser = plane)]
+    pub near: Option<f64>,
+    /// The far plane of a z-buffer; may be inf
+    #[arg(long, value_name = "DISTANCE", requires = "near", value_parser = plane)]
+    pub far: Option<f64>,
+    /// Which of their two directions FILE's normals have
+    #[arg(long, value_enum, default_value_t = Normals::Facing)]
+    pub normals: Normals,
+    /// The axes of FILE's normals: the world's, or the camera's right, up and back
+    #[arg(long, value_enum, default_value_t = Space::World)]
+    pub normal_space: Space,
+    /// How far a byte of an object's colour may be off
+    #[arg(long, value_name = "LEVELS", default_value_t = Conventions::COLOR_TOLERANCE)]
+    pub color_tolerance: u8,
+    /// FILE's first row is the lowest
+    #[arg(long)]
+    pub rows_from_below: bool,
+    /// What is still right: shares of wrong ids, the errors of t (ulp or relative) and normals (degrees),
+    /// e.g. ids=0.01%,silhouettes=5%,t=2ulp,normal=0.1; each may be `any` [default: what certified itself
+    /// promises]
+    #[arg(long, value_name = "WHAT")]
+    pub allow: Option<Allowed>,
+    /// Pixels of each kind of error to show, the worst first
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub worst: usize,
+    /// Also write a picture of the errors (.png): false hits red, false misses orange, other objects
+    /// yellow, errors of t and normals blue
+    #[arg(short, long, value_name = "ERROR.png")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// The direction of normals.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Normals {
+    /// Towards the ray.
+    Facing,
+    /// Out of a sphere, and as the scene gives it for a plane.
+    Outward,
+    /// Any of the two.
+    Either,
+}
+
+/// The axes of normals.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Space {
+    /// The world's.
+    World,
+    /// The camera's.
+    Camera,
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(scale) if scale.is_finite() && scale != 0.0 => Ok(scale),
+        _ => Err("give a length other than 0, e.g. 0.001".into()),
+    }
+}
+
+fn plane(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(distance) if distance > 0.0 => Ok(distance),
+        _ => Err("give a distance above 0, e.g. 0.1, or inf".into()),
+    }
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    #[serde(flatten)]
+    on: On,
+    against: String,
+    format: &'static str,
+    /// Of a picture.
+    size: Option<[u32; 2]>,
+    /// Left column, top row, width and height of a part.
+    crop: Option<[u32; 4]>,
+    objects: Objects,
+    rays: usize,
+    judged: Vec<&'static str>,
+    allowed: String,
+    away: PartFound,
+    /// Of a picture.
+    silhouettes: Option<PartFound>,
+    worst: Vec<Shown<'a>>,
+    hint: Option<String>,
+    broken: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Shown<'a> {
+    #[serde(flatten)]
+    finding: &'a Finding,
+    /// The command that shows why.
+    explain: String,
+}
+
+/// Judges another renderer's results.
+pub fn run(args: &JudgeArgs, run: &Run) -> Result<()> {
+    let inputs = [Some(&args.scene), Some(&args.against), args.rays.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let begin = |output: &PathBuf| begin_picture(output, &inputs, &args.talk);
+    let file = args.output.as_ref().map(begin).transpose()?;
+    let scene = scene::read(&args.scene, &args.talk, run)?;
+    let conventions = conventions(args)?;
+    let image = read_image(&args.against)?;
+    let rays = match &args.rays {
+        Some(rays) => Rays::List(read_rays(rays, &run.control)?),
+        None => Rays::Pixels(pixels(args, &scene, &image)?),
+    };
+    let n = rays.len();
+    if image.len() != n {
+        return Err(Error::Usage(format!(
+            "{}: {} for {}; give the file that belongs to these rays",
+            args.against.shown(),
+            count(image.len(), "result"),
+            count(n, "ray")
+        )));
+    }
+    let advice = "judge a part of the picture with --crop";
+    memory::require(format!("judging {n} rays"), (n as u64).saturating_mul(RAY_BYTES), advice)?;
+    let view = match &rays {
+        Rays::Pixels(pixels) => Some(pixels.view),
+        Rays::List(_) => None,
+    };
+    let claims = Claims::new(image.clone(), &conventions, view.as_ref())?;
+    let warning = judge::check_colors(&scene, &claims, &args.scene.shown())?;
+    warning.iter().for_each(|warning| args.talk.warn(warning));
+
+    let (choice, kernel) = (&args.device.device, Kernel::Certified);
+    let device = device::open_for(choice, kernel, &scene, n, &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, kernel);
+    let progress = Progress::start(&args.talk, &run.control, 2 * n as u64);
+    let truth = judge::truth(&mut session, &rays, &run.control)?;
+    drop(progress);
+    let judgement = judge::judge(&scene, &rays, &truth, &claims)?;
+    let allowed = args.allow.unwrap_or_default();
+    let broken = allowed.broken(&judgement);
+    let failure = (!broken.is_empty()).then(|| Error::Comparison(broken.join("; ")));
+    let hint = match broken.is_empty() {
+        true => None,
+        false => {
+            let other = (&image, &conventions, view.as_ref());
+            hint(&scene, &rays, &truth, other, (&claims, &judgement))?
+        }
+    };
+    run.control.check()?;
+    let file = match (file, &rays) {
+        (Some(file), Rays::Pixels(pixels)) => {
+            let size = [pixels.width, pixels.height];
+            Some(write_picture(file, size, &error_picture(&judgement))?)
+        }
+        _ => None,
+    };
+
+    let case = Case { scene: &scene, rays: &rays, truth: &truth, claims: &claims };
+    let worst = case.worst(&judgement, &allowed, args.worst);
+    let how = |finding: &Finding| explain(&args.scene, &rays, finding.ray);
+    let judged: Vec<&str> = claims.quantities.iter().map(|quantity| quantity.name()).collect();
+    if args.talk.json {
+        let (size, crop) = match &rays {
+            Rays::Pixels(p) => {
+                let is_part = (p.width, p.height) != (p.image_width, p.image_height);
+                let crop = is_part.then_some([p.x, p.y, p.width, p.height]);
+                (Some([p.image_width, p.image_height]), crop)
+            }
+            Rays::List(_) => (None, None),
+        };
+        let silhouettes = size.map(|_| case.part(&judgement.silhouettes));
+        let summary = Summary {
+            on: On::from(session.device()),
+            against: args.against.display().to_string(),
+            format: image.format,
+            size,
+            crop,
+            objects: Objects::from(&*scene),
+            rays: n,
+            judged,
+            allowed: allowed.to_string(),
+            away: case.part(&judgement.away),
+            silhouettes,
+            worst: worst.iter().map(|finding| Shown { finding, explain: how(finding) }).collect(),
+            hint,
+            broken: broken.clone(),
+        };
+        print_verdict("judge", &summary, failure.as_ref())?;
+    } else {
+        let what = match &rays {
+            Rays::Pixels(pixels) => size(pixels),
+            Rays::List(_) => count(n, "ray"),
+        };
+        let mut text = format!(
+            "{}: {what}, {} against exact arithmetic on {} ({})\n\n",
+            args.against.shown(),
+            judged.join(", "),
+            args.scene.shown(),
+            objects(&scene)
+        );
+        text += &case.table(&judgement);
+        text += &in_words(&worst, how);
+        if let Some(options) = &hint {
+            text += &format!("\nfar more of it would be right with {options}\n");
+        }
+        text += &format!("\nallowed: {allowed}{}\n", if broken.is_empty() { ": kept" } else { "" });
+        print_text(&text)?;
+    }
+    output::commit(file, &run.control)?;
+    failure.map_or(Ok(()), Err)
+}
+
+fn conventions(args: &JudgeArgs) -> Result<Conventions> {
+    let near_far = args.near.zip(args.far).map(|(near, far)| [near, far]);
+    if let Some([near, far]) = near_far.filter(|[near, far]| near == far) {
+        let message = format!("--near {near} --far {far}: there is nothing between these planes");
+        return Err(Error::Usage(message));
+    }
+    Ok(Conventions {
+        quantities: args.quantities.clone(),
+        channel: args.channel.clone(),
+        id_offset: args.id_offset,
+        no_hit: args.no_hit,
+        background: args.background,
+        scale: args.scale,
+        near_far,
+        normal_side: match args.normals {
+            Normals::Facing => NormalSide::Facing,
+            Normals::Outward => NormalSide::Outward,
+            Normals::Either => NormalSide::Either,
+        },
+        normal_space: match args.normal_space {
+            Space::World => NormalSpace::World,
+            Space::Camera => NormalSpace::Camera,
+        },
+        color_tolerance: args.color_tolerance,
+        rows_from_below: args.rows_from_below,
+    })
+}
+
+/// The pixels that the file shows.
+fn pixels(args: &JudgeArgs, scene: &Scene, image: &Image) -> Result<Pixels> {
+    let path = args.against.shown();
+    if image.is_list {
+        return Err(Error::Usage(format!(
+            "{path}: a list of {}; give the rays that they are of with --rays",
+            count(image.width, "result")
+        )));
+    }
+    let own = [image.width, image.height];
+    let is_whole = image.whole == own && image.first == [0, 0];
+    let of_file = image.whole.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    if let Some([_, _, width, height]) = args.size.crop {
+        if [width as usize, height as usize] != own {
+            return Err(Error::Usage(format!(
+                "{path}: {}×{} pixels, but --crop has {width}×{height}",
+                own[0], own[1]
+            )));
+        }
+        let size = args.size.whole.size.or((!is_whole).then_some(of_file));
+        let size = SizeArgs { whole: WholeArgs { size }, crop: args.size.crop };
+        return size.pixels(scene, &args.scene);
+    }
+    let size = args.size.whole.size.unwrap_or(of_file);
+    if size != of_file {
+        return Err(Error::Usage(format!(
+            "{path}: {}×{} pixels, but --size has {}×{}; say with --crop which part of it they are",
+            of_file[0], of_file[1], size[0], size[1]
+        )));
+    }
+    pixels_of(image, WholeArgs { size: Some(size) }.pixels(scene, &args.scene)?)
+}
+
+/// The command that shows why a ray sees what it sees.
+fn explain(scene: &Path, rays: &Rays, ray: usize) -> String {
+    let scene = shell_quoted(scene);
+    match rays {
+        Rays::Pixels(pixels) => {
+            let (x, y) = pixels.xy(ray);
+            let (w, h) = (pixels.image_width, pixels.image_height);
+            format!("kugelblitz explain {scene} --pixel {x},{y} --size {w}x{h}")
+        }
+        Rays::List(rays) => {
+            let Ray { origin, direction } = rays[ray];
+            let numbers = [origin.to_array(), direction.to_array()].concat();
+            let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+            format!("kugelblitz explain {scene} --ray={}", numbers.join(","))
+        }
+    }
+}

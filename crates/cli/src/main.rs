@@ -1,0 +1,169 @@
+//! The program `kugelblitz`: parse, run, print the error, exit code.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+mod args;
+mod check;
+mod compare;
+mod complain;
+mod completions;
+mod device;
+mod digest;
+mod excerpt;
+mod explain;
+mod export;
+mod figure;
+mod film;
+mod generate;
+mod head;
+mod info;
+mod judge;
+mod man;
+mod manual;
+mod options;
+mod output;
+mod picture;
+mod probe;
+#[cfg_attr(windows, path = "process_windows.rs")]
+mod process;
+mod progress;
+mod quiet;
+mod render;
+mod report;
+mod scene;
+mod show;
+mod trace;
+mod verify;
+mod version;
+#[cfg(feature = "view")]
+mod view;
+
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use kugelblitz::control::Control;
+use kugelblitz::{Error, Result};
+
+use args::{Cli, Command};
+use complain::{complain, complain_about_usage};
+use head::failed_in_json;
+use output::talk;
+use process::exit_at_once;
+
+/// One run of the program, from its start.
+pub struct Run {
+    /// When it began.
+    pub start: Instant,
+    /// Counts its rays and stops it.
+    pub control: Arc<Control>,
+}
+
+fn main() -> ExitCode {
+    let run = Run { start: Instant::now(), control: Arc::new(Control::default()) };
+    stop_on_interrupt(Arc::clone(&run.control));
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return ExitCode::from(complain_about_usage(&error)),
+    };
+    let writes = cli.command.writes_files();
+    WRITES.store(writes, Ordering::Relaxed);
+    let result = start_threads().and_then(|()| dispatch(cli.command, &run));
+    // What was cancelled is not done, even where nothing noticed.
+    ExitCode::from(match run.control.check().and(result) {
+        Ok(()) => end(0, || {}),
+        Err(error) => end(error.exit_code(), || {
+            complain(&error, writes);
+            failed_in_json(&error);
+        }),
+    })
+}
+
+/// What a thread sets aside of the address space is so before anything measures how much is left.
+fn start_threads() -> Result<()> {
+    let touch = |_| drop(std::hint::black_box(vec![0_u8; 64]));
+    rayon::ThreadPoolBuilder::new().start_handler(touch).build_global().map_err(|error| {
+        let advice = "set RAYON_NUM_THREADS to fewer, or raise the limits (`ulimit`)";
+        Error::TooLarge(format!("the threads can't be started ({error}): {advice}"))
+    })
+}
+
+fn dispatch(command: Command, run: &Run) -> Result<()> {
+    match command {
+        Command::Render(args) => render::run(&args, run),
+        Command::Verify(args) => verify::run(&args, run),
+        Command::Check(args) => check::run(&args, run),
+        Command::Trace(args) => trace::run(&args, run),
+        Command::Explain(args) => explain::run(&args, run),
+        Command::Judge(args) => judge::run(&args, run),
+        Command::Compare(args) => compare::run(&args, run),
+        Command::Info(args) => info::run(&args),
+        Command::Report(args) => report::run(&args, run),
+        Command::Export(args) => export::run(&args, run),
+        Command::Figure(args) => figure::run(&args, run),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(&args, run),
+        #[cfg(not(feature = "view"))]
+        Command::View(_) => Err(kugelblitz::Error::Usage(
+            "this program has no window; `cargo build --release --features view` builds one that has"
+                .into(),
+        )),
+        Command::Generate(args) => generate::run(&args, run),
+        Command::Digest(args) => digest::run(&args, run),
+        Command::Probe(args) => probe::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args, run),
+    }
+}
+
+/// True once the command is known and has output files.
+static WRITES: AtomicBool = AtomicBool::new(false);
+
+/// The exit code, once it is known.
+static CODE: OnceLock<u8> = OnceLock::new();
+
+/// Settles the exit code with these last words, or gives the one that is settled already.
+fn end(code: u8, last_words: impl FnOnce()) -> u8 {
+    if CODE.set(code).is_ok() {
+        last_words();
+    }
+    *CODE.get_or_init(|| code)
+}
+
+/// What the work may take to end by itself. The rest of the promised second is the system's.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Ctrl-C and SIGTERM let the work end by itself, and end it where that takes too long: drivers that
+/// compile, pipes that nobody opens and other people's code know nothing of a [`Control`]. Nothing
+/// half done stays behind, as cancelled work changes no output file. Once the outputs are being put in
+/// their places it is too late; only a second one, if that should hang, is then heard.
+fn stop_on_interrupt(control: Arc<Control>) {
+    let mut was_late = false;
+    let stop = move || {
+        if control.cancel() {
+            std::thread::sleep(PATIENCE);
+        } else if !std::mem::replace(&mut was_late, true) {
+            return;
+        }
+        stop_now(&control);
+    };
+    if let Err(error) = ctrlc::set_handler(stop) {
+        // The program does its work without it too; Ctrl-C then kills it.
+        talk(&format!("warning: Ctrl-C can't be handled: {error}"));
+    }
+}
+
+/// Says nothing on standard output, where the work may be in the midst of a word.
+fn stop_now(control: &Control) -> ! {
+    let interrupted = Error::Interrupted;
+    exit_at_once(end(interrupted.exit_code(), || {
+        kugelblitz::output::remove_unfinished();
+        quiet::break_off();
+        match control.is_cancelled() {
+            true => complain(&interrupted, WRITES.load(Ordering::Relaxed)),
+            false => talk("error: interrupted while output files were put in their places"),
+        }
+    }))
+}

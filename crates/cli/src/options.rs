@@ -1,0 +1,155 @@
+//! The values that options take.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
+use kugelblitz::explain::Lang;
+use kugelblitz::export::Language;
+use kugelblitz::generate::Distribution;
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{ImageSize, Scene};
+use kugelblitz::trace::{Kernel, Ray};
+use kugelblitz::{Error, Result};
+
+use crate::args::{SizeArgs, WholeArgs};
+
+/// The kernel without --kernel.
+pub const DEFAULT_KERNEL: Kernel = Kernel::Certified;
+
+/// The picture size where neither the command line nor the scene has one.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// Takes the names of the kernels.
+pub fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
+    parser_of(Kernel::ALL, Kernel::name)
+}
+
+/// Takes the names of [`Language::ALL`].
+pub fn language_parser() -> impl TypedValueParser<Value = Language> {
+    parser_of(Language::ALL, Language::name)
+}
+
+/// Takes the names of [`Lang::ALL`].
+pub fn lang_parser() -> impl TypedValueParser<Value = Lang> {
+    parser_of(Lang::ALL, Lang::name)
+}
+
+/// Takes the names of [`Distribution::ALL`].
+pub fn distribution_parser() -> impl TypedValueParser<Value = Distribution> {
+    parser_of(Distribution::ALL, Distribution::name)
+}
+
+/// Takes the names of `all`.
+pub fn parser_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name_of: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(name_of)).try_map(move |name| {
+        all.into_iter().find(|&one| name_of(one) == name).ok_or(format!("there is no {name}"))
+    })
+}
+
+/// Reads `WxH`, in pixels.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']);
+    match parts.and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?])) {
+        Some(size) if !size.contains(&0) => Ok(size),
+        _ => Err("give width x height in whole pixels, e.g. 1920x1080".into()),
+    }
+}
+
+/// Reads `X,Y,W,H`, in pixels.
+pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
+    match numbers(text) {
+        Some(crop @ [_, _, width, height]) if width > 0 && height > 0 => Ok(crop),
+        _ => Err("give left column, top row, width and height in whole pixels, e.g. \
+                  100,50,640,360"
+            .into()),
+    }
+}
+
+/// Reads a distance, finite and not negative.
+pub fn parse_epsilon(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(epsilon) if epsilon.is_finite() && epsilon >= 0.0 => Ok(epsilon),
+        _ => Err("give a distance, 0 or more, e.g. 1e-4".into()),
+    }
+}
+
+/// Reads `X,Y`, in pixels, in the picture or not.
+pub fn parse_pixel(text: &str) -> Result<[i64; 2], String> {
+    numbers(text).ok_or("give column and row in whole pixels, e.g. 640,360".into())
+}
+
+/// Reads `OX,OY,OZ,DX,DY,DZ`, which may point nowhere.
+pub fn parse_ray(text: &str) -> Result<Ray, String> {
+    let [ox, oy, oz, dx, dy, dz] = numbers(text)
+        .ok_or("give six numbers, the origin's and the direction's, e.g. 0,1,6,0,0,-1")?;
+    Ok(Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz) })
+}
+
+/// Numbers between commas.
+pub fn numbers<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let numbers: Option<Vec<T>> =
+        text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
+/// Refuses a picture that is too large, whatever the memory.
+///
+/// # Errors
+/// [`Error::TooLarge`]
+pub fn check_size([width, height]: [u32; 2]) -> Result<[u32; 2]> {
+    if width.max(height) > ImageSize::MAX_SIDE {
+        return Err(Error::TooLarge(format!(
+            "--size {width}x{height}: a picture has at most {} pixels a side; render several \
+             with different cameras",
+            ImageSize::MAX_SIDE
+        )));
+    }
+    Ok([width, height])
+}
+
+impl WholeArgs {
+    /// All pixels of the picture: of the command line's size, else the scene's, else 1280 × 720.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] without a camera in the scene at `path`, [`Error::TooLarge`].
+    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
+        let view = View::new(scene.require_camera(path)?);
+        let of_scene = scene.image.map(|image| [image.width, image.height]);
+        let [width, height] = check_size(self.size.or(of_scene).unwrap_or(DEFAULT_SIZE))?;
+        Ok(Pixels::whole(view, width, height))
+    }
+}
+
+impl SizeArgs {
+    /// Cuts `pixels` down to --crop.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when it reaches beyond the picture.
+    fn cut(&self, pixels: Pixels) -> Result<Pixels> {
+        let Some([x, y, width, height]) = self.crop else { return Ok(pixels) };
+        let fits = |start: u32, length: u32, whole: u32| {
+            start.checked_add(length).is_some_and(|end| end <= whole)
+        };
+        if !fits(x, width, pixels.image_width) || !fits(y, height, pixels.image_height) {
+            return Err(Error::Usage(format!(
+                "--crop {x},{y},{width},{height} is not inside the picture of {}x{} pixels",
+                pixels.image_width, pixels.image_height
+            )));
+        }
+        Ok(Pixels { x, y, width, height, ..pixels })
+    }
+
+    /// The pixels that the options, else the scene at `path`, ask for.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] without a camera, [`Error::TooLarge`] and [`Error::Usage`] for a size or
+    /// crop that can't be.
+    pub fn pixels(&self, scene: &Scene, path: &Path) -> Result<Pixels> {
+        self.cut(self.whole.pixels(scene, path)?)
+    }
+}

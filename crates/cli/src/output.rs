@@ -1,0 +1,182 @@
+//! Data to standard output, talk to standard error.
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use kugelblitz::output::OutputFile;
+use kugelblitz::plain::{Shown, plain, plain_json, steers};
+use kugelblitz::scene::Scene;
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::args::TalkArgs;
+
+/// Standard output as errors call it.
+pub const STDOUT: &str = OutputFile::STDOUT_IN_WORDS;
+
+/// `-` on the command line.
+pub fn is_stdout(output: &Path) -> bool {
+    output == Path::new(OutputFile::STDOUT)
+}
+
+/// An output's name for people.
+pub fn name(output: &Path) -> String {
+    if is_stdout(output) { STDOUT.into() } else { output.shown() }
+}
+
+/// A path as a shell takes it.
+pub fn shell_quoted(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "%+,-./:=@_".contains(c);
+    if !path.is_empty() && path.chars().all(is_plain) && !path.starts_with('-') {
+        return path.into_owned();
+    }
+    let start = if path.starts_with('-') { "./" } else { "" };
+    let is_odd = |c: char| steers(c) || matches!(c, '\n' | '\t');
+    if !path.contains(is_odd) {
+        return format!("'{start}{}'", path.replace('\'', "'\\''"));
+    }
+    let mut quoted = format!("$'{start}");
+    for c in path.chars() {
+        match c {
+            '\\' | '\'' => quoted.extend(['\\', c]),
+            _ if is_odd(c) => {
+                let bytes = c.to_string().into_bytes();
+                quoted.extend(bytes.iter().map(|byte| format!("\\x{byte:02x}")));
+            }
+            _ => quoted.push(c),
+        }
+    }
+    quoted + "'"
+}
+
+/// Prints data.
+///
+/// # Errors
+/// [`Error::Io`], for one when nobody reads any more.
+pub fn print(data: &[u8]) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(data).and_then(|()| stdout.flush()).map_err(Error::io(STDOUT))
+}
+
+/// Prints text for people, with nothing in it that steers a terminal.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_text(text: &str) -> Result<()> {
+    print(plain(text).as_bytes())
+}
+
+/// Prints lines for people to standard error, with nothing in them that steers a terminal. Where
+/// nobody reads them, all goes on without.
+pub fn talk(lines: &str) {
+    talk_in_colour(&plain(lines));
+}
+
+/// As [`talk`], for lines with colours of the program's own, whose foreign parts are [`plain`].
+pub fn talk_in_colour(lines: &str) {
+    // At once: other threads and the driver write there too.
+    let _ = std::io::stderr().write_all(format!("{lines}\n").as_bytes());
+}
+
+/// One JSON object, for people to read as well.
+///
+/// # Errors
+/// [`Error::Io`], for a map whose keys are no text.
+pub fn json(object: &impl Serialize) -> Result<Vec<u8>> {
+    json_line(serde_json::to_string_pretty(object))
+}
+
+fn json_line(text: serde_json::Result<String>) -> Result<Vec<u8>> {
+    let text = text.map_err(std::io::Error::from).map_err(Error::io(STDOUT))?;
+    Ok((plain_json(&text).into_owned() + "\n").into_bytes())
+}
+
+/// Prints one JSON object on a line of its own.
+///
+/// # Errors
+/// As [`print`].
+#[cfg(feature = "view")]
+pub fn printed_line(object: &impl Serialize) -> Result<()> {
+    print(&json_line(serde_json::to_string(object))?)
+}
+
+impl TalkArgs {
+    /// Says a line that every run is worth.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            talk(line);
+        }
+    }
+
+    /// Says a line that only --verbose asks for.
+    pub fn note(&self, line: &str) {
+        if self.verbose {
+            talk(&format!("note: {line}"));
+        }
+    }
+
+    /// Says a line that the user must know even with --quiet.
+    pub fn warn(&self, line: &str) {
+        talk(&format!("warning: {line}"));
+    }
+
+    /// Refuses --json where an output, `the picture` for one, goes to standard output too.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], with advice.
+    pub fn refuse_json_beside(&self, outputs: &[&Path], what: &str, advice: &str) -> Result<()> {
+        if self.json && outputs.iter().any(|output| is_stdout(output)) {
+            let message = format!("{what} and --json can't both go to standard output; {advice}");
+            return Err(Error::Usage(message));
+        }
+        Ok(())
+    }
+}
+
+/// Milliseconds for reports, to the microsecond.
+pub fn ms(duration: Duration) -> f64 {
+    duration.as_micros() as f64 / 1e3
+}
+
+/// `24 ms`, `1.3 s`, `2 min 5 s`: as exact as a person wants it.
+pub fn human(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64();
+    if seconds < 0.01 {
+        format!("{:.1} ms", seconds * 1e3)
+    } else if seconds < 1.0 {
+        format!("{:.0} ms", seconds * 1e3)
+    } else if seconds < 120.0 {
+        format!("{seconds:.1} s")
+    } else {
+        let seconds = duration.as_secs();
+        format!("{} min {} s", seconds / 60, seconds % 60)
+    }
+}
+
+/// `built 1.2 s, `, or nothing where no hierarchy was built.
+pub fn built(time: Duration) -> String {
+    if time.is_zero() { String::new() } else { format!("built {}, ", human(time)) }
+}
+
+/// `3 spheres, 1 plane`
+pub fn objects(scene: &Scene) -> String {
+    format!("{}, {}", count(scene.spheres.len(), "sphere"), count(scene.planes.len(), "plane"))
+}
+
+/// `1 plane`, `2 planes`
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// `12 bytes`, `4.0 KiB`, `1.5 MiB`
+pub fn bytes(n: u64) -> String {
+    let n_f64 = n as f64;
+    match n {
+        0..1024 => format!("{n} bytes"),
+        1024..0x10_0000 => format!("{:.1} KiB", n_f64 / 1024.0),
+        0x10_0000..0x4000_0000 => format!("{:.1} MiB", n_f64 / f64::from(1 << 20)),
+        _ => format!("{:.1} GiB", n_f64 / f64::from(1 << 30)),
+    }
+}

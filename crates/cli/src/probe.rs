@@ -1,0 +1,157 @@
+//! `kugelblitz probe`
+
+use std::fmt::Write;
+
+use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
+use kugelblitz::{Error, Result, memory};
+use serde::Serialize;
+
+use crate::args::ProbeArgs;
+use crate::head::print_verdict;
+use crate::output::{bytes, print_text};
+use crate::quiet::{self, quietly};
+
+#[derive(Serialize)]
+struct Summary {
+    adapters: Vec<Probed>,
+}
+
+/// An adapter and what its arithmetic really does.
+#[derive(Serialize)]
+struct Probed {
+    #[serde(flatten)]
+    facts: AdapterFacts,
+    arithmetic: Option<Measured>,
+    /// Why the arithmetic could not be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failure: Option<String>,
+}
+
+/// The findings of the self-test.
+#[derive(Serialize)]
+struct Measured {
+    f32: Arithmetic,
+    f64: Option<Arithmetic>,
+    /// True where the certified kernel's f32 stage runs on this device, rather than on the CPU.
+    certified_on_device: bool,
+}
+
+impl Probed {
+    fn new(facts: AdapterFacts) -> Probed {
+        let gpu = Gpu::open(&Pick::Named(facts.name.clone()));
+        let (arithmetic, failure) = match gpu.and_then(|gpu| measure(&gpu)) {
+            Ok(measured) => (Some(measured), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        Probed { facts, arithmetic, failure }
+    }
+}
+
+fn measure(gpu: &Gpu) -> Result<Measured> {
+    let f32 = gpu.arithmetic()?;
+    let f64 = gpu.arithmetic_f64()?;
+    Ok(Measured { f32, f64, certified_on_device: f32.suits_filter() })
+}
+
+/// Lists the adapters, the best first.
+pub fn run(args: &ProbeArgs) -> Result<()> {
+    memory::require_device()?;
+    let (adapters, noise): (Vec<Probed>, _) =
+        quietly(|| list_adapters().into_iter().map(Probed::new).collect());
+    if args.talk.verbose || adapters.is_empty() {
+        quiet::show(&noise, args.talk.verbose);
+    }
+    let failure = adapters.is_empty().then(|| {
+        Error::NoAdapter(
+            "no Vulkan device found: install a Vulkan driver (Debian: `apt install \
+             mesa-vulkan-drivers` brings a software one); `--device cpu` works without"
+                .into(),
+        )
+    });
+    if args.talk.json {
+        print_verdict("probe", &Summary { adapters }, failure.as_ref())?;
+    } else {
+        let text: Vec<String> = adapters.iter().map(describe).collect();
+        print_text(&text.join("\n"))?;
+    }
+    failure.map_or(Ok(()), Err)
+}
+
+fn describe(probed: &Probed) -> String {
+    let facts = &probed.facts;
+    let kind = match facts.is_software() {
+        true => "software: its shaders run on the CPU",
+        false => facts.kind,
+    };
+    let lines = [
+        ("type", kind.to_string()),
+        ("driver", facts.driver.clone()),
+        ("f64 in shaders", yes_or_no(facts.f64).into()),
+        (
+            "NoContraction",
+            match facts.passthrough {
+                true => "yes: shaders are passed through as they are".into(),
+                false => {
+                    "no: shaders go the ordinary way, where the driver may rearrange".to_string()
+                }
+            },
+        ),
+        ("largest binding", bytes(facts.max_binding_bytes)),
+        ("largest buffer", bytes(facts.max_buffer_bytes)),
+        ("workgroups an axis", facts.max_workgroups.to_string()),
+        ("texels a side", facts.max_texture_side.to_string()),
+    ];
+    let mut text = format!("{}\n", facts.name);
+    let arithmetic = match (&probed.arithmetic, &probed.failure) {
+        (Some(measured), _) => describe_arithmetic(measured),
+        (None, failure) => {
+            vec![("arithmetic", format!("not measured: {}", failure.as_deref().unwrap_or("?")))]
+        }
+    };
+    for (what, value) in lines.into_iter().chain(arithmetic) {
+        let _ = writeln!(text, "  {what:<19} {value}");
+    }
+    text
+}
+
+fn describe_arithmetic(measured: &Measured) -> Vec<(&'static str, String)> {
+    let mut lines = vec![
+        ("certified kernel", measured.f32.filter_in_words().to_string()),
+        ("f32, measured", measured.f32.to_string()),
+    ];
+    if let Some(f64) = &measured.f64 {
+        lines.push(("f64, measured", f64.to_string()));
+    }
+    lines
+}
+
+fn yes_or_no(yes: bool) -> &'static str {
+    if yes { "yes" } else { "no" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No adapter here lacks passthrough, so one is told that it does.
+    #[test]
+    fn a_device_without_passthrough_leaves_the_f32_stage_to_the_cpu() {
+        for passthrough in [true, false] {
+            let mut gpu =
+                Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one");
+            gpu.facts.passthrough = passthrough;
+            let probed = Probed {
+                facts: gpu.facts.clone(),
+                arithmetic: Some(measure(&gpu).unwrap()),
+                failure: None,
+            };
+            let json = serde_json::to_value(&probed).unwrap();
+            assert_eq!(json["arithmetic"]["certified_on_device"], passthrough);
+            assert_eq!(json["arithmetic"]["f32"]["passthrough"], passthrough);
+            let text = describe(&probed);
+            assert_eq!(text.contains("f32 stage on this device"), passthrough, "{text}");
+            let reason = "f32 stage on the CPU: shaders can't be passed through";
+            assert_eq!(text.contains(reason), !passthrough, "{text}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The progress bar.
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use indicatif::style::TemplateError;
+use indicatif::{ProgressBar, ProgressStyle};
+use kugelblitz::control::Control;
+
+use crate::args::TalkArgs;
+
+/// Work that takes less time has no bar.
+const DELAY: Duration = Duration::from_millis(500);
+
+/// Time between two looks at what is done.
+const STEP: Duration = Duration::from_millis(100);
+
+/// Shows a bar on a terminal while it lives.
+pub struct Progress(Option<(Sender<()>, JoinHandle<()>)>);
+
+impl Progress {
+    /// Follows the rays of `control` up to `n_rays`.
+    pub fn start(talk: &TalkArgs, control: &Arc<Control>, n_rays: u64) -> Progress {
+        Progress::follow(talk, control, "{human_pos} of {human_len} rays", move |control| {
+            (control.rays_done(), n_rays)
+        })
+    }
+
+    /// Follows the frames of a film, of so many rays each.
+    pub fn of_frames(
+        talk: &TalkArgs,
+        control: &Arc<Control>,
+        n_rays_each: u64,
+        n_frames: u64,
+    ) -> Progress {
+        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {msg}, {eta} left");
+        let (control, n_rays) = (Arc::clone(control), n_rays_each.saturating_mul(n_frames));
+        Progress::show(talk, style, move |bar| {
+            let n_done = control.rays_done().min(n_rays);
+            let frame = (n_done / n_rays_each.max(1) + 1).min(n_frames);
+            bar.set_length(n_rays);
+            bar.set_position(n_done);
+            bar.set_message(format!("frame {frame} of {n_frames}"));
+            n_rays > 0
+        })
+    }
+
+    /// Follows the bytes that `control` expects.
+    pub fn of_bytes(talk: &TalkArgs, control: &Arc<Control>) -> Progress {
+        Progress::follow(talk, control, "{bytes} of {total_bytes}", Control::bytes)
+    }
+
+    /// Says what goes on, where nobody knows how far it is.
+    pub fn of_step(talk: &TalkArgs, what: String) -> Progress {
+        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
+        Progress::show(talk, style, move |bar| {
+            bar.set_message(what.clone());
+            bar.tick();
+            true
+        })
+    }
+
+    /// `look` gives what is done and what is to be done, and `what` is indicatif's text for it.
+    fn follow(
+        talk: &TalkArgs,
+        control: &Arc<Control>,
+        what: &str,
+        look: impl Fn(&Control) -> (u64, u64) + Send + 'static,
+    ) -> Progress {
+        let style = ProgressStyle::with_template(&format!(
+            "{{bar:40}} {{percent:>3}} %, {what}, {{eta}} left"
+        ));
+        let control = Arc::clone(control);
+        Progress::show(talk, style, move |bar| {
+            let (n_done, n_all) = look(&control);
+            bar.set_length(n_all);
+            bar.set_position(n_done.min(n_all));
+            n_all > 0
+        })
+    }
+
+    /// `draw` brings the bar up to date, and says whether there is anything to show at all.
+    fn show(
+        talk: &TalkArgs,
+        style: Result<ProgressStyle, TemplateError>,
+        draw: impl Fn(&ProgressBar) -> bool + Send + 'static,
+    ) -> Progress {
+        if talk.quiet || !std::io::stderr().is_terminal() {
+            return Progress(None);
+        }
+        let (stop, stopped) = channel();
+        let follow = move || {
+            let goes_on = |time| stopped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
+            if !goes_on(DELAY) {
+                return;
+            }
+            let bar = ProgressBar::new(0);
+            if let Ok(style) = style {
+                bar.set_style(style);
+            }
+            while draw(&bar) && goes_on(STEP) {}
+            bar.finish_and_clear();
+        };
+        // Without a thread to spare there is no bar.
+        Progress(std::thread::Builder::new().spawn(follow).ok().map(|thread| (stop, thread)))
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((stop, thread)) = self.0.take() {
+            drop(stop);
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! `kugelblitz render`
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use kugelblitz::device::rays_of_picture;
+use kugelblitz::figure::legend_svg;
+use kugelblitz::memory::Available;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::{Bits, Format, PictureOptions};
+use kugelblitz::plain::Shown;
+use kugelblitz::prepare::Prepared;
+use kugelblitz::rays::Pixels;
+use kugelblitz::render::{self, Plan};
+use kugelblitz::scene::{Samples, Scene};
+use kugelblitz::show::{self, Show};
+use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz::{Error, Result, Session};
+
+use crate::args::RenderArgs;
+use crate::device;
+use crate::head::{MsStages, Traced, print_summary, traced_in_words};
+use crate::output::{built, human, name};
+use crate::progress::Progress;
+use crate::show::{check, json_legend, legend_in_words};
+use crate::{Run, film, scene};
+
+/// Renders one picture or several, or only prints the scene.
+pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
+    let Some(output) = &args.output else { return print_scene(args, run) };
+    let mut begun = Begun::new(args, output, run)?;
+    if args.film.is_film() {
+        return film::run(args, output, begun, run);
+    }
+    let pixels = begun.pixels;
+    begun.refuse_overwriting(&[output])?;
+    // Early, so that a folder that isn't there is told before the work and not after it.
+    let file = OutputFile::create(output, begun.format.needs_seek())?;
+
+    let mut session = begun.session(args)?;
+    let wants = match args.show {
+        Show::Color => begun.plan()?.wants(),
+        show => show.wants(),
+    };
+    let progress = scene::preparing(&begun.scene, session.kernel(), &args.talk);
+    let making = session.make_ready(&Rays::Pixels(pixels), wants, &run.control)?;
+    drop(progress);
+    if session.prepared().is_some_and(Prepared::starts_in_f64) {
+        args.talk.note("f32 would leave most of these rays open: all begin in f64");
+    }
+    // Again: the scene's numbers have their memory by now.
+    let plan = begun.plan()?;
+    let n_steps = match args.show {
+        Show::Color => plan.n_steps(&pixels, begun.scene.is_lit()),
+        show => show::n_steps(show, &pixels),
+    };
+    let progress = Progress::start(&args.talk, &run.control, n_steps);
+    let (rendered, shown, file) = match args.show {
+        Show::Color => {
+            let (rendered, file) = session.draw(&pixels, &plan, file, &run.control)?;
+            (rendered, None, file)
+        }
+        show => {
+            let (shown, file) = show::draw(&mut session, show, &pixels, &plan, file, &run.control)?;
+            (shown.rendered, Some(shown), file)
+        }
+    };
+    drop(progress);
+
+    let again =
+        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::again(&done));
+    let ms_runs = args
+        .repeat
+        .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())
+        .transpose()?;
+
+    let read = begun.read;
+    if args.talk.json {
+        let mut summary = Traced::new(&session, read, making, &rendered, run);
+        summary.size = Some([pixels.width, pixels.height]);
+        summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
+        let is_lit = begun.scene.is_lit() && shown.is_none();
+        summary.shadow_rays = is_lit.then(|| rendered.shadow_rays.into());
+        summary.colors = is_lit.then_some(rendered.colors);
+        summary.show = shown.as_ref().map(|_| args.show.name());
+        summary.legend = shown.as_ref().map(json_legend);
+        summary.ms_runs = ms_runs;
+        print_summary("render", &summary)?;
+    }
+    output::commit(begun.beside.drain(..).chain([file]), &run.control)?;
+    args.talk.say(&format!(
+        "{}: {}, {}",
+        name(output),
+        size(&pixels),
+        traced_in_words(&session, run)
+    ));
+    shown.iter().flat_map(legend_in_words).for_each(|line| args.talk.say(&line));
+    args.talk.note(&format!(
+        "read {}, prepared {}, {}compiled {}, traced {}, coloured {}, wrote {}",
+        human(read),
+        human(making.prepare),
+        built(making.build),
+        human(making.compile),
+        human(rendered.timing.deciding() + rendered.timing.readback),
+        human(rendered.shade),
+        human(rendered.write)
+    ));
+    Ok(())
+}
+
+/// Prints the scene alone, without a picture.
+fn print_scene(args: &RenderArgs, run: &Run) -> Result<()> {
+    let (picture, talk) = (&args.picture, &args.talk);
+    picture.check_outputs(None, "the picture", talk)?;
+    let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+    let (scene, composed) = picture.read(&args.scene, size, n_turns, talk, run)?;
+    output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control)
+}
+
+/// A picture, or the first of several, that is known but not begun.
+pub struct Begun {
+    pub scene: Arc<Scene>,
+    /// Time that reading took.
+    pub read: Duration,
+    pub pixels: Pixels,
+    pub n_samples: Samples,
+    pub format: Format,
+    /// The files of --print-scene and --legend.
+    pub beside: Vec<OutputFile>,
+    options: PictureOptions,
+    epsilon: f64,
+    inputs: Vec<PathBuf>,
+}
+
+impl Begun {
+    /// Reads the scene and checks all that is asked for.
+    fn new(args: &RenderArgs, output: &Path, run: &Run) -> Result<Begun> {
+        let (format, options) = what_to_write(args, output)?;
+        let epsilon = epsilon(args)?;
+        let start = Instant::now();
+        let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
+        let (scene, composed) = args.picture.read(&args.scene, size, n_turns, &args.talk, run)?;
+        let pixels = args.size.pixels(&scene, &args.scene)?;
+        let read = start.elapsed();
+        if args.epsilon.is_some() && !scene.is_lit() {
+            args.talk.warn("--epsilon changes nothing: the scene has no light");
+        }
+        let n_samples = match args.show {
+            Show::Color => scene.samples.unwrap_or_default(),
+            _ => Samples::ONE,
+        };
+        let inputs = [&args.scene].into_iter().chain(&args.film.camera_path).cloned().collect();
+        let mut begun = Begun {
+            scene,
+            read,
+            pixels,
+            n_samples,
+            format,
+            beside: Vec::new(),
+            options,
+            epsilon,
+            inputs,
+        };
+        begun.plan()?;
+        begun.beside.extend(args.picture.print(&composed, &begun.scene, &args.scene)?);
+        if let Some(path) = &args.legend {
+            begun.beside.push(write_legend(path, args, &begun.scene)?);
+        }
+        Ok(begun)
+    }
+
+    /// Refuses outputs that would replace what they are made from, or each other.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]
+    pub fn refuse_overwriting(&self, outputs: &[&Path]) -> Result<()> {
+        let inputs: Vec<&Path> = self.inputs.iter().map(PathBuf::as_path).collect();
+        let beside = self.beside.iter().map(OutputFile::path);
+        let outputs: Vec<&Path> = outputs.iter().copied().chain(beside).collect();
+        scene::refuse_overwriting(&outputs, &inputs, &self.scene)
+    }
+
+    /// The bands that fit the memory as it is.
+    ///
+    /// # Errors
+    /// Those of [`render::plan`].
+    pub fn plan(&self) -> Result<Plan> {
+        let (n_objects, available) = (self.scene.n_objects(), Available::now());
+        let Begun { format, options, n_samples, ref pixels, .. } = *self;
+        let plan = render::plan(format, options, n_samples, pixels, n_objects, available)?;
+        Ok(Plan { epsilon: self.epsilon, ..plan })
+    }
+
+    /// Opens the device.
+    ///
+    /// # Errors
+    /// Those of [`device::open_for`].
+    pub fn session(&self, args: &RenderArgs) -> Result<Session> {
+        let (kernel, choice) = (args.kernel.kernel, &args.device.device);
+        let n_rays = match args.show {
+            Show::Color => rays_of_picture(&self.scene, self.pixels.len(), self.n_samples),
+            _ => self.pixels.len(),
+        };
+        let device = device::open_for(choice, kernel, &self.scene, n_rays, &args.talk)?;
+        Ok(Session::new(Arc::clone(&self.scene), device, kernel))
+    }
+}
+
+/// The legend, whole but not yet in its place.
+fn write_legend(path: &Path, args: &RenderArgs, scene: &Scene) -> Result<OutputFile> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        let message = format!("{}: a legend is a picture of lines, .svg", path.shown());
+        return Err(Error::Usage(message));
+    }
+    let svg = legend_svg(&scene.clouds).ok_or_else(|| {
+        Error::Usage(format!(
+            "--legend: no cloud of {} is coloured by a column; say which, e.g. `color_by = \"speed\"` \
+             in its [[spheres]]",
+            args.scene.shown()
+        ))
+    })?;
+    let mut file = OutputFile::create(path, false)?;
+    file.write_all(svg.as_bytes()).map_err(Error::io(path))?;
+    Ok(file)
+}
+
+/// How far from a surface shadow rays start.
+fn epsilon(args: &RenderArgs) -> Result<f64> {
+    match args.epsilon {
+        Some(_) if args.kernel.kernel == Kernel::Certified => Err(Error::Usage(
+            "--epsilon is for kernels without a proof: certified decides exactly what is in a light's \
+             way, and needs none; leave it out, or choose another --kernel"
+                .into(),
+        )),
+        epsilon => Ok(epsilon.unwrap_or(0.0)),
+    }
+}
+
+/// The format and its options, checked against each other.
+fn what_to_write(args: &RenderArgs, output: &Path) -> Result<(Format, PictureOptions)> {
+    let by_ending = Format::from_path(output);
+    let format = match (args.format, by_ending) {
+        (None, by_ending) => by_ending?,
+        (Some(format), Ok(ending)) if ending != format => {
+            return Err(Error::Usage(format!(
+                "{}: the name's ending says {ending}, but --format says {format}; change one of \
+                 them",
+                output.shown()
+            )));
+        }
+        (Some(format), _) => format,
+    };
+    args.picture.check_outputs(Some(output), "the picture", &args.talk)?;
+    let holds_colours_only = matches!(format, Format::Png | Format::Ppm);
+    if args.certificates && holds_colours_only {
+        return Err(Error::Usage(format!(
+            "{format} has no place for --certificates; write .exr or .npy"
+        )));
+    }
+    let bits = match args.bits.as_deref() {
+        Some(bits) if !holds_colours_only => {
+            return Err(Error::Usage(format!(
+                "--bits {bits} is for png and ppm; {format} always holds 32-bit floats"
+            )));
+        }
+        Some("16") => Bits::Sixteen,
+        _ => Bits::Eight,
+    };
+    let (certificates, transparent) = (args.certificates, args.transparent);
+    let options = PictureOptions { bits, certificates, transparent };
+    options.check(format)?;
+    check(args, format, options)?;
+    Ok((format, options))
+}
+
+/// `1280×720`, and where it belongs if it is a part.
+pub fn size(pixels: &Pixels) -> String {
+    let Pixels { image_width, image_height, x, y, width, height, .. } = *pixels;
+    if (width, height) == (image_width, image_height) {
+        format!("{width}×{height}")
+    } else {
+        format!("{width}×{height} at {x},{y} of {image_width}×{image_height}")
+    }
+}

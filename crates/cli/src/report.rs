@@ -1,0 +1,219 @@
+//! `kugelblitz report`
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use kugelblitz::device::Device;
+use kugelblitz::gpu::{AdapterFacts, Gpu};
+use kugelblitz::input;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
+use kugelblitz::report::{
+    AdapterEvidence, Baseline, Case, Class, Earlier, Effort, Evidence, Missing, Report, Subject,
+    default_cases, page, plot, text,
+};
+use kugelblitz::scene::read_scene_text;
+use kugelblitz::trace::Kernel;
+use kugelblitz::{Error, Result, memory};
+
+use crate::args::ReportArgs;
+use crate::head::{print_summary, summary};
+use crate::output::print_text;
+use crate::progress::Progress;
+use crate::quiet::{self, quietly};
+use crate::{Run, device, version};
+
+/// Measures and shows.
+pub fn run(args: &ReportArgs, run: &Run) -> Result<()> {
+    let cases = cases(args, run)?;
+    refuse_overwriting(args, &cases)?;
+    let effort = effort(args);
+    let earlier = earlier(args, &effort)?;
+    let mut outputs = outputs(&args.output)?;
+    let mut missing = Vec::new();
+    let devices = devices(args, &mut missing)?;
+    let adapters = devices.iter().filter_map(|device| match device {
+        Device::Gpu(gpu) => Some(AdapterEvidence::of(gpu)),
+        Device::Cpu => None,
+    });
+    let adapters = adapters.collect::<Result<Vec<_>>>()?;
+    let evidence = Evidence::collect(command_line(), version::COMMIT, adapters);
+    let subjects = subjects(&devices, kernels(args), &mut missing)?;
+
+    let n_rays = Report::n_rays(&cases, &subjects, &effort);
+    let progress = Progress::start(&args.talk, &run.control, n_rays);
+    let mut report = Report::measure(evidence, &cases, &subjects, effort, &run.control)?;
+    drop(progress);
+    report.missing.extend(missing);
+    report.baseline = earlier.map(|(file, earlier)| Baseline::new(file, &earlier, &report));
+
+    for (file, form) in &mut outputs {
+        let path = file.path().to_path_buf();
+        file.write_all(&form.of(&report)?).map_err(Error::io(path))?;
+    }
+    if args.talk.json {
+        if let Some(warning) = report.noise.warning() {
+            args.talk.warn(&warning);
+        }
+        print_summary("report", &report)?;
+    } else {
+        print_text(&text::terminal(&report))?;
+    }
+    output::commit(outputs.into_iter().map(|(file, _)| file), &run.control)
+}
+
+/// The forms in which a report can be written.
+#[derive(Clone, Copy)]
+enum Form {
+    Page,
+    Json,
+    Markdown,
+    Plot,
+}
+
+impl Form {
+    fn from_path(path: &Path) -> Result<Form> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("html") => Ok(Form::Page),
+            Some("json") => Ok(Form::Json),
+            Some("md") => Ok(Form::Markdown),
+            Some("svg") => Ok(Form::Plot),
+            _ => Err(Error::Usage(format!(
+                "{}: the name's ending tells the form: .html (a page), .json (all figures), .md \
+                 (a short table) or .svg (the main plot)",
+                path.shown()
+            ))),
+        }
+    }
+
+    fn of(self, report: &Report) -> Result<Vec<u8>> {
+        Ok(match self {
+            Form::Page => page::html(report).into_bytes(),
+            Form::Json => summary("report", report)?,
+            Form::Markdown => text::markdown(report).into_bytes(),
+            Form::Plot => plot::plane(report).into_bytes(),
+        })
+    }
+}
+
+/// The files, begun early: a folder that isn't there is told before the work and not after it.
+fn outputs(paths: &[PathBuf]) -> Result<Vec<(OutputFile, Form)>> {
+    let begin = |path: &PathBuf| Ok((OutputFile::create(path, false)?, Form::from_path(path)?));
+    paths.iter().map(begin).collect()
+}
+
+fn refuse_overwriting(args: &ReportArgs, cases: &[Case]) -> Result<()> {
+    let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
+    let scenes = args.scenes.iter().chain(&args.baseline).map(PathBuf::as_path);
+    let clouds = cases.iter().flat_map(|case| &case.scene.clouds).map(|cloud| &*cloud.path);
+    output::refuse_overwriting(&outputs, &scenes.chain(clouds).collect::<Vec<_>>())
+}
+
+/// The report of --baseline, with its name.
+fn earlier(args: &ReportArgs, effort: &Effort) -> Result<Option<(String, Earlier)>> {
+    let Some(path) = &args.baseline else { return Ok(None) };
+    let advice = "give what `kugelblitz report -o NAME.json` wrote";
+    let text = input::read_text(path, "a report", advice)?;
+    let wrong = |message| Error::Input { path: path.clone(), message };
+    let earlier = Earlier::parse(&text).map_err(wrong)?;
+    earlier.check(effort).map_err(wrong)?;
+    Ok(Some((path.display().to_string(), earlier)))
+}
+
+fn kernels(args: &ReportArgs) -> &[Kernel] {
+    if args.kernel.is_empty() { &Kernel::ALL } else { &args.kernel }
+}
+
+fn command_line() -> String {
+    let arguments = std::env::args_os().skip(1);
+    std::iter::once("kugelblitz".into())
+        .chain(arguments.map(|argument| argument.to_string_lossy().into_owned()))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+fn cases(args: &ReportArgs, run: &Run) -> Result<Vec<Case>> {
+    if args.scenes.is_empty() {
+        return default_cases();
+    }
+    let _progress = Progress::of_bytes(&args.talk, &run.control);
+    args.scenes
+        .iter()
+        .map(|path| Case::new(&read_scene_text(path)?, path, Class::Given, &run.control))
+        .collect()
+}
+
+fn effort(args: &ReportArgs) -> Effort {
+    let mut effort = Effort { seed: args.seed, ..Effort::default() };
+    if !args.scenes.is_empty() {
+        effort.sweeps = false;
+        effort.clouds.clear();
+    }
+    effort.size = args.size.unwrap_or(effort.size);
+    effort.samples = args.samples.map_or(effort.samples, NonZeroUsize::get);
+    effort.rounds = args.rounds.map_or(effort.rounds, NonZeroUsize::get);
+    effort
+}
+
+/// The devices that --device names; without it every adapter, the best first, and the CPU.
+fn devices(args: &ReportArgs, missing: &mut Vec<Missing>) -> Result<Vec<Device>> {
+    if let Some(choice) = &args.device {
+        return Ok(vec![device::open(choice, None, &args.talk)?]);
+    }
+    if let Err(Error::TooLarge(why)) = memory::require_device() {
+        missing.push(Missing { what: "Vulkan devices".into(), why });
+        return Ok(vec![Device::Cpu]);
+    }
+    let (opened, noise) = quietly(Gpu::open_all);
+    quiet::show(&noise, args.talk.verbose);
+    let mut devices = Vec::new();
+    if opened.is_empty() {
+        missing.push(Missing {
+            what: "Vulkan devices".into(),
+            why: "there is none; Debian's package mesa-vulkan-drivers brings one in software"
+                .into(),
+        });
+    }
+    for (AdapterFacts { name, .. }, opened) in opened {
+        match opened {
+            Ok(gpu) => devices.push(Device::Gpu(Arc::new(gpu))),
+            Err(error) => missing.push(Missing { what: name, why: error.to_string() }),
+        }
+    }
+    devices.push(Device::Cpu);
+    Ok(devices)
+}
+
+fn subjects(
+    devices: &[Device],
+    kernels: &[Kernel],
+    missing: &mut Vec<Missing>,
+) -> Result<Vec<Subject>> {
+    let mut subjects = Vec::new();
+    for device in devices {
+        for &kernel in kernels {
+            let subject = Subject::new(kernel, device);
+            match why_not(kernel, device)? {
+                None => subjects.push(subject),
+                Some(why) => missing.push(Missing {
+                    what: format!("{} on {}", kernel.name(), device.label()),
+                    why,
+                }),
+            }
+        }
+    }
+    Ok(subjects)
+}
+
+/// Why a kernel would not run on the device itself.
+fn why_not(kernel: Kernel, device: &Device) -> Result<Option<String>> {
+    let Device::Gpu(gpu) = device else { return Ok(None) };
+    if let Err(reason) = gpu.facts.check_kernel(kernel) {
+        return Ok(Some(reason.to_string()));
+    }
+    let arithmetic = gpu.arithmetic()?;
+    let works_on_cpu = kernel == Kernel::Certified && !arithmetic.suits_filter();
+    Ok(works_on_cpu.then(|| arithmetic.filter_in_words().into()))
+}

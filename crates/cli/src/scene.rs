@@ -1,0 +1,49 @@
+//! Reading and preparing the scene, which take a while where it has large clouds.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use kugelblitz::Result;
+use kugelblitz::output;
+use kugelblitz::scene::{Scene, read_scene_with};
+use kugelblitz::trace::Kernel;
+
+use crate::Run;
+use crate::args::TalkArgs;
+use crate::output::count;
+use crate::progress::Progress;
+
+/// Reads a scene, shows how far it is, and says what its reader noted.
+///
+/// # Errors
+/// Those of [`read_scene_with`].
+pub fn read(path: &Path, talk: &TalkArgs, run: &Run) -> Result<Arc<Scene>> {
+    let progress = Progress::of_bytes(talk, &run.control);
+    let scene = read_scene_with(path, &run.control)?;
+    drop(progress);
+    say_notes(&scene, talk);
+    Ok(Arc::new(scene))
+}
+
+/// Says what the reader of a scene noted.
+pub fn say_notes(scene: &Scene, talk: &TalkArgs) {
+    scene.notes.iter().for_each(|note| talk.say(note));
+}
+
+/// Shows, while it lives, that preparing a scene takes a while.
+pub fn preparing(scene: &Scene, kernel: Kernel, talk: &TalkArgs) -> Progress {
+    let has_hierarchy = kernel == Kernel::Certified;
+    let what = if has_hierarchy { "building the hierarchy over" } else { "preparing" };
+    let n_spheres = count(scene.spheres.len(), "sphere");
+    Progress::of_step(talk, format!("{what} {n_spheres}, {}", kernel.name()))
+}
+
+/// Refuses outputs that would replace what they are made from, or each other.
+///
+/// # Errors
+/// [`kugelblitz::Error::Usage`]
+pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path], scene: &Scene) -> Result<()> {
+    let clouds = scene.clouds.iter().map(|cloud| &*cloud.path);
+    let inputs: Vec<&Path> = inputs.iter().copied().chain(clouds).collect();
+    output::refuse_overwriting(outputs, &inputs)
+}

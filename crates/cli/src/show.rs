@@ -1,0 +1,89 @@
+//! `render --show`
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use kugelblitz::picture::{Format, PictureOptions};
+use kugelblitz::scene::hex;
+use kugelblitz::show::{Entry, Show, Shown};
+use kugelblitz::{Error, Result};
+use serde::Serialize;
+
+use crate::args::RenderArgs;
+use crate::output::count;
+
+/// Most pixels of a meaning that are told one by one.
+const MOST_TOLD: usize = 4;
+
+/// Takes the names of [`Show::ALL`].
+pub fn show_parser() -> impl TypedValueParser<Value = Show> {
+    let value = |show: Show| {
+        let value = PossibleValue::new(show.name());
+        if show == Show::Color { value.alias("color") } else { value }
+    };
+    PossibleValuesParser::new(Show::ALL.map(value)).try_map(|name| {
+        let named = |show: &Show| show.name() == name || (*show, &*name) == (Show::Color, "color");
+        Show::ALL.into_iter().find(named).ok_or(format!("there is no {name}"))
+    })
+}
+
+/// Refuses options that the shown numbers have no use for.
+///
+/// # Errors
+/// [`Error::Usage`]
+pub fn check(args: &RenderArgs, format: Format, options: PictureOptions) -> Result<()> {
+    let show = args.show;
+    show.check(format, options)?;
+    let is_given = [
+        ("--samples", args.picture.samples.is_some()),
+        ("--epsilon", args.epsilon.is_some()),
+        ("--repeat", args.repeat.is_some()),
+        ("--turntable or --camera-path", args.film.is_film()),
+    ];
+    match is_given.into_iter().find(|&(_, is_given)| is_given && show != Show::Color) {
+        None => Ok(()),
+        Some((option, _)) => Err(Error::Usage(format!(
+            "--show {show} looks along the ray through each pixel's centre, without light; leave \
+             {option} out"
+        ))),
+    }
+}
+
+/// An entry of the legend, for --json.
+#[derive(Serialize)]
+pub struct JsonEntry {
+    color: String,
+    meaning: String,
+    /// How many pixels have this meaning, where they are counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pixels: Option<u64>,
+    /// Column and row of each, where they are few.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    at: Vec<[u32; 2]>,
+}
+
+/// The legend for --json.
+pub fn json_legend(shown: &Shown) -> Vec<JsonEntry> {
+    let entry = |(i, entry): (usize, &Entry)| JsonEntry {
+        color: hex(entry.color),
+        meaning: entry.meaning.clone(),
+        pixels: shown.tally.count(i),
+        at: shown.tally.few(i).to_vec(),
+    };
+    shown.legend.iter().enumerate().map(entry).collect()
+}
+
+/// The legend for people, a line for each entry.
+pub fn legend_in_words(shown: &Shown) -> Vec<String> {
+    let line = |(i, entry): (usize, &Entry)| {
+        let mut line = format!("  {}  {}", hex(entry.color), entry.meaning);
+        if let Some(n) = shown.tally.count(i) {
+            line += &format!(": {}", count(n as usize, "pixel"));
+        }
+        let few = shown.tally.few(i);
+        if (1..=MOST_TOLD).contains(&few.len()) {
+            let places: Vec<String> = few.iter().map(|[x, y]| format!("{x},{y}")).collect();
+            line += &format!(", at {}", places.join(" and "));
+        }
+        line
+    };
+    shown.legend.iter().enumerate().map(line).collect()
+}

@@ -1,0 +1,92 @@
+//! `kugelblitz trace`
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use kugelblitz::memory;
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::plain::Shown;
+use kugelblitz::rays::{STDIN, read_rays, write_hits};
+use kugelblitz::render::{Rendered, hits_bytes};
+use kugelblitz::trace::{Hits, Ray, Rays, Wants};
+use kugelblitz::{Error, Result, Session};
+
+use crate::args::TraceArgs;
+use crate::device;
+use crate::head::{Traced, print_summary, traced_in_words};
+use crate::output::{count, is_stdout, name};
+use crate::progress::Progress;
+use crate::{Run, scene};
+
+/// Bytes of a ray in a file of float64.
+const FILE_RAY_BYTES: u64 = 48;
+
+/// Traces a file of rays into a file of hits.
+pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
+    let advice = "write the hits to a file";
+    args.talk.refuse_json_beside(&[&args.output], "the hits", advice)?;
+    let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
+    if !is_npy && !is_stdout(&args.output) {
+        return Err(Error::Usage(format!(
+            "{}: hits are written as .npy; name the file so, or give - for standard output",
+            args.output.shown()
+        )));
+    }
+    let wants = Wants { surface: true, level: args.certificates };
+    let start = Instant::now();
+    let scene = scene::read(&args.scene, &args.talk, run)?;
+    refuse_what_cannot_fit(&args.rays, wants)?;
+    scene::refuse_overwriting(&[&args.output], &[&args.scene, &args.rays], &scene)?;
+    let mut file = OutputFile::create(&args.output, false)?;
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    let rays = Rays::List(read_rays(&args.rays, &run.control)?);
+    drop(progress);
+    let read = start.elapsed();
+
+    let device =
+        device::open_for(&args.device.device, args.kernel.kernel, &scene, rays.len(), &args.talk)?;
+    let mut session = Session::new(Arc::clone(&scene), device, args.kernel.kernel);
+    let progress = scene::preparing(&scene, args.kernel.kernel, &args.talk);
+    let making = session.make_ready(&rays, wants, &run.control)?;
+    drop(progress);
+
+    let progress = Progress::start(&args.talk, &run.control, rays.len() as u64);
+    let mut hits = Hits::default();
+    let timing = session.trace(&rays, wants, &run.control, &mut hits)?;
+    drop(progress);
+    let start = Instant::now();
+    let progress = Progress::of_bytes(&args.talk, &run.control);
+    write_hits(&mut file, &hits, &run.control)?;
+    drop(progress);
+    let write = start.elapsed();
+
+    let (n_hits, counts) = (hits.n_hits(), hits.counts);
+    let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
+    if args.talk.json {
+        print_summary("trace", &Traced::new(&session, read, making, &done, run))?;
+    }
+    output::commit([file], &run.control)?;
+    args.talk.say(&format!(
+        "{}: {}, {n_hits} hits, {}",
+        name(&args.output),
+        count(rays.len(), "ray"),
+        traced_in_words(&session, run)
+    ));
+    Ok(())
+}
+
+/// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of
+/// float32 needs twice that for its size, so this refuses only what is certain not to fit.
+fn refuse_what_cannot_fit(rays: &Path, wants: Wants) -> Result<()> {
+    if rays == Path::new(STDIN) {
+        // Its header will tell.
+        return Ok(());
+    }
+    let file_bytes = std::fs::metadata(rays).map_err(Error::io(rays))?.len();
+    let n_rays = file_bytes / FILE_RAY_BYTES;
+    let ray_bytes = size_of::<Ray>() + size_of::<u32>();
+    let needed = n_rays * ray_bytes as u64 + hits_bytes(n_rays, wants);
+    let what = format!("{}: tracing its {n_rays} rays", rays.shown());
+    memory::require(what, needed, "give the rays in parts")
+}

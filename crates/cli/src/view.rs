@@ -1,0 +1,101 @@
+//! `kugelblitz view`
+
+use std::env;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use kugelblitz::Result;
+use kugelblitz::output;
+use kugelblitz::plain::Shown;
+use kugelblitz::scene::recompose_scene;
+use kugelblitz::view::{self, Notice, Options};
+
+use crate::Run;
+use crate::args::ViewArgs;
+use crate::device;
+use crate::options::check_size;
+use crate::output::{print_text, printed_line, talk};
+use crate::quiet::{self, Quiet};
+
+/// Opens the window.
+pub fn run(args: &ViewArgs, run: &Run) -> Result<()> {
+    let picture = &args.picture;
+    if picture.print_scene.is_some() {
+        picture.check_outputs(None, "the window", &args.talk)?;
+        let (scene, composed) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+        return output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control);
+    }
+    let wishes = picture.wishes(args.size.size, 0)?;
+    let (scene, _) = picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
+    let size = args.size.size.map(check_size).transpose()?;
+    let options = Options {
+        path: args.scene.clone(),
+        reread: Arc::new(move |path, control| {
+            recompose_scene(path, &wishes, control).map(|composed| composed.scene)
+        }),
+        device: device::pick_for_window(&args.device.device, args.kernel.kernel, &scene),
+        scene,
+        kernel: args.kernel.kernel,
+        size,
+        recent: recent_list(),
+        control: Arc::clone(&run.control),
+        lose_device_after: args.lose_device_after,
+    };
+    let (mut failed, mut quiet) = (None, None);
+    let ran = view::run(options, |notice| {
+        match notice {
+            Notice::Opening => quiet = Quiet::start(),
+            Notice::Opened { .. } => {
+                let noise = quiet.take().map(Quiet::end);
+                if args.talk.verbose {
+                    quiet::show(&noise.unwrap_or_default(), true);
+                }
+            }
+            _ => {}
+        }
+        if let Err(error) = tell(args, notice) {
+            failed.get_or_insert(error);
+        }
+    });
+    if let Some(noise) = quiet.take().map(Quiet::end) {
+        quiet::show(&noise, args.talk.verbose);
+    }
+    ran?;
+    failed.map_or(Ok(()), Err)
+}
+
+/// The file that keeps the scenes opened last: in the XDG folder for state, on Windows in that for local
+/// data.
+fn recent_list() -> Option<PathBuf> {
+    let folder = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let state = match cfg!(windows) {
+        true => folder("LOCALAPPDATA"),
+        false => folder("XDG_STATE_HOME")
+            .or_else(|| folder("HOME").map(|home| home.join(".local/state"))),
+    };
+    state.map(|state| state.join("kugelblitz").join("recent"))
+}
+
+/// Data to standard output, talk to standard error.
+fn tell(args: &ViewArgs, notice: &Notice) -> Result<()> {
+    if args.log_events {
+        return printed_line(notice);
+    }
+    match notice {
+        Notice::Camera { toml } => print_text(toml)?,
+        Notice::Saved { path, size: [width, height] } => {
+            talk(&format!("{}: {width}×{height}", path.shown()));
+        }
+        Notice::SceneWrong { error } => talk(&format!("error: {error}")),
+        Notice::Trouble { message } => talk(&format!("warning: {message}")),
+        Notice::Destroyed => talk("the window was closed by another program"),
+        Notice::Opening
+        | Notice::Opened { .. }
+        | Notice::Shown { .. }
+        | Notice::Hover { .. }
+        | Notice::Explained { .. }
+        | Notice::SceneOpened { .. }
+        | Notice::Reloaded => {}
+    }
+    Ok(())
+}

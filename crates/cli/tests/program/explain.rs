@@ -1,0 +1,1142 @@
+//! `explain`: the numbers of one ray, through the library and through the program.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use kugelblitz::Session;
+use kugelblitz::device::Device;
+use kugelblitz::explain::text::{WIDTH, text};
+use kugelblitz::explain::{
+    Approximation, DEFAULT_OBJECTS, Explanation, Lang, LeftOut, LightExplanation, MOST_OBJECTS,
+    ObjectExplanation, Quantity, Reason, Remark, Shading, Style, Verdict, explain, explain_as,
+    latex,
+};
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{Color, Light, Projection, Samples, Scene, Sky, Source, read_scene};
+use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz_tests::{gpu, in_cube, log_uniform, plane, runs, scene, sphere};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use crate::calculator;
+use crate::program::{self, scene_file as file};
+
+/// A column of the table.
+type Column = fn(&Quantity) -> Option<Approximation>;
+
+fn ray(origin: [f64; 3], direction: [f64; 3]) -> Rays {
+    Rays::List(vec![Ray { origin: origin.into(), direction: direction.into() }])
+}
+
+fn of_ray(scene: Scene, origin: [f64; 3], direction: [f64; 3]) -> Explanation {
+    let explanation = explain(&Arc::new(scene), &ray(origin, direction), None).unwrap();
+    assert_written(&explanation);
+    explanation
+}
+
+fn of_pixel(name: &str, x: u32, y: u32) -> Explanation {
+    let scene = Arc::new(read_scene(file(name).as_ref()).unwrap());
+    let (camera, size) = (scene.camera.as_ref().unwrap(), scene.image.unwrap());
+    let whole = Pixels::whole(View::new(camera), size.width, size.height);
+    let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
+    let explanation = explain(&scene, &rays, None).unwrap();
+    assert_written(&explanation);
+    explanation
+}
+
+/// Asserts what holds for the text and the LaTeX of every explanation.
+#[track_caller]
+fn assert_written(explanation: &Explanation) {
+    let text = text(explanation);
+    for line in text.lines() {
+        assert!(line.chars().count() <= WIDTH, "{line}");
+        assert_eq!(line, line.trim_end(), "blanks at the end");
+    }
+    assert!(!text.chars().any(|c| c.is_control() && c != '\n'));
+    let (n_checked, wrong) = calculator::checked(&text, explanation.digits);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let n_hits =
+        explanation.objects.iter().filter(|object| object.reason == Reason::Visible).count();
+    assert!(n_checked >= 10 * n_hits, "{n_checked} expressions\n{text}");
+    let latex = latex::latex(explanation);
+    assert_latex(&latex, explanation);
+    assert_math(&latex::math(explanation), &latex);
+}
+
+/// Asserts that all stands in `align*`, and that the formulas are those of the LaTeX.
+#[track_caller]
+fn assert_math(math: &str, latex: &str) {
+    let mut is_inside = false;
+    for line in math.lines() {
+        match (line, is_inside) {
+            (r"\begin{align*}", false) => is_inside = true,
+            (r"\end{align*}", true) => is_inside = false,
+            (words, true) if words.starts_with(r"&\text") => {}
+            (formula, true) => assert!(latex.lines().any(|line| line == formula), "{formula}"),
+            (outside, false) => panic!("{outside}"),
+        }
+    }
+    assert!(!is_inside, "{math}");
+    let count = |text: &str, what: &str| text.matches(what).count();
+    let n_paragraphs = count(latex, r"\noindent") + count(latex, r"\begin{align*}");
+    assert_eq!(count(math, r"\begin{align*}"), n_paragraphs, "{math}");
+}
+
+/// Asserts that LaTeX is whole: balanced, formulas in math mode and aligned, words outside.
+#[track_caller]
+fn assert_latex(latex: &str, explanation: &Explanation) {
+    let unescaped = latex.replace(r"\{", "").replace(r"\}", "");
+    let mut depth = 0i32;
+    for c in unescaped.chars() {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        assert!(depth >= 0, "{latex}");
+    }
+    assert_eq!(depth, 0, "{latex}");
+    let lights = explanation.shading.iter().flat_map(|shading| &shading.lights);
+    let n_ways = lights.filter(|light| !light.quantities.is_empty()).count();
+    let n_lit = n_ways + usize::from(latex.contains(r"\textstyle\sum"));
+    let n_formulas =
+        explanation.objects.len() + 1 + usize::from(explanation.point.is_some()) + n_lit;
+    assert_eq!(latex.matches(r"\begin{align*}").count(), n_formulas, "{latex}");
+    let mut is_math = false;
+    for line in latex.lines() {
+        match line {
+            r"\begin{align*}" => is_math = true,
+            r"\end{align*}" => is_math = false,
+            _ if is_math => {
+                assert!(line.is_ascii() || line.contains(r"\text{"), "{line}");
+                assert_eq!(line.matches('&').count(), 1, "{line}");
+                assert!(!line.contains("NaN") && !line.contains("inf"), "{line}");
+            }
+            _ => {
+                // Outside of math, formulas stand between dollars, and nothing else is a command.
+                let line = line.replace(r"\$", "");
+                assert_eq!(line.matches('$').count() % 2, 0, "{line}");
+                for word in line.split('$').step_by(2) {
+                    assert!(!word.contains(['·', 'ω', '≤', '−', '^', '~', '<']), "{line}");
+                    let bare = |c: char| word.replace(&format!("\\{c}"), "").contains(c);
+                    assert!(!['_', '&', '#'].into_iter().any(bare), "{line}");
+                }
+            }
+        }
+    }
+    assert!(!is_math, "{latex}");
+}
+
+fn words(why: &[Remark]) -> Vec<String> {
+    why.iter().map(Remark::to_string).collect()
+}
+
+fn object(explanation: &Explanation, id: u32) -> &ObjectExplanation {
+    explanation.objects.iter().find(|object| object.id == id).unwrap()
+}
+
+fn row<'a>(object: &'a ObjectExplanation, symbol: &str) -> &'a Quantity {
+    object.quantities.iter().find(|row| row.symbol == symbol).unwrap()
+}
+
+fn exact<'a>(object: &'a ObjectExplanation, symbol: &str) -> Option<&'a str> {
+    row(object, symbol).exact.as_ref().map(|exact| exact.decimal.as_str())
+}
+
+#[track_caller]
+fn assert_why(object: &ObjectExplanation, reason: Reason, why: &[&str]) {
+    assert_eq!(object.reason, reason);
+    assert_eq!(words(&object.why), why);
+}
+
+#[test]
+fn figure_5_has_the_numbers_of_its_table() {
+    let explanation = of_pixel("figure5", 640, 360);
+    let ids: Vec<u32> = explanation.objects.iter().map(|object| object.id).collect();
+    assert_eq!(ids, [2, 3, 1], "the nearest first, what is missed last");
+    // b, k, D, r² − P·P, h, t₁, t₂
+    let table: [(u32, [f64; 4], Option<[f64; 3]>); 3] = [
+        (1, [-32.0, 283.0, -108.0, -27.0], None),
+        (2, [-48.0, 576.0, 0.0, 0.0], Some([0.0, 24.0, 24.0])),
+        (3, [-80.0, 1584.0, 64.0, 16.0], Some([4.0, 36.0, 44.0])),
+    ];
+    for (id, [b, k, d, delta], roots) in table {
+        let object = object(&explanation, id);
+        let numbers = [("a", 1.0), ("b", b), ("k", k), ("D", d), ("r²−P·P", delta)];
+        let mut expected = numbers.map(|(symbol, x)| (symbol, Some(x))).to_vec();
+        for (i, symbol) in ["h", "t₁", "t₂"].into_iter().enumerate() {
+            expected.push((symbol, roots.map(|roots| roots[i])));
+        }
+        for (symbol, expected) in expected {
+            let row = row(object, symbol);
+            assert_eq!(exact(object, symbol), expected.map(|x| x.to_string()).as_deref());
+            for entry in [row.lecture, row.stable, row.f64].into_iter().flatten() {
+                assert_eq!(entry.value, expected, "{id}, {symbol}");
+                assert_eq!(entry.error_ulp, expected.map(|_| 0.0), "{id}, {symbol}");
+                assert!(!entry.wrong_sign);
+            }
+            let own_form = ["r²−P·P", "h"].contains(&symbol);
+            assert_eq!((row.lecture.is_none(), row.f64.is_none()), (own_form, own_form));
+            assert_eq!(row.stable.is_none(), symbol == "D");
+        }
+    }
+    let winner = explanation.winner.as_ref().unwrap();
+    assert_eq!((winner.id, winner.t.as_str(), winner.side), (2, "24", "front"));
+    assert_eq!(winner.normal, ["-0.6", "-0.8", "0"]);
+    assert_eq!(explanation.level, "exact");
+    assert_why(
+        object(&explanation, 2),
+        Reason::Visible,
+        &["nearest positive t: visible", "D = 0: the line touches the sphere"],
+    );
+    assert_why(
+        object(&explanation, 3),
+        Reason::Farther { than: 2 },
+        &["farther than sphere 2 (touched)"],
+    );
+    let passes = "the ray passes it at a distance of 3";
+    let why = ["D < 0: the line misses the sphere", passes];
+    assert_why(object(&explanation, 1), Reason::Missed, &why);
+}
+
+#[test]
+fn figure_5_reads_as_in_the_lecture() {
+    let shown = text(&of_pixel("figure5", 640, 360));
+    let expected = "
+sphere 2 (touched)
+  → nearest positive t: visible
+  → D = 0: the line touches the sphere
+  c = (3, 4, -24), r = 5
+  o − c = (0, 0, 0) − (3, 4, -24) = (-3, -4, 24)
+  a = d·d = 0² + 0² + (-1)² = 1
+  b = 2·d·(o − c) = 2·(0·(-3) + 0·(-4) + (-1)·24) = 2·(0 + 0 − 24) = -48
+  k = (o − c)·(o − c) − r² = (-3)² + (-4)² + 24² − 5² = 601 − 25 = 576
+  D = b² − 4·a·k = (-48)² − 4·1·576 = 2304 − 2304 = 0
+  t = (−b ± √D) / (2·a) = (48 ± √0) / (2·1) = 24
+  In the table, stable has L = c − o and P = L − (d·L/a)·d, the way to the centre from the point
+  of the line that is nearest to it. So r² − P·P = D/(4·a) is positive where the line pierces the
+  sphere; h = √(a·(r² − P·P)) = √D/2; b = −2·d·L, k = L·L − r²; the roots are q/a and k/q with q
+  = d·L ± h.
+               f32 lecture       f32 stable                       f64                        exact
+  a                      1                1                         1                            1
+  b                    -48              -48                       -48                          -48
+";
+    assert!(shown.contains(expected), "{shown}");
+    assert_eq!(shown.matches("In the table, stable has").count(), 1, "at the first sphere alone");
+    let seen = "
+The ray sees sphere 2 (touched): t = 24
+  → its front; n is the unit normal that faces the ray
+  p = o + t·d = (0, 0, 0) + 24·(0, 0, -1) = (0, 0, -24)
+  p − c = (0, 0, -24) − (3, 4, -24) = (-3, -4, 0)
+  f(p) = (p − c)·(p − c) − r² = (-3)² + (-4)² + 0² − 5² = 0
+  n = (p − c) / r = (-3, -4, 0) / 5 = (-0.6, -0.8, 0)
+";
+    assert!(shown.contains(seen), "{shown}");
+    let lines = latex::latex(&of_pixel("figure5", 640, 360));
+    for line in [
+        r"\noindent\textbf{Pixel $(640, 360)$ of $1281 \times 721$: the ray $\vec{p}(t) = \vec{o} + t \cdot \vec{d}$}",
+        r"\noindent\textbf{sphere 2 (touched)}: nearest positive $t$: visible; $D = 0$: the line touches the sphere",
+        r"a &= \vec{d} \cdot \vec{d} = 0^2 + 0^2 + (-1)^2 = 1 \\",
+        r"D &= b^2 - 4ak = (-48)^2 - 4 \cdot 1 \cdot 576 = 2304 - 2304 = 0 \\",
+        r"t &= \frac{-b \pm \sqrt{D}}{2a} = \frac{48 \pm \sqrt{0}}{2 \cdot 1} = 24",
+        r"D &= b^2 - 4ak = (-32)^2 - 4 \cdot 1 \cdot 283 = 1024 - 1132 = -108 < 0",
+        r"\noindent\textbf{The ray sees sphere 2 (touched): $t = 24$}: its front; $\vec{n}$ is the unit normal that faces the ray",
+        r"\vec{p} &= \vec{o} + t\,\vec{d} = (0,\ 0,\ 0) + 24 \cdot (0,\ 0,\ -1) = (0,\ 0,\ -24) \\",
+    ] {
+        assert!(lines.lines().any(|other| other == line), "{line}\n{lines}");
+    }
+}
+
+/// The calculator of these tests sees a digit that is wrong, and a formula that is.
+#[test]
+fn a_wrong_digit_is_noticed() {
+    let shown = text(&of_pixel("figure2", 700, 300));
+    let (n_checked, wrong) = calculator::checked(&shown, 6);
+    assert!(n_checked > 30 && wrong.is_empty(), "{n_checked}: {wrong:?}");
+    let lines: Vec<&str> = shown.lines().collect();
+    let mut n_spoiled = 0;
+    for (i, line) in lines.iter().enumerate() {
+        let starts = ["  o − c", "  a = d·d", "  b = 2", "  k = ", "  D = ", "  p = ", "  n = "];
+        let next = lines.get(i + 1).map_or("", |next| next.trim_start());
+        let is_broken = next.starts_with(['=', '≈']);
+        if is_broken || !starts.iter().any(|start| line.starts_with(start)) {
+            continue;
+        }
+        // One more in the last digit of the last number, or one digit in a place before.
+        let last = line.rfind(|c: char| c.is_ascii_digit()).unwrap();
+        let digit = line[last..=last].parse::<u8>().unwrap();
+        let other = (digit + if digit == 5 { 4 } else { 5 }) % 10;
+        let spoiled = format!("{}{other}{}", &line[..last], &line[last + 1..]);
+        let mut all = lines.clone();
+        all[i] = &spoiled;
+        let (_, wrong) = calculator::checked(&all.join("\n"), 6);
+        assert!(!wrong.is_empty(), "{line} became {spoiled}");
+        n_spoiled += 1;
+    }
+    assert!(n_spoiled > 10, "{n_spoiled}");
+    for (line, n_wrong) in [
+        ("  D = b² − 4·a·k = (-48)² − 4·1·576 = 2304 − 2304 = 1", 2),
+        ("  t = (−b ± √D) / (2·a) = (80 ± √64) / (2·1), t₁ = 36, t₂ = 45", 1),
+        ("  t = (−b ± √D) / (2·a) ≈ (80 ± √64.0001) / (2·1), t₁ ≈ 36, t₂ ≈ 44", 0),
+        ("  p = o + t·d ≈ (0, 1, 0) + 0.5·(1, -2, 1e-3) ≈ (0.5, 0, 6e-4)", 1),
+        ("  n·ω = n·w / |w| = (1·3 + 0·0 + 0·4) / √(3² + 0² + 4²) = 0.6", 0),
+        ("  n·ω = n·w / |w| = (1·3 + 0·0 + 0·4) / √(3² + 0² + 4²) = 0.8", 1),
+    ] {
+        assert_eq!(calculator::checked(line, 6).1.len(), n_wrong, "{line}");
+    }
+}
+
+/// D is the difference of two numbers that agree in their first 15 digits: it has six digits all the
+/// same, and the numbers on the way to it as many as that takes.
+#[test]
+fn a_discriminant_near_zero_can_be_calculated() {
+    let mut signs = [0; 2];
+    for step in 1..20 {
+        for by in [1e-13, -1e-13] {
+            let x = 3.0 + f64::from(step) * by;
+            let grazing = scene(vec![sphere(DVec3::new(x, 0.0, -10.0), 3.0)], vec![]);
+            let explanation = of_ray(grazing, [0.0; 3], [0.0, 0.0, -1.1]);
+            let d = exact(object(&explanation, 1), "D").unwrap();
+            assert!(d.contains("e-1"), "{d}");
+            signs[usize::from(d.starts_with('-'))] += 1;
+            let shown = text(&explanation);
+            let line = shown.split("  D = ").nth(1).unwrap().split("  t = ").next().unwrap();
+            assert!(line.contains(&format!("≈ {}", &d[..5])), "{line}");
+            let longest = line.split([' ', '(', '·', ')']).map(str::len).max();
+            assert!(longest > Some(15), "{line}");
+        }
+    }
+    assert_eq!(signs, [19, 19]);
+}
+
+#[test]
+fn results_have_the_digits_that_are_asked_for() {
+    let scene = Arc::new(read_scene(file("figure2").as_ref()).unwrap());
+    let rays = ray([0.0; 3], [0.1, 0.03, -1.0]);
+    for digits in [1, 2, 3, 12, 40] {
+        let explanation = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap();
+        assert_written(&explanation);
+        let shown = text(&explanation);
+        let t = shown.split("t₁ ≈ ").nth(1).unwrap().split([',', '\n']).next().unwrap();
+        let n_digits = t.chars().filter(char::is_ascii_digit).count();
+        assert!(n_digits <= digits && n_digits + 2 >= digits, "{t}: {digits}");
+        assert!(shown.contains(&format!("rounded to {digits} digits")), "{shown}");
+    }
+    for digits in [0, 41] {
+        let error = explain_as(&scene, &rays, &Style { digits, ..Style::default() }).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+    }
+}
+
+#[test]
+fn spheres_behind_around_and_at_the_origin() {
+    let at = |z, radius| scene(vec![sphere(DVec3::new(0.0, 0.0, z), radius)], vec![]);
+    let down = [0.0, 0.0, -1.0];
+
+    let behind = of_ray(at(5.0, 1.0), [0.0; 3], down);
+    let nearest = "the point of the ray that is nearest to it is its origin, 4 away";
+    let pierces = "behind the ray's origin: the line pierces the sphere, but both t < 0";
+    assert_why(object(&behind, 1), Reason::Behind, &[pierces, nearest]);
+    assert_eq!(object(&behind, 1).gap, Some(4.0));
+    let of_camera = of_pixel("figure2", 640, 360);
+    let why = words(&object(&of_camera, 1).why);
+    assert_eq!(why[0], "behind the camera: the line pierces the sphere, but both t < 0");
+    let beside = scene(vec![sphere(DVec3::new(3.0, 0.0, 4.0), 3.0)], vec![]);
+    let touches = "behind the ray's origin: the line touches the sphere, but at t < 0";
+    let nearest = "the point of the ray that is nearest to it is its origin, 2 away";
+    let touched = of_ray(beside, [0.0; 3], down);
+    assert_why(object(&touched, 1), Reason::Behind, &[touches, nearest]);
+    let missed = scene(vec![sphere(DVec3::new(3.0, 0.0, 4.0), 1.0)], vec![]);
+    let missed = of_ray(missed, [0.0; 3], down);
+    let nearest = "the point of the ray that is nearest to it is its origin, 4 away";
+    let misses = "D < 0: the line misses the sphere";
+    assert_why(object(&missed, 1), Reason::Missed, &[misses, nearest]);
+    assert!(behind.winner.is_none());
+    assert!(text(&behind).contains("The ray sees the background."));
+
+    let inside = of_ray(at(-1.0, 3.0), [0.0; 3], down);
+    assert_why(
+        object(&inside, 1),
+        Reason::Visible,
+        &["nearest positive t: visible", "inside: near root behind, far root counts"],
+    );
+    assert_eq!(inside.winner.as_ref().map(|winner| winner.side), Some("back"));
+    assert_eq!(exact(object(&inside, 1), "t₁"), Some("-2"));
+    assert_eq!(inside.winner.as_ref().map(|winner| winner.t.as_str()), Some("4"));
+
+    let on_the_front = of_ray(at(-2.0, 2.0), [0.0; 3], down);
+    assert_why(
+        object(&on_the_front, 1),
+        Reason::Visible,
+        &[
+            "nearest positive t: visible",
+            "the origin lies on the sphere: near root 0, far root counts",
+        ],
+    );
+    let on_the_back = of_ray(at(2.0, 2.0), [0.0; 3], down);
+    assert_why(
+        object(&on_the_back, 1),
+        Reason::Behind,
+        &["the origin lies on the sphere: no t > 0 (t = 0 does not count)"],
+    );
+}
+
+#[test]
+fn a_ray_without_a_direction_meets_nothing() {
+    let around = scene(vec![sphere(DVec3::ZERO, 2.0)], vec![]);
+    let nowhere = of_ray(around, [0.0; 3], [0.0; 3]);
+    assert_eq!(object(&nowhere, 1).reason, Reason::Degenerate);
+    let why = object(&nowhere, 1).why[0].to_string();
+    assert_eq!(why, "a number here can't be calculated with: no hit");
+    assert!(nowhere.winner.is_none());
+}
+
+#[test]
+fn planes_behind_parallel_and_too_far() {
+    let at = |y, normal| scene(vec![], vec![plane(DVec3::new(0.0, y, 0.0), normal)]);
+    let down = [0.0, -2.0, 0.0];
+
+    let seen = of_ray(at(-3.0, DVec3::Y * 4.0), [0.0; 3], down);
+    assert_eq!(exact(object(&seen, 1), "(a−o)·n"), Some("-12"));
+    assert_eq!(exact(object(&seen, 1), "d·n"), Some("-8"));
+    assert_eq!(exact(object(&seen, 1), "t"), Some("1.5"));
+    for symbol in ["(a−o)·n", "d·n", "t"] {
+        let row = row(object(&seen, 1), symbol);
+        for entry in [row.lecture, row.stable, row.f64] {
+            assert_eq!(entry.and_then(|entry| entry.error_ulp), Some(0.0), "{symbol}");
+        }
+    }
+    let behind = of_ray(at(3.0, DVec3::Y), [0.0; 3], down);
+    let meets = "behind the ray's origin: the line meets the plane at t < 0";
+    let nearest = "the point of the ray that is nearest to it is its origin, 3 away";
+    assert_why(object(&behind, 1), Reason::Behind, &[meets, nearest]);
+    let origin_in_it = of_ray(at(0.0, DVec3::Y), [0.0; 3], down);
+    assert_why(
+        object(&origin_in_it, 1),
+        Reason::Behind,
+        &["t = 0: the origin lies in the plane, which does not count"],
+    );
+    let parallel = of_ray(at(3.0, DVec3::X), [1.0, 0.0, 0.0], down);
+    let stays = ["parallel: d·n = 0", "the ray stays 1 away from it"];
+    assert_why(object(&parallel, 1), Reason::Parallel, &stays);
+    let in_the_plane = of_ray(at(3.0, DVec3::X), [0.0; 3], down);
+    assert_why(
+        object(&in_the_plane, 1),
+        Reason::Parallel,
+        &["parallel: d·n = 0 (the ray runs in the plane, which is no hit)"],
+    );
+    let too_far = of_ray(at(-1e39, DVec3::Y), [0.0; 3], [0.0, -1.0, 0.0]);
+    assert_eq!(object(&too_far, 1).reason, Reason::TooFar);
+    let why = object(&too_far, 1).why[0].to_string();
+    assert_eq!(why, "t is larger than any f32: counts as background");
+    assert!(too_far.winner.is_none());
+}
+
+#[test]
+fn a_tie_is_told_on_both_sides() {
+    let front = sphere(DVec3::new(0.0, 0.0, -5.0), 1.0);
+    let larger = sphere(DVec3::new(0.0, 0.0, -7.0), 3.0);
+    let tie = of_ray(scene(vec![front, larger], vec![]), [0.0; 3], [0.0, 0.0, -1.0]);
+    assert_why(
+        object(&tie, 1),
+        Reason::Visible,
+        &["nearest positive t: visible", "tie with sphere 2: the lower id wins"],
+    );
+    let lost = &["tie with sphere 1: the lower id wins"];
+    assert_why(object(&tie, 2), Reason::TieLost { to: 1 }, lost);
+    assert_eq!(tie.level, "exact");
+}
+
+/// At 10⁸ neighbouring f32 are 8 apart, so 10⁸ + 3 becomes 10⁸: `o − c` is (0, 0, 10) in place of
+/// (−3, 0, 10), and a miss becomes a hit. For d = (0, 0, −1):
+///
+///   f32     k = 100 − 1 = 99    D = 400 − 396 =   4    t = 9 and 11
+///   exact   k = 109 − 1 = 108   D = 400 − 432 = −32    none
+///
+/// k: 9 ulp of 2⁻¹⁷ (108 lies in 2⁶..2⁷) are 9·2¹⁷; D: 36 of 2⁻¹⁸ (32 in 2⁵..2⁶) are 36·2¹⁸.
+#[test]
+fn errors_are_those_calculated_by_hand() {
+    let far = scene(vec![sphere(DVec3::new(100_000_003.0, 0.0, -10.0), 1.0)], vec![]);
+    let explanation = of_ray(far, [1e8, 0.0, 0.0], [0.0, 0.0, -1.0]);
+    let sphere = object(&explanation, 1);
+    let entry = |value, error_ulp, wrong_sign| Some(Approximation { value, error_ulp, wrong_sign });
+    let right = |value| entry(Some(value), Some(0.0), false);
+    let none = entry(None, None, false);
+
+    let k = row(sphere, "k");
+    assert_eq!(k.lecture, entry(Some(99.0), Some(9.0 * 131_072.0), false));
+    assert_eq!((k.stable, k.f64), (right(108.0), right(108.0)));
+    let d = row(sphere, "D");
+    assert_eq!(d.lecture, entry(Some(4.0), Some(36.0 * 262_144.0), true));
+    assert_eq!((d.stable, d.f64), (None, right(-32.0)));
+    let near = row(sphere, "t₁");
+    assert_eq!(near.lecture, entry(Some(9.0), None, false));
+    assert_eq!((near.stable, near.f64), (none, none));
+
+    let why = [
+        "D < 0: the line misses the sphere",
+        "the ray passes it at a distance of 2",
+        "wrong in f32 lecture, which sees a hit",
+    ];
+    assert_why(sphere, Reason::Missed, &why);
+    let shown = text(&explanation);
+    assert!(shown.contains("sign! 9.4e6 ulp"), "{shown}");
+    assert!(shown.contains("no root"), "{shown}");
+    let wrong: Vec<&str> =
+        explanation.seen.iter().filter(|seen| !seen.right).map(|seen| seen.kernel).collect();
+    assert_eq!(wrong, ["lecture"]);
+}
+
+/// A plane at t = 0.1: as f32 that is 13421773·2⁻²⁷ = 0.100000001490116…, which is 1.490116…·10⁻⁹
+/// more than the f64 that the scene means, and an ulp there is 2⁻²⁷ = 7.450580…·10⁻⁹: one fifth.
+#[test]
+fn the_error_of_a_rounded_number_is_a_fraction_of_an_ulp() {
+    let wall = scene(vec![], vec![plane(DVec3::new(0.0, 0.0, -0.1), DVec3::Z)]);
+    let explanation = of_ray(wall, [0.0; 3], [0.0, 0.0, -1.0]);
+    let row = row(object(&explanation, 1), "t");
+    let error = row.lecture.and_then(|entry| entry.error_ulp).unwrap();
+    assert!((error - 0.2).abs() < 1e-7, "{error}");
+    assert_eq!(row.f64.and_then(|entry| entry.error_ulp), Some(0.0));
+    assert_eq!(explanation.seen[0].t_error_ulp, Some(error), "the same error as of the result");
+}
+
+/// The numbers shown are those that the kernels work with: of all the roots shown, the smallest
+/// positive one of the smallest id is what the kernel itself reports, bit by bit.
+#[test]
+fn the_numbers_shown_are_the_kernels_own() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (mut n_hits, mut n_inexact) = (0, 0);
+    for round in 0..300 {
+        let spheres = (0..4)
+            .map(|_| {
+                let distance = log_uniform(&mut rng, 1.0, 1e4).abs();
+                sphere(in_cube(&mut rng) * distance, distance * rng.random_range(0.01..0.9))
+            })
+            .collect();
+        let length = log_uniform(&mut rng, 1e-3, 1e3);
+        let planes = vec![plane(in_cube(&mut rng) * 100.0, in_cube(&mut rng) * length)];
+        let scene = Arc::new(scene(spheres, planes));
+        let rays = if round % 2 == 0 {
+            let mut camera = kugelblitz_tests::camera(in_cube(&mut rng), in_cube(&mut rng) * 3.0);
+            if round % 4 == 0 {
+                camera.projection = Projection::Orthographic { height: 3.0 };
+            }
+            let whole = Pixels::whole(View::new(&camera), 301, 203);
+            let (x, y) = (rng.random_range(0..301), rng.random_range(0..203));
+            Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole })
+        } else {
+            let direction = in_cube(&mut rng) * log_uniform(&mut rng, 1e-6, 1e6);
+            Rays::List(vec![Ray { origin: in_cube(&mut rng) * 10.0, direction }])
+        };
+        let explanation = explain(&scene, &rays, None).unwrap();
+        assert_written(&explanation);
+        let ray = match &rays {
+            Rays::Pixels(pixels) => pixels.ray(pixels.x, pixels.y),
+            Rays::List(rays) => rays[0],
+        };
+        let components = [ray.origin.to_array(), ray.direction.to_array()].concat();
+        for (row, component) in explanation.ray.iter().zip(components) {
+            let exact: f64 = row.exact.as_ref().unwrap().decimal.parse().unwrap();
+            let largest = ray.origin.length() + ray.direction.length();
+            assert!((component - exact).abs() < 1e-14 * largest, "round {round}: {row:?}");
+        }
+        let columns: [(&str, Column); 2] =
+            [("lecture", |row| row.lecture), ("stable", |row| row.stable)];
+        for (kernel, column) in columns {
+            let mut expected = (0, f64::INFINITY);
+            let mut objects: Vec<_> = explanation.objects.iter().collect();
+            objects.sort_by_key(|object| object.id);
+            for object in objects {
+                let roots = object.quantities.iter().filter(|row| row.symbol.starts_with('t'));
+                let mut values = roots.filter_map(column).filter_map(|entry| entry.value);
+                if let Some(t) = values.find(|&t| t > 0.0)
+                    && t < expected.1
+                {
+                    expected = (object.id, t);
+                }
+            }
+            let seen = explanation.seen.iter().find(|seen| seen.kernel == kernel).unwrap();
+            assert_eq!((seen.id, f64::from(seen.t)), expected, "round {round}, {kernel}");
+            n_hits += u32::from(seen.id > 0);
+        }
+        let certified = explanation.seen.iter().find(|seen| seen.kernel == "certified").unwrap();
+        assert!(certified.right);
+        assert_eq!(certified.t_error_ulp.is_some(), certified.id > 0, "round {round}");
+        let error = certified.t_error_ulp.unwrap_or(0.0);
+        assert!(error <= 0.5, "round {round}: {error} ulp");
+        n_inexact += u32::from(error > 0.25);
+    }
+    assert!(n_hits > 200 && n_inexact > 20, "{n_hits}, {n_inexact}");
+}
+
+#[test]
+fn no_line_is_wider_than_100_columns() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for exponent in [-320, -300, -160, -45, -20, 0, 20, 45, 160, 300] {
+        let scale = 10f64.powi(exponent);
+        for _ in 0..4 {
+            let number = |rng: &mut ChaCha8Rng| log_uniform(rng, 0.1, 7.7) * scale;
+            let mut vector = || DVec3::from_array(std::array::from_fn(|_| -number(&mut rng)));
+            let ball = sphere(vector(), vector().x.abs());
+            let other = sphere(vector(), vector().y.abs());
+            let floor = plane(vector(), vector());
+            let (origin, direction) = (vector(), vector());
+            let mut scene = scene(vec![ball, other], vec![floor]);
+            for index in 0..2 {
+                let name = "a name with \u{1b}[31m colour\n and no end ".repeat(9);
+                scene.spheres.set_name(index, name);
+            }
+            of_ray(scene.clone(), origin.to_array(), direction.to_array());
+            scene.lights = vec![
+                light(Source::Point(vector()), 1e-30),
+                light(Source::Sun(vector()), -number(&mut rng).abs()),
+                light(Source::Eye, 1.0),
+            ];
+            scene.sky = Some(Sky { intensity: 0.5, directions: 9 });
+            of_ray(scene, origin.to_array(), direction.to_array());
+        }
+    }
+}
+
+#[test]
+fn the_nearest_come_first_and_twenty_are_enough() {
+    let spheres: Vec<_> = (0..30)
+        .map(|i| {
+            let x = if i % 2 == 0 { 0.0 } else { 50.0 - f64::from(i) };
+            sphere(DVec3::new(x, 0.0, f64::from(i) * 3.0 - 100.0), 1.0)
+        })
+        .collect();
+    let scene = Arc::new(scene(spheres, vec![]));
+    let rays = ray([0.0; 3], [0.0, 0.0, -1.0]);
+    let ids = |limit| -> Vec<u32> {
+        let explanation = explain(&scene, &rays, limit).unwrap();
+        assert_eq!(explanation.n_objects, 30);
+        explanation.objects.iter().map(|object| object.id).collect()
+    };
+    let all = ids(None);
+    let hit = (0..15).map(|i| 29 - 2 * i);
+    let missed = (0..15).map(|i| 30 - 2 * i);
+    assert_eq!(all, hit.chain(missed).collect::<Vec<u32>>());
+    assert_eq!(ids(Some(DEFAULT_OBJECTS)), all[..20]);
+    let shown = text(&explain(&scene, &rays, Some(DEFAULT_OBJECTS)).unwrap());
+    assert!(shown.contains("Left out: 10 more of 30 objects"), "{shown}");
+    assert!(shown.contains(": 0 hit but not first, 0 behind, 10 missed\n"), "{shown}");
+    assert!(shown.contains("--all shows up to 1000 objects."), "{shown}");
+}
+
+/// Balls in a cube of cells: some hundred in front of the ray's origin and behind it, the others beside it. Who
+/// asks for all gets the nearest and a count of the others.
+#[test]
+fn of_many_objects_the_first_are_explained_and_the_others_counted() {
+    const SIDE: i32 = 47;
+    let range = || -SIDE / 2..=SIDE / 2;
+    let at = |x, y, z| DVec3::from([x, y, z].map(f64::from));
+    let cells = range().flat_map(|x| range().flat_map(move |y| range().map(move |z| at(x, y, z))));
+    let mut spheres: Vec<_> = cells.map(|center| sphere(center, 0.4)).collect();
+    // All are hit, and the first of equals wins.
+    spheres.extend((0..2000).map(|_| sphere(DVec3::ZERO, 100.0)));
+    let scene = Arc::new(scene(spheres, vec![]));
+    let start = Instant::now();
+    let rays = ray([0.5, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    let explanation = explain(&scene, &rays, None).unwrap();
+    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+    assert_eq!(explanation.objects.len(), MOST_OBJECTS);
+    let n_line = SIDE as usize / 2;
+    let hit = n_line + 2000 - MOST_OBJECTS;
+    let missed = (SIDE as usize).pow(3) - SIDE as usize;
+    assert_eq!(explanation.left_out, LeftOut { hit, behind: n_line + 1, missed });
+    let firsts: Vec<u32> = explanation.objects.iter().map(|object| object.id).collect();
+    assert_eq!(explanation.winner.as_ref().unwrap().id, firsts[0]);
+    assert!(firsts[n_line..].is_sorted() && explanation.objects[n_line].reason != Reason::Visible);
+    let shown = text(&explanation);
+    assert!(shown.contains("Left out: ") && !shown.contains("--all"));
+}
+
+fn light(source: Source, intensity: f64) -> Light {
+    Light { source, color: Color([1.0; 3]), intensity, shadows: true }
+}
+
+/// A floor under the ray, which sees its origin. Light 1 comes from (3, 4, 0): `n·ω` = 4/5, and gives
+/// 0.4. Light 2 shines up. Light 3 at (0, 8, 6) is hidden behind a ball of radius 1 at (0, 4, 3), half
+/// way, which is 5 away: s = (5 − 1)/10. Light 4 lies in the floor, light 5 is black, light 6 is red, at
+/// the eye, and falls straight down.
+fn six_lights() -> Scene {
+    let mut lit = scene(vec![sphere(DVec3::new(0.0, 4.0, 3.0), 1.0)], vec![]);
+    lit.planes = vec![plane(DVec3::ZERO, DVec3::Y * 2.0)];
+    lit.planes[0].color = Color([0.5, 0.25, 1.0]);
+    lit.ambient = Some(Color([0.125; 3]));
+    lit.lights = vec![
+        light(Source::Point(DVec3::new(3.0, 4.0, 0.0)), 0.5),
+        light(Source::Sun(DVec3::Y), 1.0),
+        light(Source::Point(DVec3::new(0.0, 8.0, 6.0)), 1.0),
+        light(Source::Point(DVec3::new(0.0, 0.0, 5.0)), 1.0),
+        light(Source::Point(DVec3::Y), 0.0),
+        Light { color: Color([1.0, 0.0, 0.0]), ..light(Source::Eye, 0.25) },
+    ];
+    lit
+}
+
+fn shading(explanation: &Explanation) -> &Shading {
+    explanation.shading.as_ref().unwrap()
+}
+
+fn exact_of<'a>(quantities: &'a [Quantity], symbol: &str) -> Option<&'a str> {
+    let row = quantities.iter().find(|row| row.symbol == symbol)?;
+    Some(row.exact.as_ref()?.decimal.as_str())
+}
+
+#[track_caller]
+fn assert_light(light: &LightExplanation, verdict: Verdict, why: &str, numbers: [Option<&str>; 3]) {
+    assert_eq!((&light.verdict, words(&light.why)), (&verdict, vec![why.to_owned()]));
+    let found = ["n·ω", "s", "I·n·ω"].map(|symbol| exact_of(&light.quantities, symbol));
+    assert_eq!(found, numbers, "{}", light.name);
+}
+
+#[test]
+fn light_has_the_numbers_calculated_by_hand() {
+    let explanation = of_ray(six_lights(), [0.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
+    let shading = shading(&explanation);
+    let point = &explanation.point.as_ref().unwrap().quantities;
+    for (symbol, expected) in
+        [("p.x", "0"), ("p.y", "0"), ("f(p)", "0"), ("n.x", "0"), ("n.y", "1")]
+    {
+        assert_eq!(exact_of(point, symbol), Some(expected), "{symbol}");
+    }
+    let [one, two, three, four, five, six] = &shading.lights[..] else { panic!("six lights") };
+    assert_eq!((one.name.as_str(), &*one.place.to_string()), ("light 1", "at (3, 4, 0)"));
+    assert_eq!(two.place.to_string(), "a sun along (0, 1, 0)");
+    let counts = "nothing is in its way: it counts";
+    assert_light(one, Verdict::Counts, counts, [Some("0.8"), None, Some("0.4")]);
+    let behind = "behind the surface: n·ω < 0";
+    assert_light(two, Verdict::Behind, behind, [Some("-1"), None, Some("0")]);
+    let hidden = "in its way: sphere 1, s = 0.4";
+    let by = Verdict::Hidden { by: 1 };
+    assert_light(three, by, hidden, [Some("0.8"), Some("0.4"), Some("0")]);
+    let grazing = "n·ω = 0: it gives nothing";
+    assert_light(four, Verdict::Grazing, grazing, [Some("0"), None, Some("0")]);
+    assert_light(five, Verdict::Dark, "it gives no light", [None; 3]);
+    let eye = "what the eye sees is lit from there: it counts";
+    assert_light(six, Verdict::Counts, eye, [Some("1"), None, None]);
+    assert_eq!(exact_of(&six.quantities, "red"), Some("0.25"));
+    assert_eq!(exact_of(&six.quantities, "green"), Some("0"));
+    for (symbol, expected) in [("w.x", "0"), ("w.y", "8"), ("w.z", "6")] {
+        assert_eq!(exact_of(&three.quantities, symbol), Some(expected));
+    }
+    // color × (ambient + Σ): ½·(⅛ + 0.4 + ¼), ¼·(⅛ + 0.4), 1·(⅛ + 0.4)
+    let values =
+        [("red", 0.3875, "0.3875"), ("green", 0.13125, "0.13125"), ("blue", 0.525, "0.525")];
+    for ((name, value, decimal), channel) in values.into_iter().zip(&shading.color.channels) {
+        assert_eq!(exact_of(&shading.color.quantities, name), Some(decimal));
+        assert_eq!(channel.name, name);
+        assert_eq!(channel.byte, Color([value; 3]).to_srgb8()[0]);
+        let [low, high] = channel.range;
+        let away: f64 = channel.from_edge.decimal.parse().unwrap();
+        assert!((away - (value - low).min(high - value)).abs() < 1e-15, "{channel:?}");
+    }
+    assert!(shading.sky.is_none() && shading.mean.is_none());
+    for row in point.iter().chain(shading.lights.iter().flat_map(|light| &light.quantities)) {
+        let f64 = row.f64.and_then(|entry| entry.value);
+        assert!(row.symbol == "s" || f64.is_some(), "{}", row.symbol);
+    }
+}
+
+#[test]
+fn light_reads_as_in_a_lecture() {
+    let explanation = of_ray(six_lights(), [0.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
+    let shown = text(&explanation);
+    for expected in [
+        "
+The ray sees plane 2: t = 5
+  → its front; n is the unit normal that faces the ray
+  p = o + t·d = (0, 5, 0) + 5·(0, -1, 0) = (0, 0, 0)
+  p − a = (0, 0, 0) − (0, 0, 0) = (0, 0, 0)
+  f(p) = (p − a)·n = 0·0 + 0·2 + 0·0 = 0
+  n / |n| = (0, 2, 0) / 2 = (0, 1, 0)
+",
+        "
+light 1, at (3, 4, 0)
+  → nothing is in its way: it counts
+  w = l − p = (3, 4, 0) − (0, 0, 0) = (3, 4, 0)
+  n·ω = n·w / |w| = (0·3 + 1·4 + 0·0) / √(3² + 4² + 0²) = 0.8
+  I·n·ω = (0.5, 0.5, 0.5)·0.8 = (0.4, 0.4, 0.4)
+",
+        "
+light 3, at (0, 8, 6)
+  → in its way: sphere 1, s = 0.4
+  w = l − p = (0, 8, 6) − (0, 0, 0) = (0, 8, 6)
+  n·ω = n·w / |w| = (0·0 + 1·8 + 0·6) / √(0² + 8² + 6²) = 0.8, s = 0.4
+",
+        "
+light 5, at (0, 1, 0)
+  → it gives no light
+
+light 6, at the eye
+",
+        "  red = color × (ambient + Σ I·n·ω) = 0.5·(0.125 + 0.65) = 0.3875\n",
+        "  → red is byte 167, which stands for 0.383873 to 0.388996: 0.001496 from its edge\n",
+    ] {
+        assert!(shown.contains(expected), "{expected}\n{shown}");
+    }
+    let lines = latex::latex(&explanation);
+    for line in [
+        r"\noindent\textbf{light 3}: at $(0, 8, 6)$; in its way: sphere 1, $s = 0.4$",
+        r"\vec{w} &= \vec{l} - \vec{p} = (0,\ 8,\ 6) - (0,\ 0,\ 0) = (0,\ 8,\ 6) \\",
+        r"\noindent\textbf{The colour of the ray}: bytes 167, 101, 192",
+    ] {
+        assert!(lines.lines().any(|other| other == line), "{line}\n{lines}");
+    }
+}
+
+/// The way from the origin to (0, 8, 6) has the length 10. Balls around points of its line: the roots
+/// are where it leaves or enters them, the one that counts the smallest in 0..1.
+#[test]
+fn what_is_in_the_way_has_its_root() {
+    let along = |distance: f64, radius| sphere(DVec3::new(0.0, 0.8, 0.6) * distance, radius);
+    let floor = plane(DVec3::ZERO, DVec3::Y);
+    let cases: [(&str, Vec<_>, Vec<_>, &str); 7] = [
+        ("before both ends", vec![along(5.0, 2.0)], vec![], "sphere 1, s = 0.3"),
+        ("around the light", vec![along(9.0, 2.0)], vec![], "sphere 1, s = 0.7"),
+        ("around the point, to the light", vec![along(0.5, 2.0)], vec![], "sphere 1, s = 0.25"),
+        ("around the point, away", vec![along(-0.5, 2.0)], vec![], "sphere 1, s = 0.15"),
+        ("through the point", vec![along(2.5, 2.5)], vec![], "sphere 1, s = 0.5"),
+        ("a ceiling", vec![], vec![plane(DVec3::Y * 2.0, -DVec3::Y)], "plane 2, s = 0.25"),
+        (
+            "the first of three",
+            vec![along(6.0, 1.0), along(4.0, 1.0), along(4.0, 1.0)],
+            vec![],
+            "sphere 2, s = 0.3",
+        ),
+    ];
+    for (what, spheres, mut planes, expected) in cases {
+        planes.insert(0, floor.clone());
+        let mut lit = scene(spheres, planes);
+        lit.lights = vec![light(Source::Point(DVec3::new(0.0, 8.0, 6.0)), 1.0)];
+        let explanation = of_ray(lit, [0.0, 0.25, 0.0], [0.0, -1.0, 0.0]);
+        let [light] = &shading(&explanation).lights[..] else { panic!("one light") };
+        assert_eq!(light.why[0].to_string(), format!("in its way: {expected}"), "{what}");
+    }
+    // From inside, the own wall is in the way of a light outside.
+    let mut lit = scene(vec![sphere(DVec3::ZERO, 5.0)], vec![]);
+    lit.lights = vec![light(Source::Point(DVec3::Y * 15.0), 1.0)];
+    let explanation = of_ray(lit, [0.0; 3], [0.0, -1.0, 0.0]);
+    let why = shading(&explanation).lights[0].why[0].to_string();
+    assert_eq!(why, "in its way: sphere 1, s = 0.5");
+}
+
+/// A sphere on a floor, from inside a room, under a sky: all that a picture shows is explained.
+fn lit_picture(samples: u32) -> Scene {
+    let ball = sphere(DVec3::new(0.0, 1.0, 0.0), 1.0);
+    let mut lit = scene(vec![ball, sphere(DVec3::new(1.4, 0.4, 0.3), 0.4)], vec![]);
+    lit.planes = vec![plane(DVec3::ZERO, DVec3::Y)];
+    lit.camera =
+        Some(kugelblitz_tests::camera(DVec3::new(0.0, 1.5, 5.0), DVec3::new(0.2, 0.6, 0.0)));
+    lit.background = Color([0.2, 0.3, 0.4]);
+    lit.lights = vec![
+        Light {
+            color: Color([1.0, 0.8, 0.6]),
+            ..light(Source::Point(DVec3::new(4.0, 6.0, 3.0)), 0.7)
+        },
+        Light { shadows: false, ..light(Source::Sun(DVec3::new(1.0, -2.0, 0.5)), 0.2) },
+    ];
+    lit.sky = Some(Sky { intensity: 0.3, directions: 7 });
+    lit.samples = Some(Samples::nearest(samples));
+    lit
+}
+
+#[test]
+fn the_byte_explained_is_the_byte_shown() {
+    let mut n_hidden = [0; 2];
+    for samples in [1, 3] {
+        let scene = Arc::new(lit_picture(samples));
+        let (width, height) = (40, 30);
+        let mut session = Session::new(Arc::clone(&scene), Device::Cpu, Kernel::Certified);
+        let picture = session.render(width, height).unwrap();
+        let whole = session.pixels(width, height).unwrap();
+        for index in (0..picture.srgb8.len()).step_by(17) {
+            let (x, y) = whole.xy(index);
+            let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
+            let explanation = explain(&scene, &rays, None).unwrap();
+            assert_written(&explanation);
+            let shading = shading(&explanation);
+            assert_eq!(shading.mean.is_some(), samples > 1);
+            let shown = shading.mean.as_ref().map_or(&shading.color, |mean| &mean.color);
+            let bytes = shown.channels.each_ref().map(|channel| channel.byte);
+            assert_eq!(bytes, picture.srgb8[index], "({x}, {y})");
+            assert_eq!(explanation.point.is_some(), picture.hits.id[index] > 0);
+            if let Some(sky) = &shading.sky {
+                assert_eq!(sky.counting + sky.behind + sky.hidden, 7);
+                n_hidden[0] += sky.hidden;
+            }
+            let is_hidden =
+                |light: &&LightExplanation| matches!(light.verdict, Verdict::Hidden { .. });
+            n_hidden[1] += shading.lights.iter().filter(is_hidden).count();
+        }
+    }
+    assert!(n_hidden.iter().all(|n| *n > 5), "{n_hidden:?}");
+}
+
+#[test]
+fn without_light_nothing_is_said_of_it() {
+    let explanation = of_pixel("figure5", 640, 360);
+    assert!(explanation.shading.is_none());
+    assert!(serde_json::to_value(&explanation).unwrap().get("shading").is_none());
+    // Samples alone have a mean and its bytes.
+    let scene = Arc::new(Scene { lights: vec![], sky: None, ..lit_picture(2) });
+    let view = View::new(scene.camera.as_ref().unwrap());
+    let whole = Pixels::whole(view, 40, 30);
+    let rays = Rays::Pixels(Pixels { x: 20, y: 15, width: 1, height: 1, ..whole });
+    let explanation = explain(&scene, &rays, None).unwrap();
+    assert_written(&explanation);
+    let shading = shading(&explanation);
+    assert!(shading.lights.is_empty() && shading.sky.is_none() && shading.mean.is_some());
+}
+
+/// What f32 makes of a shadow without an epsilon is told where it is wrong.
+#[test]
+fn a_surface_in_its_own_light_is_told() {
+    let mut lit = scene(vec![sphere(DVec3::new(0.1, 0.2, -7.3), 1.0)], vec![]);
+    lit.lights = vec![light(Source::Point(DVec3::new(5.0, 7.0, 3.0)), 1.0)];
+    let scene = Arc::new(lit);
+    let (mut n_right, mut n_wrong) = (0, 0);
+    for step in 0..40 {
+        let x = 0.02 * f64::from(step) - 0.2;
+        let explanation = explain(&scene, &ray([0.0; 3], [x * 0.1, 0.05, -1.0]), None).unwrap();
+        let shading = shading(&explanation);
+        let [light] = &shading.lights[..] else { panic!("one light") };
+        assert_eq!(light.verdict, Verdict::Counts);
+        let is_wrong = light
+            .why
+            .iter()
+            .any(|why| why.to_string() == "wrong in f32 lecture, which has sphere 1 in its way");
+        let s = light.quantities.iter().find(|row| row.symbol == "s");
+        assert_eq!(is_wrong, s.is_some_and(|s| s.lecture.is_some_and(|s| s.value.is_some())));
+        let shadowed = words(&shading.color.why).iter().any(|why| why.contains("f32 lecture"));
+        assert_eq!(is_wrong, shadowed, "{:?}", shading.color);
+        *(if is_wrong { &mut n_wrong } else { &mut n_right }) += 1;
+    }
+    assert!(n_right > 0 && n_wrong > 0, "{n_right}, {n_wrong}");
+}
+
+#[track_caller]
+fn run(args: &[&str]) -> String {
+    program::run(&[&["explain"], args].concat(), 0).text().to_owned()
+}
+
+#[test]
+fn the_program_shows_what_the_gpu_computes() {
+    gpu();
+    let scene = file("figure5");
+    for (on, shown) in [
+        ("640,360", "certified GPU sphere 2 (touched)"),
+        ("639,361", "certified GPU sphere 3 (pierced)"),
+        ("0,0", "certified GPU background"),
+    ] {
+        let text = run(&[&scene, "--pixel", on, "--device", "gpu"]);
+        assert!(text.contains(shown), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(!text.contains("WRONG") && !text.contains("No GPU"), "{text}");
+        assert!(!text.contains('\u{1b}'), "{text}");
+    }
+    let text = run(&[&scene, "--ray", "-0,0,0,0,0,-2", "--device", "gpu"]);
+    assert!(text.contains("The ray sees sphere 2 (touched): t = 12\n"), "{text}");
+    for kernel in Kernel::ALL {
+        for device in ["CPU", "GPU"] {
+            if device == "GPU" && !runs(kernel) {
+                continue;
+            }
+            let kernel = kernel.name();
+            let start = format!("  {kernel:<9} {device} sphere 2 (touched) ");
+            let line = text.lines().find(|line| line.starts_with(&start));
+            let end = "12       0 ulp  -0.6000 -0.8000 0.0000";
+            assert!(line.is_some_and(|line| line.ends_with(end)), "{text}");
+        }
+    }
+}
+
+#[test]
+fn without_a_gpu_the_program_says_so() {
+    let text = run(&[&file("figure5"), "--pixel", "640,360", "--device", "cpu"]);
+    assert!(text.contains("No GPU took part: these are the CPU's results alone."), "{text}");
+    assert!(!text.contains(" GPU sphere"), "{text}");
+}
+
+#[test]
+fn json_has_the_head_of_the_others_and_all_numbers() {
+    let facts = gpu().facts.clone();
+    let scene = file("figure5");
+    let json = |device| -> Value {
+        let text = run(&[&scene, "--pixel", "640,360", "--device", device, "--json"]);
+        serde_json::from_str(&text).unwrap()
+    };
+    let on_gpu = json("gpu");
+    let keys: Vec<&str> = on_gpu.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut expected =
+        ["schema", "version", "command", "adapter", "device", "objects", "explanation"];
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert_eq!((&on_gpu["schema"], &on_gpu["command"]), (&1.into(), &"explain".into()));
+    assert_eq!(on_gpu["adapter"]["name"], facts.name.as_str());
+    let explanation = &on_gpu["explanation"];
+    let pixel = serde_json::json!({"x": 640, "y": 360, "width": 1281, "height": 721});
+    assert_eq!(explanation["pixel"], pixel);
+    assert_eq!(explanation["level"], "exact");
+    assert_eq!(explanation["winner"]["t"], "24");
+    let touched = &explanation["objects"][0];
+    assert_eq!(touched["reason"], serde_json::json!({"is": "visible"}));
+    assert_eq!(touched["terms"]["shape"], "sphere");
+    let d = &touched["quantities"][3];
+    assert_eq!(d["symbol"], "D");
+    let zero = serde_json::json!({"value": 0.0, "error_ulp": 0.0, "wrong_sign": false});
+    assert_eq!((&d["lecture"], &d["stable"], &d["f64"]), (&zero, &Value::Null, &zero));
+    assert_eq!(d["exact"], serde_json::json!({"decimal": "0", "signum": 0}));
+    let n_seen = 7 + usize::from(facts.f64);
+    assert_eq!(explanation["seen"].as_array().map(Vec::len), Some(n_seen));
+    assert_eq!(explanation["seen"][n_seen - 1]["device"], "gpu");
+
+    let on_cpu = json("cpu");
+    assert_eq!((&on_cpu["adapter"], &on_cpu["device"]), (&Value::Null, &"cpu".into()));
+    assert_eq!(on_cpu["explanation"]["seen"].as_array().map(Vec::len), Some(4));
+}
+
+#[test]
+fn latex_is_all_that_latex_prints() {
+    let scene = file("figure1");
+    let text = run(&[&scene, "--pixel", "100,600", "--device", "cpu", "--latex"]);
+    let start = r"\noindent\textbf{Pixel $(100, 600)$ of $1280 \times 720$: the ray ";
+    assert!(text.starts_with(&format!("% \\usepackage{{amsmath}}\n\n{start}")), "{text}");
+    assert!(text.ends_with("\\end{align*}\n"), "{text}");
+    assert!(text.contains(r"\frac{-2.2}{-0.375868} \approx 5.85312"), "{text}");
+    assert_written(&of_pixel("figure1", 100, 600));
+}
+
+#[test]
+fn size_and_crop_mean_what_they_mean_elsewhere() {
+    let scene = file("figure5");
+    let start = [scene.as_str(), "--device", "cpu", "--pixel"];
+    let small = run(&[&start[..], &["10,5", "--size", "21x11"]].concat());
+    assert!(small.starts_with("Pixel (10, 5) of 21×11: "), "{small}");
+    assert!(small.contains("The ray sees sphere 2 (touched): t = 24\n"), "{small}");
+    let cropped = run(&[&start[..], &["10,5", "--size", "21x11", "--crop", "9,4,3,3"]].concat());
+    assert_eq!(cropped, small, "a pixel counts from the corner of the whole picture");
+}
+
+#[test]
+fn wrong_usage_exits_2_and_says_what_is_allowed() {
+    let scene = file("figure5");
+    let cases: [(&[&str], &str); 18] = [
+        (&["--pixel", "1281,0"], "X goes from 0 to 1280, Y from 0 to 720"),
+        (&["--pixel", "0,721"], "X goes from 0 to 1280, Y from 0 to 720"),
+        (&["--pixel", "-1,0"], "X goes from 0 to 1280"),
+        (&["--pixel", "5,5", "--crop", "10,20,30,40"], "X goes from 10 to 39, Y from 20 to 59"),
+        (&["--pixel", "21,0", "--size", "21x11"], "X goes from 0 to 20, Y from 0 to 10"),
+        (&["--pixel", "1.5,0"], "whole pixels"),
+        (&["--pixel", "1"], "whole pixels"),
+        (&["--ray", "0,0,0,0,0,0"], "points nowhere"),
+        (&["--ray", "0,0,0,0,0,inf"], "not finite"),
+        (&["--ray", "nan,0,0,0,0,1"], "not finite"),
+        (&["--ray", "0,0,0,0,1"], "six numbers"),
+        (&["--ray", "0,0,0,0,0,1", "--pixel", "1,1"], "cannot be used with"),
+        (&["--ray", "0,0,0,0,0,1", "--size", "3x3"], "cannot be used with"),
+        (&[], "<--pixel <X,Y>|--ray <OX,OY,OZ,DX,DY,DZ>>"),
+        (&["--size", "3x3"], "--ray"),
+        (&["--pixel", "1,1", "--digits", "0"], "1..=40"),
+        (&["--pixel", "1,1", "--digits", "41"], "1..=40"),
+        (&["--pixel", "1,1", "--lang", "fr"], "possible values: en, de"),
+    ];
+    for (args, says) in cases {
+        let args = [&["explain", scene.as_str(), "--device", "cpu"], args].concat();
+        let ran = program::run(&args, 2);
+        assert!(ran.stderr.contains(says), "{args:?}\n{}", ran.stderr);
+        assert_eq!(ran.stdout, b"", "{args:?}");
+    }
+}
+
+#[test]
+fn german_is_german_throughout() {
+    let mut lit = lit_picture(2);
+    lit.spheres.set_name(0, "50 % of_a {ball} & #1 \\~^");
+    lit.planes.push(plane(DVec3::Z * 9.0, DVec3::Z));
+    lit.planes.push(plane(DVec3::Y * -3.0, DVec3::Y));
+    lit.lights.push(light(Source::Sun(DVec3::Y), 1.0));
+    lit.lights.push(light(Source::Eye, 0.5));
+    lit.lights.push(light(Source::Point(DVec3::new(0.0, -5.0, 0.0)), 0.0));
+    let scene = Arc::new(lit);
+    let whole = Pixels::whole(View::new(scene.camera.as_ref().unwrap()), 40, 30);
+    let of = |x, y, lang| {
+        let rays = Rays::Pixels(Pixels { x, y, width: 1, height: 1, ..whole });
+        let style = Style { lang, ..Style::default() };
+        explain_as(&scene, &rays, &style).unwrap()
+    };
+    let mut all = String::new();
+    for (x, y) in [(20, 15), (20, 28), (3, 20), (24, 13), (5, 1)] {
+        let german = of(x, y, Lang::German);
+        assert_written(&german);
+        let (english, german) = (of(x, y, Lang::English), text(&german) + &latex::latex(&german));
+        assert_written(&english);
+        let english = text(&english) + &latex::latex(&english);
+        // The same numbers, and nothing left of the places for them.
+        let numbers = |text: &str| -> Vec<String> {
+            let is_number = |word: &&str| word.parse::<f64>().is_ok();
+            let words = text.split(|c: char| c.is_whitespace() || "(),;:".contains(c));
+            words.filter(is_number).map(str::to_owned).collect()
+        };
+        let of_formulas = |text: &str| numbers(text.split("\nFormel").next().unwrap());
+        let of_formulas_too = |text: &str| numbers(text.split("\nFormulas").next().unwrap());
+        assert_eq!(of_formulas(&german), of_formulas_too(&english));
+        let named = "50 % of_a {ball} & #1";
+        let without = german.replace(named, "").replace(r"\#1", "");
+        assert!(!without.contains('#'), "{without}");
+        assert!(!text_part(&german).contains('$'), "{german}");
+        all += &without;
+    }
+    for word in [
+        " the ", "sphere", "plane", "light", "ray", "sees", "visible", "camera", "nothing", "way",
+        "wrong", "colour", "color", "ambient", "and", "is its", "origin", "root", "none", "digits",
+    ] {
+        let found =
+            all.lines().find(|line| line.split_whitespace().any(|other| other == word.trim()));
+        assert!(found.is_none(), "{word}: {found:?}");
+    }
+    for phrase in [
+        "Kugel 1",
+        "Ebene",
+        "hinter der Kamera",
+        "kleinstes positives t: sichtbar",
+        "weiter weg als",
+        "Der Strahl sieht",
+        "die Vorderseite",
+        "Licht 1, bei (4, 6, 3)",
+        "es zählt",
+        "Himmel,",
+        "Die Farbe des Pixels: das Mittel von 2×2",
+        "grün ist Byte",
+        "exakt",
+        "auf 6 Stellen",
+        "hinter der Fläche: n·ω < 0",
+        "es gibt kein Licht",
+        "In der Tabelle hat stable",
+        r"hinter der Fläche: $\vec{n} \cdot \vec{\omega} < 0$",
+        r"\text{grün}",
+        r"50 \% of\_a \{ball\} \& ",
+    ] {
+        assert!(all.contains(phrase), "{phrase}\n{all}");
+    }
+}
+
+/// The text, without the LaTeX that follows it.
+fn text_part(both: &str) -> &str {
+    both.split("% \\usepackage").next().unwrap()
+}
+
+#[test]
+fn the_program_speaks_german() {
+    let scene = file("figure5");
+    let start = [scene.as_str(), "--device", "cpu", "--pixel", "640,360", "--lang", "de"];
+    let shown = run(&start);
+    assert!(shown.contains("Der Strahl sieht Kugel 2 (touched): t = 24\n"), "{shown}");
+    assert!(shown.contains("Keine GPU war dabei"), "{shown}");
+    assert!(shown.lines().all(|line| line.chars().count() <= WIDTH), "{shown}");
+    let latex = run(&[&start[..], &["--latex"]].concat());
+    assert!(latex.contains(r"die Gerade berührt die Kugel"), "{latex}");
+    let json: Value = serde_json::from_str(&run(&[&start[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["explanation"]["objects"][0]["label"], "Kugel 2 (touched)");
+    assert_eq!(json["explanation"]["winner"]["side"], "front", "what is no word stays");
+}

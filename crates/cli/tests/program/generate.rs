@@ -1,0 +1,262 @@
+//! Clouds that the program makes up: the same from the same seed, as many as asked for, where they
+//! are said to be, and in view.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use glam::DVec3;
+use kugelblitz::Error;
+use kugelblitz::control::Control;
+use kugelblitz::generate::{Distribution, MAX_COUNT, Recipe, write_cloud, write_scene};
+use kugelblitz::output::{self, OutputFile};
+use kugelblitz::rays::View;
+use kugelblitz::scene::{Projection, Scene, Sphere, read_scene};
+use kugelblitz_tests::root;
+use tempfile::TempDir;
+
+use crate::program;
+
+fn recipe(distribution: Distribution, count: u64, seed: u64) -> Recipe {
+    Recipe { distribution, count, seed }
+}
+
+fn write(cloud: &Path, scene: &Path, recipe: &Recipe) {
+    let control = Control::default();
+    let [mut file, mut scene] = [cloud, scene].map(|path| OutputFile::create(path, false).unwrap());
+    write_cloud(&mut file, recipe, &control).unwrap();
+    write_scene(&mut scene, cloud, recipe).unwrap();
+    output::commit([file, scene], &control).unwrap();
+}
+
+/// The bytes of the cloud and the scene that shows it.
+fn made(folder: &TempDir, recipe: &Recipe) -> (Vec<u8>, Scene) {
+    let (cloud, scene) = (folder.path().join("cloud.npy"), folder.path().join("scene.toml"));
+    write(&cloud, &scene, recipe);
+    (fs::read(cloud).unwrap(), read_scene(&scene).unwrap())
+}
+
+#[test]
+fn a_cloud_depends_on_its_seed_and_on_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    for distribution in Distribution::ALL {
+        for count in [1, 2, 20_000] {
+            let name = format!("{} {count}", distribution.name());
+            let (bytes, scene) = made(&folder, &recipe(distribution, count, 5));
+            assert_eq!(scene.n_objects() as u64, count, "{name}");
+            assert_eq!(scene.camera, Some(recipe(distribution, count, 5).camera()), "{name}");
+            assert!(bytes == made(&folder, &recipe(distribution, count, 5)).0, "{name}");
+            let other = made(&folder, &recipe(distribution, count, 6)).0;
+            assert_eq!(bytes == other, distribution == Distribution::Lattice, "{name}");
+            let places: BTreeSet<_> =
+                scene.spheres.iter().map(|s| s.center.to_array().map(f64::to_bits)).collect();
+            assert_eq!(places.len() as u64, count, "{name}: two in one place");
+        }
+    }
+}
+
+#[test]
+fn a_cloud_in_memory_is_the_one_of_the_files() {
+    let folder = tempfile::tempdir().unwrap();
+    for distribution in Distribution::ALL {
+        let recipe = recipe(distribution, 20_000, 5);
+        let (_, read) = made(&folder, &recipe);
+        let scene = recipe.scene(&Control::default()).unwrap();
+        assert!(read.spheres == scene.spheres, "{}", distribution.name());
+        assert_eq!(read.camera, scene.camera, "{}", distribution.name());
+    }
+    let cancelled = Control::default();
+    cancelled.cancel();
+    let stopped = recipe(Distribution::Uniform, 9, 5).scene(&cancelled);
+    assert!(matches!(stopped, Err(kugelblitz::Error::Interrupted)));
+}
+
+#[test]
+fn every_sphere_is_in_view() {
+    let folder = tempfile::tempdir().unwrap();
+    for distribution in Distribution::ALL {
+        for count in [1, 1000] {
+            let (_, scene) = made(&folder, &recipe(distribution, count, 1));
+            let view = View::new(scene.camera.as_ref().unwrap());
+            let aspect = 16.0 / 9.0;
+            for (tangent, across) in [(view.h, view.true_up), (view.h * aspect, view.right)] {
+                // A plane through the eye along an edge of the picture: its distance from the
+                // middle of a sphere that is wholly inside is at least the radius.
+                for side in [-1.0, 1.0] {
+                    let inwards = (tangent * view.forward + side * across).normalize();
+                    for Sphere { center, radius } in &scene.spheres {
+                        let distance = (*center - view.position).dot(inwards);
+                        assert!(distance >= *radius, "{} {count}", distribution.name());
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Every reader of a measurement relies on this: N spheres evenly in the cube of side 1.
+#[test]
+fn uniform_is_the_unit_cube() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, scene) = made(&folder, &recipe(Distribution::Uniform, 27_000, 2));
+    let mut octants = [0; 8];
+    for Sphere { center, radius } in &scene.spheres {
+        assert!(center.abs().max_element() <= 0.5);
+        assert_eq!(*radius, 0.3 / 30.0);
+        let index = center.to_array().iter().fold(0, |i, &x| 2 * i + usize::from(x > 0.0));
+        octants[index] += 1;
+    }
+    // Binomial with a mean of 3375 and a standard deviation of 54: five of them either way.
+    assert!(octants.iter().all(|n| (3105..3645).contains(n)), "{octants:?}");
+    let camera = scene.camera.unwrap();
+    let projection = Projection::Perspective { fov_degrees: 40.0 };
+    assert_eq!((camera.look_at, camera.projection), (DVec3::ZERO, projection));
+}
+
+/// Distances and radii in whole numbers: no rounding can make a gap or an overlap.
+#[test]
+fn spheres_of_a_lattice_touch_and_do_not_overlap() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, scene) = made(&folder, &recipe(Distribution::Lattice, 3 * 5 * 5 + 5 + 2, 0));
+    let whole = |x: f64| {
+        assert_eq!(x.fract(), 0.0);
+        x as i64
+    };
+    let spheres: Vec<_> =
+        scene.spheres.iter().map(|s| (s.center.to_array().map(whole), whole(s.radius))).collect();
+    let mut n_touching = 0;
+    for (i, (a, r_a)) in spheres.iter().enumerate() {
+        for (b, r_b) in &spheres[..i] {
+            let squared: i64 = (0..3).map(|axis| (a[axis] - b[axis]).pow(2)).sum();
+            assert!(squared >= (r_a + r_b).pow(2), "{a:?} {b:?}");
+            n_touching += usize::from(squared == (r_a + r_b).pow(2));
+        }
+    }
+    // Three whole layers of 5 × 5 have 2·20 contacts each and 2·25 between them; above lie a whole
+    // row with 4 and two more spheres with 1 and 2 towards the row, and each stands on one below.
+    assert_eq!(n_touching, 3 * 40 + 2 * 25 + 4 + 1 + 2 + 7);
+}
+
+/// Spheres of a heap touch the floor or lie on four others, and none reaches into another, up to the
+/// rounding of √2.
+#[test]
+fn a_packing_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, scene) = made(&folder, &recipe(Distribution::Packing, 1500, 3));
+    let mut highest: f64 = 0.0;
+    for a in &scene.spheres {
+        assert_eq!(a.radius, 1.0);
+        highest = highest.max(a.center.y);
+        let near = scene.spheres.iter().filter(|b| b.center != a.center);
+        let gaps = near.map(|b| (b.center.distance(a.center) - 2.0, b.center.y < a.center.y));
+        let (mut n_below, mut n_beside) = (0, 0);
+        for (gap, is_below) in gaps {
+            assert!(gap > -1e-14, "{gap}");
+            if gap < 1e-14 {
+                *if is_below { &mut n_below } else { &mut n_beside } += 1;
+            }
+        }
+        assert!(n_beside <= 8);
+        assert_eq!(n_below, if a.center.y == 1.0 { 0 } else { 4 }, "{:?}", a.center);
+    }
+    assert!(highest > 8.0, "{highest}");
+}
+
+#[test]
+fn the_packing_of_the_scenes_is_a_generated_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = root().join("scenes/lit");
+    let text = fs::read_to_string(scenes.join("packing.toml")).unwrap();
+    assert!(text.contains("--distribution packing --count 10000 --seed 14\n"), "{text}");
+    let (bytes, _) = made(&folder, &recipe(Distribution::Packing, 10_000, 14));
+    assert!(bytes == fs::read(scenes.join("packing.npy")).unwrap());
+}
+
+#[test]
+fn a_count_that_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.npy");
+    for count in [0, MAX_COUNT + 1, u64::MAX] {
+        let recipe = recipe(Distribution::Lattice, count, 0);
+        let mut file = OutputFile::create(&path, false).unwrap();
+        let refused = write_cloud(&mut file, &recipe, &Control::default());
+        assert!(matches!(refused, Err(Error::Usage(_))));
+        assert!(matches!(write_scene(&mut file, &path, &recipe), Err(Error::Usage(_))));
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn an_interrupted_cloud_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.npy");
+    fs::write(&path, "old").unwrap();
+    let control = Control::default();
+    control.cancel();
+    let mut file = OutputFile::create(&path, false).unwrap();
+    let stopped = write_cloud(&mut file, &recipe(Distribution::Uniform, 10, 0), &control);
+    assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert!(matches!(output::commit([file], &control), Err(Error::Interrupted)));
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_scene_names_its_cloud_wherever_it_lies() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = recipe(Distribution::Uniform, 3, 0);
+    fs::create_dir(folder.path().join("a \"quoted\" folder")).unwrap();
+    for (cloud, scene) in [
+        ("cloud.npy", "a \"quoted\" folder/scene.toml"),
+        ("a \"quoted\" folder/c'lo\\u\"d.npy", "scene.toml"),
+        ("a \"quoted\" folder/cloud.npy", "a \"quoted\" folder/scene.toml"),
+    ] {
+        let (cloud, scene) = (folder.path().join(cloud), folder.path().join(scene));
+        write(&cloud, &scene, &here);
+        assert_eq!(read_scene(&scene).unwrap().n_objects(), 3, "{}", scene.display());
+        let text = fs::read_to_string(&scene).unwrap();
+        let together = cloud.parent() == scene.parent();
+        assert_eq!(text.contains("file = \"cloud.npy\""), together, "{text}");
+    }
+}
+
+#[test]
+fn the_program_writes_files_and_says_what_it_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str], code: i32| {
+        let mut command = program::program(&["generate", "cloud"]);
+        command.args(args).current_dir(folder.path());
+        let ran = program::ends(command, code);
+        (ran.stdout, ran.stderr)
+    };
+    let start = ["--count", "100", "--distribution", "packing", "--seed", "4"];
+    let files = ["-o", "a.npy", "--scene", "a.toml"];
+    let (stdout, stderr) = run(&[&start[..], &files].concat(), 0);
+    assert_eq!(stdout, b"");
+    assert!(stderr.starts_with("a.npy: 100 spheres, packing, seed 4, in "), "{stderr}");
+    assert_eq!(read_scene(&folder.path().join("a.toml")).unwrap().spheres.len(), 100);
+
+    let (stdout, _) = run(&[&start[..], &["-o", "b.npy", "--json", "-q"]].concat(), 0);
+    let json: serde_json::Value = serde_json::from_slice(&stdout).unwrap();
+    assert_eq!((&json["command"], &json["count"]), (&"generate".into(), &100.into()));
+    assert_eq!((&json["file"], &json["scene"]), (&"b.npy".into(), &serde_json::Value::Null));
+
+    // The file is the same on standard output.
+    let (stdout, _) = run(&[&start[..], &["-o", "-"]].concat(), 0);
+    assert_eq!(stdout, fs::read(folder.path().join("a.npy")).unwrap());
+    assert_eq!(stdout, fs::read(folder.path().join("b.npy")).unwrap());
+
+    for (args, expected) in [
+        (&["--count", "0", "-o", "c.npy"][..], "4294967293"),
+        (&["--count", "4294967294", "-o", "c.npy"], "4294967293"),
+        (&["--count", "9", "-o", "c.txt"], ".npy"),
+        (&["--count", "9", "-o", "-", "--scene", "c.toml"], "--scene"),
+        (&["--count", "9", "-o", "-", "--json"], "--json"),
+        (&["--count", "9", "-o", "c.npy", "--distribution", "flat"], "lattice"),
+    ] {
+        let (_, stderr) = run(args, 2);
+        assert!(stderr.contains(expected), "{args:?}: {stderr}");
+    }
+    run(&["--count", "9", "-o", "missing/c.npy"], 1);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+}

@@ -1,0 +1,300 @@
+//! What fits and what does not: the real program within limits of its memory.
+
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use kugelblitz_tests::{gpu, npy};
+
+use crate::program::scene_file;
+use tempfile::TempDir;
+
+/// The program with these arguments and at most `kib` KiB of address space.
+fn within(kib: u64, folder: &Path, args: &[&str]) -> Output {
+    finish(
+        Command::new("sh")
+            .args(["-c", "ulimit -c 0; ulimit -v \"$0\"; exec \"$@\"", &kib.to_string()])
+            .arg(env!("CARGO_BIN_EXE_kugelblitz"))
+            .args(args)
+            .current_dir(folder),
+    )
+}
+
+/// Ends a program that hangs: nothing here takes minutes.
+fn finish(command: &mut Command) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, err] = ["out", "err"].map(|name| folder.path().join(name));
+    let to = |path| Stdio::from(fs::File::create(path).unwrap());
+    command.stdin(Stdio::null()).stdout(to(&out)).stderr(to(&err));
+    let start = Instant::now();
+    let mut child = command.spawn().unwrap();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None if start.elapsed() > Duration::from_secs(300) => {
+                child.kill().unwrap();
+                panic!("{command:?} hangs: {}", fs::read_to_string(err).unwrap());
+            }
+            None => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let read = |path| fs::read(path).unwrap();
+    Output { status, stdout: read(out), stderr: read(err) }
+}
+
+/// The exit code and what was said; no signal, no panic, no failed allocation.
+#[track_caller]
+fn whole(what: &str, output: &Output) -> (i32, String) {
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let code = output.status.code();
+    let code = code.unwrap_or_else(|| panic!("{what}: {}\n{said}", output.status));
+    for bad in ["panicked", "memory allocation of", "backtrace"] {
+        assert!(!said.contains(bad), "{what}\n{said}");
+    }
+    (code, said)
+}
+
+/// A folder with the scene `s.toml` of a cloud of these rows (x, y, z, radius).
+fn cloud(rows: &[Vec<f64>]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("c.npy"), npy(rows, "<f8", false)).unwrap();
+    let scene = "[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\nfov = 20\n\
+                 [[spheres]]\nfile = \"c.npy\"\ncolor = \"#ffffff\"\n";
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    folder
+}
+
+/// The ids in an `.npy` picture.
+fn ids(path: &Path) -> Vec<u32> {
+    let bytes = fs::read(path).unwrap();
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    // id, t, normal, rgb
+    let records = bytes[start..].chunks_exact(32);
+    records.map(|record| u32::from_le_bytes(record[..4].try_into().unwrap())).collect()
+}
+
+const DEVICES: [(&str, u64); 2] = [("cpu", 400_000), ("gpu", 1_300_000)];
+
+/// Seen from outside and from inside; the sphere fills the picture.
+#[test]
+fn of_equal_spheres_the_first_is_seen_in_little_memory() {
+    gpu();
+    for (n, radius) in [(4_000, 1.0), (16_000, 1.0), (16_000, 50.0)] {
+        let folder = cloud(&vec![vec![0.0, 0.0, 0.0, radius]; n]);
+        for (device, kib) in DEVICES {
+            let args = ["render", "s.toml", "-o", "a.npy", "--size", "256x256", "--device", device];
+            let what = format!("{n} spheres of radius {radius} on {device}");
+            let (code, said) = whole(&what, &within(kib, folder.path(), &args));
+            assert_eq!(code, 0, "{what}\n{said}");
+            let ids = ids(&folder.path().join("a.npy"));
+            assert_eq!(ids.len(), 256 * 256, "{what}");
+            assert!(ids.iter().all(|&id| id == 1), "{what}");
+        }
+    }
+}
+
+/// Spheres that differ in their last bits: only exact arithmetic tells them apart.
+#[test]
+fn of_nearly_equal_spheres_one_is_found_in_little_memory() {
+    gpu();
+    let n = 16_000;
+    let shift = |i: usize| (i * 7919 % n) as f64 * f64::EPSILON / 4.0;
+    // The nearest one has the largest z; among equal ones the first counts.
+    let rows: Vec<_> = (0..n).map(|i| vec![0.0, 0.0, shift(i), 1.0]).collect();
+    let nearest = (0..n).max_by(|&i, &j| shift(i).total_cmp(&shift(j)).then(j.cmp(&i))).unwrap();
+    let folder = cloud(&rows);
+    for (device, kib) in DEVICES {
+        let args = ["render", "s.toml", "-o", "a.npy", "--size", "9x5", "--device", device];
+        let (code, said) = whole(device, &within(kib, folder.path(), &args));
+        assert_eq!(code, 0, "{device}\n{said}");
+        let ids = ids(&folder.path().join("a.npy"));
+        assert_eq!(ids[2 * 9 + 4], nearest as u32 + 1, "{device}");
+        assert!(ids.iter().all(|&id| id != 0), "{device}");
+    }
+}
+
+/// A folder with a million spheres, made once.
+fn million() -> &'static Path {
+    static FOLDER: OnceLock<TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let args = "generate cloud --count 1000000 -o c.npy --scene s.toml -q";
+        let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+        let made = finish(program.args(args.split(' ')).current_dir(folder.path()));
+        assert_eq!(whole(args, &made).0, 0);
+        let path = |name: &str| folder.path().join(name);
+        let scene = fs::read_to_string(path("s.toml")).unwrap();
+        fs::write(path("lit.toml"), scene + "[sky]\nintensity = 0.8\ndirections = 4\n").unwrap();
+        folder
+    });
+    folder.path()
+}
+
+/// What `check` says of the memory that is held for a lit picture with samples is most of what it takes.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_picture_holds_is_counted() {
+    let scene = fs::read_to_string(million().join("lit.toml")).unwrap();
+    let path = million().join("sampled.toml");
+    fs::write(&path, scene + "[image]\nwidth = 320\nheight = 180\nsamples = 2\n").unwrap();
+    let run = |args: &[&str]| {
+        let program = &mut Command::new(env!("CARGO_BIN_EXE_kugelblitz"));
+        let output = finish(program.args(args).current_dir(million()));
+        assert_eq!(whole("check", &output).0, 0);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said: serde_json::Value =
+        serde_json::from_str(&run(&["check", "sampled.toml", "--json"])).unwrap();
+    let held = said["picture"]["bytes_held"].as_u64().unwrap() / 1024;
+    let args = ["render", "sampled.toml", "-o", "g.ppm", "--device", "cpu"];
+    // Within a limit on its data: what the program asks for, without the ranges that are only set aside.
+    let within_data = |kib: u64| {
+        let program = &mut Command::new("sh");
+        let limited = "ulimit -c 0; ulimit -d \"$0\"; exec \"$@\"";
+        program.args(["-c", limited, &kib.to_string(), env!("CARGO_BIN_EXE_kugelblitz")]);
+        whole("render", &finish(program.args(args).current_dir(million()))).0
+    };
+    assert_eq!(within_data(held), 7, "{held} KiB");
+    assert_eq!(within_data(held + held / 4 + 250_000), 0, "{held} KiB");
+}
+
+/// What is too much is refused with what it needs, what there is, and what sets the limit.
+#[test]
+fn a_million_spheres_fit_or_are_refused_with_numbers() {
+    gpu();
+    let (mut n_done, mut n_refused) = (0, 0);
+    for (command, limits) in [
+        ("render s.toml -o a.png --size 320x180 --device cpu", [100, 250, 350, 450, 1200]),
+        ("render s.toml -o b.png --size 320x180 --device gpu", [200, 450, 750, 1000, 2500]),
+        ("render s.toml -o c.png --size 320x180 --device auto", [300, 600, 700, 1100, 2500]),
+        (
+            "render s.toml -o d.png --size 16x9 --kernel double --device cpu",
+            [150, 220, 300, 400, 900],
+        ),
+        ("render lit.toml -o e.png --size 320x180 --device cpu", [150, 400, 450, 500, 600]),
+        (
+            "render lit.toml -o f.png --size 320x180 --samples 2 --device cpu",
+            [150, 450, 500, 550, 700],
+        ),
+        ("check s.toml", [150, 300, 400, 500, 1200]),
+        ("explain s.toml --pixel 9,9 --size 320x180 --device cpu", [150, 300, 400, 500, 1200]),
+        ("verify s.toml --size 32x18 --samples 4 --device cpu", [150, 300, 400, 500, 1200]),
+    ] {
+        for mib in limits {
+            let what = format!("{command}, {mib} MiB");
+            let args: Vec<&str> = command.split(' ').collect();
+            let (code, said) = whole(&what, &within(mib << 10, million(), &args));
+            match code {
+                0 => n_done += 1,
+                7 => {
+                    n_refused += 1;
+                    for word in ["iB", "available within the limit of the address space", "need"] {
+                        assert!(said.contains(word), "{what}\n{said}");
+                    }
+                }
+                _ => panic!("{what}: {code}\n{said}"),
+            }
+            // The least and the most are beyond doubt.
+            assert!(mib > limits[0] || code == 7, "{what}\n{said}");
+            assert!(mib < limits[4] || code == 0, "{what}\n{said}");
+        }
+    }
+    assert!(n_done >= 7 && n_refused >= 7, "{n_done}, {n_refused}");
+}
+
+#[test]
+fn a_report_of_large_pictures_is_refused_with_numbers() {
+    let scene = scene_file("figure1");
+    let args = ["report", &scene, "--size", "8192x8192", "--device", "cpu"];
+    let folder = tempfile::tempdir().unwrap();
+    let (code, said) = whole("report", &within(800_000, folder.path(), &args));
+    assert_eq!(code, 7, "{said}");
+    assert!(said.contains("8192x8192 pixels needs 1544 MiB"), "{said}");
+}
+
+/// Files that never end, or that are no files, as scenes and as clouds.
+#[test]
+fn what_is_no_file_of_the_kind_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::create_dir(path("folder.toml")).unwrap();
+    let long = fs::File::create(path("long.toml")).unwrap();
+    long.set_len((64 << 20) + 1).unwrap();
+    fs::write(path("most.toml"), "#".repeat(64 << 20)).unwrap();
+    for name in ["a.csv", "a.xyz", "a.npy"] {
+        std::os::unix::fs::symlink("/dev/zero", path(name)).unwrap();
+        let scene = format!(
+            "[[spheres]]\nfile = \"{name}\"\n{}",
+            if name == "a.xyz" { "" } else { "radius = 1\ncolor = \"#ffffff\"\n" }
+        );
+        fs::write(path(&format!("{name}.toml")), scene).unwrap();
+    }
+    fs::write(path("commas.csv"), ",".repeat(100 << 20)).unwrap();
+    let commas = "[[spheres]]\nfile = \"commas.csv\"\nradius = 1\ncolor = \"#ffffff\"\n";
+    fs::write(path("commas.toml"), commas).unwrap();
+    for (scene, word) in [
+        ("/dev/zero", "larger than 64 MiB"),
+        ("folder.toml", "Is a directory"),
+        ("long.toml", "larger than 64 MiB"),
+        ("a.csv.toml", "line 1: the line is longer than 1 MiB"),
+        ("a.xyz.toml", "line 1: the line is longer than 1 MiB"),
+        ("a.npy.toml", "does not begin like one"),
+        ("commas.toml", "line 1: the line is longer than 1 MiB"),
+    ] {
+        let output = within(400_000, folder.path(), &["check", scene]);
+        let (code, said) = whole(scene, &output);
+        // The words are wrapped to the terminal's width.
+        let line = said.replace("│", " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(code, 3, "{scene}\n{said}");
+        assert!(line.contains(word), "{scene}\n{said}");
+    }
+    // All that is read of it is one line.
+    fs::File::create(path("sparse.csv")).unwrap().set_len(1 << 40).unwrap();
+    let sparse = commas.replace("commas.csv", "sparse.csv");
+    fs::write(path("sparse.toml"), sparse).unwrap();
+    let (code, said) = whole("sparse", &within(400_000, folder.path(), &["check", "sparse.toml"]));
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("line 1: the line is longer than 1 MiB"), "{said}");
+    let (code, said) = whole("most.toml", &within(400_000, folder.path(), &["check", "most.toml"]));
+    assert_eq!(code, 7, "{said}");
+    assert!(said.contains("needs 5120 MiB of memory"), "{said}");
+}
+
+/// What goes on for ever, as every other input: told with the file, the limit and what to do.
+#[test]
+fn every_reader_has_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let figure = scene_file("figure1");
+    fs::File::create(path("long.json")).unwrap().set_len(200 << 20).unwrap();
+    let line = format!("x,y,z\n1,2,\"{}\"\n", "3".repeat(2 << 20));
+    fs::write(path("line.csv"), line).unwrap();
+    fs::write(path("long.csv"), "x,y,z\n1,2,".to_string() + &"3".repeat(200 << 20)).unwrap();
+    let film = ["render", &figure, "-o", "a.png", "--size", "9x5", "--device", "cpu"];
+    let film = |keys| [&film[..], &["--camera-path", keys]].concat();
+    let report = |old| ["report", &figure, "--device", "cpu", "--baseline", old].to_vec();
+    let endless = "/dev/zero: it goes on, but at most 64 MiB of ";
+    let cases: [(Vec<&str>, i32, &str); 10] = [
+        (vec!["info", "/dev/zero"], 7, endless),
+        (vec!["compare", "/dev/zero", "/dev/zero"], 7, endless),
+        (vec!["judge", &figure, "--against", "/dev/zero", "--device", "cpu"], 7, endless),
+        (report("/dev/zero"), 7, endless),
+        (report("long.json"), 7, "long.json: it has 200 MiB, but at most 64 MiB of a report"),
+        (film("/dev/zero"), 7, endless),
+        (film("long.csv"), 7, "long.csv: it has 201 MiB, but at most 64 MiB of a camera's path"),
+        (film("line.csv"), 1, "line.csv: line 2: the line is longer than 1 MiB"),
+        (vec!["trace", &figure, "--rays", "/dev/zero", "-o", "a.npy"], 1, "does not begin like"),
+        (vec!["render", "/dev/zero", "-o", "a.png"], 3, "larger than 64 MiB"),
+    ];
+    for (args, expected, word) in cases {
+        let what = format!("{args:?}");
+        let (code, said) = whole(&what, &within(400_000, folder.path(), &args));
+        assert_eq!(code, expected, "{what}\n{said}");
+        assert!(said.replace('\n', " ").contains(word), "{what}\n{said}");
+    }
+    assert!(!path("a.png").exists() && !path("a-1.png").exists());
+}

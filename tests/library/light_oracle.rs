@@ -1,0 +1,780 @@
+//! The oracle of light and colour (`oracle/`) against closed forms, and against the
+//! rational oracle where the hit point is rational; and the crate against the oracle in all of these.
+//!
+//! Random cases are seeded: `KUGELBLITZ_SEED=n cargo test --profile ci -p kugelblitz-tests --test library light_oracle::` repeats one.
+
+use std::cmp::Ordering;
+
+use glam::{DVec3, dvec3};
+use kugelblitz::device::Device;
+use kugelblitz::exact::Shape;
+use kugelblitz::rays::{Lens, Pixels, View};
+use kugelblitz::scene::{
+    Camera, Color, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere, linear_from_srgb,
+};
+use kugelblitz_tests::cases::{any_vector, integer_frame, integer_vector, nonzero, seed};
+use kugelblitz_tests::light_judge::{LightCase, judge};
+use kugelblitz_tests::light_oracle::enclosure::{Big, Narrow, Number, Undecided};
+use kugelblitz_tests::light_oracle::{Answer, Oracle, Truth, edges};
+use kugelblitz_tests::rational;
+use kugelblitz_tests::rational::{OracleRay, OracleRoot, Q, q};
+use num_traits::{Signed, Zero};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+// ---------------------------------------------------------------------------------------------
+// Scenes of one ray
+
+fn white(spheres: &[(DVec3, f64)], planes: &[(DVec3, DVec3)], lights: &[Light]) -> Scene {
+    let color = Color([1.0; 3]);
+    let sphere = |&(center, radius): &(DVec3, f64)| (Sphere { center, radius }, color);
+    let plane = |&(point, normal): &(DVec3, DVec3)| Plane { name: None, point, normal, color };
+    Scene {
+        spheres: spheres.iter().map(sphere).collect(),
+        planes: planes.iter().map(plane).collect(),
+        lights: lights.to_vec(),
+        ..Scene::default()
+    }
+}
+
+fn light(source: Source) -> Light {
+    Light { source, color: Color([1.0; 3]), intensity: 1.0, shadows: true }
+}
+
+fn point(x: f64, y: f64, z: f64) -> Light {
+    light(Source::Point(dvec3(x, y, z)))
+}
+
+fn sun(x: f64, y: f64, z: f64) -> Light {
+    light(Source::Sun(dvec3(x, y, z)))
+}
+
+/// A camera whose picture of one pixel is this ray.
+fn view_along(origin: DVec3, direction: DVec3) -> View {
+    View {
+        position: origin,
+        forward: direction,
+        right: DVec3::X,
+        true_up: DVec3::Y,
+        h: 1.0,
+        lens: Lens::Perspective,
+    }
+}
+
+/// The pixel of one ray. The crate's must be the same.
+#[track_caller]
+fn along(scene: &Scene, origin: DVec3, direction: DVec3) -> Truth {
+    one_pixel(scene, view_along(origin, direction), 1)
+}
+
+#[track_caller]
+fn one_pixel(scene: &Scene, view: View, n_samples: u32) -> Truth {
+    let case = LightCase::new(scene.clone(), Pixels::whole(view, 1, 1), n_samples);
+    let judged = judge(&case, &case.paint(&Device::Cpu), 1);
+    judged.unwrap_or_else(|what| panic!("the crate, not the oracle: {what}"));
+    case.oracle().pixel(0, 0)
+}
+
+/// Sees `target` from `eye`.
+#[track_caller]
+fn from_to(scene: &Scene, eye: DVec3, target: DVec3) -> Truth {
+    along(scene, eye, target - eye)
+}
+
+fn is_lit(truth: &Truth) -> bool {
+    truth.channels[0].linear.value > 0.0
+}
+
+/// The red mean is this number within a few steps of f64.
+#[track_caller]
+fn assert_mean(truth: &Truth, expected: f64) {
+    let [low, high] = truth.channels[0].mean;
+    let slack = expected * 1e-14;
+    assert!(low <= expected + slack && high >= expected - slack, "{expected}: {truth:?}");
+    assert!(high - low <= 1e-12 * high, "{truth:?}");
+    assert_eq!(truth.channels[0].linear.value, expected as f32, "{truth:?}");
+}
+
+const FLOOR: (DVec3, DVec3) = (DVec3::ZERO, DVec3::Y);
+
+// ---------------------------------------------------------------------------------------------
+// Enclosures
+
+fn int(x: f64, bits: u64) -> Big {
+    Big::new(x, 0, bits)
+}
+
+/// `a + b√2 + c√3 + d√6` as `(a + b√2) + (c + d√2)·√3`.
+fn of_two_roots([a, b, c, d]: [f64; 4], bits: u64) -> Big {
+    let root = |x| int(x, bits).root();
+    let left = int(a, bits).plus(&int(b, bits).times(&root(2.0)));
+    let right = int(c, bits).plus(&int(d, bits).times(&root(2.0)));
+    left.plus(&right.times(&root(3.0)))
+}
+
+#[test]
+fn numbers_of_two_roots_that_are_0_are_told_from_those_that_are_nearly() {
+    // Found by reducing the lattice of the four numbers: 6.2·10⁻³⁷, −2.2·10⁻³⁸. All conjugates are
+    // below 2⁴⁴, so numbers from 2⁻¹³² on are not 0. With half the exponent, 2⁻⁶⁶, this would be.
+    for (near, sign) in [
+        ([1024288726922.0, -543307305048.0, -149377818705.0, 1140565680.0], Ordering::Greater),
+        ([-69169277254.0, 929114877989.0, 939517922751.0, -1172525979947.0], Ordering::Less),
+    ] {
+        for bits in 60..155 {
+            assert_eq!(of_two_roots(near, bits).sign(), Err(Undecided), "{bits} bits");
+        }
+        assert_eq!(of_two_roots(near, 200).sign(), Ok(sign));
+    }
+    // √(3 + 2√2) = 1 + √2.
+    let nested = |bits| {
+        let two = int(2.0, bits);
+        let inner = int(3.0, bits).plus(&two.times(&two.root()));
+        inner.root().minus(&int(1.0, bits).plus(&two.root()))
+    };
+    assert_eq!(nested(5).sign(), Err(Undecided));
+    assert_eq!(nested(100).sign(), Ok(Ordering::Equal));
+    assert_eq!(nested(100).plus(&Big::new(1.0, -30, 100)).sign(), Ok(Ordering::Greater));
+}
+
+#[test]
+fn enclosures_hold_what_rationals_say() {
+    let seed = seed();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for round in 0..2000 {
+        let number = |rng: &mut ChaCha8Rng| {
+            let size = 2f64.powi(rng.random_range(-60..60));
+            match rng.random_range(0..8) {
+                0 => 0.0,
+                1 => rng.random_range(-4..5) as f64,
+                _ => rng.random_range(-1.0..1.0) * size,
+            }
+        };
+        let [a, b, c, d] = std::array::from_fn(|_| number(&mut rng));
+        // (ab + c)² − d, and what rationals say of its sign.
+        fn term<N: Number>(numbers: [f64; 4], bits: u64) -> N {
+            let [a, b, c, d] = numbers.map(|x| N::new(x, 0, bits));
+            a.times(&b).plus(&c).squared().minus(&d)
+        }
+        let exact: Q = {
+            let inner = q(a) * q(b) + q(c);
+            &inner * &inner - q(d)
+        };
+        let sign = if exact.is_zero() {
+            Ordering::Equal
+        } else if exact.is_positive() {
+            Ordering::Greater
+        } else {
+            Ordering::Less
+        };
+        let say = format!("seed {seed}, round {round}: {a:e} {b:e} {c:e} {d:e}");
+        let narrow: Narrow = term([a, b, c, d], 53);
+        assert!(narrow.sign().is_ok_and(|s| s == sign) || narrow.sign().is_err(), "{say}");
+        for bits in [20, 60, 200, 1000] {
+            let big: Big = term([a, b, c, d], bits);
+            assert!(big.sign().is_ok_and(|s| s == sign) || big.sign().is_err(), "{say}, {bits}");
+            assert!(bits < 1000 || big.sign().is_ok(), "{say}");
+            if exact.is_positive() {
+                // Squares and quotients of positive numbers go back.
+                for roots in [
+                    big.root().squared(),
+                    big.over(&int(3.0, bits)).unwrap().times(&int(3.0, bits)),
+                ] {
+                    if let Ok(difference) = roots.minus(&term([a, b, c, d], bits)).sign() {
+                        assert_eq!(difference, Ordering::Equal, "{say}");
+                    }
+                }
+                let wide = narrow.to_big(bits).unwrap();
+                assert_ne!(wide.minus(&big).sign(), Ok(Ordering::Greater), "{say}");
+                assert_ne!(wide.minus(&big).sign(), Ok(Ordering::Less), "{say}");
+            }
+        }
+    }
+}
+
+#[test]
+fn ends_round_to_f64_and_f32() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for _ in 0..20_000 {
+        let size = 2f64.powi(rng.random_range(-1074..1000));
+        let x: f64 = rng.random_range(0.0..1.0) * size;
+        let big = int(x, 200);
+        assert_eq!(big.floors(), [x, x]);
+        assert_eq!(big.nearest_f32(), [x as f32; 2], "{x:e}");
+        // Just beside it, by less than any place of an f64.
+        let tiny = Big::new(x, -90, 300);
+        let (above, below) = (int(x, 300).plus(&tiny), int(x, 300).minus(&tiny));
+        if x > 0.0 {
+            assert_eq!(above.floors(), [x, x]);
+            assert_eq!(below.floors(), [x.next_down(); 2]);
+        }
+        // On an edge between two f32, and beside it.
+        let edge = f64::from(x as f32) / 2.0 + f64::from((x as f32).next_up()) / 2.0;
+        if edge.is_finite() && edge > 0.0 {
+            let tiny = Big::new(edge, -90, 300);
+            let (low, high) = (x as f32, (x as f32).next_up());
+            assert_eq!(int(edge, 300).minus(&tiny).nearest_f32(), [low; 2], "{edge:e}");
+            assert_eq!(int(edge, 300).plus(&tiny).nearest_f32(), [high; 2], "{edge:e}");
+            let even = if low.to_bits() % 2 == 0 { low } else { high };
+            assert_eq!(int(edge, 300).nearest_f32(), [even; 2], "{edge:e}");
+        }
+    }
+    let huge = Big::new(f64::MAX, 40, 100);
+    assert_eq!((huge.floors(), huge.nearest_f32()), ([f64::MAX; 2], [f32::INFINITY; 2]));
+    let least = Big::new(f64::from_bits(1), -1, 100);
+    assert_eq!((least.floors(), least.nearest_f32()), ([0.0; 2], [0.0; 2]));
+}
+
+// ---------------------------------------------------------------------------------------------
+// Closed forms
+
+#[test]
+fn a_floor_under_a_sun_has_the_cosine() {
+    let scene = white(&[], &[FLOOR], &[sun(4.0, -3.0, 0.0)]);
+    let truth = from_to(&scene, dvec3(0.0, 5.0, 7.0), dvec3(1.0, 0.0, 2.0));
+    assert_mean(&truth, 0.6);
+    assert_eq!(truth.id, 1);
+    // A normal of any length and either way, from above and from below.
+    let scene = white(&[], &[(DVec3::X, DVec3::Y * -1e-3)], &[sun(4.0, -3.0, 0.0)]);
+    assert_mean(&from_to(&scene, dvec3(0.0, 5.0, 7.0), dvec3(1.0, 0.0, 2.0)), 0.6);
+    let below = from_to(&scene, dvec3(0.0, -5.0, 7.0), dvec3(1.0, 0.0, 2.0));
+    assert!(!is_lit(&below) && below.id == 1);
+    // A point light, colours, intensity, ambient light.
+    let mut scene = white(&[], &[FLOOR], &[point(4.0, 3.0, 0.0)]);
+    scene.lights[0].color = Color([1.0, 0.5, 0.25]);
+    scene.lights[0].intensity = 2.0;
+    scene.ambient = Some(Color([0.125, 0.25, 0.0]));
+    scene.planes[0].color = Color([0.5, 1.0, 0.0]);
+    let truth = from_to(&scene, dvec3(0.0, 5.0, 7.0), DVec3::ZERO);
+    assert_eq!(truth.linear(), [0.6625, 0.85, 0.0].map(|x: f64| x as f32));
+}
+
+#[test]
+fn a_sun_in_the_plane_gives_nothing() {
+    // Integer numbers whose products cancel: the normal across the sun exactly, and an ulp off.
+    let normal = dvec3(3.0, 5.0, 7.0);
+    let along_plane = dvec3(5.0, -3.0, 0.0) * 3.0;
+    for (off, lit) in [(0.0, false), (-1.0, true), (1.0, false)] {
+        let direction = along_plane + off * 2f64.powi(-46) * DVec3::Y;
+        let scene = white(&[], &[(DVec3::ZERO, normal)], &[light(Source::Sun(direction))]);
+        let truth = from_to(&scene, normal * 2.0 + DVec3::X, DVec3::X * 0.1 - DVec3::Y * 0.1);
+        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{off}");
+    }
+}
+
+#[test]
+fn the_shadow_of_a_sphere_on_a_floor_ends_where_it_should() {
+    // A sun from above: the shadow of the unit sphere is the unit disc, its edge (touching) included.
+    let scene = white(&[(dvec3(0.0, 2.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, -1.0, 0.0)]);
+    for (x, lit) in [
+        (0.0, false),
+        (1f64.next_down(), false),
+        (1.0, false),
+        (1f64.next_up(), true),
+        (-1.0, false),
+        (-1f64.next_up(), true),
+    ] {
+        // Differences of the two are exact: the ray goes through (x, 0, 0).
+        let truth = along(&scene, dvec3(x, 0.5, 1.0), dvec3(0.0, -0.5, -1.0));
+        assert_eq!((truth.id, is_lit(&truth)), (2, lit), "{x}");
+    }
+    // A point light at height 2h + … over the sphere (0, 5, 0) of radius 3, at (0, 10, 0): the tangent
+    // cone has the slope 3/4, the shadow's radius is 10·3/4.
+    let scene = white(&[(dvec3(0.0, 5.0, 0.0), 3.0)], &[FLOOR], &[point(0.0, 10.0, 0.0)]);
+    for (x, lit) in [(7.5, false), (7.5f64.next_up(), true), (7.5f64.next_down(), false)] {
+        let truth = along(&scene, dvec3(x, 0.5, 1.0), dvec3(0.0, -0.5, -1.0));
+        assert_eq!((truth.id, is_lit(&truth)), (2, lit), "{x}");
+    }
+}
+
+#[test]
+fn touching_spheres_shadow_each_other_near_the_contact() {
+    // Two unit spheres touch at the origin; the sun comes from the side of the second. From the contact
+    // on, the first lies in the second's shadow: p = (−1 + cos a, sin a, 0), and the ray along x meets
+    // the second for all |sin a| ≤ 1.
+    let spheres = [(dvec3(-1.0, 0.0, 0.0), 1.0), (dvec3(1.0, 0.0, 0.0), 1.0)];
+    let scene = white(&spheres, &[], &[sun(-1.0, 0.0, 0.0)]);
+    for k in [1, 5, 15, 30, 45] {
+        let y = 2f64.powi(-k);
+        // From above, down to the first sphere just left of the contact: x = −1 + √(1 − y²) ≈ −y²/2.
+        let truth = along(&scene, dvec3(-y * y, 1.0, 0.0), dvec3(0.0, -1.0, 0.0));
+        assert_eq!((truth.id, is_lit(&truth)), (1, false), "2^-{k}");
+        // The second's own back.
+        let truth = along(&scene, dvec3(y * y, 1.0, 0.0), dvec3(0.0, -1.0, 0.0));
+        assert_eq!((truth.id, is_lit(&truth)), (2, false), "2^-{k}");
+    }
+    // At the contact itself: the first of the two, met head-on through nothing; the sun along the
+    // tangent plane touches the second at s = 0 only, so that it would count, but n·ω = 0. From a
+    // sun a bit to the left it is lit.
+    let open = white(&[spheres[0], spheres[1]], &[], &[sun(1.0, -1.0, 0.0)]);
+    let contact = along(&open, dvec3(0.0, 3.0, 0.0), dvec3(0.0, -3.0, 0.0));
+    assert_eq!(contact.id, 1, "a tie, and a tangent ray");
+    // The normal at the contact is +x: the sun from the upper left is behind it.
+    assert!(!is_lit(&contact));
+    let contact = along(
+        &white(&spheres, &[], &[sun(-1.0, -1e-3, 0.0)]),
+        dvec3(0.0, 3.0, 0.0),
+        dvec3(0.0, -3.0, 0.0),
+    );
+    assert!(!is_lit(&contact), "the second's inside is in the way");
+    // The floor under a ball that stands on it, 2^-k beside the contact, under a slanting sun.
+    let ball = white(&[(dvec3(0.0, 1.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, -1.0, 0.0)]);
+    for k in [3, 20, 40] {
+        let x = 2f64.powi(-k);
+        let truth = along(&ball, dvec3(x, x * x / 8.0, 0.0), dvec3(0.0, -1.0, 0.0));
+        assert_eq!((truth.id, is_lit(&truth)), (2, false), "2^-{k}");
+    }
+    let up = white(&[(dvec3(0.0, 1.0, 0.0), 1.0)], &[FLOOR], &[sun(0.0, 1.0, 0.0)]);
+    let truth = along(&up, dvec3(0.0, -2.0, 0.0), dvec3(0.0, 1.0, 0.0));
+    assert_eq!(truth.id, 1, "the ball and the floor tie at the contact");
+    assert_mean(&truth, 1.0);
+}
+
+#[test]
+fn light_inside_on_and_tangent_to_a_sphere() {
+    let unit = [(DVec3::ZERO, 1.0)];
+    let eye = dvec3(0.0, 0.0, 9.0);
+    let inside = dvec3(0.0, 0.0, 0.5);
+    // On the sphere's front at its pole: the light in front, on the surface itself, inside.
+    for (z, expected) in [(3.0, 1.0), (1f64.next_up(), 1.0), (1.0, 0.0), (0.5, 0.0), (-3.0, 0.0)] {
+        let scene = white(&unit, &[], &[point(0.0, 0.0, z)]);
+        let truth = from_to(&scene, eye, dvec3(0.0, 0.0, 1.0));
+        assert_eq!(truth.channels[0].linear.value, expected, "{z}");
+        // The far wall's inside, seen from within: n = +z at (0, 0, −1).
+        let truth = along(&scene, inside, dvec3(0.0, 0.0, -1.0));
+        let expected = match z {
+            // In the wall: the root at s = 1 does not count.
+            z if z == 1.0 || z == 0.5 => 1.0,
+            _ => 0.0,
+        };
+        assert_eq!(truth.channels[0].linear.value, expected, "{z} from inside");
+    }
+    // At the hit point.
+    let scene = white(&unit, &[], &[point(0.0, 0.0, -1.0)]);
+    assert!(!is_lit(&along(&scene, inside, dvec3(0.0, 0.0, -1.0))));
+    // The light in the tangent plane of the point: n·ω = 0; and half an ulp before it.
+    for (z, lit) in [(1.0, false), (1f64.next_up(), true), (1f64.next_down(), false)] {
+        let scene = white(&unit, &[], &[point(0.0, 4.0, z)]);
+        assert_eq!(is_lit(&from_to(&scene, eye, DVec3::Z)), lit, "{z}");
+    }
+    // On another sphere, seen from outside it: the light's own surface at s = 1 does not count.
+    let two = [(DVec3::ZERO, 1.0), (dvec3(0.0, 0.0, 3.0), 1.0)];
+    for (z, lit) in [(2.0, true), (2f64.next_down(), true), (2f64.next_up(), false), (4.0, false)] {
+        let scene = white(&two, &[], &[point(0.0, 0.0, z)]);
+        let truth = from_to(&scene, dvec3(0.5, 0.0, 1.0), DVec3::Z * (1.0 - 0.25 / 2.0));
+        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{z}");
+    }
+    // On the floor, in the plane of it, the floor seen: nothing; a wall seen: the floor does not count.
+    let scene = white(&[], &[FLOOR, (DVec3::ZERO, DVec3::X)], &[point(2.0, 0.0, 0.0)]);
+    let floor = from_to(&scene, dvec3(3.0, 3.0, 0.0), dvec3(1.0, 0.0, 0.0));
+    let wall = from_to(&scene, dvec3(3.0, 3.0, 0.0), dvec3(0.0, 1.0, 0.0));
+    assert_eq!((floor.id, is_lit(&floor), wall.id, is_lit(&wall)), (1, false, 2, true));
+}
+
+#[test]
+fn own_surfaces_do_not_shadow_themselves_but_their_far_sides_do() {
+    // Camera and light inside one sphere: the whole wall is lit.
+    let unit = [(DVec3::ZERO, 1.0)];
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..50 {
+        let lamp = any_vector(&mut rng, 0.5);
+        let scene = white(&unit, &[], &[point(lamp.x, lamp.y, lamp.z)]);
+        let (eye, toward) = (any_vector(&mut rng, 0.5), any_vector(&mut rng, 1.0));
+        assert!(is_lit(&along(&scene, eye, toward)), "{lamp} {eye} {toward}");
+        // The light outside: none.
+        let far = lamp.normalize() * 1.01;
+        let scene = white(&unit, &[], &[point(far.x, far.y, far.z)]);
+        assert!(!is_lit(&along(&scene, eye, toward)), "{far} {eye} {toward}");
+    }
+    // The terminator: n·ω of p = (cos a, sin a, 0) and a sun from +y is sin a: exactly 0 at a = 0.
+    let scene = white(&unit, &[], &[sun(0.0, -1.0, 0.0)]);
+    for (y, lit) in [(0.0, false), (1e-30, true), (-1e-30, false), (1e-9, true)] {
+        let truth = along(&scene, dvec3(5.0, y, 0.0), dvec3(-1.0, 0.0, 0.0));
+        assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{y:e}");
+    }
+}
+
+#[test]
+fn shells_and_coincident_spheres() {
+    let sky = sun(0.0, -1.0, 0.0);
+    let top = |scene: &Scene| along(scene, dvec3(0.25, 5.0, 0.0), dvec3(0.0, -1.0, 0.0));
+    // A shell around: it is seen and lit; the inner one, seen from between the two, is in its shadow.
+    for outer in [1.0 + 4e-5, 1.0 + 1e-9, 1f64.next_up()] {
+        let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, outer)], &[], &[sky]);
+        assert_eq!((top(&scene).id, is_lit(&top(&scene))), (2, true), "{outer}");
+        // Between the two, or on the inner one, whose far wall is then seen.
+        let eye = dvec3(0.0, 1.0 + (outer - 1.0) / 2.0, 0.0);
+        let between = along(&scene, eye, dvec3(0.0, -1.0, 0.0));
+        assert_eq!((between.id, is_lit(&between)), (1, false), "{outer}");
+    }
+    // Coincident: the first wins, and the second's root at 0 is not in the way.
+    let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, 1.0)], &[], &[sky]);
+    assert_eq!((top(&scene).id, is_lit(&top(&scene))), (1, true));
+    let inside = along(&scene, DVec3::ZERO, dvec3(0.25, -1.0, 0.0));
+    assert_eq!((inside.id, is_lit(&inside)), (1, false));
+    // The same with a lamp in it.
+    let scene = white(&[(DVec3::ZERO, 1.0), (DVec3::ZERO, 1.0)], &[], &[point(0.1, 0.2, 0.3)]);
+    assert!(is_lit(&along(&scene, DVec3::ZERO, dvec3(0.25, -1.0, 0.0))));
+    // Coincident planes of other numbers.
+    let planes = [(dvec3(1.0, 0.0, 3.0), dvec3(0.0, 3.0, 0.0)), (DVec3::ZERO, -DVec3::Y)];
+    let scene = white(&[], &planes, &[sun(4.0, -3.0, 0.0)]);
+    assert_mean(&from_to(&scene, dvec3(1.0, 2.0, 3.0), DVec3::ZERO), 0.6);
+}
+
+#[test]
+fn what_lies_behind_or_beyond_the_light_is_not_in_its_way() {
+    let lamp = point(0.0, 4.0, 0.0);
+    let look = |spheres: &[(DVec3, f64)]| {
+        let scene = white(spheres, &[FLOOR], &[lamp]);
+        is_lit(&from_to(&scene, dvec3(0.0, 3.0, 3.0), DVec3::ZERO))
+    };
+    let at = |y: f64, radius: f64| (dvec3(0.0, y, 0.0), radius);
+    assert!(look(&[at(6.0, 1.0)]) && look(&[at(-2.0, 1.0)]));
+    assert!(look(&[at(5.0, 1.0)]), "touches the light");
+    assert!(!look(&[at(5.0, 1f64.next_up())]), "the light is inside");
+    assert!(!look(&[at(3.0, 1.0)]), "the light on its far side");
+    assert!(look(&[at(-1.0, 1.0)]), "touches the hit point from below");
+    assert!(!look(&[(dvec3(1.0, 2.0, 0.0), 1.0)]), "a tangent ray");
+    assert!(look(&[(dvec3(1f64.next_up(), 2.0, 0.0), 1.0)]));
+    assert!(look(&[(dvec3(1.0, 4.0, 0.0), 1.0)]), "tangent at the light");
+    let mut scene = white(&[at(2.0, 1.0)], &[FLOOR], &[lamp]);
+    scene.lights[0].shadows = false;
+    assert_mean(&from_to(&scene, dvec3(3.0, 0.5, 0.0), DVec3::ZERO), 1.0);
+}
+
+#[test]
+fn a_light_at_the_eye_lights_what_is_seen() {
+    let eye = dvec3(0.0, 3.0, 4.0);
+    let spheres = [(dvec3(0.0, 1.0, 0.0), 1.0), (dvec3(2.0, 1.0, 0.0), 1.0)];
+    let mut scene = white(&spheres, &[FLOOR], &[light(Source::Eye)]);
+    let straight = white(&[], &[FLOOR], &[light(Source::Eye)]);
+    assert_mean(&from_to(&straight, eye, DVec3::ZERO), 0.6);
+    for projection in
+        [Projection::Perspective { fov_degrees: 60.0 }, Projection::Orthographic { height: 6.0 }]
+    {
+        let look_at = dvec3(0.5, 0.75, 0.0);
+        scene.camera = Some(Camera { position: eye, look_at, up: DVec3::Y, projection });
+        let oracle = Oracle::new(&scene, 9, 7);
+        for (x, y) in (0..7).flat_map(|y| (0..9).map(move |x| (x, y))) {
+            let truth = oracle.pixel(x, y);
+            assert_eq!(truth.id != 0, is_lit(&truth), "{x} {y} {projection:?}");
+        }
+    }
+    // An orthographic one looks along its light.
+    let projection = Projection::Orthographic { height: 6.0 };
+    let camera = Camera { position: eye, look_at: DVec3::ZERO, up: DVec3::Y, projection };
+    let scene = Scene { camera: Some(camera), ..straight };
+    let truth = Oracle::new(&scene, 4, 4).pixel(1, 2);
+    let [low, high] = truth.channels[0].mean;
+    assert!((low - 0.6).abs() < 1e-12 && (high - 0.6).abs() < 1e-12, "{truth:?}");
+}
+
+#[test]
+fn a_sky_is_its_suns() {
+    let sky = Sky { intensity: 0.75, directions: 7 };
+    let scene = Scene { sky: Some(sky), ..white(&[], &[FLOOR], &[]) };
+    let truth = from_to(&scene, dvec3(3.0, 3.0, 0.0), DVec3::ZERO);
+    let up = sky.suns();
+    let sum: f64 = up.iter().map(|sun| (-sun.y / sun.length()).max(0.0)).sum();
+    let [low, high] = truth.channels[0].mean;
+    let expected = sum * 0.75 * 4.0 / 7.0;
+    assert!((low - expected).abs() < 1e-14 && (high - expected).abs() < 1e-14, "{truth:?}");
+}
+
+#[test]
+fn without_light_colors_are_as_they_are() {
+    let mut scene = white(&[(DVec3::ZERO, 1.0)], &[], &[]);
+    let red = Color::from_srgb8([0xd6, 0x27, 0x28]);
+    scene.spheres = [(Sphere { center: DVec3::ZERO, radius: 1.0 }, red)].into_iter().collect();
+    scene.background = Color([0.1, 0.2, 0.3]);
+    let seen = from_to(&scene, DVec3::Z * 3.0, DVec3::ZERO);
+    assert_eq!((seen.srgb8(), seen.linear(), seen.id), ([0xd6, 0x27, 0x28], red.to_f32(), 1));
+    assert_eq!(seen.srgb16(), [0xd6d6, 0x2727, 0x2828]);
+    let missed = along(&scene, DVec3::Z * 3.0, DVec3::Z);
+    assert_eq!((missed.linear(), missed.id), ([0.1, 0.2, 0.3], 0));
+    // Ambient light of 0 is a light.
+    scene.ambient = Some(Color([0.0; 3]));
+    assert_eq!(from_to(&scene, DVec3::Z * 3.0, DVec3::ZERO).srgb8(), [0; 3]);
+    assert_eq!(along(&scene, DVec3::Z * 3.0, DVec3::Z).linear(), [0.1, 0.2, 0.3]);
+    // Beyond the largest f32 there is nothing.
+    let far =
+        |z: f64| along(&white(&[], &[(DVec3::Z * z, DVec3::Z)], &[]), DVec3::ZERO, DVec3::Z).id;
+    let limit = f64::from(f32::MAX) + 2f64.powi(103);
+    assert_eq!((far(limit), far(limit.next_down())), (0, 1));
+}
+
+#[test]
+fn samples_are_averaged() {
+    // Two walls that meet in the middle of the pixel.
+    let mut scene = white(&[], &[(DVec3::ZERO, DVec3::Z), (DVec3::ZERO, DVec3::X)], &[]);
+    scene.planes[0].color = Color([1.0, 0.0, 0.0]);
+    scene.planes[1].color = Color([0.0, 1.0, 0.0]);
+    // Rays along (−1, 0, −1): those with x > z meet z = 0 first.
+    let view = View {
+        position: dvec3(4.0, 0.0, 4.0),
+        forward: dvec3(-1.0, 0.0, -1.0),
+        right: dvec3(1.0, 0.0, -1.0),
+        true_up: DVec3::Y,
+        h: 1.0,
+        lens: Lens::Orthographic,
+    };
+    // One pixel, samples 4 across: two of them on each side.
+    let truth = one_pixel(&scene, view, 4);
+    assert_eq!(truth.linear(), [0.5, 0.5, 0.0]);
+    // Three: the middle column meets both at once, and the lower id wins.
+    let truth = one_pixel(&scene, view, 3);
+    assert_eq!((truth.id, truth.n_hits), (1, 9));
+    let third = 2.0 / 3.0;
+    assert_eq!(truth.linear(), [third as f32, (1.0 - third) as f32, 0.0]);
+    let uneven = View { position: dvec3(4.25, 0.0, 4.0), ..view };
+    // Shifted by 1/8 of the picture's half width along `right`: 5 samples of 8 are on the red side.
+    let truth = one_pixel(&scene, uneven, 8);
+    assert_eq!(truth.linear()[0], 5.0 / 8.0, "{truth:?}");
+}
+
+// ---------------------------------------------------------------------------------------------
+// Edges of bytes
+
+/// A white floor under three suns of this intensity, each with a cosine of 1/3: the mean is the
+/// intensity, and no enclosure with fewer than all bits says so.
+fn bright(intensity: f64) -> Truth {
+    let suns = [(2.0, 2.0), (-2.0, 2.0), (2.0, -2.0)];
+    let lights = suns.map(|(x, z)| Light { intensity, ..sun(x, -1.0, z) });
+    from_to(&white(&[], &[FLOOR], &lights), dvec3(1.0, 3.0, 0.0), DVec3::ZERO)
+}
+
+#[test]
+fn equal_goes_up_at_the_edges_of_bytes() {
+    assert!(edges(255).is_sorted_by(|a, b| a < b) && edges(65535).is_sorted_by(|a, b| a < b));
+    for byte in [1u8, 2, 10, 100, 128, 254, 255] {
+        let edge = linear_from_srgb((f64::from(byte) - 0.5) / 255.0);
+        assert_eq!(bright(edge).channels[0].srgb8, Answer { value: byte, is_tie: true });
+        let (below, above) = (edge.next_down(), edge.next_up());
+        assert_eq!(bright(below).channels[0].srgb8, Answer { value: byte - 1, is_tie: false });
+        assert_eq!(bright(above).channels[0].srgb8, Answer { value: byte, is_tie: false });
+    }
+    for wide in [1u16, 77, 30_000, 65_535] {
+        let edge = linear_from_srgb((f64::from(wide) - 0.5) / 65535.0);
+        assert_eq!(bright(edge).channels[0].srgb16.value, wide);
+        assert_eq!(bright(edge.next_down()).channels[0].srgb16.value, wide - 1);
+    }
+    for (intensity, byte) in [(0.0, 0), (1e-300, 0), (1.0, 255), (7.0, 255), (1e300, 255)] {
+        let channel = bright(intensity).channels[0];
+        assert_eq!(channel.srgb8.value, byte, "{intensity}");
+        assert_eq!(channel.linear.value, intensity as f32, "{intensity}");
+    }
+}
+
+#[test]
+fn floats_on_the_edge_of_two_are_even() {
+    for bits in [1f32.to_bits(), 0.3f32.to_bits(), 0.3f32.to_bits() + 1, 1] {
+        let (low, high) = (f32::from_bits(bits), f32::from_bits(bits + 1));
+        let edge = (f64::from(low) + f64::from(high)) / 2.0;
+        let channel = bright(edge).channels[0];
+        let even = if bits % 2 == 0 { low } else { high };
+        assert_eq!(channel.linear, Answer { value: even, is_tie: true });
+        assert_eq!(bright(edge.next_up()).channels[0].linear.value, high);
+        assert_eq!(bright(edge.next_down()).channels[0].linear.value, low);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Against rationals
+
+/// Small integers, so that tangencies, contacts and lights on surfaces are common.
+fn integer_scene(rng: &mut ChaCha8Rng, light_near: DVec3) -> Scene {
+    let n_spheres = rng.random_range(0..5);
+    let spheres: Vec<(DVec3, f64)> = (0..n_spheres)
+        .map(|_| (integer_vector(rng, 6), f64::from(rng.random_range(1..6))))
+        .collect();
+    let n_planes = rng.random_range(0..3);
+    let planes: Vec<(DVec3, DVec3)> = (0..n_planes)
+        .map(|_| (integer_vector(rng, 6), integer_vector(rng, 2) + DVec3::Y * 5.0))
+        .collect();
+    let source = match rng.random_range(0..5) {
+        0 | 1 => Source::Sun(integer_vector(rng, 3) + DVec3::new(0.0, -4.0, 0.0)),
+        2 => Source::Point(light_near),
+        3 => Source::Eye,
+        _ => Source::Point(integer_vector(rng, 8)),
+    };
+    white(&spheres, &planes, &[light(source)])
+}
+
+fn shapes(scene: &Scene) -> Vec<(u32, Shape)> {
+    (1..=scene.n_objects() as u32).map(|id| (id, Shape::from(scene.object(id).unwrap()))).collect()
+}
+
+fn q3(v: DVec3) -> [Q; 3] {
+    v.to_array().map(q)
+}
+
+fn qdot(u: &[Q; 3], v: &[Q; 3]) -> Q {
+    u.iter().zip(v).map(|(u, v)| u * v).sum()
+}
+
+/// `n·ω` squared of the light where it counts, by rationals, at the rational hit point.
+fn rational_cosine2(
+    scene: &Scene,
+    eye: DVec3,
+    direction: &[Q; 3],
+    (id, p): (u32, &[Q; 3]),
+) -> Option<Q> {
+    let shapes = shapes(scene);
+    let mut normal = match shapes[id as usize - 1].1 {
+        Shape::Sphere { center, .. } => {
+            let c = q3(center);
+            std::array::from_fn(|i| &p[i] - &c[i])
+        }
+        Shape::Plane { normal, .. } => q3(normal),
+    };
+    if qdot(&normal, direction).is_positive() {
+        normal = normal.map(|x| -x);
+    }
+    let (w, is_point) = match scene.lights[0].source {
+        Source::Point(position) => (q3(position), true),
+        Source::Sun(direction) => (q3(-direction), false),
+        Source::Eye => (q3(eye), true),
+    };
+    let w: [Q; 3] = if is_point { std::array::from_fn(|i| &w[i] - &p[i]) } else { w };
+    let along = qdot(&normal, &w);
+    if !along.is_positive() {
+        return None;
+    }
+    let shadow_ray = OracleRay { origin: p.clone(), direction: w.clone() };
+    let is_in_way = |shape: &Shape| {
+        OracleRoot::visible(&shadow_ray, shape)
+            .is_some_and(|root| !is_point || root.cmp_rational(&q(1.0)).is_lt())
+    };
+    let blocked = shapes.iter().any(|(_, shape)| is_in_way(shape));
+    (!blocked).then(|| &along * &along / qdot(&normal, &normal) / qdot(&w, &w))
+}
+
+#[test]
+fn lit_or_not_is_what_rationals_say() {
+    let seed = seed();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut lit, mut dark, mut on_spheres, mut hard) = (0, 0, 0, 0);
+    for round in 0..2000 {
+        // A rational point on a surface that comes first, and a ray through it.
+        let (eye, direction, first): (DVec3, DVec3, Result<Sphere, Plane>) = if rng.random() {
+            let ([u, ..], radius) = integer_frame(&mut rng, 3);
+            let center = integer_vector(&mut rng, 6);
+            let direction = integer_vector(&mut rng, 4) + DVec3::X * 9.0;
+            let eye = center + u - direction * rng.random_range(1..4) as f64;
+            (eye, direction, Ok(Sphere { center, radius }))
+        } else {
+            let normal = integer_vector(&mut rng, 2) + DVec3::Z * 5.0;
+            let (point, color) = (integer_vector(&mut rng, 6), Color([1.0; 3]));
+            let direction = integer_vector(&mut rng, 5) + DVec3::X * 9.0;
+            let eye = integer_vector(&mut rng, 9);
+            (eye, direction, Err(Plane { name: None, point, normal, color }))
+        };
+        let mut scene = {
+            let near = integer_vector(&mut rng, 3) * nonzero(&mut rng, 2);
+            integer_scene(&mut rng, eye + near)
+        };
+        match first {
+            Ok(sphere) => scene.spheres.push(sphere, Color([1.0; 3])),
+            Err(plane) => scene.planes.push(plane),
+        }
+        let ray = OracleRay { origin: q3(eye), direction: q3(direction) };
+        let seen = rational::nearest(&ray, &shapes(&scene));
+        let truth = along(&scene, eye, direction);
+        let say = || format!("seed {seed}, round {round}: {scene:?} {eye} {direction}: {truth:?}");
+        assert_eq!(truth.id, seen.as_ref().map_or(0, |(id, _)| *id), "{}", say());
+        let Some((id, root)) = seen else {
+            continue;
+        };
+        // A rational root of small numbers, or none.
+        let t = (1..4).map(|n| q(f64::from(n))).find(|t| root.cmp_rational(t).is_eq());
+        let t = t.or_else(|| match scene.object(id).unwrap() {
+            kugelblitz::scene::Object::Plane(plane) => {
+                let normal = q3(plane.normal);
+                Some(qdot(&q3(plane.point - eye), &normal) / qdot(&ray.direction, &normal))
+            }
+            kugelblitz::scene::Object::Sphere(_) => None,
+        });
+        let Some(t) = t else {
+            continue;
+        };
+        let p = ray.at(&t);
+        match rational_cosine2(&scene, eye, &ray.direction, (id, &p)) {
+            None => {
+                assert!(!is_lit(&truth), "{}", say());
+                dark += 1;
+            }
+            Some(cosine2) => {
+                let [low, high] = truth.channels[0].mean.map(q);
+                let slack = rational::power(-45);
+                assert!(&low * &low <= &cosine2 + &slack, "{}", say());
+                assert!(&high * &high >= cosine2 - slack, "{}", say());
+                assert!(truth.channels[0].mean[0] > 0.0, "{}", say());
+                lit += 1;
+            }
+        }
+        on_spheres +=
+            usize::from(matches!(scene.object(id), Some(kugelblitz::scene::Object::Sphere(_))));
+        hard += usize::from(truth.bits > 53);
+    }
+    println!("{lit} lit, {dark} dark, {on_spheres} on spheres, {hard} of more than 53 bits");
+    assert!(lit > 200 && dark > 200 && on_spheres > 200 && hard > 40, "seed {seed}");
+}
+
+#[test]
+fn samples_see_what_rationals_see() {
+    let seed = seed();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for round in 0..60 {
+        let n_spheres = rng.random_range(1..8);
+        let spheres: Vec<(DVec3, f64)> = (0..n_spheres)
+            .map(|_| (any_vector(&mut rng, 4.0), rng.random_range(0.1..2.0)))
+            .collect();
+        let mut scene = white(&spheres, &[(DVec3::Y * -3.0, DVec3::Y)], &[]);
+        let projection = match rng.random() {
+            true => Projection::Perspective { fov_degrees: rng.random_range(1.0..150.0) },
+            false => Projection::Orthographic { height: rng.random_range(1.0..20.0) },
+        };
+        let position = any_vector(&mut rng, 10.0);
+        let camera = Camera { position, look_at: DVec3::ZERO, up: DVec3::Y, projection };
+        let view = View::new(&camera);
+        scene.camera = Some(camera);
+        let [width, height] = [rng.random_range(1..9), rng.random_range(1..9)];
+        let samples = rng.random_range(1..4);
+        scene.samples = Some(Samples::nearest(samples));
+        let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
+        let truth = Oracle::new(&scene, width, height).pixel(x, y);
+        let n_hits = (0..samples * samples)
+            .filter(|k| {
+                let ray =
+                    sample_ray(&view, [width, height], [x, y], samples, [k % samples, k / samples]);
+                rational::nearest(&ray, &shapes(&scene)).is_some()
+            })
+            .count();
+        assert_eq!(truth.n_hits as usize, n_hits, "seed {seed}, round {round}: {scene:?} {x} {y}");
+        let pixels = Pixels::whole(view, width, height);
+        let seen = rational::nearest(&OracleRay::from_pixel(&pixels, x, y), &shapes(&scene));
+        assert_eq!(truth.id, seen.map_or(0, |(id, _)| id), "seed {seed}, round {round}: {scene:?}");
+    }
+}
+
+/// The contract's ray through `x + (i + ½)/N`, `y + (j + ½)/N`, letter by letter.
+fn sample_ray(view: &View, size: [u32; 2], xy: [u32; 2], n: u32, ij: [u32; 2]) -> OracleRay {
+    let int = |x: u32| q(f64::from(x));
+    let (half, two, one) = (q(0.5), q(2.0), q(1.0));
+    let [w, h] = size.map(int);
+    let [x, y] = std::array::from_fn(|k| int(xy[k]) + (int(ij[k]) + &half) / int(n));
+    let right = (&two * x / &w - &one) * q(view.h) * (&w / &h);
+    let up = (one - two * y / h) * q(view.h);
+    let (r, u) = (q3(view.right), q3(view.true_up));
+    let moved = |v: DVec3| {
+        let v = q3(v);
+        std::array::from_fn(|i| &v[i] + &right * &r[i] + &up * &u[i])
+    };
+    match view.lens {
+        Lens::Perspective => {
+            OracleRay { origin: q3(view.position), direction: moved(view.forward) }
+        }
+        Lens::Orthographic => {
+            OracleRay { origin: moved(view.position), direction: q3(view.forward) }
+        }
+    }
+}

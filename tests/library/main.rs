@@ -1,0 +1,25 @@
+//! The library as others use it, and its bounds; what opens a Vulkan device is in the binary `device`.
+
+mod clouds;
+mod columns;
+mod exact;
+mod finite;
+mod footprints;
+mod guards;
+#[cfg(target_arch = "x86_64")]
+mod host;
+mod house;
+mod lemmas;
+mod light_oracle;
+mod metamorphic;
+mod parallel;
+mod picture;
+mod precision;
+mod rays;
+mod report;
+mod report_page;
+mod sabotage;
+mod scene_errors;
+mod spirv;
+mod subnormal;
+mod twins;

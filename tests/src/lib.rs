@@ -1,0 +1,167 @@
+//! Objects, files and the device that tests share.
+
+#![allow(missing_docs)]
+
+pub mod adversarial;
+pub mod allowed;
+pub mod cases;
+pub mod folder;
+pub mod hard_cases;
+pub mod hard_scene;
+pub mod judge;
+pub mod light_cases;
+pub mod light_judge;
+pub mod light_oracle;
+pub mod made_report;
+pub mod oracle;
+pub mod rational;
+pub mod setups;
+pub mod span;
+pub mod spoiled;
+pub mod wgsl;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use kugelblitz::compare::compare;
+use kugelblitz::gpu::{Gpu, Pick};
+use kugelblitz::prepare::Prepared;
+use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
+use kugelblitz::trace::{Hits, Kernel, Rays};
+use rand::{Rng, RngExt};
+
+/// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
+/// software driver. Each caller is counted in `gpu-tests.log`, which `ci/test.sh` reads.
+pub fn gpu() -> Arc<Gpu> {
+    static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
+    let gpu = GPU.get_or_init(|| {
+        Arc::new(Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one"))
+    });
+    let test = std::thread::current().name().unwrap_or("?").to_string();
+    log_device(&format!("{test} on {} ({})", gpu.facts.name, gpu.facts.driver));
+    Arc::clone(gpu)
+}
+
+/// Writes that a test ran on a device into `gpu-tests.log` of the folder of builds.
+pub fn log_device(line: &str) {
+    let log = build_folder().join("gpu-tests.log");
+    let mut log = std::fs::OpenOptions::new().create(true).append(true).open(log).expect("log");
+    // One write a line: tests run side by side.
+    log.write_all(format!("{line}\n").as_bytes()).expect("log");
+}
+
+/// The repository.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder above that of the tests")
+}
+
+/// The text of a file of the repository.
+pub fn text_of(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// Columns and rows of the pictures of [`digests`].
+pub const DIGEST_SIZE: [u32; 2] = [96, 54];
+
+/// The digests of all scenes by their names, as `tests/digests.toml` has them.
+pub fn digests() -> BTreeMap<String, String> {
+    toml::from_str(&text_of("tests/digests.toml")).expect("a table of digests")
+}
+
+/// The folder of a profile's builds, `target/release`: the one that holds `deps` with the running test.
+pub fn build_folder() -> PathBuf {
+    let test = std::env::current_exe().expect("the running test");
+    test.ancestors().nth(2).expect("a folder of builds").to_owned()
+}
+
+/// Whether the device of the tests has what a kernel needs: not each has f64. `tests/device/parity.rs` sees that
+/// the kernel is refused there.
+pub fn runs(kernel: Kernel) -> bool {
+    gpu().facts.check_kernel(kernel).is_ok()
+}
+
+/// What is broken of the promise for these hits: the CPU's bits where the device's arithmetic is that of
+/// IEEE 754 and for `certified`, and elsewhere results as Vulkan's precision allows them, which promises
+/// nothing in f64.
+pub fn broken(prepared: &Prepared, rays: &Rays, on_cpu: &Hits, on_gpu: &Hits) -> Option<String> {
+    let kernel = prepared.kernel;
+    let first = match kernel == Kernel::Certified || gpu().is_ieee(kernel).unwrap() {
+        true => compare(on_cpu, on_gpu).first,
+        false => {
+            let all: Vec<usize> = (0..rays.len()).collect();
+            allowed::compare_to_allowed(prepared, rays, on_gpu, &all).and_then(|found| found.first)
+        }
+    }?;
+    let of = |hits: &Hits| {
+        let (t, normal) = (hits.t.get(first), hits.normal.get(first));
+        format!("{} {t:?} {normal:?}", hits.id[first])
+    };
+    let name = kernel.name();
+    Some(format!("{name}, ray {first}\ncpu: {}\ngpu: {}", of(on_cpu), of(on_gpu)))
+}
+
+/// A number whose logarithm is uniform, of either sign.
+pub fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
+    let magnitude = (rng.random_range(low.ln()..high.ln())).exp();
+    if rng.random() { magnitude } else { -magnitude }
+}
+
+/// A vector with components in `-1..1`.
+pub fn in_cube(rng: &mut impl Rng) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
+}
+
+/// A sphere without a name.
+pub fn sphere(center: DVec3, radius: f64) -> Sphere {
+    Sphere { center, radius }
+}
+
+/// A plane without a name.
+pub fn plane(point: DVec3, normal: DVec3) -> Plane {
+    Plane { name: None, point, normal, color: Color([0.5; 3]) }
+}
+
+/// A scene of these objects without a camera.
+pub fn scene(spheres: Vec<Sphere>, planes: Vec<Plane>) -> Scene {
+    Scene { spheres: spheres.into(), planes, ..Scene::default() }
+}
+
+/// A camera looking from one point to another.
+pub fn camera(position: DVec3, look_at: DVec3) -> Camera {
+    Camera {
+        position,
+        look_at,
+        up: DVec3::Y,
+        projection: Projection::Perspective { fov_degrees: 45.0 },
+    }
+}
+
+/// An `.npy` file of these rows: `value` is `<f4`, `>f4`, `<f8` or `>f8`.
+pub fn npy(rows: &[Vec<f64>], value: &str, fortran: bool) -> Vec<u8> {
+    let n_columns = rows.first().map_or(3, Vec::len);
+    let order = if fortran { "True" } else { "False" };
+    let shape = format!("({}, {n_columns})", rows.len());
+    let header = format!("{{'descr': '{value}', 'fortran_order': {order}, 'shape': {shape}, }}");
+    // Version 1.0 of the format: the header is padded to a multiple of 64 bytes.
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:<117}\n").bytes());
+    let mut put = |number: f64| match value {
+        "<f4" => bytes.extend((number as f32).to_le_bytes()),
+        ">f4" => bytes.extend((number as f32).to_be_bytes()),
+        "<f8" => bytes.extend(number.to_le_bytes()),
+        ">f8" => bytes.extend(number.to_be_bytes()),
+        other => panic!("{other}"),
+    };
+    match fortran {
+        false => rows.iter().flatten().for_each(|number| put(*number)),
+        true => {
+            for column in 0..n_columns {
+                rows.iter().for_each(|row| put(row[column]));
+            }
+        }
+    }
+    bytes
+}
