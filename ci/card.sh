@@ -6,8 +6,8 @@
 #   ci/card.sh [--program PATH] [--campaign PATH]… [--device NAME] [--minutes N] [--out DIR]
 #
 #   --program PATH    the program; else target/release/kugelblitz
-#   --campaign PATH   a test executable (campaign, light_campaign) that is run with fresh seeds until
-#                     its minutes are over; several share them
+#   --campaign PATH   the test executable `device`, whose short campaigns are run with fresh seeds until
+#                     their minutes are over
 #   --device NAME     part of an adapter's name; else the best one
 #   --minutes N       for the campaigns; else 5
 #   --out DIR         for the results; else target/card
@@ -39,7 +39,7 @@ while [ $# -gt 0 ]; do
     esac
     shift 2
 done
-for file in "$program" ${campaigns[@]+"${campaigns[@]}"}; do
+for file in "$program" "${campaigns[@]}"; do
     [ -x "$file" ] || die "$file is no executable"
 done
 [[ $minutes =~ ^[0-9]+$ ]] || die "--minutes wants a number"
@@ -94,7 +94,7 @@ run_campaigns() {
     local end=$((SECONDS + minutes * 60)) n=0 campaign
     while [ "$SECONDS" -lt "$end" ]; do
         for campaign in "${campaigns[@]}"; do
-            "$campaign" --nocapture || return
+            "$campaign" --nocapture short_campaign || return
             n=$((n + 1))
         done
     done

@@ -10,26 +10,24 @@ if [ "$(uname -m)" != x86_64 ]; then
     exit 0
 fi
 table=ci/instructions.txt
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 
 # The library that the tests are built of.
-library=$(cargo test "${everything[@]}" --no-run --message-format json 2>/dev/null |
+[ -z "${RUSTFLAGS:-}" ] || { echo "ci/instructions.sh: RUSTFLAGS takes the place of .cargo/config.toml" >&2; exit 1; }
+library=$(cargo test -q "${everything[@]}" --no-run --message-format json |
     sed -n 's/.*"filenames":\["\([^"]*libkugelblitz-[0-9a-f]*\.rlib\)".*/\1/p' | tail -n 1)
-[ -n "$library" ] || { echo "ci/instructions.sh: the library could not be built" >&2; exit 1; }
 
 # Each function's packed sums, products, quotients, roots and extremes.
 objdump -d --no-show-raw-insn "$library" | awk '
     /^[0-9a-f]+ <.*>:$/ { if (name) print packed, name; name = $2; packed = 0 }
     $2 ~ /^v?(add|sub|mul|div|sqrt|min|max)p[sd]$/ { packed++ }
     END { print packed, name }
-' >"$folder/functions"
+' >"$scratch/functions"
 
 # Lines of a table: what it is, how many were seen, and what the names of its versions contain.
 count() {
     while read -r what seen pattern; do
         case $what in '' | '#'*) continue ;; esac
-        now=$(awk -v pattern="$pattern" '$2 ~ pattern { sum += $1 } END { print sum + 0 }' "$folder/functions")
+        now=$(awk -v pattern="$pattern" '$2 ~ pattern { sum += $1 } END { print sum + 0 }' "$scratch/functions")
         echo "$what $seen $now $pattern"
     done <"$1"
 }
@@ -42,16 +40,16 @@ check() {
 }
 
 if [ "${1:-}" = --renew ]; then
-    grep '^#' "$table" >"$folder/table"
-    count "$table" | awk '{ print $1, $3, $4 }' >>"$folder/table"
-    cp "$folder/table" "$table"
+    grep '^#' "$table" >"$scratch/table"
+    count "$table" | awk '{ print $1, $3, $4 }' >>"$scratch/table"
+    cp "$scratch/table" "$table"
 fi
 check "$table"
 # The comparison can fail: for more than there are, and for a function that is gone.
-awk '!/^#/ { $2 = int($2 * 1.2) + 1 } 1' "$table" >"$folder/more"
-awk '!/^#/ { $3 = "no_function" } 1' "$table" >"$folder/gone"
+awk '!/^#/ { $2 = int($2 * 1.2) + 1 } 1' "$table" >"$scratch/more"
+awk '!/^#/ { $3 = "no_function" } 1' "$table" >"$scratch/gone"
 for wrong in more gone; do
-    if check "$folder/$wrong" >/dev/null; then
+    if check "$scratch/$wrong" >/dev/null; then
         echo "ci/instructions.sh: a table that is wrong was not refused" >&2
         exit 1
     fi

@@ -2,7 +2,7 @@
 # Builds the Python package as a wheel and tests it as it is installed: in an empty environment, outside of
 # the source tree. What it downloads stays in the build folder, so that a second run needs no network.
 #
-#   ci/python.sh            builds what the wheel needs, a plain `cargo build` apart
+#   ci/python.sh            builds what the wheel needs, but the program: `cargo build --profile ci`
 #   ci/python.sh --reuse    with the program of ci/test.sh; fails where the wheel is not built of what the tests were built of
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -9,4 +9,3 @@ step cargo clippy "${engine[@]}" --all-targets -- -D warnings
 step cargo test -q "${engine[@]}" --lib
 step env KUGELBLITZ_SCENES=17 cargo test -q "${engine[@]}" --test device -- \
     matrix::the_cpu digests::digests_on_the_cpu
-table_of_steps

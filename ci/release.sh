@@ -11,15 +11,16 @@ pages=(--profile ci --locked -p kugelblitz-tests --features pages --test pages)
 step cargo clippy "${pages[@]}" -- -D warnings
 step cargo test "${pages[@]}"
 step cargo test --profile ci --locked -p kugelblitz --lib --no-default-features
-# The profile of those who build it for themselves makes the same bytes.
+# The program that users build, which has no window, makes the same bytes.
+step cargo test --release --locked -p kugelblitz-cli
 step cargo test --release --locked -p kugelblitz-tests --test device -- digests::
 step ci/drivers.sh --full docs/devices/drivers.md
 
 step env KUGELBLITZ_SCENES=5000 KUGELBLITZ_DEVICE=100 cargo test "${everything[@]}" --test device -- --nocapture matrix::
-step env KUGELBLITZ_RAYS=100000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture campaign::long
-step env KUGELBLITZ_SAMPLES=10000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture light_campaign::long
+step env KUGELBLITZ_RAYS=100000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture --exact campaign::long_campaign
+step env KUGELBLITZ_SAMPLES=10000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture --exact light_campaign::long_campaign
+step cargo test "${everything[@]}" --test device -- --ignored hierarchy::
 step cargo test "${everything[@]}" --test window -- --ignored --nocapture
 step ci/platforms.sh
 step ci/spoilings.sh
-table_of_steps
 echo "all green"

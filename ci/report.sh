@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=${1:-lavapipe}
 [ $# -eq 0 ] || shift
 commit=$(git rev-parse --short=12 HEAD)
-git diff --quiet HEAD -- Cargo.toml Cargo.lock src shaders scenes || commit="$commit and changes"
+git diff --quiet HEAD -- Cargo.toml Cargo.lock .cargo crates src shaders scenes || commit="$commit and changes"
 
 KUGELBLITZ_COMMIT=$commit cargo build --release --locked
 mkdir -p docs/report

@@ -6,11 +6,14 @@ exec </dev/null
 # A shell without a login does not read what rustup wrote into the profile.
 command -v cargo >/dev/null || PATH="${CARGO_HOME:-${HOME:-/root}/.cargo}/bin:$PATH"
 
+# For a script's own files; gone in the end, when the steps are told with their seconds.
+scratch=$(mktemp -d)
+trap 'table_of_steps; rm -rf "$scratch"' EXIT
+
 # Mesa complains where this is missing, which is usual on machines without a desktop.
 if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
-    XDG_RUNTIME_DIR=$(mktemp -d)
-    export XDG_RUNTIME_DIR
-    trap 'rm -rf "$XDG_RUNTIME_DIR"' EXIT
+    export XDG_RUNTIME_DIR=$scratch/runtime
+    mkdir -m 700 "$XDG_RUNTIME_DIR"
 fi
 
 # One selection of packages and features for all that is checked, and one for all that is built and tested, so that
@@ -31,8 +34,12 @@ step() {
 # A command whose output goes into a file as well.
 into() { "${@:2}" 2>&1 | tee "$1"; }
 
-# All steps with their seconds.
-table_of_steps() { printf '\n'; printf '%s\n' "${took[@]}"; printf '%5d s  in all\n' "$SECONDS"; }
+table_of_steps() {
+    [ "${#took[@]}" -gt 0 ] || return 0
+    printf '\n'
+    printf '%s\n' "${took[@]}"
+    printf '%5d s  in all\n' "$SECONDS"
+}
 
 # The folder of builds.
 target_folder() {

@@ -7,7 +7,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/steps.sh"
 step ci/setup.sh --tests
 step cargo fmt --all --check
 step cargo clippy "${checked[@]}" --all-targets -- -D warnings
-# The library that traces on the CPU.
+# The program as the README builds it, and the library that traces on the CPU.
+step cargo clippy --profile ci --locked -- -D warnings
 step cargo clippy --profile ci --locked -p kugelblitz --lib --no-default-features -- -D warnings
 step env RUSTDOCFLAGS="-D warnings" cargo doc "${checked[@]}" --no-deps
 step cargo test "${everything[@]}" --no-run
@@ -29,7 +30,6 @@ rm -f "$gpu_log"
 tests=0
 system_log=$target/system-driver.log
 step into "$system_log" cargo test "${everything[@]}" --no-fail-fast || tests=$?
-# The table that is checked in is renewed by `ci/drivers.sh docs/devices/drivers.md`.
 step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?
 step ci/python.sh --reuse || tests=$?
 
@@ -42,7 +42,6 @@ fi
 cut -d' ' -f3- "$gpu_log" | sort -u | while read -r device; do
     printf '%s GPU tests ran on %s\n' "$(grep -F " on $device" "$gpu_log" | sort -u | wc -l)" "$device"
 done
-table_of_steps
 if [ "$tests" -ne 0 ]; then
     echo "tests failed; the list is above" >&2
     exit "$tests"

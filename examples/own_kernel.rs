@@ -1,6 +1,6 @@
 //! A kernel of one's own, held against exact arithmetic pixel by pixel.
 //!
-//! `cargo run --release --example own_kernel`
+//! `cargo run --release -p kugelblitz --example own_kernel`
 
 use glam::Vec3;
 use kugelblitz::Session;

@@ -1,6 +1,6 @@
 //! A scene in memory → a picture on disk.
 //!
-//! `cargo run --release --example picture`
+//! `cargo run --release -p kugelblitz --example picture`
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;

@@ -1,6 +1,6 @@
 //! Rays from arrays: what does each of them hit first, and where?
 //!
-//! `cargo run --release --example rays`
+//! `cargo run --release -p kugelblitz --example rays`
 
 use kugelblitz::Session;
 use kugelblitz::control::Control;

@@ -1,6 +1,6 @@
 //! A million spheres from an array, without a file.
 //!
-//! `cargo run --release --example spheres`
+//! `cargo run --release -p kugelblitz --example spheres`
 
 use kugelblitz::Session;
 use kugelblitz::device::Device;

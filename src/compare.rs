@@ -8,6 +8,7 @@ pub use pictures::{
 };
 pub use share::Share;
 
+use crate::num::ulp_distance;
 use crate::trace::Hits;
 
 /// Where and how far two results differ.
@@ -76,18 +77,6 @@ impl Precision {
             exponent => f64::from_bits(1 << (exponent + 1074).clamp(0, 51)),
         }
     }
-}
-
-/// Number of f32 values from one to the other; equal values are 0 apart, and so are ±0.
-pub fn ulp_distance(a: f32, b: f32) -> u64 {
-    if a.is_nan() || b.is_nan() {
-        return u64::from(a.to_bits() != b.to_bits()) * u64::MAX;
-    }
-    let ordered = |x: f32| {
-        let magnitude = i64::from(x.to_bits() & 0x7fff_ffff);
-        if x.is_sign_negative() { -magnitude } else { magnitude }
-    };
-    ordered(a).abs_diff(ordered(b))
 }
 
 /// Euclidean distance of two vectors.

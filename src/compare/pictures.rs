@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Share, ulp_distance};
+use super::Share;
 use crate::digits::percent;
 use crate::error::{Error, Result};
+use crate::num::ulp_distance;
 use crate::picture::{Image, Samples};
 use crate::scene::Color;
 

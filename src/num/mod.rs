@@ -17,6 +17,18 @@ use crate::vec3::{round_down, round_up};
 /// The id of a ray that bounds leave open.
 pub const OPEN: u32 = u32::MAX;
 
+/// Number of f32 values from one to the other; equal values are 0 apart, and so are ±0.
+pub fn ulp_distance(a: f32, b: f32) -> u64 {
+    if a.is_nan() || b.is_nan() {
+        return u64::from(a.to_bits() != b.to_bits()) * u64::MAX;
+    }
+    let ordered = |x: f32| {
+        let magnitude = i64::from(x.to_bits() & 0x7fff_ffff);
+        if x.is_sign_negative() { -magnitude } else { magnitude }
+    };
+    ordered(a).abs_diff(ordered(b))
+}
+
 /// What a comparison of [`Real`] numbers gives: a truth, or one a lane.
 pub trait Mask: Copy {
     /// Where both hold.

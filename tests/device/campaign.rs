@@ -4,7 +4,7 @@
 //!
 //! Every run draws a fresh seed and prints it; `KUGELBLITZ_SEED=n` repeats one. The short campaign
 //! runs with the other tests; the long one by
-//! `KUGELBLITZ_RAYS=100000000 cargo test --profile ci -p kugelblitz-tests --test device campaign::long -- --ignored --nocapture`.
+//! `KUGELBLITZ_RAYS=100000000 cargo test --profile ci -p kugelblitz-tests --test device -- --ignored --nocapture --exact campaign::long_campaign`.
 //!
 //! Every 64th batch is traced on the GPU as well.
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use kugelblitz::compare::ulp_distance;
+use kugelblitz::num::ulp_distance;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::trace::{Hits, Kernel};
 use kugelblitz_tests::hard_cases::{HardCase, hard_cases};

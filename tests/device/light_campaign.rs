@@ -3,7 +3,7 @@
 //!
 //! Every run draws a fresh seed and prints it; `KUGELBLITZ_SEED=n` repeats one. The short campaign
 //! runs with the other tests; the long one by
-//! `KUGELBLITZ_SAMPLES=10000000 cargo test --profile ci -p kugelblitz-tests --test device light_campaign::long -- --ignored --nocapture`.
+//! `KUGELBLITZ_SAMPLES=10000000 cargo test --profile ci -p kugelblitz-tests --test device -- --ignored --nocapture --exact light_campaign::long_campaign`.
 //! Of each picture, all pixels that a light is aimed at are judged, and a share of the others: a third in
 //! the short campaign, one in 29 in the long one. Every 17th picture is painted of what the GPU
 //! sees as well.

@@ -71,7 +71,7 @@ pub fn digests() -> BTreeMap<String, String> {
     toml::from_str(&text_of("tests/digests.toml")).expect("a table of digests")
 }
 
-/// The folder of a profile's builds, `target/release`: the one that holds `deps` with the running test.
+/// The folder of a profile's builds, `target/ci`: the one that holds `deps` with the running test.
 pub fn build_folder() -> PathBuf {
     let test = std::env::current_exe().expect("the running test");
     test.ancestors().nth(2).expect("a folder of builds").to_owned()

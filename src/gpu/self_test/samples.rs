@@ -3,8 +3,8 @@
 
 use bytemuck::Pod;
 
-use crate::compare::ulp_distance;
 use crate::guard::T_ROOM;
+use crate::num::ulp_distance;
 use crate::random::SplitMix;
 
 /// Samples of each sort.

@@ -832,7 +832,7 @@ fn use_leaves_memory_bounded() {
 }
 
 /// Not part of a run of all tests, for it takes five minutes:
-/// `cargo test --release --test view -- --ignored --nocapture`.
+/// `cargo test --profile ci -p kugelblitz-cli --features view --test window -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes five minutes"]
 fn five_minutes_of_use_leave_memory_flat() {
