@@ -1,11 +1,13 @@
 //! Every way of the program to ids, hits and colours, over scenes where it is hard, against the oracle,
 //! bit by bit: scene × rays (whole picture, part of one, list, samples) × camera × device.
 //!
-//! `KUGELBLITZ_SEED=n` draws other scenes and `KUGELBLITZ_SCENES=n` so many of them:
+//! `KUGELBLITZ_SEED=n` draws other scenes, `KUGELBLITZ_SCENES=n` so many of them, and `KUGELBLITZ_CASE=crowd-1-7` one alone:
 //! `KUGELBLITZ_SEED=7 KUGELBLITZ_SCENES=1000 cargo test --profile ci -p kugelblitz-tests --test device matrix::`.
 
+mod failures;
 mod scenes;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Debug;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
@@ -14,25 +16,46 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
 use kugelblitz::rays::Pixels;
-use kugelblitz::scene::{Samples, Scene, parse_scene};
+use kugelblitz::scene::{Camera, Samples, Scene, parse_scene};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
-use kugelblitz_tests::oracle::{Hit, MISS, Oracle, Truth};
-use kugelblitz_tests::{oracle, root};
+use kugelblitz_tests::gpu;
+use kugelblitz_tests::oracle::{self, Hit, MISS, Oracle, Truth};
+use kugelblitz_tests::{root, text_of};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
-use scenes::{Hard, N_FAMILIES};
-
-/// Columns and rows of the pictures, and the part that is traced alone.
-const SIZE: [u32; 2] = [12, 8];
-const PART: [u32; 4] = [5, 3, 4, 3];
-
-/// Samples across a pixel.
-const SAMPLES: [u32; 3] = [1, 2, 3];
+use failures::{Failure, told};
+use scenes::{FAMILIES, Hard};
 
 /// A number of the environment, or another.
 fn setting(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |text| text.parse().expect("a number"))
+}
+
+/// Columns and rows of the picture of a family's scene of this number. Odd sides have a ray along the axis; the larger
+/// pictures have whole squares of pixels, several bands and strips, and more than a chunk.
+fn size(family: usize, number: u64) -> [u32; 2] {
+    match (family as u64 + number) % 30 {
+        3 => [1, 19],
+        7 => [23, 1],
+        13 => [1, 1],
+        5 | 15 => [67, 50],
+        9 => [131, 127],
+        _ => [13, 9],
+    }
+}
+
+/// Pixels of a picture that the oracle is asked for, and the most that it is asked for with so many objects.
+const JUDGED: usize = 130;
+const JUDGED_TIMES_OBJECTS: usize = 20_000;
+
+/// Samples across a pixel of a picture of this size.
+fn samples(size: [u32; 2], number: u64) -> Vec<u32> {
+    match size {
+        [13, 9] => vec![1, 2, 3 + (number % 2) as u32],
+        [67, 50] | [131, 127] => vec![1],
+        _ => vec![1, 2],
+    }
 }
 
 /// A scene with all that the oracle says of it.
@@ -40,205 +63,319 @@ struct Case {
     hard: Hard,
     name: String,
     scene: Arc<Scene>,
+    size: [u32; 2],
     list: Rays,
+    /// Column and row of the pixels that are judged.
+    judged: Vec<[u32; 2]>,
     of_pixels: Vec<Hit>,
     of_list: Vec<Hit>,
     /// By number of samples.
-    colors: Vec<Vec<Truth>>,
+    colors: BTreeMap<u32, Vec<Truth>>,
 }
 
 impl Case {
-    fn new(seed: u64, index: u64) -> Case {
-        let hard = scenes::scene(seed, index);
-        let name = format!("seed {seed}, scene {index} ({})", hard.family);
-        let file = Path::new("hard.toml");
-        let scene = parse_scene(&hard.text, file)
+    fn new(seed: u64, family: usize, number: u64) -> Case {
+        let hard = scenes::scene(seed, family, number);
+        let name = format!("{}-{seed}-{number}", hard.family.replace(' ', "-"));
+        let scene = parse_scene(&hard.text, Path::new("hard.toml"))
             .unwrap_or_else(|error| panic!("{name}: {error}\n{}", hard.text));
         let text = Arc::new(oracle::scene::read(&hard.text));
-        let [width, height] = SIZE;
-        let xy: Vec<[u32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| [x, y])).collect();
-        let colors = SAMPLES.map(|n| {
-            let oracle = Oracle::new(&text, width, height, n);
-            xy.iter().map(|&[x, y]| oracle.pixel(x, y)).collect()
-        });
-        let oracle = Oracle::new(&text, width, height, 1);
-        let of_pixels = xy.iter().map(|&[x, y]| oracle.hit(x, y)).collect();
-        let ray = |&[origin, direction]: &[_; 2]| Ray { origin, direction };
-        let list = Rays::List(hard.rays.iter().map(ray).collect());
-        let of_list = hard
-            .rays
-            .iter()
-            .map(|[origin, direction]| {
-                Oracle::of_ray(&text, origin.to_array(), direction.to_array())
+        let size @ [width, height] = size(family, number);
+        let most = JUDGED.min(JUDGED_TIMES_OBJECTS / scene.n_objects()).max(8);
+        let n_pixels = (width * height) as usize;
+        let judged: Vec<[u32; 2]> = (0..n_pixels)
+            .step_by(n_pixels.div_ceil(most))
+            .map(|i| [i as u32 % width, i as u32 / width])
+            .collect();
+        let oracle = |samples| Oracle::new(&text, width, height, samples);
+        let one = oracle(1);
+        let of_pixels = judged.iter().map(|&[x, y]| one.hit(x, y)).collect();
+        let colors = samples(size, number)
+            .into_iter()
+            .map(|n| {
+                let oracle = oracle(n);
+                (n, judged.iter().map(|&[x, y]| oracle.pixel(x, y)).collect())
             })
             .collect();
-        let (scene, colors) = (Arc::new(scene), colors.into());
-        Case { hard, name, scene, list, of_pixels, of_list, colors }
+        let ray = |&[origin, direction]: &[_; 2]| Ray { origin, direction };
+        let list = Rays::List(hard.rays.iter().map(ray).collect());
+        let of_ray = |[origin, direction]: &[glam::DVec3; 2]| {
+            Oracle::of_ray(&text, origin.to_array(), direction.to_array())
+        };
+        let of_list = hard.rays.iter().map(of_ray).collect();
+        let scene = Arc::new(scene);
+        Case { hard, name, scene, size, list, judged, of_pixels, of_list, colors }
     }
 
-    /// What is wrong, with the scene and a command that shows it.
-    fn fail(&self, way: &str, what: &dyn Debug, truth: &dyn Debug, command: String) -> ! {
-        panic!(
-            "{}, {way}: {what:?} instead of {truth:?}\n--- hard.toml\n{}---\nkugelblitz {command}",
-            self.name, self.hard.text
-        )
+    /// A part of the picture that begins and ends amid its squares.
+    fn part(&self) -> [u32; 4] {
+        let [width, height] = self.size;
+        [width / 3, height / 3, width.div_ceil(2), height.div_ceil(2)]
     }
 
-    fn pixel_command(&self, pixels: &Pixels, index: usize, samples: u32) -> String {
-        let (x, y) = pixels.xy(index);
-        let [width, height] = SIZE;
-        match samples {
-            1 => format!("explain hard.toml --size {width}x{height} --pixel {x},{y}"),
-            n => format!(
-                "render hard.toml --size {width}x{height} --crop {x},{y},1,1 --samples {n} -o pixel.npy"
-            ),
+    fn failure(&self, way: &str, what: String, command: String) -> Failure {
+        let (family, text) = (self.hard.family, self.hard.text.clone());
+        let (scene, way) = (self.name.clone(), way.to_string());
+        Failure { family, scene, text, way, what, command }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Comparators
+
+/// The places of what is not the truth.
+fn wrong<F, T>(found: &[F], truth: &[T], is_true: impl Fn(&F, &T) -> bool) -> Vec<usize> {
+    assert_eq!(found.len(), truth.len(), "results for other rays");
+    (0..found.len()).filter(|&i| !is_true(&found[i], &truth[i])).collect()
+}
+
+fn has_id(found: &Hit, truth: &Hit) -> bool {
+    found.id == truth.id
+}
+
+fn is_hit(found: &Hit, truth: &Hit) -> bool {
+    let bits = |hit: &Hit| (hit.id, hit.t.to_bits(), hit.normal.map(f32::to_bits));
+    bits(found) == bits(truth)
+}
+
+fn has_bytes(found: &[u8; 3], truth: &Truth) -> bool {
+    *found == truth.srgb8()
+}
+
+fn has_shorts(found: &[u16; 3], truth: &Truth) -> bool {
+    *found == truth.srgb16()
+}
+
+fn has_floats(found: &[f32; 3], truth: &Truth) -> bool {
+    found.map(f32::to_bits) == truth.linear().map(f32::to_bits)
+}
+
+// ---------------------------------------------------------------------------------------------
+// Ways
+
+/// A case on a device, with what was found wrong there.
+struct Check<'a> {
+    case: &'a Case,
+    device: &'a Device,
+    session: Session,
+    counts: StageCounts,
+    failures: Vec<Failure>,
+}
+
+impl<'a> Check<'a> {
+    fn new(case: &'a Case, device: &'a Device) -> Check<'a> {
+        let session = Session::new(Arc::clone(&case.scene), device.clone(), Kernel::Certified);
+        Check { case, device, session, counts: StageCounts::default(), failures: Vec::new() }
+    }
+
+    /// All results of the device.
+    fn run(mut self) -> (StageCounts, Vec<Failure>) {
+        let [width, height] = self.case.size;
+        let whole = self.session.pixels(width, height).unwrap();
+        let [x, y, width, height] = self.case.part();
+        let part = Pixels { x, y, width, height, ..whole };
+        for surface in [false, true] {
+            let picture = self.hits(&whole, surface);
+            let of_part = self.hits(&part, surface);
+            self.crop("hits", &whole, &part, &picture, &of_part, |found, whole| {
+                is_hit(found, whole)
+            });
+            self.list(surface);
+        }
+        for (&n, truth) in &self.case.colors {
+            let picture = self.colors::<[u8; 3]>(&whole, n, truth, "8 bits", has_bytes);
+            let of_part = self.colors::<[u8; 3]>(&part, n, truth, "8 bits", has_bytes);
+            self.crop("bytes", &whole, &part, &picture, &of_part, |found, whole| found == whole);
+            self.colors::<[u16; 3]>(&part, n, truth, "16 bits", has_shorts);
+            self.colors::<[f32; 3]>(&part, n, truth, "floats", has_floats);
+        }
+        (self.counts, self.failures)
+    }
+
+    /// Where the judged pixels of a rectangle are among all judged, and in its rows.
+    fn judged(&self, pixels: &Pixels) -> (Vec<usize>, Vec<usize>) {
+        let judged = self.case.judged.iter().enumerate();
+        judged
+            .filter(|(_, [x, y])| {
+                let (x, y) = (x.wrapping_sub(pixels.x), y.wrapping_sub(pixels.y));
+                x < pixels.width && y < pixels.height
+            })
+            .map(|(i, [x, y])| (i, ((y - pixels.y) * pixels.width + x - pixels.x) as usize))
+            .unzip()
+    }
+
+    fn hits(&mut self, pixels: &Pixels, surface: bool) -> Vec<Hit> {
+        let wants = Wants { surface, level: false };
+        let hits = self.session.hits(pixels, wants, &Control::default()).unwrap();
+        self.counts.add(hits.counts);
+        let found = all_hits(&hits, surface);
+        let what = if surface { "hits" } else { "ids" };
+        self.judge(
+            pixels,
+            1,
+            what,
+            &found,
+            &self.case.of_pixels,
+            if surface { is_hit } else { has_id },
+        );
+        found
+    }
+
+    fn list(&mut self, surface: bool) {
+        let mut hits = Hits::default();
+        let wants = Wants { surface, level: false };
+        self.session.trace(&self.case.list, wants, &Control::default(), &mut hits).unwrap();
+        self.counts.add(hits.counts);
+        let (found, truth) = (all_hits(&hits, surface), &self.case.of_list);
+        for i in wrong(&found, truth, if surface { is_hit } else { has_id }) {
+            let what = format!("ray {i}: {:?} instead of {:?}", found[i], truth[i]);
+            let [origin, direction] = self.case.hard.rays[i];
+            let numbers = [origin.to_array(), direction.to_array()].concat();
+            let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+            let command = format!("explain {}.toml --ray={}", self.case.name, numbers.join(","));
+            self.fail("list", what, command);
         }
     }
 
-    fn ray_command(&self, index: usize) -> String {
-        let [origin, direction] = self.hard.rays[index];
-        let numbers = [origin.to_array(), direction.to_array()].concat();
-        let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
-        format!("explain hard.toml --ray={}", numbers.join(","))
+    fn colors<P>(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        truth: &[Truth],
+        what: &str,
+        is_true: fn(&P, &Truth) -> bool,
+    ) -> Vec<P>
+    where
+        P: kugelblitz::shade::Pixel + Copy + Debug,
+    {
+        let samples = Samples::nearest(n);
+        let found: Vec<P> = self.session.colors(pixels, samples, &Control::default()).unwrap();
+        self.judge(pixels, n, what, &found, truth, is_true);
+        found
     }
 
-    fn check_hits(
-        &self,
-        way: &str,
-        hits: &Hits,
-        wants: Wants,
-        truth: &[Hit],
-        of: &dyn Fn(usize) -> String,
+    /// Compares the judged pixels of a rectangle with the truth.
+    fn judge<F: Copy + Debug, T: Debug>(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        what: &str,
+        found: &[F],
+        truth: &[T],
+        is_true: fn(&F, &T) -> bool,
     ) {
-        assert_eq!(hits.id.len(), truth.len(), "{}, {way}", self.name);
-        for (i, truth) in truth.iter().enumerate() {
-            let found = match wants.surface {
-                true => Hit { id: hits.id[i], t: hits.t[i], normal: hits.normal[i] },
-                false => Hit { id: hits.id[i], ..*truth },
-            };
-            let bits = |hit: &Hit| (hit.id, hit.t.to_bits(), hit.normal.map(f32::to_bits));
-            if bits(&found) != bits(truth) {
-                self.fail(&format!("{way}, ray {i}"), &found, truth, of(i));
-            }
+        assert_eq!(found.len(), (pixels.width * pixels.height) as usize, "{}", self.case.name);
+        let (judged, places) = self.judged(pixels);
+        let found: Vec<F> = places.iter().map(|&i| found[i]).collect();
+        let truth: Vec<&T> = judged.iter().map(|&i| &truth[i]).collect();
+        let way = format!("{what} of {} with {n} x {n}", rectangle(pixels));
+        for i in wrong(&found, &truth, |found, truth| is_true(found, truth)) {
+            let [x, y] = self.case.judged[judged[i]];
+            let what = format!("pixel {x},{y}: {:?} instead of {:?}", found[i], truth[i]);
+            let command = self.command(pixels, n, [x, y]);
+            self.fail(&way, what, command);
         }
     }
 
-    /// All results of one device, and how many rays each of its stages decided.
-    fn check(&self, device: &Device, on: &str) -> StageCounts {
-        let mut counts = StageCounts::default();
-        let control = Control::default();
-        let mut session = Session::new(Arc::clone(&self.scene), device.clone(), Kernel::Certified);
-        let [width, height] = SIZE;
-        let whole = session.pixels(width, height).unwrap();
-        let [x, y, part_width, part_height] = PART;
-        let part = Pixels { x, y, width: part_width, height: part_height, ..whole };
-        for (surface, what) in [(false, "ids"), (true, "hits")] {
-            let wants = Wants { surface, level: false };
-            for (pixels, rays) in [(whole, "picture"), (part, "part")] {
-                let hits = session.hits(&pixels, wants, &control).unwrap();
-                counts.add(hits.counts);
-                let truth: Vec<Hit> = indices(&pixels).map(|i| self.of_pixels[i]).collect();
-                let command = |i| self.pixel_command(&pixels, i, 1);
-                self.check_hits(&format!("{on}, {what} of {rays}"), &hits, wants, &truth, &command);
-            }
-            let mut hits = Hits::default();
-            session.trace(&self.list, wants, &control, &mut hits).unwrap();
-            counts.add(hits.counts);
-            let command = |i| self.ray_command(i);
-            self.check_hits(
-                &format!("{on}, {what} of list"),
-                &hits,
-                wants,
-                &self.of_list,
-                &command,
-            );
+    /// Compares a part with the same pixels of the whole picture.
+    fn crop<F: Debug>(
+        &mut self,
+        what: &str,
+        whole: &Pixels,
+        part: &Pixels,
+        picture: &[F],
+        of_part: &[F],
+        is_same: impl Fn(&F, &F) -> bool,
+    ) {
+        let row = |y: u32| {
+            let first = ((part.y + y) * whole.width + part.x) as usize;
+            &picture[first..first + part.width as usize]
+        };
+        let cut: Vec<&F> = (0..part.height).flat_map(row).collect();
+        for i in wrong(of_part, &cut, |found, whole| is_same(found, whole)) {
+            let (x, y) = (part.x + i as u32 % part.width, part.y + i as u32 / part.width);
+            let said = format!("pixel {x},{y}: {:?}, in the picture {:?}", of_part[i], cut[i]);
+            let command = self.command(part, 1, [x, y]);
+            self.fail(&format!("part and whole, {what}"), said, command);
         }
-        for (n, truth) in SAMPLES.into_iter().zip(&self.colors) {
-            let samples = Samples::nearest(n);
-            for (pixels, rays) in [(whole, "picture"), (part, "part")] {
-                let colors: Vec<[u8; 3]> = session.colors(&pixels, samples, &control).unwrap();
-                for (i, (found, of)) in colors.iter().zip(indices(&pixels)).enumerate() {
-                    if *found != truth[of].srgb8() {
-                        let way = format!("{on}, {n} x {n} samples of {rays}, pixel {i}");
-                        let command = self.pixel_command(&pixels, i, n);
-                        self.fail(&way, found, &truth[of], command);
-                    }
-                }
-            }
-            let shorts: Vec<[u16; 3]> = session.colors(&part, samples, &control).unwrap();
-            let floats: Vec<[f32; 3]> = session.colors(&part, samples, &control).unwrap();
-            for (i, of) in indices(&part).enumerate() {
-                let bits = |floats: [f32; 3]| floats.map(f32::to_bits);
-                let (found, truth) = ((shorts[i], floats[i]), &truth[of]);
-                if found.0 != truth.srgb16() || bits(found.1) != bits(truth.linear()) {
-                    let way = format!("{on}, 16 bits and floats of {n} x {n} samples, pixel {i}");
-                    self.fail(&way, &found, truth, self.pixel_command(&part, i, n));
-                }
-            }
-        }
-        counts
+    }
+
+    /// Repeats a way with the program, and then its pixel alone.
+    fn command(&self, pixels: &Pixels, n: u32, [x, y]: [u32; 2]) -> String {
+        let [width, height] = self.case.size;
+        let device = self.device.kind();
+        let draw = |crop: [u32; 4], file: &str| {
+            let [x, y, w, h] = crop;
+            format!(
+                "kugelblitz render {}.toml --size {width}x{height} --crop {x},{y},{w},{h} --samples {n} \
+                 --device {device} -o {file}.npy",
+                self.case.name
+            )
+        };
+        let rectangle = [pixels.x, pixels.y, pixels.width, pixels.height];
+        format!("{}\n    {}", draw(rectangle, "all"), draw([x, y, 1, 1], "alone"))
+    }
+
+    fn fail(&mut self, way: &str, what: String, command: String) {
+        self.failures.push(self.case.failure(
+            &format!("{}, {way}", self.device.kind()),
+            what,
+            command,
+        ));
     }
 }
 
-/// Where the pixels are in the whole picture.
-fn indices(pixels: &Pixels) -> impl Iterator<Item = usize> {
-    (0..pixels.len()).map(|i| {
-        let (x, y) = pixels.xy(i);
-        (y * SIZE[0] + x) as usize
-    })
+/// `all` or `part`.
+fn rectangle(pixels: &Pixels) -> &'static str {
+    match [pixels.width, pixels.height] == [pixels.image_width, pixels.image_height] {
+        true => "all",
+        false => "part",
+    }
 }
 
-/// The scenes with what the oracle says of them, found once for all tests.
+fn all_hits(hits: &Hits, surface: bool) -> Vec<Hit> {
+    (0..hits.id.len())
+        .map(|i| match surface {
+            true => Hit { id: hits.id[i], t: hits.t[i], normal: hits.normal[i] },
+            false => Hit { id: hits.id[i], ..MISS },
+        })
+        .collect()
+}
+
+// ---------------------------------------------------------------------------------------------
+// Cases
+
+/// The scenes with what the oracle says of them, found once for all tests; each family has so many.
 fn cases() -> &'static [Case] {
     static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         let seed = setting("KUGELBLITZ_SEED", 1);
-        let n_scenes = setting("KUGELBLITZ_SCENES", 10 * N_FAMILIES);
-        (0..n_scenes).into_par_iter().map(|index| Case::new(seed, index)).collect()
+        let n_families = FAMILIES.len();
+        let n_scenes = setting("KUGELBLITZ_SCENES", 10 * n_families as u64) as usize;
+        let only = std::env::var("KUGELBLITZ_CASE").ok();
+        let all = (0..n_scenes).into_par_iter().map(|i| (i % n_families, (i / n_families) as u64));
+        let is_asked = |&(family, number): &(usize, u64)| {
+            let name = FAMILIES[family].0.replace(' ', "-");
+            only.as_ref().is_none_or(|only| *only == format!("{name}-{seed}-{number}"))
+        };
+        all.filter(is_asked).map(|(family, number)| Case::new(seed, family, number)).collect()
     });
     &CASES
 }
 
-#[test]
-fn the_scenes_are_not_one_sided() {
-    let of_pixels = || cases().iter().flat_map(|case| &case.of_pixels);
-    let (hits, rays) = (of_pixels().filter(|hit| **hit != MISS).count(), of_pixels().count());
-    let colors = || cases().iter().flat_map(|case| &case.colors[0]);
-    let lit = colors().filter(|truth| truth.linear() != [0.0; 3]).count();
-    println!("{hits} of {rays} pixels show an object, {lit} are not black");
-    assert!(hits * 4 > rays && hits * 20 < rays * 19, "{hits} of {rays}");
-    assert!(lit * 4 > rays, "{lit} of {rays}");
-}
-
-/// `ci/spoilings.sh` can apply each.
-#[test]
-fn spoilings_fit_the_source() {
-    let root = root();
-    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
-    let list: toml::Table = read("tests/device/matrix/spoilings.toml").parse().expect("a list");
-    let spoilings = list["spoiling"].as_array().expect("spoilings");
-    let misfits: Vec<&str> = spoilings
-        .iter()
-        .filter(|spoiling| {
-            let [file, find, replace] =
-                ["file", "find", "replace"].map(|key| spoiling[key].as_str().expect("a text"));
-            read(file).matches(find).count() != 1 || find == replace
-        })
-        .map(|spoiling| spoiling["name"].as_str().expect("a name"))
-        .collect();
-    assert!(!spoilings.is_empty() && misfits.is_empty(), "{misfits:?}");
-}
-
-fn check_all(cases: &[&Case], device: &Device, on: &str) {
+fn check_all(cases: &[&Case], device: &Device) {
+    let checked: Vec<_> = cases.iter().map(|case| Check::new(case, device).run()).collect();
     let mut counts = StageCounts::default();
-    cases.iter().for_each(|case| counts.add(case.check(device, on)));
-    println!("{on}: {} scenes, {counts:?}", cases.len());
-    assert!(counts.f32 > 0 && counts.f64 > 0 && counts.exact > 0, "{counts:?}");
-}
-
-fn on_cpu(n_threads: usize) {
-    let cases: Vec<&Case> = cases().iter().collect();
-    let pool = ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-    pool.install(|| check_all(&cases, &Device::Cpu, &format!("CPU, {n_threads} threads")));
+    let mut failures = Vec::new();
+    for (of_case, failed) in checked {
+        counts.add(of_case);
+        failures.extend(failed);
+    }
+    println!("{}: {} scenes, {counts:?}", device.label(), cases.len());
+    if let Some(told) = told(&failures, cases.len()) {
+        panic!("{told}");
+    }
+    let is_one = cases.len() == 1;
+    assert!(is_one || counts.f32 > 0 && counts.f64 > 0 && counts.exact > 0, "{counts:?}");
 }
 
 #[test]
@@ -251,11 +388,181 @@ fn the_cpu_with_threads() {
     on_cpu(3);
 }
 
-/// Fewer scenes: each has shaders to make.
+fn on_cpu(n_threads: usize) {
+    let cases: Vec<&Case> = cases().iter().collect();
+    let pool = ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+    pool.install(|| check_all(&cases, &Device::Cpu));
+}
+
+/// Fewer scenes, of all families: each has shaders to make.
 #[test]
 fn the_device() {
-    let device = Device::Gpu(kugelblitz_tests::gpu());
     let one_in = setting("KUGELBLITZ_DEVICE", 5) as usize;
-    let cases: Vec<&Case> = cases().iter().step_by(one_in).collect();
-    check_all(&cases, &device, "device");
+    let n_families = FAMILIES.len();
+    let is_its_turn = |i: usize| (i % n_families + 3 * (i / n_families)).is_multiple_of(one_in);
+    let cases = cases().iter().enumerate().filter(|(i, _)| is_its_turn(*i));
+    let cases: Vec<&Case> = cases.map(|(_, case)| case).collect();
+    check_all(&cases, &Device::Gpu(gpu()));
+}
+
+/// A session keeps nothing of the scene, the camera and the kernel that it had before.
+#[test]
+fn one_session_for_all() {
+    let control = Control::default();
+    for device in [Device::Cpu, Device::Gpu(gpu())] {
+        let first = &cases()[0];
+        let mut kept = Session::new(Arc::clone(&first.scene), device.clone(), Kernel::Certified);
+        // Far fewer for a device, which compiles for each.
+        let one_in = if device.kind() == "cpu" { 3 } else { 13 };
+        for case in cases().iter().step_by(one_in) {
+            kept.set_scene(Arc::clone(&case.scene));
+            for camera in [case.scene.camera.clone().unwrap(), moved(case)] {
+                kept.set_camera(camera.clone());
+                let scene = Scene { camera: Some(camera), ..(*case.scene).clone() };
+                let mut fresh = Session::new(scene, device.clone(), Kernel::Certified);
+                let pixels = fresh.pixels(13, 9).unwrap();
+                let wants = Wants { surface: true, level: false };
+                let [found, expected] = [&mut kept, &mut fresh].map(|session| {
+                    let hits = session.hits(&pixels, wants, &control).unwrap();
+                    let bytes = session.colors::<[u8; 3]>(&pixels, Samples::ONE, &control).unwrap();
+                    (all_hits(&hits, true), bytes)
+                });
+                let about = format!("{} on {}\n{}", case.name, device.label(), case.hard.text);
+                assert_eq!(wrong(&found.0, &expected.0, is_hit), [0; 0], "{about}");
+                assert_eq!(found.1, expected.1, "{about}");
+            }
+            kept.set_kernel(Kernel::Stable);
+            kept.set_kernel(Kernel::Certified);
+        }
+    }
+}
+
+/// The case's camera, a quarter of its way further.
+fn moved(case: &Case) -> Camera {
+    let camera = case.scene.camera.clone().expect("a camera");
+    Camera { position: camera.position.lerp(camera.look_at, 0.25), ..camera }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Of the matrix itself
+
+/// Each family that scenes were drawn of shows objects and light.
+#[test]
+fn no_family_is_empty() {
+    let drawn: BTreeSet<&str> = cases().iter().map(|case| case.hard.family).collect();
+    for family in drawn {
+        let cases = || cases().iter().filter(|case| case.hard.family == family);
+        let of_pixels = || cases().flat_map(|case| &case.of_pixels);
+        let (hits, rays) = (of_pixels().filter(|hit| **hit != MISS).count(), of_pixels().count());
+        let colors = || cases().flat_map(|case| &case.colors[&1]);
+        let lit = colors().filter(|truth| truth.linear() != [0.0; 3]).count();
+        println!("{family}: {hits} of {rays} pixels show an object, {lit} are not black");
+        assert!(hits * 20 > rays, "{family}: {hits} of {rays} pixels show an object");
+        assert!(lit * 20 > rays, "{family}: {lit} of {rays} pixels are not black");
+    }
+}
+
+#[test]
+fn the_scenes_are_not_one_sided() {
+    let of_pixels = || cases().iter().flat_map(|case| &case.of_pixels);
+    let (hits, rays) = (of_pixels().filter(|hit| **hit != MISS).count(), of_pixels().count());
+    assert!(hits * 4 > rays && hits * 20 < rays * 19, "{hits} of {rays}");
+}
+
+/// A scene that is the same in every run.
+fn a_mixture() -> Case {
+    let family = FAMILIES.iter().position(|(family, _)| *family == "mixture").expect("the family");
+    Case::new(1, family, 1)
+}
+
+/// Each comparator passes the truth, and finds each number that is spoiled, where it is.
+#[test]
+fn the_comparators_see_each_number() {
+    /// Spoils each result in each way by itself.
+    fn spoil<F: Copy, T>(
+        found: &[F],
+        truth: &[T],
+        is_true: fn(&F, &T) -> bool,
+        ways: &[fn(&mut F)],
+    ) {
+        assert_eq!(wrong(found, truth, is_true), [0; 0]);
+        for at in 0..found.len() {
+            for way in ways {
+                let mut spoiled = found.to_vec();
+                way(&mut spoiled[at]);
+                assert_eq!(wrong(&spoiled, truth, is_true), [at]);
+            }
+        }
+    }
+    let case = a_mixture();
+    let (hits, colors) = (&case.of_pixels, &case.colors[&1]);
+    spoil(hits, hits, has_id, &[|hit| hit.id ^= 1]);
+    spoil(
+        hits,
+        hits,
+        is_hit,
+        &[
+            |hit| hit.id ^= 1,
+            |hit| hit.t = f32::from_bits(hit.t.to_bits() ^ 1),
+            |hit| hit.normal[0] = f32::from_bits(hit.normal[0].to_bits() ^ 1),
+            |hit| hit.normal[2] = -hit.normal[2],
+        ],
+    );
+    let bytes: Vec<[u8; 3]> = colors.iter().map(Truth::srgb8).collect();
+    spoil(&bytes, colors, has_bytes, &[|rgb| rgb[0] ^= 1, |rgb| rgb[2] ^= 128]);
+    let shorts: Vec<[u16; 3]> = colors.iter().map(Truth::srgb16).collect();
+    spoil(&shorts, colors, has_shorts, &[|rgb| rgb[1] ^= 1]);
+    let floats: Vec<[f32; 3]> = colors.iter().map(Truth::linear).collect();
+    spoil(&floats, colors, has_floats, &[|rgb| rgb[2] = f32::from_bits(rgb[2].to_bits() ^ 1)]);
+}
+
+/// A picture of another camera is wrong, and is told with its scene, its way and its command.
+#[test]
+fn a_wrong_picture_is_told() {
+    let case = &a_mixture();
+    let mut check = Check::new(case, &Device::Cpu);
+    check.session.set_camera(moved(case));
+    let (_, failures) = check.run();
+    let told = told(&failures, 1).expect("failures");
+    for part in [
+        "wrong in 1 of 1 scenes",
+        "mixture",
+        "cpu, hits of all with 1 x 1",
+        &case.name,
+        "kugelblitz render",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let file = kugelblitz_tests::build_folder().join(format!("matrix/{}.toml", case.name));
+    assert_eq!(std::fs::read_to_string(file).unwrap(), case.hard.text);
+}
+
+/// A family that comes changes no other's scenes: they are drawn by its name.
+#[test]
+fn families_have_streams_of_their_own() {
+    let [a, b] = [0, 1].map(|family| scenes::scene(1, family, 0));
+    assert_ne!(a.text, b.text);
+    assert_eq!(a.text, scenes::scene(1, 0, 0).text);
+    assert_ne!(a.text, scenes::scene(2, 0, 0).text);
+    assert_ne!(a.text, scenes::scene(1, 0, 1).text);
+    let names: BTreeSet<u64> = FAMILIES.iter().map(|(name, _)| scenes::stream(name, 0)).collect();
+    assert_eq!(names.len(), FAMILIES.len());
+}
+
+/// `ci/spoilings.sh` can apply each.
+#[test]
+fn spoilings_fit_the_source() {
+    let list: toml::Table = text_of("tests/device/matrix/spoilings.toml").parse().expect("a list");
+    let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap_or_default();
+    let spoilings = list["spoiling"].as_array().expect("spoilings");
+    let misfits: Vec<&str> = spoilings
+        .iter()
+        .filter(|spoiling| {
+            let [file, find, replace] =
+                ["file", "find", "replace"].map(|key| spoiling[key].as_str().expect("a text"));
+            read(file).matches(find).count() != 1 || find == replace
+        })
+        .map(|spoiling| spoiling["name"].as_str().expect("a name"))
+        .collect();
+    assert!(!spoilings.is_empty() && misfits.is_empty(), "{misfits:?}");
 }

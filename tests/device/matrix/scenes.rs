@@ -16,7 +16,7 @@ pub struct Hard {
 }
 
 /// A scene before it has its place and its lights.
-struct Draft {
+pub struct Draft {
     eye: DVec3,
     look_at: DVec3,
     /// Half the picture's height where it looks at.
@@ -43,10 +43,10 @@ enum Light {
     Sun(DVec3),
 }
 
-type Family = fn(&mut Rng) -> Draft;
+pub type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-const FAMILIES: [(&str, Family); 20] = [
+pub const FAMILIES: [(&str, Family); 23] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -67,16 +67,26 @@ const FAMILIES: [(&str, Family); 20] = [
     ("galaxy", galaxy),
     ("far wall", far_wall),
     ("beyond f64", beyond_f64),
+    ("cloud", cloud),
+    ("heap", heap),
+    ("many about the eye", many_about_eye),
 ];
 
-pub const N_FAMILIES: u64 = FAMILIES.len() as u64;
+/// A family's random numbers for a scene: by its name, so that a new family changes no other.
+pub fn stream(family: &str, number: u64) -> u64 {
+    // FNV-1a.
+    let hash = family.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    hash.wrapping_add(number)
+}
 
-/// The scene of this number, the same for the same seed.
-pub fn scene(seed: u64, index: u64) -> Hard {
+/// The scene of this number of a family, the same for the same seed.
+pub fn scene(seed: u64, family: usize, number: u64) -> Hard {
+    let (family, make) = FAMILIES[family];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(index);
+    rng.set_stream(stream(family, number));
     let rng = &mut rng;
-    let (family, make) = FAMILIES[(index % N_FAMILIES) as usize];
     let mut draft = make(rng);
     let is_orthographic = draft.light.is_some() || rng.random_bool(0.4);
     if draft.light.is_none() {
@@ -431,6 +441,51 @@ fn beyond_f64(rng: &mut Rng) -> Draft {
         draft.spheres.push((within(rng, apart), apart * 0.2));
     }
     draft.light = Some(Light::Sun(-DVec3::Z));
+    draft
+}
+
+/// So many balls that lists of rays have a tree, seen from without or within.
+fn cloud(rng: &mut Rng) -> Draft {
+    let n = power_of_ten(rng, 2.12, 3.48) as usize;
+    let size = rng.random_range(0.3..2.0) / (n as f64).cbrt();
+    let distance = if rng.random_bool(0.7) { power_of_ten(rng, 0.5, 2.0) } else { 0.5 };
+    let mut draft = draft(unit(rng) * distance, DVec3::ZERO, power_of_ten(rng, -0.7, 0.3));
+    let cluster = rng.random_bool(0.3);
+    for _ in 0..n {
+        let center = match cluster && rng.random() {
+            true => unit(rng) * power_of_ten(rng, -4.0, 0.0),
+            false => within(rng, 1.0),
+        };
+        draft.spheres.push((center, size * power_of_ten(rng, -1.5, 0.3)));
+    }
+    draft
+}
+
+/// A lattice of touching balls on a huge one.
+fn heap(rng: &mut Rng) -> Draft {
+    let across = rng.random_range(6..11);
+    let eye = unit(rng).abs() * power_of_ten(rng, 1.2, 4.0);
+    let mut draft = draft(eye, DVec3::ZERO, f64::from(across) * rng.random_range(0.2..1.2));
+    for k in 0..across * across * across {
+        let [x, y, z] = [k % across, k / across % across, k / across / across].map(f64::from);
+        draft.spheres.push((dvec3(x, y, z) * 2.0 - f64::from(across - 1), 1.0));
+    }
+    draft.spheres.push((DVec3::Y * (-1e6 - f64::from(across)), 1e6));
+    draft
+}
+
+/// Many balls, a third of them about the eye, whose outlines lie close behind each other.
+fn many_about_eye(rng: &mut Rng) -> Draft {
+    let eye = way(rng) * 0.5;
+    let mut draft = draft(eye, eye + way(rng), power_of_ten(rng, -2.0, 0.3));
+    for k in 0..rng.random_range(130..400) {
+        let (center, radius) = match k % 3 {
+            0 => (eye + way(rng) * little(rng), 4.0 + little(rng)),
+            1 => (within(rng, 3.0), power_of_ten(rng, -2.0, -0.5)),
+            _ => (DVec3::ZERO, 1.0 + f64::from(k) * 0.02),
+        };
+        draft.spheres.push((center, radius));
+    }
     draft
 }
 
