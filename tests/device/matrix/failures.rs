@@ -52,7 +52,7 @@ pub fn told(failures: &[Failure], n_scenes: usize) -> Option<String> {
         folder.display()
     );
     for Failure { scene, way, what, command, .. } in failures.iter().take(TOLD) {
-        let _ = writeln!(text, "{scene}, {way}: {what}\n    {command}");
+        let _ = writeln!(text, "KUGELBLITZ_CASE={scene}, {way}: {what}\n    {command}");
     }
     Some(text)
 }
