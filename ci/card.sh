@@ -6,7 +6,7 @@
 #   ci/card.sh [--program PATH] [--campaign PATH]… [--device NAME] [--minutes N] [--out DIR]
 #
 #   --program PATH    the program; else target/release/kugelblitz
-#   --campaign PATH   the test executable `device`, whose short campaigns are run with fresh seeds until
+#   --campaign PATH   the test executable `device`, whose matrix is run with fresh seeds until
 #                     their minutes are over
 #   --device NAME     part of an adapter's name; else the best one
 #   --minutes N       for the campaigns; else 5
@@ -94,7 +94,7 @@ run_campaigns() {
     local end=$((SECONDS + minutes * 60)) n=0 campaign
     while [ "$SECONDS" -lt "$end" ]; do
         for campaign in "${campaigns[@]}"; do
-            "$campaign" --nocapture short_campaign || return
+            KUGELBLITZ_SEED=$RANDOM KUGELBLITZ_DEVICE=1 "$campaign" --nocapture matrix:: || return
             n=$((n + 1))
         done
     done

@@ -4,7 +4,7 @@
 #
 #   ci/drivers.sh TABLE [LOG]    TABLE is the file to write; LOG has what `cargo test` printed on the system's own driver,
 #                                which else runs the same tests here
-#   ci/drivers.sh --full TABLE   also the campaigns, whose work is the CPU's for the most part, and the program's tests
+#   ci/drivers.sh --full TABLE   also all of the matrix, whose work is the CPU's for the most part, and the program's tests
 #
 # At least two drivers must have run.
 # shellcheck source=ci/steps.sh
@@ -15,17 +15,16 @@ if [ "$1" = --full ]; then full=yes; shift; fi
 table=$1
 system_log=${2:-}
 
-# What depends on a driver: parity, the proofs' assumptions, and the certified pictures.
-tests=(drivers digests parity proposals hard_cases hard_scenes hierarchy promise certified scenes orthographic)
-# That comparisons can fail is seen once, on the system's driver.
-filters=("${tests[@]/%/::}" matrix::the_device --skip sabotage)
+# What depends on a driver: the proofs' assumptions, the certified pictures, and what else a device makes by itself.
+tests=(drivers digests hard_cases tracers trees matrix)
+# That comparisons can fail, and what drivers are seen through that are spoilt, is seen once, on the system's driver.
+filters=("${tests[@]/%/::}" --skip mistakes --skip other_arithmetic --skip cpu --skip matrix::exact)
 # Of the window one test each on Wayland and X11.
 window_tests=(wayland_shows_the_same_picture the_window_shows_what_render_draws)
 if [ "$full" = yes ]; then
     program_tests=(trace explain digest cli)
-    tests+=(matrix campaign light light_campaign "${program_tests[@]}")
-    # It takes SwiftShader's memory by gigabytes.
-    filters=(--skip plain_light::)
+    tests+=(hard_scenes light scenes "${program_tests[@]}")
+    filters=()
 fi
 
 target=$(target_folder)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a release needs beyond ci/test.sh, in hours: campaigns, all drivers in full, what users' profile makes, the book, the
+# What a release needs beyond ci/test.sh, in hours: thousands of scenes, all drivers in full, what users' profile makes, the book, the
 # browser, the package, long use of the window, other platforms, and which tests see mistakes.
 # shellcheck source=ci/steps.sh
 source "$(dirname "${BASH_SOURCE[0]}")/steps.sh"
@@ -17,9 +17,7 @@ step cargo test --release --locked -p kugelblitz-tests --test device -- digests:
 step ci/drivers.sh --full docs/devices/drivers.md
 
 step env KUGELBLITZ_SCENES=5000 KUGELBLITZ_DEVICE=100 cargo test "${everything[@]}" --test device -- --nocapture matrix::
-step env KUGELBLITZ_RAYS=100000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture --exact campaign::long_campaign
-step env KUGELBLITZ_SAMPLES=10000000 cargo test "${everything[@]}" --test device -- --ignored --nocapture --exact light_campaign::long_campaign
-step cargo test "${everything[@]}" --test device -- --ignored hierarchy::
+step cargo test "${everything[@]}" --test device -- --ignored trees::
 step cargo test "${everything[@]}" --test window -- --ignored --nocapture
 step ci/platforms.sh
 step ci/spoilings.sh

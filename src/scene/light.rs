@@ -51,7 +51,7 @@ impl Sky {
     /// sine are found by turning `(1, 0)` by `γ`, i times, so that all operations are `+ − × ÷ √` of f64,
     /// the same on every machine.
     pub fn suns(&self) -> Vec<DVec3> {
-        // cos γ and sin γ, rounded to f64.
+        // cos γ and sin γ to 2⁻⁵². The guide states these very numbers, on which all digests of skies depend.
         const COS: f64 = -0.737_368_878_078_319_9;
         const SIN: f64 = 0.675_490_294_261_523_8;
         let n = f64::from(self.directions);

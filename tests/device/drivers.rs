@@ -1,7 +1,7 @@
 //! What a driver may do and what it may not: spoiled shaders stand in for drivers that contract,
 //! reassociate, flush or round badly. Each is noticed by the self-test, or harmless by the proof of
-//! `src/guard.rs`; either way the certified kernel sees the exact objects, and the kernels without a proof
-//! are within the bounds of Vulkan's precision where it keeps to that.
+//! `src/guard.rs`, and the kernels without a proof are within the bounds of Vulkan's precision where it keeps to that. That
+//! the certified kernel sees the exact objects either way is the matrix's to say.
 
 use std::sync::Arc;
 
@@ -10,10 +10,9 @@ use kugelblitz::gpu::{Arithmetic, Gpu, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, read_scene};
-use kugelblitz::trace::{Hits, Kernel, Rays};
+use kugelblitz::trace::{Kernel, Rays};
 use kugelblitz_tests::allowed::{Outside, compare_to_allowed};
-use kugelblitz_tests::judge::{judge, trace};
-use kugelblitz_tests::{gpu, root, scene, sphere, spoiled};
+use kugelblitz_tests::{gpu, root, scene, sphere, spoiled, traced};
 
 fn spoiled(spoil: impl Fn(&[u32]) -> Vec<u32> + Send + Sync + 'static) -> Arc<Gpu> {
     gpu();
@@ -40,14 +39,6 @@ fn scenes() -> Vec<(Arc<Scene>, Rays)> {
     scenes
 }
 
-/// The certified kernel is right on this device, whatever that does.
-fn assert_certified(gpu: &Arc<Gpu>, what: &str) {
-    for (scene, rays) in scenes() {
-        let hits = trace(&scene, Kernel::Certified, &rays, Some(gpu));
-        judge(&scene, &rays, &hits, 1).unwrap_or_else(|wrong| panic!("{what}: {wrong}"));
-    }
-}
-
 /// What the plain kernels give outside the bounds of Vulkan's precision, and how many rays another `t` than
 /// on the CPU.
 fn plain(gpu: &Arc<Gpu>) -> (Outside, usize) {
@@ -55,8 +46,8 @@ fn plain(gpu: &Arc<Gpu>) -> (Outside, usize) {
     for (scene, rays) in scenes() {
         for kernel in [Kernel::Lecture, Kernel::Stable] {
             let prepared = Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap();
-            let on_gpu: Hits = trace(&scene, kernel, &rays, Some(gpu));
-            let on_cpu = trace(&scene, kernel, &rays, None);
+            let on_gpu = traced(&scene, kernel, &rays, Some(gpu));
+            let on_cpu = traced(&scene, kernel, &rays, None);
             let all: Vec<usize> = (0..rays.len()).collect();
             outside.add(&compare_to_allowed(&prepared, &rays, &on_gpu, &all).unwrap(), 0);
             n_otherwise += (0..rays.len()).filter(|&i| on_gpu.t[i] != on_cpu.t[i]).count();
@@ -70,7 +61,6 @@ fn this_driver_keeps_to_the_precision() {
     let gpu = gpu();
     let found = gpu.arithmetic().unwrap();
     assert!(found.suits_filter(), "{found}");
-    assert_certified(&gpu, "this driver");
     let (outside, n_otherwise) = plain(&gpu);
     assert_eq!(outside.outside, 0, "{outside:?}");
     if found.is_ieee() {
@@ -93,7 +83,6 @@ fn a_driver_that_contracts_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::contracts);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.rounded_products && !found.is_ieee() && found.suits_filter(), "{found}");
-    assert_certified(&gpu, "contracting");
     let (outside, n_otherwise) = plain(&gpu);
     assert!(outside.outside == 0 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
 }
@@ -103,7 +92,6 @@ fn a_driver_that_reassociates_is_noticed() {
     let gpu = spoiled(spoiled::reassociates);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.no_contraction && !found.suits_filter() && !found.is_ieee(), "{found}");
-    assert_certified(&gpu, "reassociating");
 }
 
 #[test]
@@ -111,7 +99,6 @@ fn a_driver_that_flushes_is_noticed_and_harmless() {
     let gpu = spoiled(spoiled::flushes);
     let found = gpu.arithmetic().unwrap();
     assert!(!found.subnormals && !found.is_ieee() && found.suits_filter(), "{found}");
-    assert_certified(&gpu, "flushing");
     assert_eq!(plain(&gpu).0.outside, 0);
 }
 
@@ -120,7 +107,6 @@ fn a_driver_that_rounds_badly_is_noticed() {
     let gpu = spoiled(spoiled::rounds_sums_badly);
     let found = gpu.arithmetic().unwrap();
     assert!(found.sum_ulp > 0 && !found.faithful && !found.suits_filter(), "{found}");
-    assert_certified(&gpu, "sums rounded badly");
     let (outside, n_otherwise) = plain(&gpu);
     assert!(outside.outside > 1000 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
 }
@@ -131,7 +117,6 @@ fn a_driver_that_rounds_quotients_as_it_may_is_harmless() {
     let found: Arithmetic = gpu.arithmetic().unwrap();
     assert!(found.quotient_ulp > 0 && found.reciprocal_ulp > 0 && found.root_ulp > 0, "{found}");
     assert!(found.suits_filter() && !found.is_ieee(), "{found}");
-    assert_certified(&gpu, "quotients off");
     let (outside, n_otherwise) = plain(&gpu);
     assert!(outside.outside == 0 && n_otherwise > 1000, "{outside:?}, {n_otherwise} otherwise");
 }

@@ -4,16 +4,10 @@ use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
 use glam::DVec3;
-use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
-use kugelblitz::gpu::GpuTracer;
-use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Color, Scene, Sphere, read_scene};
-use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
-use kugelblitz::tracer::Tracer;
-use kugelblitz::verify::{Truth, compare_to_exact};
-use kugelblitz_tests::{broken, camera, gpu, plane, root, runs, sphere};
+use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz_tests::{camera, plane, root, sphere, traced};
 
 fn scene(name: &str) -> Scene {
     let path = root().join("scenes").join(name);
@@ -213,52 +207,6 @@ fn inside_shows_no_background() {
     assert!(count[1] > 1000, "{count:?}");
 }
 
-/// What a kernel sees on the CPU. The device, if it runs the kernel, keeps its promise beside it.
-fn traced(scene: &Arc<Scene>, kernel: Kernel, pixels: Pixels) -> Hits {
-    let wants = Wants { surface: true, level: false };
-    let rays = Rays::Pixels(pixels);
-    let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, &rays).unwrap());
-    let (mut on_cpu, mut on_gpu) = (Hits::default(), Hits::default());
-    let control = Control::default();
-    CpuTracer::new(Arc::clone(&prepared), wants).trace(&rays, &control, &mut on_cpu).unwrap();
-    assert_eq!([on_cpu.id.len(), on_cpu.t.len(), on_cpu.normal.len()], [rays.len(); 3]);
-    if runs(kernel) {
-        let mut tracer = GpuTracer::new(gpu(), Arc::clone(&prepared), wants).unwrap();
-        tracer.trace(&rays, &control, &mut on_gpu).unwrap();
-        assert_eq!([on_gpu.id.len(), on_gpu.t.len(), on_gpu.normal.len()], [rays.len(); 3]);
-        assert_eq!(broken(&prepared, &rays, &on_cpu, &on_gpu), None);
-    }
-    on_cpu
-}
-
-#[test]
-fn every_scene_is_the_same_on_both_devices_and_nearly_the_exact_one() {
-    let mut wrong = Vec::new();
-    for name in ["figure1", "figure2", "figure3", "figure4", "figure5", "inside"] {
-        let scene = Arc::new(scene(&format!("{name}.toml")));
-        let view = View::new(scene.camera.as_ref().unwrap());
-        let pixels = Pixels::whole(view, 160, 90);
-        let all = (0..pixels.len()).collect();
-        let truth = Truth::of_pixels(&scene, &pixels, all, &Control::default()).unwrap();
-        for kernel in Kernel::ALL {
-            let against = compare_to_exact(&traced(&scene, kernel, pixels), &truth);
-            match kernel {
-                // Rounded to nearest, but not equal: then it would be compared with itself.
-                Kernel::Certified => assert!((0.0..=0.5).contains(&against.t_ulp_max)),
-                // f64 misses the middle between two f32 only by its last bits.
-                Kernel::Double => assert!((0.25..0.51).contains(&against.t_ulp_max)),
-                _ => assert!(against.t_ulp_max > 0.5, "{name}: compared with itself?"),
-            }
-            if against.wrong_ids() > 0 {
-                wrong.push((name, kernel, against.wrong_ids()));
-            }
-        }
-    }
-    // Exact ids are promised by certified alone. What the others miss is written down here, so that a
-    // change shows.
-    assert_eq!(wrong, [("figure3", Kernel::Lecture, 1)]);
-}
-
 /// A sphere of radius r on the view axis at distance L has the outline of the cone of half-angle
 /// asin(r/L): a disc of R = r/√(L² − r²) · H/(2h) pixels. Unit squares around the n pixel centres
 /// in it lie within R + √½ and cover R − √½, so that |n − πR²| ≤ π(√2·R + ½).
@@ -275,7 +223,7 @@ fn a_sphere_on_the_view_axis_covers_the_area_of_its_disc() {
     let slack = PI * (SQRT_2 * disc_px + 0.5);
     assert!(slack < area / 50.0, "{slack} of {area}");
     for kernel in Kernel::ALL {
-        let n_hits = traced(&scene, kernel, pixels).n_hits() as f64;
+        let n_hits = traced(&scene, kernel, &Rays::Pixels(pixels), None).n_hits() as f64;
         assert!((n_hits - area).abs() <= slack, "{}: {n_hits}, not {area}", kernel.name());
     }
 }
@@ -293,7 +241,7 @@ fn a_plane_ends_at_its_horizon_row() {
     let horizon = (1.0 - down.tan() / view.h) * 200.0 - 0.5;
     assert!((horizon - horizon.round()).abs() > 0.1, "{horizon} is too near a row");
     for kernel in Kernel::ALL {
-        let hits = traced(&scene, kernel, pixels);
+        let hits = traced(&scene, kernel, &Rays::Pixels(pixels), None);
         for (index, &id) in hits.id.iter().enumerate() {
             let row = f64::from(pixels.xy(index).1);
             assert_eq!(id == 1, row > horizon, "{}, row {row}", kernel.name());

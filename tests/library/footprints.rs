@@ -18,7 +18,7 @@ use kugelblitz::tree::footprint::{Footprint, Projection};
 use kugelblitz::tree::footprints::{Footprints, Node};
 use kugelblitz::tree::{IS_LEAF, Tree};
 use kugelblitz::verify::{Truth, compare_to_exact};
-use kugelblitz_tests::cases::{Case, CaseRay, any_vector, integer_vector, nudged};
+use kugelblitz_tests::cases::{any_vector, integer_vector, nudged};
 use kugelblitz_tests::{cases, in_cube, scene, sphere};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -50,8 +50,8 @@ impl Setup {
     }
 
     fn paste(&self, [x, y]: [u32; 2]) -> String {
-        let ray = CaseRay::Pixel(self.pixels, x, y);
-        Case { family: "footprint", ray, objects: vec![(1, self.shape())] }.paste()
+        let Setup { pixels, center, radius } = self;
+        format!("pixel ({x}, {y}) of {pixels:?}, {center:?}, {radius:e}")
     }
 }
 

@@ -1,24 +1,22 @@
-//! The oracle of light and colour (`oracle/`) against closed forms, and against the
-//! rational oracle where the hit point is rational; and the crate against the oracle in all of these.
+//! The oracle of light and colour (`oracle/`) against closed forms, and against the rational oracle where the hit point is
+//! rational; and the numbers that the contract has computed in f64 against rationals.
 //!
 //! Random cases are seeded: `KUGELBLITZ_SEED=n cargo test --profile ci -p kugelblitz-tests --test library light_oracle::` repeats one.
 
 use std::cmp::Ordering;
+use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
-use kugelblitz::device::Device;
 use kugelblitz::exact::Shape;
-use kugelblitz::rays::{Lens, Pixels, View};
-use kugelblitz::scene::{
-    Camera, Color, Light, Plane, Projection, Samples, Scene, Sky, Source, Sphere, linear_from_srgb,
-};
 use kugelblitz_tests::cases::{any_vector, integer_frame, integer_vector, nonzero, seed};
-use kugelblitz_tests::light_judge::{LightCase, judge};
-use kugelblitz_tests::light_oracle::enclosure::{Big, Narrow, Number, Undecided};
-use kugelblitz_tests::light_oracle::{Answer, Oracle, Truth, edges};
+use kugelblitz_tests::oracle::enclosure::{Big, Narrow, Number, Undecided};
+use kugelblitz_tests::oracle::scene::{
+    Camera, Light, Plane, Projection, Scene, Sky, Source, Sphere, linear,
+};
+use kugelblitz_tests::oracle::{Answer, Oracle, Truth, edges};
 use kugelblitz_tests::rational;
 use kugelblitz_tests::rational::{OracleRay, OracleRoot, Q, q};
-use num_traits::{Signed, Zero};
+use num_traits::{One, Signed, Zero};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -26,9 +24,8 @@ use rand_chacha::ChaCha8Rng;
 // Scenes of one ray
 
 fn white(spheres: &[(DVec3, f64)], planes: &[(DVec3, DVec3)], lights: &[Light]) -> Scene {
-    let color = Color([1.0; 3]);
-    let sphere = |&(center, radius): &(DVec3, f64)| (Sphere { center, radius }, color);
-    let plane = |&(point, normal): &(DVec3, DVec3)| Plane { name: None, point, normal, color };
+    let sphere = |&(center, radius): &(DVec3, f64)| white_sphere(center, radius);
+    let plane = |&(point, normal): &(DVec3, DVec3)| white_plane(point, normal);
     Scene {
         spheres: spheres.iter().map(sphere).collect(),
         planes: planes.iter().map(plane).collect(),
@@ -37,46 +34,36 @@ fn white(spheres: &[(DVec3, f64)], planes: &[(DVec3, DVec3)], lights: &[Light]) 
     }
 }
 
+fn white_sphere(center: DVec3, radius: f64) -> Sphere {
+    Sphere { center: center.to_array(), radius, color: [1.0; 3] }
+}
+
+fn white_plane(point: DVec3, normal: DVec3) -> Plane {
+    Plane { point: point.to_array(), normal: normal.to_array(), color: [1.0; 3] }
+}
+
 fn light(source: Source) -> Light {
-    Light { source, color: Color([1.0; 3]), intensity: 1.0, shadows: true }
+    Light { source, color: [1.0; 3], intensity: 1.0, shadows: true }
 }
 
 fn point(x: f64, y: f64, z: f64) -> Light {
-    light(Source::Point(dvec3(x, y, z)))
+    light(Source::Point([x, y, z]))
 }
 
 fn sun(x: f64, y: f64, z: f64) -> Light {
-    light(Source::Sun(dvec3(x, y, z)))
+    light(Source::Sun([x, y, z]))
 }
 
-/// A camera whose picture of one pixel is this ray.
-fn view_along(origin: DVec3, direction: DVec3) -> View {
-    View {
-        position: origin,
-        forward: direction,
-        right: DVec3::X,
-        true_up: DVec3::Y,
-        h: 1.0,
-        lens: Lens::Perspective,
-    }
-}
-
-/// The pixel of one ray. The crate's must be the same.
-#[track_caller]
+/// The pixel of one ray.
 fn along(scene: &Scene, origin: DVec3, direction: DVec3) -> Truth {
-    one_pixel(scene, view_along(origin, direction), 1)
+    one_pixel(scene, Camera::along(origin.to_array(), direction.to_array()), 1)
 }
 
-#[track_caller]
-fn one_pixel(scene: &Scene, view: View, n_samples: u32) -> Truth {
-    let case = LightCase::new(scene.clone(), Pixels::whole(view, 1, 1), n_samples);
-    let judged = judge(&case, &case.paint(&Device::Cpu), 1);
-    judged.unwrap_or_else(|what| panic!("the crate, not the oracle: {what}"));
-    case.oracle().pixel(0, 0)
+fn one_pixel(scene: &Scene, camera: Camera, n_samples: u32) -> Truth {
+    Oracle::seen_by(&Arc::new(scene.clone()), camera, 1, 1, n_samples).pixel(0, 0)
 }
 
 /// Sees `target` from `eye`.
-#[track_caller]
 fn from_to(scene: &Scene, eye: DVec3, target: DVec3) -> Truth {
     along(scene, eye, target - eye)
 }
@@ -93,6 +80,10 @@ fn assert_mean(truth: &Truth, expected: f64) {
     assert!(low <= expected + slack && high >= expected - slack, "{expected}: {truth:?}");
     assert!(high - low <= 1e-12 * high, "{truth:?}");
     assert_eq!(truth.channels[0].linear.value, expected as f32, "{truth:?}");
+}
+
+fn looking(eye: DVec3, look_at: DVec3, projection: Projection) -> Camera {
+    Camera::new(eye.to_array(), look_at.to_array(), [0.0, 1.0, 0.0], projection)
 }
 
 const FLOOR: (DVec3, DVec3) = (DVec3::ZERO, DVec3::Y);
@@ -240,10 +231,10 @@ fn a_floor_under_a_sun_has_the_cosine() {
     assert!(!is_lit(&below) && below.id == 1);
     // A point light, colours, intensity, ambient light.
     let mut scene = white(&[], &[FLOOR], &[point(4.0, 3.0, 0.0)]);
-    scene.lights[0].color = Color([1.0, 0.5, 0.25]);
+    scene.lights[0].color = [1.0, 0.5, 0.25];
     scene.lights[0].intensity = 2.0;
-    scene.ambient = Some(Color([0.125, 0.25, 0.0]));
-    scene.planes[0].color = Color([0.5, 1.0, 0.0]);
+    scene.ambient = Some([0.125, 0.25, 0.0]);
+    scene.planes[0].color = [0.5, 1.0, 0.0];
     let truth = from_to(&scene, dvec3(0.0, 5.0, 7.0), DVec3::ZERO);
     assert_eq!(truth.linear(), [0.6625, 0.85, 0.0].map(|x: f64| x as f32));
 }
@@ -255,7 +246,8 @@ fn a_sun_in_the_plane_gives_nothing() {
     let along_plane = dvec3(5.0, -3.0, 0.0) * 3.0;
     for (off, lit) in [(0.0, false), (-1.0, true), (1.0, false)] {
         let direction = along_plane + off * 2f64.powi(-46) * DVec3::Y;
-        let scene = white(&[], &[(DVec3::ZERO, normal)], &[light(Source::Sun(direction))]);
+        let scene =
+            white(&[], &[(DVec3::ZERO, normal)], &[light(Source::Sun(direction.to_array()))]);
         let truth = from_to(&scene, normal * 2.0 + DVec3::X, DVec3::X * 0.1 - DVec3::Y * 0.1);
         assert_eq!((truth.id, is_lit(&truth)), (1, lit), "{off}");
     }
@@ -448,22 +440,18 @@ fn a_light_at_the_eye_lights_what_is_seen() {
     let mut scene = white(&spheres, &[FLOOR], &[light(Source::Eye)]);
     let straight = white(&[], &[FLOOR], &[light(Source::Eye)]);
     assert_mean(&from_to(&straight, eye, DVec3::ZERO), 0.6);
-    for projection in
-        [Projection::Perspective { fov_degrees: 60.0 }, Projection::Orthographic { height: 6.0 }]
-    {
-        let look_at = dvec3(0.5, 0.75, 0.0);
-        scene.camera = Some(Camera { position: eye, look_at, up: DVec3::Y, projection });
-        let oracle = Oracle::new(&scene, 9, 7);
+    let look_at = dvec3(0.5, 0.75, 0.0);
+    for projection in [Projection::Fov(60.0), Projection::Height(6.0)] {
+        scene.camera = Some(looking(eye, look_at, projection));
+        let oracle = Oracle::new(&Arc::new(scene.clone()), 9, 7, 1);
         for (x, y) in (0..7).flat_map(|y| (0..9).map(move |x| (x, y))) {
             let truth = oracle.pixel(x, y);
-            assert_eq!(truth.id != 0, is_lit(&truth), "{x} {y} {projection:?}");
+            assert_eq!(truth.id != 0, is_lit(&truth), "{x} {y} {:?}", scene.camera);
         }
     }
     // An orthographic one looks along its light.
-    let projection = Projection::Orthographic { height: 6.0 };
-    let camera = Camera { position: eye, look_at: DVec3::ZERO, up: DVec3::Y, projection };
-    let scene = Scene { camera: Some(camera), ..straight };
-    let truth = Oracle::new(&scene, 4, 4).pixel(1, 2);
+    let camera = Some(looking(eye, DVec3::ZERO, Projection::Height(6.0)));
+    let truth = Oracle::new(&Arc::new(Scene { camera, ..straight }), 4, 4, 1).pixel(1, 2);
     let [low, high] = truth.channels[0].mean;
     assert!((low - 0.6).abs() < 1e-12 && (high - 0.6).abs() < 1e-12, "{truth:?}");
 }
@@ -474,7 +462,7 @@ fn a_sky_is_its_suns() {
     let scene = Scene { sky: Some(sky), ..white(&[], &[FLOOR], &[]) };
     let truth = from_to(&scene, dvec3(3.0, 3.0, 0.0), DVec3::ZERO);
     let up = sky.suns();
-    let sum: f64 = up.iter().map(|sun| (-sun.y / sun.length()).max(0.0)).sum();
+    let sum: f64 = up.iter().map(|&sun| (-sun[1] / DVec3::from_array(sun).length()).max(0.0)).sum();
     let [low, high] = truth.channels[0].mean;
     let expected = sum * 0.75 * 4.0 / 7.0;
     assert!((low - expected).abs() < 1e-14 && (high - expected).abs() < 1e-14, "{truth:?}");
@@ -483,16 +471,17 @@ fn a_sky_is_its_suns() {
 #[test]
 fn without_light_colors_are_as_they_are() {
     let mut scene = white(&[(DVec3::ZERO, 1.0)], &[], &[]);
-    let red = Color::from_srgb8([0xd6, 0x27, 0x28]);
-    scene.spheres = [(Sphere { center: DVec3::ZERO, radius: 1.0 }, red)].into_iter().collect();
-    scene.background = Color([0.1, 0.2, 0.3]);
+    let red = [0xd6, 0x27, 0x28].map(|byte| linear(f64::from(byte) / 255.0));
+    scene.spheres[0].color = red;
+    scene.background = [0.1, 0.2, 0.3];
     let seen = from_to(&scene, DVec3::Z * 3.0, DVec3::ZERO);
-    assert_eq!((seen.srgb8(), seen.linear(), seen.id), ([0xd6, 0x27, 0x28], red.to_f32(), 1));
+    let floats = red.map(|x| x as f32);
+    assert_eq!((seen.srgb8(), seen.linear(), seen.id), ([0xd6, 0x27, 0x28], floats, 1));
     assert_eq!(seen.srgb16(), [0xd6d6, 0x2727, 0x2828]);
     let missed = along(&scene, DVec3::Z * 3.0, DVec3::Z);
     assert_eq!((missed.linear(), missed.id), ([0.1, 0.2, 0.3], 0));
     // Ambient light of 0 is a light.
-    scene.ambient = Some(Color([0.0; 3]));
+    scene.ambient = Some([0.0; 3]);
     assert_eq!(from_to(&scene, DVec3::Z * 3.0, DVec3::ZERO).srgb8(), [0; 3]);
     assert_eq!(along(&scene, DVec3::Z * 3.0, DVec3::Z).linear(), [0.1, 0.2, 0.3]);
     // Beyond the largest f32 there is nothing.
@@ -506,26 +495,26 @@ fn without_light_colors_are_as_they_are() {
 fn samples_are_averaged() {
     // Two walls that meet in the middle of the pixel.
     let mut scene = white(&[], &[(DVec3::ZERO, DVec3::Z), (DVec3::ZERO, DVec3::X)], &[]);
-    scene.planes[0].color = Color([1.0, 0.0, 0.0]);
-    scene.planes[1].color = Color([0.0, 1.0, 0.0]);
+    scene.planes[0].color = [1.0, 0.0, 0.0];
+    scene.planes[1].color = [0.0, 1.0, 0.0];
     // Rays along (−1, 0, −1): those with x > z meet z = 0 first.
-    let view = View {
-        position: dvec3(4.0, 0.0, 4.0),
-        forward: dvec3(-1.0, 0.0, -1.0),
-        right: dvec3(1.0, 0.0, -1.0),
-        true_up: DVec3::Y,
+    let camera = Camera {
+        position: [4.0, 0.0, 4.0],
+        forward: [-1.0, 0.0, -1.0],
+        right: [1.0, 0.0, -1.0],
+        true_up: [0.0, 1.0, 0.0],
         h: 1.0,
-        lens: Lens::Orthographic,
+        is_orthographic: true,
     };
     // One pixel, samples 4 across: two of them on each side.
-    let truth = one_pixel(&scene, view, 4);
+    let truth = one_pixel(&scene, camera, 4);
     assert_eq!(truth.linear(), [0.5, 0.5, 0.0]);
     // Three: the middle column meets both at once, and the lower id wins.
-    let truth = one_pixel(&scene, view, 3);
+    let truth = one_pixel(&scene, camera, 3);
     assert_eq!((truth.id, truth.n_hits), (1, 9));
     let third = 2.0 / 3.0;
     assert_eq!(truth.linear(), [third as f32, (1.0 - third) as f32, 0.0]);
-    let uneven = View { position: dvec3(4.25, 0.0, 4.0), ..view };
+    let uneven = Camera { position: [4.25, 0.0, 4.0], ..camera };
     // Shifted by 1/8 of the picture's half width along `right`: 5 samples of 8 are on the red side.
     let truth = one_pixel(&scene, uneven, 8);
     assert_eq!(truth.linear()[0], 5.0 / 8.0, "{truth:?}");
@@ -546,14 +535,14 @@ fn bright(intensity: f64) -> Truth {
 fn equal_goes_up_at_the_edges_of_bytes() {
     assert!(edges(255).is_sorted_by(|a, b| a < b) && edges(65535).is_sorted_by(|a, b| a < b));
     for byte in [1u8, 2, 10, 100, 128, 254, 255] {
-        let edge = linear_from_srgb((f64::from(byte) - 0.5) / 255.0);
+        let edge = linear((f64::from(byte) - 0.5) / 255.0);
         assert_eq!(bright(edge).channels[0].srgb8, Answer { value: byte, is_tie: true });
         let (below, above) = (edge.next_down(), edge.next_up());
         assert_eq!(bright(below).channels[0].srgb8, Answer { value: byte - 1, is_tie: false });
         assert_eq!(bright(above).channels[0].srgb8, Answer { value: byte, is_tie: false });
     }
     for wide in [1u16, 77, 30_000, 65_535] {
-        let edge = linear_from_srgb((f64::from(wide) - 0.5) / 65535.0);
+        let edge = linear((f64::from(wide) - 0.5) / 65535.0);
         assert_eq!(bright(edge).channels[0].srgb16.value, wide);
         assert_eq!(bright(edge.next_down()).channels[0].srgb16.value, wide - 1);
     }
@@ -591,20 +580,26 @@ fn integer_scene(rng: &mut ChaCha8Rng, light_near: DVec3) -> Scene {
         .map(|_| (integer_vector(rng, 6), integer_vector(rng, 2) + DVec3::Y * 5.0))
         .collect();
     let source = match rng.random_range(0..5) {
-        0 | 1 => Source::Sun(integer_vector(rng, 3) + DVec3::new(0.0, -4.0, 0.0)),
-        2 => Source::Point(light_near),
+        0 | 1 => Source::Sun((integer_vector(rng, 3) - DVec3::Y * 4.0).to_array()),
+        2 => Source::Point(light_near.to_array()),
         3 => Source::Eye,
-        _ => Source::Point(integer_vector(rng, 8)),
+        _ => Source::Point(integer_vector(rng, 8).to_array()),
     };
     white(&spheres, &planes, &[light(source)])
 }
 
 fn shapes(scene: &Scene) -> Vec<(u32, Shape)> {
-    (1..=scene.n_objects() as u32).map(|id| (id, Shape::from(scene.object(id).unwrap()))).collect()
+    let v = DVec3::from_array;
+    let sphere =
+        |&Sphere { center, radius, .. }: &Sphere| Shape::Sphere { center: v(center), radius };
+    let plane =
+        |&Plane { point, normal, .. }: &Plane| Shape::Plane { point: v(point), normal: v(normal) };
+    let shapes = scene.spheres.iter().map(sphere).chain(scene.planes.iter().map(plane));
+    (1..).zip(shapes).collect()
 }
 
-fn q3(v: DVec3) -> [Q; 3] {
-    v.to_array().map(q)
+fn q3(v: impl Into<[f64; 3]>) -> [Q; 3] {
+    v.into().map(q)
 }
 
 fn qdot(u: &[Q; 3], v: &[Q; 3]) -> Q {
@@ -631,7 +626,7 @@ fn rational_cosine2(
     }
     let (w, is_point) = match scene.lights[0].source {
         Source::Point(position) => (q3(position), true),
-        Source::Sun(direction) => (q3(-direction), false),
+        Source::Sun(direction) => (q3(direction.map(|x| -x)), false),
         Source::Eye => (q3(eye), true),
     };
     let w: [Q; 3] = if is_point { std::array::from_fn(|i| &w[i] - &p[i]) } else { w };
@@ -660,20 +655,20 @@ fn lit_or_not_is_what_rationals_say() {
             let center = integer_vector(&mut rng, 6);
             let direction = integer_vector(&mut rng, 4) + DVec3::X * 9.0;
             let eye = center + u - direction * rng.random_range(1..4) as f64;
-            (eye, direction, Ok(Sphere { center, radius }))
+            (eye, direction, Ok(white_sphere(center, radius)))
         } else {
             let normal = integer_vector(&mut rng, 2) + DVec3::Z * 5.0;
-            let (point, color) = (integer_vector(&mut rng, 6), Color([1.0; 3]));
+            let point = integer_vector(&mut rng, 6);
             let direction = integer_vector(&mut rng, 5) + DVec3::X * 9.0;
             let eye = integer_vector(&mut rng, 9);
-            (eye, direction, Err(Plane { name: None, point, normal, color }))
+            (eye, direction, Err(white_plane(point, normal)))
         };
         let mut scene = {
             let near = integer_vector(&mut rng, 3) * nonzero(&mut rng, 2);
             integer_scene(&mut rng, eye + near)
         };
         match first {
-            Ok(sphere) => scene.spheres.push(sphere, Color([1.0; 3])),
+            Ok(sphere) => scene.spheres.push(sphere),
             Err(plane) => scene.planes.push(plane),
         }
         let ray = OracleRay { origin: q3(eye), direction: q3(direction) };
@@ -686,12 +681,12 @@ fn lit_or_not_is_what_rationals_say() {
         };
         // A rational root of small numbers, or none.
         let t = (1..4).map(|n| q(f64::from(n))).find(|t| root.cmp_rational(t).is_eq());
-        let t = t.or_else(|| match scene.object(id).unwrap() {
-            kugelblitz::scene::Object::Plane(plane) => {
-                let normal = q3(plane.normal);
-                Some(qdot(&q3(plane.point - eye), &normal) / qdot(&ray.direction, &normal))
+        let t = t.or_else(|| match shapes(&scene)[id as usize - 1].1 {
+            Shape::Plane { point, normal } => {
+                let normal = q3(normal);
+                Some(qdot(&q3(point - eye), &normal) / qdot(&ray.direction, &normal))
             }
-            kugelblitz::scene::Object::Sphere(_) => None,
+            Shape::Sphere { .. } => None,
         });
         let Some(t) = t else {
             continue;
@@ -711,8 +706,7 @@ fn lit_or_not_is_what_rationals_say() {
                 lit += 1;
             }
         }
-        on_spheres +=
-            usize::from(matches!(scene.object(id), Some(kugelblitz::scene::Object::Sphere(_))));
+        on_spheres += usize::from(id as usize <= scene.spheres.len());
         hard += usize::from(truth.bits > 53);
     }
     println!("{lit} lit, {dark} dark, {on_spheres} on spheres, {hard} of more than 53 bits");
@@ -730,18 +724,16 @@ fn samples_see_what_rationals_see() {
             .collect();
         let mut scene = white(&spheres, &[(DVec3::Y * -3.0, DVec3::Y)], &[]);
         let projection = match rng.random() {
-            true => Projection::Perspective { fov_degrees: rng.random_range(1.0..150.0) },
-            false => Projection::Orthographic { height: rng.random_range(1.0..20.0) },
+            true => Projection::Fov(rng.random_range(1.0..150.0)),
+            false => Projection::Height(rng.random_range(1.0..20.0)),
         };
-        let position = any_vector(&mut rng, 10.0);
-        let camera = Camera { position, look_at: DVec3::ZERO, up: DVec3::Y, projection };
-        let view = View::new(&camera);
-        scene.camera = Some(camera);
+        let view = looking(any_vector(&mut rng, 10.0), DVec3::ZERO, projection);
+        scene.camera = Some(view);
         let [width, height] = [rng.random_range(1..9), rng.random_range(1..9)];
         let samples = rng.random_range(1..4);
-        scene.samples = Some(Samples::nearest(samples));
         let (x, y) = (rng.random_range(0..width), rng.random_range(0..height));
-        let truth = Oracle::new(&scene, width, height).pixel(x, y);
+        let oracle = Oracle::new(&Arc::new(scene.clone()), width, height, samples);
+        let truth = oracle.pixel(x, y);
         let n_hits = (0..samples * samples)
             .filter(|k| {
                 let ray =
@@ -750,14 +742,14 @@ fn samples_see_what_rationals_see() {
             })
             .count();
         assert_eq!(truth.n_hits as usize, n_hits, "seed {seed}, round {round}: {scene:?} {x} {y}");
-        let pixels = Pixels::whole(view, width, height);
-        let seen = rational::nearest(&OracleRay::from_pixel(&pixels, x, y), &shapes(&scene));
+        let middle = sample_ray(&view, [width, height], [x, y], 1, [0, 0]);
+        let seen = rational::nearest(&middle, &shapes(&scene));
         assert_eq!(truth.id, seen.map_or(0, |(id, _)| id), "seed {seed}, round {round}: {scene:?}");
     }
 }
 
 /// The contract's ray through `x + (i + ½)/N`, `y + (j + ½)/N`, letter by letter.
-fn sample_ray(view: &View, size: [u32; 2], xy: [u32; 2], n: u32, ij: [u32; 2]) -> OracleRay {
+fn sample_ray(view: &Camera, size: [u32; 2], xy: [u32; 2], n: u32, ij: [u32; 2]) -> OracleRay {
     let int = |x: u32| q(f64::from(x));
     let (half, two, one) = (q(0.5), q(2.0), q(1.0));
     let [w, h] = size.map(int);
@@ -765,16 +757,107 @@ fn sample_ray(view: &View, size: [u32; 2], xy: [u32; 2], n: u32, ij: [u32; 2]) -
     let right = (&two * x / &w - &one) * q(view.h) * (&w / &h);
     let up = (one - two * y / h) * q(view.h);
     let (r, u) = (q3(view.right), q3(view.true_up));
-    let moved = |v: DVec3| {
+    let moved = |v: [f64; 3]| {
         let v = q3(v);
         std::array::from_fn(|i| &v[i] + &right * &r[i] + &up * &u[i])
     };
-    match view.lens {
-        Lens::Perspective => {
-            OracleRay { origin: q3(view.position), direction: moved(view.forward) }
+    match view.is_orthographic {
+        false => OracleRay { origin: q3(view.position), direction: moved(view.forward) },
+        true => OracleRay { origin: moved(view.position), direction: q3(view.forward) },
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// What the contract has computed in f64
+
+/// `|x| ≤ 2^exponent`
+fn is_within(x: Q, exponent: i64) -> bool {
+    x.abs() <= rational::power(exponent)
+}
+
+#[test]
+fn frames_are_orthonormal() {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed());
+    for _ in 0..300 {
+        let size = 2f64.powi(rng.random_range(-300..300));
+        let [position, look_at, up] = std::array::from_fn(|_| any_vector(&mut rng, size));
+        let (position, look_at, up) = (position.to_array(), look_at.to_array(), up.to_array());
+        let camera = Camera::new(position, look_at, up, Projection::Height(1.0));
+        let [f, r, u] = [camera.forward, camera.right, camera.true_up].map(q3);
+        for (v, w, expected) in [
+            (&f, &f, 1.0),
+            (&r, &r, 1.0),
+            (&u, &u, 1.0),
+            (&f, &r, 0.0),
+            (&f, &u, 0.0),
+            (&r, &u, 0.0),
+        ] {
+            // Roundings of an up that is nearly along the way add up to more.
+            assert!(is_within(qdot(v, w) - q(expected), -40), "{camera:?}");
         }
-        Lens::Orthographic => {
-            OracleRay { origin: moved(view.position), direction: q3(view.forward) }
+        // Ahead, and above.
+        let ahead: [Q; 3] = std::array::from_fn(|i| q(look_at[i]) - q(position[i]));
+        assert!(qdot(&f, &ahead).is_positive() && qdot(&u, &q3(up)).is_positive(), "{camera:?}");
+    }
+}
+
+/// `Σ (−1)^k x^(2k + first)/(2k + first)!` to `2⁻⁸⁰`: the cosine from 0, the sine from 1.
+fn series(x: &Q, first: u32) -> Q {
+    let mut term = if first == 0 { Q::one() } else { x.clone() };
+    let mut sum = term.clone();
+    let mut k = first;
+    while !is_within(term.clone(), -90) {
+        term = -term * x * x / q(f64::from((k + 1) * (k + 2)));
+        // Fewer digits are enough.
+        term = (term * rational::power(120)).round() * rational::power(-120);
+        (sum, k) = (sum + &term, k + 2);
+    }
+    sum
+}
+
+/// The golden angle is `π(3 − √5)`: `π` by Machin's formula, `√5` by Newton's.
+#[test]
+fn a_sky_turns_by_the_golden_angle() {
+    let arctan_of_inverse = |n: f64| {
+        let power = |k: u32| (0..2 * k + 1).fold(Q::one(), |power, _| power / q(n));
+        let term = |k: u32| {
+            power(k) / q(f64::from(2 * k + 1)) * q(if k.is_multiple_of(2) { 1.0 } else { -1.0 })
+        };
+        (0..40).map(term).sum::<Q>()
+    };
+    let pi = q(16.0) * arctan_of_inverse(5.0) - q(4.0) * arctan_of_inverse(239.0);
+    let root = (0..6).fold(q(2.25), |x, _| (&x + q(5.0) / &x) / q(2.0));
+    let turn = pi * (q(3.0) - root);
+    let suns = Sky { intensity: 1.0, directions: 3 }.suns();
+    // The middle one lies in the plane of the horizon, turned once.
+    assert_eq!(suns[1][1], 0.0);
+    let [cos, sin] = [suns[1][0], suns[1][2]].map(|x| -q(x));
+    assert!(is_within(cos - series(&turn, 0), -52) && is_within(sin - series(&turn, 1), -52));
+}
+
+/// An edge `y` of a byte is `((e + 0.055)/1.055)^2.4` of the encoded number `e` between two: `y⁵ = x¹²`.
+#[test]
+fn edges_of_bytes_are_those_of_srgb() {
+    let power = |x: &Q, n: u32| (0..n).fold(Q::one(), |power, _| power * x);
+    for largest in [255u16, 65535] {
+        for byte in (1..=largest).step_by(usize::from(largest / 255)) {
+            let edge = edges(largest)[usize::from(byte) - 1];
+            let encoded = (q(f64::from(byte)) - q(0.5)) / q(f64::from(largest));
+            let tenths = |x: f64, n: f64| q(x) / q(n);
+            let [low, high] =
+                [-1.0, 1.0].map(|sign| q(edge) * (q(1.0) + q(sign * 4.0 * f64::EPSILON)));
+            let is_near = match encoded <= tenths(4045.0, 100_000.0) {
+                true => {
+                    let exact = encoded / tenths(1292.0, 100.0);
+                    low < exact && exact < high
+                }
+                false => {
+                    let x = (encoded + tenths(55.0, 1000.0)) / tenths(1055.0, 1000.0);
+                    let x = power(&x, 12);
+                    power(&low, 5) < x && x < power(&high, 5)
+                }
+            };
+            assert!(is_near, "{byte} of {largest}: {edge}");
         }
     }
 }

@@ -1,9 +1,14 @@
 //! The hard cases of `tests/data/hardcases.json`: one ray and one object each, in f32 numbers
 //! (so in f64 as well), with exact signs and the correctly rounded `t`.
 
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::scene::Scene;
+use kugelblitz::trace::{Ray, Rays};
 use serde_json::Value;
 
-use crate::text_of;
+use crate::{plane, scene, sphere, text_of};
 
 /// One ray, one object, and what is true of them.
 #[derive(Clone, Debug)]
@@ -84,4 +89,19 @@ pub fn hard_cases() -> Vec<HardCase> {
         .collect();
     assert_eq!(cases.len(), 54);
     cases
+}
+
+/// A case as a scene and its ray.
+pub fn hard_scene(case: &HardCase) -> (Arc<Scene>, Rays) {
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let (spheres, planes) = match case.shape {
+        HardShape::Sphere { center, radius, .. } => {
+            (vec![sphere(vector(center), radius.into())], vec![])
+        }
+        HardShape::Plane { point, normal, .. } => {
+            (vec![], vec![plane(vector(point), vector(normal))])
+        }
+    };
+    let ray = Ray { origin: vector(case.origin), direction: vector(case.direction) };
+    (Arc::new(scene(spheres, planes)), Rays::List(vec![ray]))
 }

@@ -7,15 +7,9 @@ pub mod allowed;
 pub mod cases;
 pub mod folder;
 pub mod hard_cases;
-pub mod hard_scene;
-pub mod judge;
-pub mod light_cases;
-pub mod light_judge;
-pub mod light_oracle;
 pub mod made_report;
 pub mod oracle;
 pub mod rational;
-pub mod setups;
 pub mod span;
 pub mod spoiled;
 pub mod wgsl;
@@ -26,11 +20,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+use kugelblitz::Session;
 use kugelblitz::compare::compare;
+use kugelblitz::control::Control;
+use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-use kugelblitz::trace::{Hits, Kernel, Rays};
+use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
 use rand::{Rng, RngExt};
 
 /// The device of the GPU tests. A missing one is a failure, never a skip: `ci/setup.sh` installs a
@@ -53,9 +50,11 @@ pub fn log_device(line: &str) {
     log.write_all(format!("{line}\n").as_bytes()).expect("log");
 }
 
-/// The repository.
+/// The repository: where the tests were built, or for a test that was carried elsewhere where it is run.
 pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder above that of the tests")
+    let built =
+        Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder above that of the tests");
+    if built.is_dir() { built } else { Path::new(".") }
 }
 
 /// The text of a file of the repository.
@@ -77,7 +76,7 @@ pub fn build_folder() -> PathBuf {
     test.ancestors().nth(2).expect("a folder of builds").to_owned()
 }
 
-/// Whether the device of the tests has what a kernel needs: not each has f64. `tests/device/parity.rs` sees that
+/// Whether the device of the tests has what a kernel needs: not each has f64. `tests/device/tracers.rs` sees that
 /// the kernel is refused there.
 pub fn runs(kernel: Kernel) -> bool {
     gpu().facts.check_kernel(kernel).is_ok()
@@ -101,6 +100,15 @@ pub fn broken(prepared: &Prepared, rays: &Rays, on_cpu: &Hits, on_gpu: &Hits) ->
     };
     let name = kernel.name();
     Some(format!("{name}, ray {first}\ncpu: {}\ngpu: {}", of(on_cpu), of(on_gpu)))
+}
+
+/// What a kernel sees, with surfaces and stages, on the CPU or on `gpu`.
+pub fn traced(scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, gpu: Option<&Arc<Gpu>>) -> Hits {
+    let device = gpu.map_or(Device::Cpu, |gpu| Device::Gpu(Arc::clone(gpu)));
+    let mut session = Session::new(Arc::clone(scene), device, kernel);
+    let (mut hits, wants) = (Hits::default(), Wants { surface: true, level: true });
+    session.trace(rays, wants, &Control::default(), &mut hits).expect("hits");
+    hits
 }
 
 /// A number whose logarithm is uniform, of either sign.

@@ -3,10 +3,14 @@
 //! for all families alike. To add a case, add a function to [`FAMILIES`].
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
+use kugelblitz_tests::oracle::{Oracle, edges, scene::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use super::USUAL;
 
 /// A scene file's text, and rays: origin and direction.
 pub struct Hard {
@@ -23,8 +27,16 @@ pub struct Draft {
     half: f64,
     spheres: Vec<(DVec3, f64)>,
     planes: Vec<(DVec3, DVec3)>,
-    /// A light that it is all about, and no perspective camera.
-    light: Option<Light>,
+    /// Lights that it is all about.
+    lights: Vec<Light>,
+    /// Of those lights, where all things and lights are white.
+    white: Option<f64>,
+    /// The camera's kind, where it is not drawn.
+    lens: Option<Lens>,
+    /// Times a power of two and no farther from 0, where its place is not drawn.
+    exponent: Option<i32>,
+    /// Rays beside those that are drawn.
+    rays: Vec<[DVec3; 2]>,
 }
 
 impl Draft {
@@ -37,7 +49,15 @@ impl Draft {
     }
 }
 
+#[derive(Clone, Copy, PartialEq)]
+enum Lens {
+    Parallel,
+    /// With the angle in degrees, or the one that the draft asks for.
+    Perspective(Option<f64>),
+}
+
 /// A light at a point, or a sun that shines along a vector.
+#[derive(Clone, Copy)]
 enum Light {
     Point(DVec3),
     Sun(DVec3),
@@ -46,7 +66,7 @@ enum Light {
 pub type Family = fn(&mut Rng) -> Draft;
 type Rng = ChaCha8Rng;
 
-pub const FAMILIES: [(&str, Family); 23] = [
+pub const FAMILIES: [(&str, Family); 32] = [
     ("silhouettes", silhouettes),
     ("eye near a surface", eye_near),
     ("eye on a surface", eye_on),
@@ -70,6 +90,15 @@ pub const FAMILIES: [(&str, Family); 23] = [
     ("cloud", cloud),
     ("heap", heap),
     ("many about the eye", many_about_eye),
+    ("equal roots", equal_roots),
+    ("whole pixels", whole_pixels),
+    ("whole numbers", whole_numbers),
+    ("plane of the picture", plane_of_picture),
+    ("narrow", narrow),
+    ("ends of f64", ends_of_f64),
+    ("planes in one place", planes_in_one_place),
+    ("edges of bytes", edges_of_bytes),
+    ("extremes", extremes),
 ];
 
 /// A family's random numbers for a scene: by its name, so that a new family changes no other.
@@ -88,14 +117,48 @@ pub fn scene(seed: u64, family: usize, number: u64) -> Hard {
     rng.set_stream(stream(family, number));
     let rng = &mut rng;
     let mut draft = make(rng);
-    let is_orthographic = draft.light.is_some() || rng.random_bool(0.4);
-    if draft.light.is_none() {
-        set_apart(rng, &mut draft, is_orthographic);
+    let lens = draft.lens.unwrap_or_else(|| match rng.random_bool(0.4) {
+        true => Lens::Parallel,
+        false => Lens::Perspective(None),
+    });
+    if draft.lens.is_none() {
+        set_apart(rng, &mut draft, lens);
     }
-    let place = place(rng, draft.extent());
+    let place = match draft.exponent {
+        None => place(rng, draft.extent()),
+        Some(exponent) => Place { by: DVec3::ZERO, scale: 2f64.powi(exponent) },
+    };
     let rays = rays(rng, &draft).into_iter().map(|ray| place.ray(ray)).collect();
-    let text = text(rng, &draft, place, is_orthographic);
+    let drawn = rng.clone();
+    let with = |gain| text(&mut drawn.clone(), &draft, place, lens, gain);
+    let mut text = with(1.0);
+    rng.set_stream(stream(family, number).wrapping_neg());
+    if rng.random_bool(0.15)
+        && let Some(gain) = gain_onto_edge(rng, &text)
+    {
+        text = with(gain);
+    }
     Hard { family, text, rays }
+}
+
+/// What all light has to be multiplied by to bring a number of some pixel to an edge of its range, within rounding.
+fn gain_onto_edge(rng: &mut Rng, text: &str) -> Option<f64> {
+    let scene = Arc::new(read(text));
+    let [width, height] = USUAL;
+    let truth = Oracle::new(&scene, width, height, 1)
+        .pixel(rng.random_range(0..width), rng.random_range(0..height));
+    let mut one_of = |edges: &[f64]| edges[rng.random_range(0..edges.len())];
+    let edge = match one_of(&[0.0, 1.0, 2.0]) {
+        0.0 => one_of(edges(255)),
+        1.0 => one_of(edges(65535)),
+        _ => {
+            let float = one_of(edges(65535)) as f32;
+            (f64::from(float) + f64::from(float.next_up())) / 2.0
+        }
+    };
+    let gain = edge / truth.channels[rng.random_range(0..3)].mean[0];
+    // The background's light stays as it is.
+    (scene.is_lit() && truth.id != 0 && (1e-30..1e30).contains(&gain)).then_some(gain)
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -145,8 +208,9 @@ fn way(rng: &mut Rng) -> DVec3 {
 // Families
 
 fn draft(eye: DVec3, look_at: DVec3, half: f64) -> Draft {
-    let (spheres, planes) = (Vec::new(), Vec::new());
-    Draft { eye, look_at, half, spheres, planes, light: None }
+    let (spheres, planes, lights, rays) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (white, lens, exponent) = (None, None, None);
+    Draft { eye, look_at, half, spheres, planes, lights, white, lens, exponent, rays }
 }
 
 /// The picture shows a piece of a sphere's outline, often a very small one.
@@ -193,9 +257,14 @@ fn eye_on(rng: &mut Rng) -> Draft {
     draft
 }
 
-/// 3² + 4² = 5²: the points of contact are numbers of f64.
+/// 3² + 4² = 5²: the points of contact are numbers of f64, and the ray along the picture's axis may go through one.
 fn touching(rng: &mut Rng) -> Draft {
-    let mut draft = draft(integers(rng, 12), dvec3(3.0, 4.0, 0.0), power_of_ten(rng, -6.0, 0.8));
+    let contact = dvec3(3.0, 4.0, 0.0);
+    let eye = match rng.random() {
+        true => integers(rng, 12),
+        false => contact + DVec3::AXES[rng.random_range(0..3)] * (sign(rng) * 8.0),
+    };
+    let mut draft = draft(eye, contact, power_of_ten(rng, -6.0, 0.8));
     draft.spheres = vec![
         (DVec3::ZERO, 5.0),
         (dvec3(6.0, 8.0, 0.0), 5.0),
@@ -257,9 +326,9 @@ fn ground(rng: &mut Rng) -> Draft {
 
 fn tiny_balls(rng: &mut Rng) -> Draft {
     let size = power_of_ten(rng, -14.0, -3.0);
-    let mut draft = draft(way(rng) * 3.0, DVec3::ZERO, size * power_of_ten(rng, 0.0, 1.5));
+    let mut draft = draft(way(rng) * 3.0, DVec3::ZERO, size * power_of_ten(rng, 0.0, 1.0));
     for _ in 0..rng.random_range(1..8) {
-        draft.spheres.push((within(rng, size * 4.0), size * rng.random_range(0.1..3.0)));
+        draft.spheres.push((within(rng, size * 2.0), size * rng.random_range(0.1..3.0)));
     }
     if rng.random() {
         draft.planes.push((DVec3::ZERO, way(rng)));
@@ -364,15 +433,19 @@ fn edges_of_shadows(rng: &mut Rng) -> Draft {
     let is_point = rng.random();
     let (x, height, radius) = if is_point { (4.5, 5.0, 3.0) } else { (0.5, 6.0, 2.5) };
     let eye = dvec3(x, 1.0, 0.0);
-    let mut draft = draft(eye, eye - DVec3::Y, 4.0);
+    let mut draft = draft(eye, eye - DVec3::Y, HALF_OF_WHOLE);
+    draft.lens = Some(Lens::Parallel);
     draft.spheres = vec![(dvec3(0.0, height, 0.0), radius)];
     draft.planes = vec![(DVec3::ZERO, DVec3::Y * f64::from(rng.random_range(1..4)))];
-    draft.light = Some(match is_point {
+    draft.lights = vec![match is_point {
         true => Light::Point(DVec3::Y * 10.0),
         false => Light::Sun(-DVec3::Y),
-    });
+    }];
     draft
 }
+
+/// Half the height of a picture of the usual size whose pixels are 1 apart.
+const HALF_OF_WHOLE: f64 = USUAL[1] as f64 / 2.0;
 
 /// Balls on a floor, all of a size whose square leaves f32's range, one ball beside the picture.
 fn galaxy(rng: &mut Rng) -> Draft {
@@ -402,10 +475,11 @@ fn galaxy(rng: &mut Rng) -> Draft {
         let radius = size * power_of_ten(rng, -3.0, 0.5);
         draft.spheres.push((within(rng, 3.0) * size, radius));
     }
-    draft.light = Some(Light::Sun(match is_floor {
+    draft.lens = Some(Lens::Parallel);
+    draft.lights = vec![Light::Sun(match is_floor {
         true => dvec3(-1.0, rng.random_range(-2.0..-0.5), rng.random_range(-1.0..1.0)),
         false => -DVec3::X,
-    }));
+    })];
     draft
 }
 
@@ -424,7 +498,8 @@ fn far_wall(rng: &mut Rng) -> Draft {
     if rng.random_bool(0.3) {
         draft.spheres.push((within(rng, half), half * 0.3));
     }
-    draft.light = Some(Light::Sun(dvec3(-1.0, 0.0, -1.0)));
+    draft.lens = Some(Lens::Parallel);
+    draft.lights = vec![Light::Sun(dvec3(-1.0, 0.0, -1.0))];
     draft
 }
 
@@ -440,7 +515,8 @@ fn beyond_f64(rng: &mut Rng) -> Draft {
     if rng.random_bool(0.3) {
         draft.spheres.push((within(rng, apart), apart * 0.2));
     }
-    draft.light = Some(Light::Sun(-DVec3::Z));
+    draft.lens = Some(Lens::Parallel);
+    draft.lights = vec![Light::Sun(-DVec3::Z)];
     draft
 }
 
@@ -457,6 +533,9 @@ fn cloud(rng: &mut Rng) -> Draft {
             false => within(rng, 1.0),
         };
         draft.spheres.push((center, size * power_of_ten(rng, -1.5, 0.3)));
+    }
+    if rng.random_bool(0.2) {
+        draft.spheres.extend_from_within(..);
     }
     draft
 }
@@ -489,8 +568,209 @@ fn many_about_eye(rng: &mut Rng) -> Draft {
     draft
 }
 
+/// Three orthogonal vectors of whole numbers that are as long, by a quaternion of them, and their length.
+fn whole_frame(rng: &mut Rng) -> ([DVec3; 3], f64) {
+    let [a, b, c, d] = [9, 6, 6, 6].map(|most| f64::from(rng.random_range(-most..=most)));
+    let a = if a == 0.0 { 1.0 } else { a };
+    let frame = [
+        dvec3(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+        dvec3(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+        dvec3(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
+    ];
+    (frame, a * a + b * b + c * c + d * d)
+}
+
+/// One step of f64 up or down, or none.
+fn nudged(rng: &mut Rng, x: f64) -> f64 {
+    [x, x, x.next_up(), x.next_down()][rng.random_range(0..4)]
+}
+
+/// All things meet a ray at the same fraction `t`: tangent spheres, spheres that it meets head-on, planes, mirrored spheres
+/// that it pierces aside of their middles, and spheres that it starts on; some a step of f64 off.
+fn equal_roots(rng: &mut Rng) -> Draft {
+    let ([u, v, w], length) = whole_frame(rng);
+    let most = 1 << rng.random_range(1..31);
+    let origin = integers(rng, most);
+    let along = f64::from(rng.random_range(1..20));
+    let point = origin + u * along;
+    let mut draft = draft(origin, point, length * power_of_ten(rng, -6.0, 0.5));
+    for _ in 0..rng.random_range(2..7) {
+        let j = f64::from(rng.random_range(1..9)) * sign(rng);
+        let sphere = match rng.random_range(0..6) {
+            0 => (point + v * j, nudged(rng, j.abs() * length)),
+            1 => (point + u * j.abs(), nudged(rng, j.abs() * length)),
+            2 => {
+                let radius = (j.abs() + 1.0) * length;
+                draft.spheres.push((point - w * j + u * 20.0, radius));
+                (point + v * j + u * 20.0, radius)
+            }
+            3 => (origin + u * j, nudged(rng, j.abs() * length)),
+            _ => {
+                draft.planes.push((point + v * j, u + w * f64::from(rng.random_range(-3..4))));
+                continue;
+            }
+        };
+        draft.spheres.push(sphere);
+    }
+    for _ in 0..6 {
+        let length = f64::from(rng.random_range(1..20));
+        draft.rays.push([origin, [u, u, -u, v][rng.random_range(0..4)] * length]);
+    }
+    draft.exponent = Some(rng.random_range(-60..60));
+    draft
+}
+
+/// A camera of parallel rays along an axis, whose pixels are whole numbers.
+fn of_whole_pixels(rng: &mut Rng) -> Draft {
+    let eye = integers(rng, 100);
+    let mut draft = draft(eye, eye - DVec3::Z, HALF_OF_WHOLE);
+    draft.lens = Some(Lens::Parallel);
+    draft
+}
+
+/// Rays touch spheres exactly, and their roots are whole numbers, often equal: `3² + 4² = 5²`.
+fn whole_pixels(rng: &mut Rng) -> Draft {
+    let mut draft = of_whole_pixels(rng);
+    let asides = [dvec3(3.0, 4.0, 0.0), dvec3(3.0, 0.0, 0.0), dvec3(0.0, 4.0, 0.0), DVec3::ZERO];
+    for _ in 0..[3, 3, 3, 200][rng.random_range(0..4)] {
+        let depth = f64::from(rng.random_range(-6..30));
+        let times = f64::from(rng.random_range(1..3));
+        let pixel =
+            dvec3(f64::from(rng.random_range(-6..7)), f64::from(rng.random_range(-4..5)), 0.0);
+        let aside = asides[rng.random_range(0..4)] * times;
+        draft.spheres.push((draft.eye + pixel + aside - DVec3::Z * depth, 5.0 * times));
+    }
+    let at = draft.eye - DVec3::Z * f64::from(rng.random_range(0..9));
+    draft.planes.push((at, integers(rng, 3)));
+    draft
+}
+
+/// Tangents, contacts and lights on surfaces are common among small whole numbers.
+fn whole_numbers(rng: &mut Rng) -> Draft {
+    let mut draft = match rng.random() {
+        true => of_whole_pixels(rng),
+        false => draft(integers(rng, 9), integers(rng, 3), power_of_ten(rng, -1.0, 1.0)),
+    };
+    if draft.lens.is_some() {
+        (draft.eye, draft.look_at) = (DVec3::Z * 9.0, DVec3::ZERO);
+    }
+    for _ in 0..rng.random_range(1..6) {
+        draft.spheres.push((integers(rng, 6), f64::from(rng.random_range(1..6))));
+    }
+    for _ in 0..rng.random_range(0..3) {
+        draft.planes.push((integers(rng, 6), integers(rng, 2) + DVec3::Y * 5.0));
+    }
+    for _ in 0..2 {
+        let at = integers(rng, 8);
+        draft.lights.push(if rng.random() { Light::Point(at) } else { Light::Sun(at) });
+    }
+    for _ in 0..24 {
+        draft.rays.push([integers(rng, 9), integers(rng, 5)]);
+    }
+    draft
+}
+
+/// Where parallel rays start, spheres and planes begin, touch it and end.
+fn plane_of_picture(rng: &mut Rng) -> Draft {
+    let mut draft = of_whole_pixels(rng);
+    let depth = f64::from(rng.random_range(-6..7));
+    let middle = draft.eye - DVec3::Z * depth;
+    draft.spheres = vec![(middle, 5.0), (middle + DVec3::X * 10.0, 5.0)];
+    if rng.random() {
+        draft.planes.push((draft.eye, DVec3::Z));
+    }
+    if rng.random() {
+        draft.planes.push((draft.eye - DVec3::Z * 7.0, DVec3::Z));
+    }
+    if rng.random_bool(0.3) {
+        let far = |k| (middle + dvec3(f64::from(k), 0.0, 100.0), 3.0);
+        draft.spheres.extend((0..150).map(far));
+    }
+    draft
+}
+
+/// An angle so small that the product of two pixels' sizes leaves f64's range.
+fn narrow(rng: &mut Rng) -> Draft {
+    let mut draft = draft(DVec3::ZERO, -DVec3::Z, 1.0);
+    draft.lens = Some(Lens::Perspective(Some(power_of_ten(rng, -250.0, -7.0))));
+    draft.spheres = vec![(-DVec3::Z * 9.0, 2.0), (dvec3(10.0, 3.0, 0.0), 0.4)];
+    for _ in 0..rng.random_range(0..3) {
+        let radius = power_of_ten(rng, -1.0, 1.0);
+        let near = radius * (1.0 + little(rng) * 2f64.powi(-40));
+        draft.spheres.push((dvec3(near, 0.0, -rng.random_range(3.0..20.0)), radius));
+    }
+    draft
+}
+
+/// Things so near that rays whose directions are below the normal numbers of f64 see them.
+fn ends_of_f64(rng: &mut Rng) -> Draft {
+    let mut draft = mixture(rng);
+    let subnormal =
+        |rng: &mut Rng| unit(rng) * 2f64.powi(-1000) * 2f64.powi(-rng.random_range(22..73));
+    if rng.random() {
+        draft.planes = vec![(within(rng, 4.0), subnormal(rng)), (within(rng, 4.0), DVec3::Y)];
+    }
+    let exponent = rng.random_range(-1000..-880);
+    for _ in 0..24 {
+        let direction = subnormal(rng);
+        // Where it is scaled it is 0, and then taken as it is.
+        let is_some = direction != DVec3::ZERO;
+        draft.rays.push([within(rng, 4.0), if is_some { direction } else { DVec3::Z * 5e-324 }]);
+    }
+    draft.exponent = Some(exponent);
+    draft
+}
+
+/// The first of hundreds is seen, whatever their normals' lengths.
+fn planes_in_one_place(rng: &mut Rng) -> Draft {
+    let mut draft = draft(dvec3(3.0, 3.0, 8.0), DVec3::Y, 3.0);
+    draft.spheres = vec![(DVec3::Y, 1.0)];
+    for _ in 0..rng.random_range(20..300) {
+        let across = dvec3(rng.random_range(-4.0..4.0), 0.0, rng.random_range(-4.0..4.0));
+        draft.planes.push((across, DVec3::Y * rng.random_range(-9.0..9.0)));
+    }
+    draft
+}
+
+/// A white floor whose light is exactly the number between two bytes or two floats: three suns give a third of it each.
+fn edges_of_bytes(rng: &mut Rng) -> Draft {
+    let mut draft = of_whole_pixels(rng);
+    (draft.eye, draft.look_at) = (dvec3(1.0, 3.0, 0.0), dvec3(1.0, 0.0, 0.0));
+    draft.planes = vec![(DVec3::ZERO, DVec3::Y)];
+    draft.lights = [dvec3(2.0, -1.0, 2.0), dvec3(-2.0, -1.0, 2.0), dvec3(2.0, -1.0, -2.0)]
+        .map(Light::Sun)
+        .to_vec();
+    let float = edges(65535)[rng.random_range(0..65535)] as f32;
+    let between = [
+        edges(255)[rng.random_range(0..255)],
+        edges(65535)[rng.random_range(0..65535)],
+        (f64::from(float) + f64::from(float.next_up())) / 2.0,
+    ][rng.random_range(0..3)];
+    draft.white = Some(nudged(rng, between));
+    draft
+}
+
+/// Sizes that f32 does not have among ordinary ones, in a tree or not.
+fn extremes(rng: &mut Rng) -> Draft {
+    let eye = dvec3(0.3, 0.2, 1.0).normalize() * 4.0;
+    let mut draft = draft(eye, DVec3::ZERO, 1.5);
+    for _ in 0..[5, 300][rng.random_range(0..2)] {
+        draft.spheres.push((within(rng, 1.0), power_of_ten(rng, -2.0, -0.5)));
+    }
+    for _ in 0..3 {
+        draft.spheres.push(match rng.random_range(0..5) {
+            0 => (-DVec3::Z * 1e30, 1e29),
+            1 => (-DVec3::Y * 1e25, 1e25),
+            2 => (within(rng, 1.0), 10f64.powi(-30)),
+            3 => (within(rng, 1.0), 1e-200),
+            _ => (DVec3::X * 1e200, 1.0),
+        });
+    }
+    draft
+}
+
 /// Sets the camera, a ball or a wall of a third of the scenes far apart from the rest. Up to `10³⁸` they are seen.
-fn set_apart(rng: &mut Rng, draft: &mut Draft, is_orthographic: bool) {
+fn set_apart(rng: &mut Rng, draft: &mut Draft, lens: Lens) {
     let away = match rng.random_range(0..5) {
         0 | 1 => power_of_ten(rng, 0.0, 12.0),
         2 | 3 => power_of_ten(rng, 12.0, 38.0),
@@ -499,7 +779,7 @@ fn set_apart(rng: &mut Rng, draft: &mut Draft, is_orthographic: bool) {
     let aside = way(rng) * away;
     match rng.random_range(0..12) {
         // Perspective would show a point.
-        0 | 1 if is_orthographic => {
+        0 | 1 if lens == Lens::Parallel => {
             draft.eye = draft.look_at + (draft.eye - draft.look_at) * away;
         }
         2 => draft.spheres.push((aside, away * rng.random_range(0.1..1.5))),
@@ -558,12 +838,19 @@ fn place(rng: &mut Rng, extent: f64) -> Place {
 
 fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
     let is_bundle = rng.random_bool(0.3);
-    (0..48)
+    let drawn: Vec<_> = (0..48)
         .map(|_| {
             let (center, radius) = match draft.spheres.len() {
                 0 => (draft.look_at, draft.half),
                 n => draft.spheres[rng.random_range(0..n)],
             };
+            if rng.random_bool(0.1) {
+                // Touches the sphere where its box does.
+                let (axis, along) = (rng.random_range(0..3), rng.random_range(1..3));
+                let side = DVec3::AXES[axis] * sign(rng) * (radius * (1.0 + little(rng)));
+                let along = DVec3::AXES[(axis + along) % 3] * sign(rng);
+                return [center + side - along * (4.0 * radius), along];
+            }
             let on = center + way(rng) * radius;
             let origin = match rng.random_range(0..5) {
                 _ if is_bundle => draft.eye,
@@ -594,7 +881,8 @@ fn rays(rng: &mut Rng, draft: &Draft) -> Vec<[DVec3; 2]> {
             let fits = direction.is_finite() && direction != DVec3::ZERO;
             [origin, if fits { direction } else { DVec3::X }]
         })
-        .collect()
+        .collect();
+    [drawn, draft.rays.clone()].concat()
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -614,7 +902,12 @@ fn color(rng: &mut Rng) -> String {
     }
 }
 
-fn text(rng: &mut Rng, draft: &Draft, place: Place, is_orthographic: bool) -> String {
+fn text(rng: &mut Rng, draft: &Draft, place: Place, lens: Lens, gain: f64) -> String {
+    let is_white = draft.white.is_some();
+    let color = |rng: &mut Rng| match is_white {
+        true => "[1.0, 1.0, 1.0]".to_string(),
+        false => color(rng),
+    };
     let mut text = format!("background = {}\n", color(rng));
     let depth = (draft.look_at - draft.eye).length();
     let (position, mut look_at) = (place.point(draft.eye), place.point(draft.look_at));
@@ -622,19 +915,16 @@ fn text(rng: &mut Rng, draft: &Draft, place: Place, is_orthographic: bool) -> St
         look_at = position + DVec3::X * (position.abs().max_element() + place.scale);
     }
     let ahead = (look_at / place.scale - position / place.scale).normalize_or(DVec3::X);
-    let up = match ahead.y.abs() > 0.95 {
-        true => DVec3::X,
-        false => DVec3::Y,
-    };
-    let shape = match is_orthographic {
-        true => format!("height = {:?}", 2.0 * draft.half * place.scale),
-        false => {
+    let shape = match lens {
+        Lens::Parallel => format!("height = {:?}", 2.0 * draft.half * place.scale),
+        Lens::Perspective(Some(degrees)) => format!("fov = {degrees:?}"),
+        Lens::Perspective(None) => {
             let degrees = 2.0 * (draft.half / depth.max(1e-9)).atan().to_degrees();
             format!("fov = {:?}", degrees.clamp(1e-7, 170.0))
         }
     };
-    let [position, look_at, up] = [position, look_at, up].map(numbers);
-    let lights = lights(rng, draft, place);
+    let [position, look_at, up] = [position, look_at, up_of(ahead)].map(numbers);
+    let lights = lights(rng, draft, place, lens, gain);
     // Tables come last.
     let _ = write!(text, "{}", lights.0);
     let _ = writeln!(
@@ -656,49 +946,84 @@ fn text(rng: &mut Rng, draft: &Draft, place: Place, is_orthographic: bool) -> St
     text
 }
 
-/// What stands before the tables, and the tables.
-fn lights(rng: &mut Rng, draft: &Draft, place: Place) -> (String, String) {
+/// An upward vector that is not along this one.
+fn up_of(ahead: DVec3) -> DVec3 {
+    if ahead.y.abs() > 0.95 { DVec3::X } else { DVec3::Y }
+}
+
+/// What stands before the tables, and the tables; all of it `gain` times as bright.
+fn lights(rng: &mut Rng, draft: &Draft, place: Place, lens: Lens, gain: f64) -> (String, String) {
     let (mut values, mut tables) = (String::new(), String::new());
-    let given = match draft.light {
-        None if rng.random_bool(0.1) => return (values, tables),
-        None => None,
-        Some(Light::Point(at)) => Some(format!("position = {}", numbers(place.point(at)))),
-        Some(Light::Sun(direction)) => Some(format!("direction = {}", numbers(direction))),
+    let said = |light: &Light| match *light {
+        Light::Point(at) => format!("position = {}", numbers(place.point(at))),
+        Light::Sun(direction) => format!("direction = {}", numbers(direction)),
     };
-    if let Some(source) = given {
-        let _ = writeln!(tables, "\n[[light]]\n{source}");
+    for light in &draft.lights {
+        let intensity = draft.white.unwrap_or(1.0) * gain;
+        let _ = writeln!(tables, "\n[[light]]\n{}\nintensity = {intensity:?}", said(light));
+    }
+    if draft.white.is_some() || draft.lights.is_empty() && rng.random_bool(0.1) {
+        return (values, tables);
     }
     // Other light hides what a scene is about.
-    let is_alone = draft.light.is_some() && rng.random_bool(0.6);
+    let is_alone = !draft.lights.is_empty() && rng.random_bool(0.6);
     match rng.random_range(0..4) {
-        0 if !is_alone => values = format!("ambient = {}\n", color(rng)),
-        1 => values = format!("ambient = {:?}\n", rng.random_range(0.0..0.3)),
+        0 if !is_alone => {
+            values =
+                format!("ambient = {}\n", numbers((within(rng, 1.0).abs() * gain).min(DVec3::ONE)))
+        }
+        1 => values = format!("ambient = {:?}\n", (rng.random_range(0.0..0.3) * gain).min(1.0)),
         _ => {}
     }
-    for _ in 0..if is_alone { 0 } else { rng.random_range(1..4) } {
-        let (intensity, color) = (power_of_ten(rng, -2.0, 0.5), color(rng));
-        let shadows = rng.random_bool(0.9);
+    let n_lights = match (is_alone, rng.random_range(0..20)) {
+        (true, _) => 0,
+        // More than a shader keeps at hand.
+        (false, 0) => 11,
+        _ => rng.random_range(1..4),
+    };
+    for _ in 0..n_lights {
+        let intensity = match rng.random_range(0..20) {
+            0 => 0.0,
+            1 => power_of_ten(rng, -30.0, 30.0),
+            _ => power_of_ten(rng, -2.0, 0.5),
+        };
+        let (intensity, color, shadows) = (intensity * gain, color(rng), rng.random_bool(0.9));
+        let source = match seen(rng, draft, lens) {
+            Some(seen) if rng.random_bool(0.6) => aimed(rng, draft, &seen),
+            _ => beside(rng, draft, place),
+        };
+        let is_finite = |light: &Light| match *light {
+            Light::Point(at) => place.point(at).is_finite(),
+            Light::Sun(direction) => direction.is_finite(),
+        };
+        let source = source.filter(is_finite);
+        let source = source.map_or("position = \"eye\"".to_string(), |light| said(&light));
         let _ = writeln!(
             tables,
-            "\n[[light]]\n{}\ncolor = {color}\nintensity = {intensity:?}\nshadows = {shadows}",
-            source(rng, draft, place)
+            "\n[[light]]\n{source}\ncolor = {color}\nintensity = {intensity:?}\nshadows = {shadows}"
         );
     }
     if !is_alone && rng.random_bool(0.2) {
-        let (intensity, directions) = (rng.random_range(0.1..1.0), rng.random_range(1..7));
+        let intensity = rng.random_range(0.1..1.0) * gain;
+        let directions = rng.random_range(1..7);
         let _ = writeln!(tables, "\n[sky]\nintensity = {intensity:?}\ndirections = {directions}");
     }
     (values, tables)
 }
 
-/// A light in, on, beside or behind things.
-fn source(rng: &mut Rng, draft: &Draft, place: Place) -> String {
-    let (center, radius) = match draft.spheres.len() {
+/// Any of the spheres, or where the picture is.
+fn any_sphere(rng: &mut Rng, draft: &Draft) -> (DVec3, f64) {
+    match draft.spheres.len() {
         0 => (draft.look_at, draft.half),
         n => draft.spheres[rng.random_range(0..n)],
-    };
+    }
+}
+
+/// A light in, on, beside or behind things; none is the eye's.
+fn beside(rng: &mut Rng, draft: &Draft, place: Place) -> Option<Light> {
+    let (center, radius) = any_sphere(rng, draft);
     let outward = way(rng);
-    let at = match rng.random_range(0..9) {
+    Some(Light::Point(match rng.random_range(0..9) {
         0 => center,
         1 => center + outward * (radius * rng.random_range(0.0..1.0)),
         2 => center + outward * radius,
@@ -709,17 +1034,97 @@ fn source(rng: &mut Rng, draft: &Draft, place: Place) -> String {
             let away = power_of_ten(rng, 2.0, most);
             draft.look_at + outward * away.min(LARGEST / place.scale)
         }
-        6 => return "position = \"eye\"".to_string(),
+        6 => return None,
         _ => {
             let direction = match (rng.random_range(0..3), draft.planes.first()) {
-                // Along a plane.
-                (0, Some((_, n))) if n.truncate().length() > 0.0 => dvec3(n.y, -n.x, 0.0),
+                // Along a plane, or hardly climbing above it.
+                (0, Some((_, n))) if n.truncate().length() > 1e-300 => {
+                    let along = dvec3(n.y, -n.x, 0.0);
+                    along + *n * (little(rng) * f64::from(rng.random_range(0..2)))
+                }
                 (1, _) => integers(rng, 3),
-                _ => draft.look_at - (draft.look_at + unit(rng)),
+                _ => unit(rng),
             };
             let direction = if direction == DVec3::ZERO { DVec3::X } else { direction };
-            return format!("direction = {}", numbers(direction * power_of_ten(rng, -6.0, 6.0)));
+            return Some(Light::Sun(direction * power_of_ten(rng, -6.0, 6.0)));
         }
+    }))
+}
+
+/// What a pixel shows, to f64.
+struct Seen {
+    point: DVec3,
+    /// Against the ray.
+    normal: DVec3,
+    /// How far away it is.
+    depth: f64,
+}
+
+/// What some pixel of a picture of the usual size shows.
+fn seen(rng: &mut Rng, draft: &Draft, lens: Lens) -> Option<Seen> {
+    let toward = draft.look_at - draft.eye;
+    let ahead = toward.normalize_or(DVec3::X);
+    let right = ahead.cross(up_of(ahead)).normalize();
+    let mut offset = |n: u32| {
+        let place = 2.0 * f64::from(rng.random_range(0..n)) + 1.0 - f64::from(n);
+        place / f64::from(USUAL[1]) * draft.half
     };
-    format!("position = {}", numbers(place.point(at)))
+    let aside = right * offset(USUAL[0]) + right.cross(ahead) * offset(USUAL[1]);
+    let (origin, direction) = match lens {
+        Lens::Parallel => (draft.eye + aside, ahead),
+        Lens::Perspective(_) => (draft.eye, (toward + aside).normalize_or(ahead)),
+    };
+    let spheres = draft.spheres.iter().filter_map(|&(center, radius)| {
+        let l = center - origin;
+        let along = l.dot(direction);
+        let half = (radius * radius - (l - direction * along).length_squared()).sqrt();
+        let t = if along > half { along - half } else { along + half };
+        Some((t, (direction * t - l) / radius)).filter(|(t, _)| *t > 0.0)
+    });
+    let planes = draft.planes.iter().filter_map(|&(point, normal)| {
+        let t = (point - origin).dot(normal) / direction.dot(normal);
+        Some((t, normal.normalize_or(DVec3::X))).filter(|(t, _)| *t > 0.0)
+    });
+    let (depth, normal) = spheres.chain(planes).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+    let point = origin + direction * depth;
+    (point.is_finite() && normal.is_finite()).then_some(Seen { point, normal, depth })
+}
+
+/// A light where what it gives this point, or whether it is in the way, is hard to tell; none is the eye's.
+fn aimed(rng: &mut Rng, draft: &Draft, seen: &Seen) -> Option<Light> {
+    let &Seen { point, normal, depth } = seen;
+    let (center, radius) = any_sphere(rng, draft);
+    let at = match rng.random_range(0..8) {
+        // Past the outline of a sphere, before and behind it.
+        0..3 => {
+            let toward = center - point;
+            let distance = toward.length();
+            let sine = ((1.0 + little(rng)) * radius / distance).min(1.0);
+            let along = toward / distance * (1.0 - sine * sine).sqrt() + across(rng, toward) * sine;
+            let to_outline = (distance * distance - radius * radius).max(0.0).sqrt();
+            point
+                + along
+                    * match rng.random_range(0..3) {
+                        0 => to_outline * (1.0 + little(rng)),
+                        1 => distance * rng.random_range(0.1..3.0),
+                        _ => distance * power_of_ten(rng, 0.0, 6.0),
+                    }
+        }
+        // Along the surface.
+        3 => {
+            let along = across(rng, normal) + normal * little(rng);
+            point + along * (depth * power_of_ten(rng, -2.0, 3.0))
+        }
+        // At the point, or next to it.
+        4 => dvec3(nudged(rng, point.x), nudged(rng, point.y), nudged(rng, point.z)),
+        5 => {
+            let near = depth * power_of_ten(rng, -12.0, 0.0);
+            point + (normal * sign(rng) + unit(rng) * f64::from(rng.random_range(0..2))) * near
+        }
+        6 => point + (normal + unit(rng) * 0.9) * (depth * power_of_ten(rng, -1.0, 6.0)),
+        _ => return None,
+    };
+    let is_sun = rng.random_bool(0.4) && at != point;
+    Some(if is_sun { Light::Sun(point - at) } else { Light::Point(at) })
 }

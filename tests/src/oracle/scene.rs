@@ -140,7 +140,7 @@ impl Camera {
 impl Sky {
     /// The ways that the suns' light travels, from the lattice that the README states.
     pub fn suns(&self) -> Vec<V> {
-        // Cosine and sine of π(3 − √5), rounded to f64.
+        // Cosine and sine of π(3 − √5) to 2⁻⁵², the numbers that the guide states.
         let turn = [-0.737_368_878_078_319_9, 0.675_490_294_261_523_8];
         let [mut cos, mut sin] = [1.0, 0.0];
         let mut suns = Vec::new();
@@ -171,6 +171,8 @@ pub fn read(text: &str) -> Scene {
             "sky" => scene.sky = Some(sky(value)),
             "sphere" => scene.spheres = tables(value).map(sphere).collect(),
             "plane" => scene.planes = tables(value).map(plane).collect(),
+            // How large a picture is, and of how many samples, its reader is told.
+            "image" | "samples" => {}
             other => panic!("the oracle does not read `{other}`"),
         }
     }

@@ -1,0 +1,348 @@
+//! What a device makes by itself: proposals before anything is repaired, what drivers of other arithmetic are seen through,
+//! the kernels without a proof and their light, and mistakes in shaders.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use kugelblitz::Session;
+use kugelblitz::control::Control;
+use kugelblitz::cpu::CpuTracer;
+use kugelblitz::device::Device;
+use kugelblitz::gpu::before::{propose_alone, propose_in_space};
+use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::guard::LARGEST_EXPONENT;
+use kugelblitz::num::OPEN;
+use kugelblitz::prepare::{Prepared, exponent_of};
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::shade::{Encoding, Pixel as _, Style};
+use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
+use kugelblitz::tracer::Tracer;
+use kugelblitz_tests::{broken, gpu, spoiled, text_of};
+
+use super::failures::Failure;
+use super::{Case, assert_none, check_all, in_turn, named, rectangle, setting};
+
+const PLAIN: [Kernel; 3] = [Kernel::Lecture, Kernel::Stable, Kernel::Double];
+
+fn opened() -> Gpu {
+    Gpu::open(&Pick::Best).expect("a Vulkan device; ci/setup.sh installs one")
+}
+
+/// All of a case's picture, a part of it, and its list of rays.
+fn rays_of(case: &Case) -> [(&'static str, Rays); 3] {
+    let [width, height] = case.size;
+    let whole = Pixels::whole(View::new(case.scene.camera.as_ref().unwrap()), width, height);
+    let [x, y, width, height] = case.part();
+    let part = Pixels { x, y, width, height, ..whole };
+    [("all", Rays::Pixels(whole)), ("part", Rays::Pixels(part)), ("list", case.list())]
+}
+
+/// Runs a case alone.
+fn replay(case: &Case) -> String {
+    let name = &case.name;
+    format!(
+        "KUGELBLITZ_CASE={name} cargo test --profile ci -p kugelblitz-tests --test device matrix::"
+    )
+}
+
+// ---------------------------------------------------------------------------------------------
+// Proposals
+
+/// Ids before anything is repaired.
+fn proposed(tracer: &mut dyn Tracer, rays: &Rays) -> Vec<u32> {
+    let mut hits = Hits::default();
+    tracer.propose(rays, &Control::default(), &mut hits).unwrap();
+    hits.id
+}
+
+/// Leaves those open as well whose proposals count for nothing, as numbers leave f32's range.
+fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> {
+    let is_ordinary = |ray: &Ray| exponent_of(ray.direction).abs() <= LARGEST_EXPONENT;
+    for (i, id) in ids.iter_mut().enumerate() {
+        let counts = match rays {
+            Rays::Pixels(_) => prepared.in_range,
+            Rays::List(rays) => prepared.in_range && is_ordinary(&rays[i]),
+        };
+        *id = if counts { *id } else { OPEN };
+    }
+    ids
+}
+
+/// What the Rust twin of a device proposes, for which each ray goes through a hierarchy alone.
+fn of_twin(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
+    match (&prepared.hierarchy, rays) {
+        (_, Rays::Pixels(pixels)) => propose_alone(prepared, pixels).unwrap(),
+        (Some(_), Rays::List(_)) if prepared.in_space().unwrap().is_some() => {
+            propose_in_space(prepared, rays).unwrap()
+        }
+        _ => proposed(&mut CpuTracer::new(Arc::clone(prepared), Wants::default()), rays),
+    }
+}
+
+fn n_open(ids: &[u32]) -> usize {
+    ids.iter().filter(|&&id| id == OPEN).count()
+}
+
+/// Where two proposals for the same rays see another object, or just another number where they must be equal.
+fn differing(twin: &[u32], found: &[u32], are_equal: bool) -> Option<String> {
+    assert_eq!(twin.len(), found.len());
+    let differs =
+        |&i: &usize| twin[i] != found[i] && (are_equal || twin[i] != OPEN && found[i] != OPEN);
+    let i = (0..twin.len()).find(differs)?;
+    Some(format!("ray {i}: {}, and its twin {}", found[i] as i32, twin[i] as i32))
+}
+
+/// Where a device proposes otherwise than its twin. With the same arithmetic they are equal; with another one other rays may
+/// be left open, but not more than twice as many and a hundredth.
+fn compare(twin: &[u32], found: &[u32], is_ieee: bool) -> Option<String> {
+    let [of_twin, of_found] = [twin, found].map(n_open);
+    let is_too_much = of_found > 2 * of_twin + twin.len() / 100;
+    let share = || format!("{of_found} of {} open, of its twin {of_twin}", twin.len());
+    differing(twin, found, is_ieee).or_else(|| is_too_much.then(share))
+}
+
+/// What was proposed for how many rays, and how many of them were left open.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    rays: usize,
+    open: usize,
+    /// Rays that the device itself proposed something for, and not the CPU in its stead.
+    on_device: usize,
+}
+
+/// What a device proposes for a case: never what is not true, and what its twin does.
+fn propose(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    let is_ieee = gpu.is_ieee(Kernel::Certified).unwrap();
+    for (way, rays) in rays_of(case) {
+        let mut fail = |who: &str, what: String| {
+            let command = replay(case);
+            failures.push(case.failure(&format!("{who} proposes, {way}"), what, command));
+        };
+        let scene = Arc::clone(&case.scene);
+        let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
+        let wants = Wants::default();
+        let on_cpu = proposed(&mut CpuTracer::new(Arc::clone(&prepared), wants), &rays);
+        let mut tracer = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), wants).unwrap();
+        let [twin, on_cpu, found] =
+            [of_twin(&prepared, &rays), on_cpu, proposed(&mut tracer, &rays)]
+                .map(|ids| counted(&prepared, &rays, ids));
+        // Where a device has no way for so many objects, the CPU proposes.
+        if found != on_cpu || on_cpu == twin {
+            tally.on_device += found.len();
+            compare(&twin, &found, is_ieee).into_iter().for_each(|what| fail("the device", what));
+        }
+        // Rays side by side may leave more open, or see more.
+        differing(&twin, &on_cpu, false).into_iter().for_each(|what| fail("the CPU", what));
+        tally.rays += found.len();
+        tally.open += n_open(&found);
+        let (judged, places) = match &rays {
+            Rays::Pixels(pixels) => case.judged_in(pixels),
+            Rays::List(rays) => ((0..rays.len()).collect(), (0..rays.len()).collect()),
+        };
+        let truth = if way == "list" { &case.of_list } else { &case.of_pixels };
+        for (i, at) in judged.into_iter().zip(places) {
+            for (who, ids) in [("the device", &found), ("the twin", &twin), ("the CPU", &on_cpu)] {
+                if ids[at] != OPEN && ids[at] != truth[i].id {
+                    fail(who, format!("ray {at}: {} instead of {}", ids[at] as i32, truth[i].id));
+                }
+            }
+        }
+    }
+    failures
+}
+
+fn propose_all(cases: &[&Case], gpu: &Arc<Gpu>) -> Tally {
+    let mut tally = Tally::default();
+    let failures: Vec<Failure> =
+        cases.iter().flat_map(|case| propose(case, gpu, &mut tally)).collect();
+    assert_none(&failures, cases.len());
+    tally
+}
+
+#[test]
+fn proposals_are_true_and_those_of_the_twin() {
+    let gpu = gpu();
+    assert!(gpu.arithmetic().unwrap().suits_filter(), "{}", gpu.arithmetic().unwrap());
+    let cases = in_turn(setting("KUGELBLITZ_DEVICE", 5) as usize, 1);
+    let tally = propose_all(&cases, &gpu);
+    println!("{tally:?}");
+    let Tally { rays, open, on_device } = tally;
+    assert!(cases.len() == 1 || on_device > rays / 2 && open > rays / 50, "{tally:?}");
+}
+
+#[test]
+fn the_comparison_of_proposals_sees_what_it_is_for() {
+    let twin = [OPEN, 0, 1, 2, 1, 0];
+    assert_eq!(compare(&twin, &twin, true), None);
+    // A ray, what it becomes, and whether other arithmetic than the CPU's is no excuse.
+    for (i, id, is_seen_anywhere) in
+        [(0, 1, false), (2, OPEN, false), (2, 0, true), (1, 1, true), (3, 1, true)]
+    {
+        let mut found = twin;
+        found[i] = id;
+        assert!(compare(&twin, &found, true).is_some(), "{i}: {id}");
+        assert_eq!(compare(&twin, &found, false).is_some(), is_seen_anywhere, "{i}: {id}");
+    }
+    assert!(compare(&twin, &[OPEN; 6], false).is_some());
+}
+
+// ---------------------------------------------------------------------------------------------
+// Drivers
+
+/// Drivers of other arithmetic, for which spoiled shaders stand, show the same; those whose arithmetic the filter's bounds
+/// allow propose nothing that is not true.
+#[test]
+fn drivers_of_other_arithmetic() {
+    type Spoil = fn(&[u32]) -> Vec<u32>;
+    let drivers: [(&str, Spoil); 5] = [
+        ("contracts", spoiled::contracts),
+        ("reassociates", spoiled::reassociates),
+        ("flushes", spoiled::flushes),
+        ("rounds sums badly", spoiled::rounds_sums_badly),
+        ("rounds quotients as it may", spoiled::rounds_quotients_as_allowed),
+    ];
+    let mut n_suited = 0;
+    for (first, (name, spoil)) in drivers.into_iter().enumerate() {
+        // The stand-in needs f64.
+        if name == "contracts" && !gpu().facts.f64 {
+            continue;
+        }
+        let cases = in_turn(3 * setting("KUGELBLITZ_DEVICE", 5) as usize, first);
+        let gpu = Arc::new(opened().edit_spirv(spoil));
+        println!("{name}");
+        check_all(&cases, &Device::Gpu(Arc::clone(&gpu)));
+        if gpu.arithmetic().unwrap().suits_filter() {
+            n_suited += 1;
+            println!("{:?}", propose_all(&cases, &gpu));
+        }
+    }
+    assert!(n_suited >= 2, "{n_suited}");
+}
+
+// ---------------------------------------------------------------------------------------------
+// Kernels without a proof
+
+/// A device that lights each scene by itself.
+fn lighting() -> &'static Arc<Gpu> {
+    static LIGHTING: OnceLock<Arc<Gpu>> = OnceLock::new();
+    LIGHTING.get_or_init(|| Arc::new(opened().always_lights_plainly()))
+}
+
+fn bits(colors: &[[f32; 3]]) -> Vec<[u32; 3]> {
+    colors.iter().map(|rgb| rgb.map(f32::to_bits)).collect()
+}
+
+/// Where a device with the CPU's arithmetic gives other bits than that for a case, in hits or in light. Another one's hits
+/// are within what Vulkan allows, and of its light nothing is promised.
+fn plain(case: &Case, kernel: Kernel, gpu: &Arc<Gpu>, n_lit: &mut u64) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    let mut fail = |way: String, what: String| {
+        let command = replay(case);
+        failures.push(case.failure(&format!("{}, {way}", kernel.name()), what, command));
+    };
+    let devices = [Device::Cpu, Device::Gpu(Arc::clone(gpu))];
+    let mut sessions = devices.map(|device| Session::new(Arc::clone(&case.scene), device, kernel));
+    let (control, wants) = (Control::default(), Wants { surface: true, level: false });
+    let is_ieee = gpu.is_ieee(kernel).unwrap();
+    for (way, rays) in rays_of(case) {
+        let prepared = Prepared::new(Arc::clone(&case.scene), kernel, &rays).unwrap();
+        let [on_cpu, on_gpu] = sessions.each_mut().map(|session| {
+            let mut hits = Hits::default();
+            session.trace(&rays, wants, &control, &mut hits).unwrap();
+            hits
+        });
+        if let Some(what) = broken(&prepared, &rays, &on_cpu, &on_gpu) {
+            fail(format!("hits of {way}"), what);
+        }
+        let Rays::Pixels(pixels) = rays else { continue };
+        // As large as what is seen is far away.
+        let camera = case.scene.camera.as_ref().unwrap();
+        let depth = camera.position.distance(camera.look_at);
+        for (n, epsilon) in [(1, 0.0), (1, 0.1 * depth), (2, 1e-6 * depth)] {
+            if n > 1 && pixels.len() > 1000 {
+                continue;
+            }
+            let style = Style { epsilon, ..case.style(n, Encoding::Linear) };
+            let [on_cpu, on_gpu] = sessions.each_mut().map(|session| {
+                let (kept, rendered) = session.keep(&pixels, style, wants, &control).unwrap();
+                (bits(&<[f32; 3]>::all(kept.colors).unwrap()), rendered)
+            });
+            *n_lit += on_gpu.1.colors.device;
+            let differs = |&i: &usize| is_ieee && on_cpu.0[i] != on_gpu.0[i];
+            if let Some(i) = (0..pixels.len()).find(differs) {
+                let (cpu, gpu) = (on_cpu.0[i], on_gpu.0[i]);
+                let what = format!("pixel {i}: {gpu:x?}, on the CPU {cpu:x?}");
+                fail(format!("light of {}, {n} x {n}, {epsilon:e}", rectangle(&pixels)), what);
+            }
+        }
+    }
+    failures
+}
+
+/// The kernels that a device runs.
+fn plain_kernels(gpu: &Gpu) -> impl Iterator<Item = Kernel> {
+    PLAIN.into_iter().filter(|&kernel| gpu.facts.check_kernel(kernel).is_ok())
+}
+
+#[test]
+fn plain_kernels_are_those_of_the_cpu() {
+    let (gpu, mut n_lit, mut failures) = (lighting(), 0, Vec::new());
+    let cases = in_turn(2 * setting("KUGELBLITZ_DEVICE", 5) as usize, 2);
+    for case in &cases {
+        for kernel in plain_kernels(gpu) {
+            failures.extend(plain(case, kernel, gpu, &mut n_lit));
+        }
+    }
+    println!("{n_lit} colours of a device in {} scenes", cases.len());
+    assert_none(&failures, cases.len());
+    assert!(cases.len() == 1 || n_lit > 1000, "{n_lit}");
+}
+
+// ---------------------------------------------------------------------------------------------
+// Mistakes in shaders
+
+/// Each mistake of `shaders.toml` is seen, by one of these cases at least; none of them sees one in what is right.
+#[test]
+fn mistakes_in_shaders_are_seen() {
+    let list: toml::Table = text_of("tests/device/matrix/shaders.toml").parse().expect("a list");
+    let [certified, unproven] = ["certified", "plain"].map(|cases| {
+        let names = list[cases].as_array().expect("names").iter();
+        names.map(|name| named(name.as_str().expect("a name"))).collect::<Vec<Case>>()
+    });
+    let is_seen = |kernel: Kernel, gpu: &Arc<Gpu>| match kernel {
+        Kernel::Certified => {
+            certified.iter().any(|case| !propose(case, gpu, &mut Tally::default()).is_empty())
+        }
+        _ => unproven.iter().any(|case| !plain(case, kernel, gpu, &mut 0).is_empty()),
+    };
+    for kernel in plain_kernels(lighting()).chain([Kernel::Certified]) {
+        assert!(!is_seen(kernel, lighting()), "{}", kernel.name());
+    }
+    let mut unseen = Vec::new();
+    for mistake in list["mistake"].as_array().expect("mistakes") {
+        let text = |key: &str| mistake[key].as_str().expect("a text").to_string();
+        let [name, find, replace] = ["name", "find", "replace"].map(text);
+        for kernel in mistake["kernels"].as_array().expect("kernels") {
+            let of_name = |other: &Kernel| Some(other.name()) == kernel.as_str();
+            let kernel = Kernel::ALL.into_iter().find(of_name).expect("a kernel");
+            let is_there = Arc::new(AtomicBool::new(false));
+            let (found, find, replace) = (Arc::clone(&is_there), find.clone(), replace.clone());
+            let gpu = opened().always_lights_plainly().edit_shaders(move |wgsl| {
+                found.fetch_or(wgsl.contains(&find), Ordering::Relaxed);
+                wgsl.replace(&find, &replace)
+            });
+            let gpu = Arc::new(gpu);
+            if !plain_kernels(&gpu).chain([Kernel::Certified]).any(|runs| runs == kernel)
+                || !gpu.is_ieee(kernel).unwrap()
+            {
+                continue;
+            }
+            let (is_seen, is_there) = (is_seen(kernel, &gpu), is_there.load(Ordering::Relaxed));
+            if !is_seen || !is_there {
+                unseen.push(format!("{}: {name}, in a shader: {is_there}", kernel.name()));
+            }
+        }
+    }
+    assert!(unseen.is_empty(), "{unseen:#?}");
+}

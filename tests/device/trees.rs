@@ -1,0 +1,201 @@
+//! Many spheres: what a tree shows a ray, what of it is made again for another camera, and clouds too large for the matrix.
+
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::DVec3;
+use kugelblitz::compare::compare;
+use kugelblitz::control::Control;
+use kugelblitz::exact::{ExactRay, Shape, visible_root};
+use kugelblitz::gpu::before::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::kernel::certified::SphereFar;
+use kugelblitz::prepare::{Hierarchy, Prepared, Scaled, Seen};
+use kugelblitz::rays::{Pixels, View};
+use kugelblitz::scene::{Camera, Projection, Sphere};
+use kugelblitz::trace::{Kernel, Ray, Rays, Wants};
+use kugelblitz::tree::{IS_LEAF, Tree, TreeRay};
+use kugelblitz::vec3::Vec3;
+use kugelblitz::verify::{Truth, compare_to_exact, sample};
+use kugelblitz_tests::{camera, gpu, in_cube, scene, sphere, traced};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// The same numbers, whether the tree was built for them or before.
+fn assert_equals(a: &Prepared, b: &Prepared) {
+    assert_eq!(a.objects.bytes(), b.objects.bytes());
+    let [a, b] = [a, b].map(|prepared| prepared.hierarchy.as_ref().unwrap());
+    assert_eq!((&a.rest, &a.tree.order), (&b.rest, &b.tree.order));
+    let numbers = |hierarchy: &Hierarchy| {
+        let Seen { footprints, far } = hierarchy.seen.clone()?;
+        let bytes = |far: &[SphereFar]| bytemuck::cast_slice::<_, u8>(far).to_vec();
+        Some((footprints.nodes, footprints.cell_shift, bytes(&far)))
+    };
+    assert_eq!(numbers(a), numbers(b));
+}
+
+/// A camera that flies through a cloud is close to another number of spheres at each place, but needs
+/// few shaders.
+#[test]
+fn a_flight_through_a_cloud_needs_few_shaders() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    // They touch the way of the camera here and there.
+    let spheres = (0..3000).map(|_| {
+        let (turned, radius) = (rng.random_range(0.0..TAU), rng.random_range(0.05..0.2));
+        let aside = DVec3::new(turned.cos(), turned.sin(), 0.0) * radius;
+        sphere(DVec3::new(0.1, 0.05, rng.random_range(-1.0..1.0)) + aside, radius)
+    });
+    let scene = Arc::new(scene(spheres.collect(), vec![]));
+    let renewed = |old: Option<&Prepared>, rays: &Rays| {
+        let (scene, control) = (Arc::clone(&scene), Control::default());
+        Prepared::renewed(old, scene, Kernel::Certified, rays, &control).unwrap()
+    };
+    let (mut last, mut numbers, mut keys) = (None, HashSet::new(), HashSet::new());
+    for step in 0..60 {
+        let along = f64::from(step) / 30.0 - 1.0;
+        let camera = camera(DVec3::new(0.1, 0.05, along), DVec3::new(0.3, 0.2, 3.0));
+        let rays = Rays::Pixels(Pixels::whole(View::new(&camera), 24, 16));
+        let prepared = renewed(last.as_ref(), &rays);
+        assert_equals(&prepared, &renewed(None, &rays));
+        if step % 20 == 0 {
+            let list = Rays::List(vec![Ray { origin: DVec3::Z, direction: DVec3::X }]);
+            let of_list = renewed(Some(&prepared), &list);
+            assert_equals(&of_list, &renewed(None, &list));
+            assert_equals(&renewed(Some(&of_list), &rays), &prepared);
+        }
+        let hierarchy = prepared.hierarchy.as_ref().unwrap();
+        let n_places = hierarchy.n_places_of_rest();
+        assert!(n_places >= hierarchy.rest.len() && prepared.n_listed_spheres() == n_places);
+        numbers.insert(hierarchy.rest.len());
+        keys.insert(prepared.shader_key(Wants::default()));
+        last = Some(prepared);
+    }
+    println!("close to {numbers:?}");
+    assert!(numbers.len() > 5 && keys.len() <= 4, "{} keys for {numbers:?}", keys.len());
+}
+
+/// A ray along an axis through the very edge of a box is not lost to 0 · ∞.
+#[test]
+fn flat_rays_are_not_lost() {
+    let mut rng = ChaCha8Rng::seed_from_u64(611);
+    let spheres: Vec<Sphere> = (0..300).map(|_| sphere(in_cube(&mut rng), 0.05)).collect();
+    let tree = Tree::new(&spheres, &Control::default()).unwrap();
+    for (index, &Sphere { center, radius }) in (0..).zip(&spheres) {
+        let l = center - tree.reference;
+        for axis in 0..3 {
+            let mut direction = DVec3::ZERO;
+            direction[axis] = if rng.random() { 1.0 } else { -1.0 };
+            let mut origin = l - 5.0 * direction;
+            origin[(axis + 1) % 3] += radius;
+            let mut visited = Vec::new();
+            tree.visit(&TreeRay { origin, direction }, |place| {
+                visited.push(tree.order[place]);
+                f64::INFINITY
+            });
+            assert!(visited.contains(&index), "{origin:?} {direction:?} misses {l:?}");
+            assert!(visited.len() < 200, "a ray looks at {} of 300", visited.len());
+        }
+    }
+}
+
+/// Rays that touch a sphere where its box does, or pass it by a little, against exact arithmetic: what
+/// they hit, each walk shows them.
+#[test]
+fn rays_that_touch_a_sphere_meet_its_box() {
+    let mut rng = ChaCha8Rng::seed_from_u64(614);
+    let (mut n_hits, mut n_seen) = (0, 0);
+    for case in 0..40 {
+        let scale = 10f64.powi(case % 9 - 4);
+        let at = in_cube(&mut rng) * 10f64.powi(case % 7 - 1) * scale;
+        let spheres: Vec<Sphere> = (0..200)
+            .map(|_| sphere(at + in_cube(&mut rng) * scale, scale * rng.random_range(0.001..0.1)))
+            .collect();
+        let mut aimed = Vec::new();
+        for index in 0..200 {
+            let Sphere { center, radius } = spheres[index];
+            let up = DVec3::AXES[index % 3] * if rng.random() { 1.0 } else { -1.0 };
+            let across = up.cross(in_cube(&mut rng)).normalize();
+            let off = [0.0, 1e-16, 1e-12, 1e-9][index % 4] * rng.random_range(-1.0..1.0);
+            let away = 2f64.powi(rng.random_range(-2..8)) * radius;
+            let origin = center + up * (radius * (1.0 + off)) - across * away;
+            aimed.push(Ray { origin, direction: across * 2f64.powi(rng.random_range(-3..4)) });
+        }
+        let scene = Arc::new(scene(spheres.clone(), vec![]));
+        let rays = Rays::List(aimed.clone());
+        let prepared = Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays).unwrap();
+        let tree = &prepared.hierarchy.as_ref().unwrap().tree;
+        let in_space = prepared.in_space().unwrap().unwrap();
+        for (index, ray) in (0..).zip(&aimed) {
+            let Sphere { center, radius } = spheres[index as usize];
+            let shape = Shape::Sphere { center, radius };
+            if visible_root(&ExactRay::new(ray), &shape).is_none() {
+                continue;
+            }
+            n_hits += 1;
+            let direction = Scaled::new(ray.direction).rounded();
+            let mut seen = vec![];
+            tree.visit(&TreeRay { origin: ray.origin - tree.reference, direction }, |place| {
+                seen.push(tree.order[place] + 1);
+                f64::INFINITY
+            });
+            assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius}");
+            let (record, _) = prepared.coordinates().ray_record(ray);
+            let ([origin, way], room) =
+                ([record.origin, record.direction].map(Vec3), SlabRoom::f32());
+            let slabs = slabs_of(origin, way, room.least_slack, &room);
+            let (mut at, mut seen) = (0, vec![]);
+            while let Some(node) = in_space.nodes.get(at) {
+                let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), f32::MAX);
+                let is_leaf = node.link & IS_LEAF != 0;
+                at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+                if is_met && is_leaf {
+                    seen.push(node.id);
+                }
+            }
+            assert!(seen.contains(&(index + 1)), "{ray:?} misses {center} {radius} in f32");
+            n_seen += seen.len();
+        }
+    }
+    println!("{n_hits} hits, {n_seen} spheres looked at");
+    assert!(n_hits > 3000 && n_seen < 40 * n_hits);
+}
+
+/// Ids, and `t` to f32's last digit, of a sample of the pixels of so many spheres, and the same on the device.
+fn check_cloud(n: usize, radius: f64, camera: &Camera, n_judged: usize) {
+    let mut rng = ChaCha8Rng::seed_from_u64(612);
+    let spheres = (0..n).map(|_| sphere(in_cube(&mut rng), radius)).collect();
+    let scene = Arc::new(scene(spheres, vec![]));
+    let pixels = Pixels::whole(View::new(camera), 640, 360);
+    let rays = Rays::Pixels(pixels);
+    let [on_cpu, on_gpu] =
+        [None, Some(&gpu())].map(|device| traced(&scene, Kernel::Certified, &rays, device));
+    assert!(compare(&on_gpu, &on_cpu).is_equal());
+    let chosen = sample(pixels.len(), n_judged, 5);
+    let truth = Truth::of_pixels(&scene, &pixels, chosen, &Control::default()).unwrap();
+    let against = compare_to_exact(&on_cpu, &truth);
+    println!("{n} spheres: {:?}, {} hits", on_cpu.counts, on_cpu.n_hits());
+    assert!(against.wrong_ids() == 0 && against.t_ulp_max <= 0.501, "{against:?}");
+    assert!(on_cpu.counts.f32 as f64 > 0.97 * rays.len() as f64, "{:?}", on_cpu.counts);
+}
+
+fn parallel() -> Camera {
+    let projection = Projection::Orthographic { height: 2.4 };
+    Camera { projection, ..camera(DVec3::new(0.7, 0.4, 3.0), DVec3::ZERO) }
+}
+
+#[test]
+fn a_million_spheres() {
+    check_cloud(1_000_000, 0.006, &parallel(), 64);
+}
+
+/// `KUGELBLITZ_SPHERES` is the largest number.
+#[test]
+#[ignore = "takes minutes"]
+fn many_rays_into_large_clouds() {
+    let most = std::env::var("KUGELBLITZ_SPHERES").map_or(100_000, |n| n.parse().unwrap());
+    for camera in [parallel(), camera(DVec3::new(1.1, 0.7, 3.8), DVec3::ZERO)] {
+        for n in (3..).map(|k| 10usize.pow(k)).take_while(|n| *n <= most) {
+            check_cloud(n, 0.6 * (n as f64).powf(-1.0 / 3.0), &camera, 100_000);
+        }
+    }
+}
