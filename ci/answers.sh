@@ -11,6 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cp -r scenes "$scratch/scenes"
+cp -r tests/answers/scenes "$scratch/small"
 python3 - "$program" "$scratch" tests/answers <<'PYTHON'
 import pathlib, re, subprocess, sys
 
@@ -42,7 +43,9 @@ keep("help", ["--help"], ["-h"], ["nosuch"], [], *([name, how] for name in comma
 lit, flat = "scenes/lit/figure1.toml", "scenes/figure1.toml"
 small = ["--size", "48x27", "--device", "cpu"]
 keep("explain", *([*at, "--device", "cpu", *more] for at in (
-    ["explain", flat, "--pixel", "640,360"], ["explain", lit, "--pixel", "700,400"], ["explain", "scenes/figure5.toml", "--pixel", "100,100"],
+    ["explain", flat, "--pixel", "640,360"], ["explain", lit, "--pixel", "700,400"], ["explain", "scenes/figure5.toml", "--pixel", "640,360"],
+    ["explain", "small/spheres.toml", "--ray", "0,0,0,0,0,-1"], ["explain", "small/planes.toml", "--ray", "1,0,0,0,-2,0"],
+    ["explain", "small/tie.toml", "--ray", "0,0,0,0,0,-1"], ["explain", "small/far.toml", "--ray", "0,0,0,0,-1,0"], ["explain", "small/lights.toml", "--ray", "0,5,0,0,-1,0"],
     ["explain", "scenes/orthographic.toml", "--pixel", "640,360"], ["explain", flat, "--ray", "0,0,0,0,0,-1"])
     for more in ([], ["--lang", "de"], ["--latex"])), ["explain", flat, "--pixel", "640,360", "--device", "cpu", "--json"])
 keep("json", ["render", flat, "-o", "a.png", "--json", *small], ["render", lit, "-o", "b.exr", "--json", *small],
@@ -57,7 +60,11 @@ keep("export", *([ "export", to, scene, "-o", "-"] for to in ("pov", "tachyon") 
 keep("usage", ["render", flat], ["render", "none.toml", "-o", "a.png"], ["render", flat, "-o", "a.xyz"], ["render", flat, "-o", "a.png", "--size", "0x4"],
      ["render", flat, "-o", "a.png", "--kernel", "stabel"], ["render", flat, "-o", "a.png", "--device", "nosuch"], ["compare", "a.png", "none.png"],
      ["render", flat, "-o", "a.png", "--samples", "99"], ["explain", flat, "--pixel", "5000,1"], ["trace", flat, "--rays", "a.png", "-o", "h.npy"],
-     ["judge", flat, "--against", flat], ["explain", flat], ["generate", "cloud", "--count", "9", "--distribution", "nosuch", "-o", "c.npy"])
+     ["judge", flat, "--against", flat], *(["explain", "scenes/figure5.toml", "--device", "cpu", *words.split()] for words in (
+         "--pixel 1281,0", "--pixel 0,721", "--pixel -1,0", "--pixel 5,5 --crop 10,20,30,40", "--pixel 21,0 --size 21x11",
+         "--pixel 1.5,0", "--pixel 1", "--ray 0,0,0,0,0,0", "--ray 0,0,0,0,0,inf", "--ray nan,0,0,0,0,1", "--ray 0,0,0,0,1",
+         "--ray 0,0,0,0,0,1 --pixel 1,1", "--ray 0,0,0,0,0,1 --size 3x3", "", "--size 3x3", "--pixel 1,1 --digits 0",
+         "--pixel 1,1 --digits 41", "--pixel 1,1 --lang fr")), ["generate", "cloud", "--count", "9", "--distribution", "nosuch", "-o", "c.npy"])
 texts = re.split(r"^=== \d+\n", (kept / "wrong_scenes.txt").read_text(), flags=re.M)[1:]
 with (found / "wrong_scenes_said.txt").open("w") as said:
     for text in texts:
@@ -68,6 +75,7 @@ if [ "${2:-}" = --renew ]; then
     cp "$scratch"/answers/*.txt tests/answers/
 else
     rm -rf "$scratch/kept"; mkdir "$scratch/kept"
-    cp tests/answers/*.txt "$scratch/kept"; rm "$scratch/kept/wrong_scenes.txt"
+    cp tests/answers/*.txt "$scratch/kept"
+    rm "$scratch/kept/wrong_scenes.txt"
     diff -r -U1 "$scratch/kept" "$scratch/answers"
 fi

@@ -25,9 +25,11 @@ elif [ "$probe" -ne 0 ]; then
     exit "$probe"
 fi
 
+tests=0
+step ci/answers.sh "$target/ci/kugelblitz" || tests=$?
+
 gpu_log=$target/ci/gpu-tests.log
 rm -f "$gpu_log"
-tests=0
 system_log=$target/system-driver.log
 step into "$system_log" cargo test "${everything[@]}" --no-fail-fast || tests=$?
 step ci/drivers.sh "$target/drivers.md" "$system_log" || tests=$?

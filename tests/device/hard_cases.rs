@@ -41,6 +41,6 @@ fn certified_gets_all_hard_cases_right_and_others_the_written_ones() {
         let right = if right.is_empty() { "none".to_string() } else { right.join(" ") };
         let _ = writeln!(found, "{}: {right}", case.name);
     }
-    let written = text_of("tests/answers/plain_hard_cases.txt");
+    let written = text_of("tests/data/plain_hard_cases.txt");
     assert!(found == written, "it has become\n{found}");
 }

@@ -224,7 +224,7 @@ fn drivers_of_other_arithmetic() {
 // Kernels without a proof
 
 /// A device that lights each scene by itself.
-fn lighting() -> &'static Arc<Gpu> {
+pub fn lighting() -> &'static Arc<Gpu> {
     static LIGHTING: OnceLock<Arc<Gpu>> = OnceLock::new();
     LIGHTING.get_or_init(|| Arc::new(opened().always_lights_plainly()))
 }
