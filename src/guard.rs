@@ -170,6 +170,8 @@ pub mod host;
 pub mod rows;
 pub mod squares;
 pub mod steps;
+#[cfg(test)]
+pub(crate) mod tests;
 
 use glam::DVec3;
 
@@ -202,7 +204,7 @@ pub const PIXELS: InputError = InputError { offset: 0.501, direction: 4.3 };
 pub const LIST: InputError = InputError { offset: 2.01, direction: 0.501 };
 
 /// Rays whose f64 numbers are used as they are: one rounded subtraction. Their direction is scaled
-/// by a power of two, exact but for components below `2⁻¹⁰²²` of the largest; the 0.001 is room.
+/// by a power of two, exact but for components below `2⁻¹⁰²²` of the largest; the 0.001 is room, of which no test sees anything.
 pub const LIST_F64: InputError = InputError { offset: 0.501, direction: 0.001 };
 
 /// Pixels of an orthographic camera, f32 and f64; see the head of this module.
@@ -221,7 +223,7 @@ pub fn input_of(lens: Lens) -> InputError {
 pub const WIDENING: f64 = 24.0;
 
 /// Largest relative slack of a sphere that counts as far. The same number is the condition and what
-/// the intervals are widened by: half of it is as right, for fewer spheres. The one condition on its
+/// the intervals are widened by: half of it is as right, for fewer spheres, and no test sees it. The one condition on its
 /// size, small against `1/18.3`, it keeps by a factor of 1800.
 pub const FAR: f64 = 1.0 / (1u64 << 15) as f64;
 
@@ -234,7 +236,7 @@ pub fn is_far(guard: &Guard, k: f64, longest: f64) -> bool {
 /// For what is of higher order in a bound in f64.
 pub const ROOM: f64 = 1.01;
 
-/// Longest direction of a picture whose light is found in f32.
+/// Longest direction of a picture whose light is found in f32. No test sees it halved: the range may be smaller.
 pub const LONGEST_IN_F32: f64 = 1024.0;
 
 /// What the filter needs to know about a sphere.
@@ -266,6 +268,7 @@ impl Guard {
         let InputError { offset, direction } = input;
         let eta = R::lit(unit) * l;
         let kappa_eta = R::lit(steps::FOOT + offset + direction) * eta;
+        // No test sees the 8 halved: that is nothing in f32, and in f64 the host's rounding is half of a unit.
         let relative = steps::SQUARE * unit + 8.0 * f64::UNIT;
         let inner = r - kappa_eta;
         let outer = r + kappa_eta;
@@ -301,6 +304,7 @@ pub(crate) const N_ERROR: f64 = 4.0;
 
 /// Bound of `|M̂ − M|/|d̂|` for a plane with the normal's length `n`.
 pub fn plane_direction_error(n: f64, unit: f64, input: InputError) -> f64 {
+    // No test sees the 16 halved: that is of second order.
     unit * (steps::DOT + steps::NORMAL + input.direction) * n * (1.0 + 16.0 * unit)
 }
 
@@ -312,16 +316,19 @@ pub fn plane_offset_error(n: f64, l: f64, unit: f64, input: InputError, tiny: f6
 }
 
 /// More than a dozen f32 operations lose when each flushes up to `2⁻¹²⁶` to zero, and so much more
-/// that `1/(|N| − error)` stays finite with room for the rest: `ulp(2⁻⁶⁷) = 2⁻⁹⁰`.
+/// that `1/(|N| − error)` stays finite with room for the rest: `ulp(2⁻⁶⁷) = 2⁻⁹⁰`. No test sees it
+/// cut, as it is `2⁵⁵` times what is lost.
 pub const TINY_F32: f64 = LARGEST_F32 / LARGEST_NEARNESS / (1u64 << 37) as f64;
 
-/// Most that `1/N` and `(ℓ + r)/k` of a pixel's objects may be in f32.
+/// Most that `1/N` and `(ℓ + r)/k` of a pixel's objects may be in f32. No test sees it halved: the range may be smaller.
 pub const LARGEST_NEARNESS: f64 = (1u128 << 90) as f64;
 
 /// An error in f32 above every `k` and `N`, and so far below the largest number that they can be added.
+/// No test sees it halved: they are up to `2¹²⁰`.
 pub const UNKNOWN: f32 = (1u128 << 124) as f32;
 
-/// The same for f64, which keeps subnormals, and so far above `2⁻¹⁰²²` that `1/N` stays finite.
+/// The same for f64, which keeps subnormals, and so far above `2⁻¹⁰²²` that `1/N` stays finite. No test
+/// sees it cut.
 pub const TINY_F64: f64 = 1.0 / (LARGEST_F64 * LARGEST_F64 * LARGEST_F64);
 
 /// A bound of a vector's length, a few roundings above it; `v·v` may underflow.
@@ -335,18 +342,19 @@ pub fn length_bound(v: DVec3) -> f64 {
 pub(crate) fn length_bounds<R: Real<One = f64>>(v: V3<R>) -> R {
     let [x, y, z] = v.0;
     let largest = x.abs().max(y.abs()).max(z.abs());
+    // No test sees the 16 halved: 2 would do.
     let length = v.dot(v).sqrt() * R::lit(1.0 + 16.0 * f64::UNIT);
     let is_tiny = largest.lt(R::lit(1.0 / LARGEST_F64));
     R::select(is_tiny, R::lit(1.8) * largest, length)
 }
 
-/// Largest distance and radius with which the filter's f32 stays in range.
+/// Largest distance and radius with which the filter's f32 stays in range. No test sees it halved: the range may be smaller.
 pub const LARGEST_F32: f64 = (1u64 << 60) as f64;
 
-/// Smallest radius with which it does.
+/// Smallest radius with which it does. No test sees it halved: its square's last digit is `2²³` times what is lost.
 pub(crate) const SMALLEST_RADIUS_F32: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Largest distance, and inverse of the smallest radius, with which f64 stays in range.
+/// Largest distance, and inverse of the smallest radius, with which f64 stays in range. No test sees it halved: the range may be smaller.
 const LARGEST_F64: f64 = LARGEST_F32 * LARGEST_F32 * LARGEST_F32 * LARGEST_F32;
 
 /// Whether the filter's f32 stays in range for a sphere of radius `r` at distance up to `l`.
@@ -374,7 +382,7 @@ pub fn plane_in_range_f64(l: f64) -> bool {
 /// Largest picture side, px: twice a pixel's offset from the centre is exact in f32.
 const LARGEST_SIDE: u32 = 1 << 23;
 
-/// Largest `|d|` of a camera's ray.
+/// Largest `|d|` of a camera's ray. No test sees it halved: the range may be smaller.
 const LARGEST_DIRECTION: f64 = (1u64 << 30) as f64;
 
 impl Pixels {
@@ -419,7 +427,8 @@ impl Pixels {
 /// above `2⁶⁰`, where no far sphere is seen.
 pub const T_ROOM: f32 = 1.0 + 1.0 / (1 << 19) as f32;
 
-/// The least `1/t` that is looked at: no node is as far away as its inverse.
+/// The least `1/t` that is looked at: no node is as far away as its inverse, nor as twice that, so
+/// that no test sees it halved.
 pub const LEAST_NEARNESS: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// An upper bound of `t = 1/(a·w)` from a lower bound of `a·w` in f32; beyond all nodes for 0 and
@@ -470,7 +479,8 @@ fn widening<R>(
     Widening {
         narrower: down(1.0 - width),
         wider: up(1.0 + width),
-        // The upper bound's own widening is taken back as well, with 2 for its rounding.
+        // The upper bound's own widening is taken back as well, with 2 for its rounding. No test sees these cut: it has as
+        // much room.
         far_narrower: down((1.0 - FAR) / (1.0 + FAR) * (1.0 - 2.0 * width - 2.0 * unit)),
     }
 }

@@ -40,6 +40,9 @@ pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
     plane_normal(plane.normal).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
 }
 
+/// No direction is longer whose components are below 2.
+pub(super) const LONGEST_SCALED: f64 = 3.47;
+
 /// Finds where the rays of a stage meet what they are known to hit, in numbers of `F`.
 pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
@@ -283,8 +286,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
             }
             StageRays::List(rays) => {
                 let eye = Eye { reference: DVec3::ZERO, spread: 0.0, input, reach, unit };
-                // Components are below 2.
-                (eye, 3.47, SurfaceRays::List(rays))
+                (eye, LONGEST_SCALED, SurfaceRays::List(rays))
             }
         };
         let mut found = Surfaces {

@@ -1,7 +1,7 @@
 //! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
 
 use super::decide::{Candidates, Decision, Quick};
-use super::surfaces::{InF32, MISS, Surfaces, TAndNormal, exact_surface};
+use super::surfaces::{InF32, LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
 use crate::exact::{ExactHit, Shape, visible_root};
 use crate::random::SplitMix;
@@ -193,6 +193,12 @@ fn n_different(stage: &Stage, hits: &Hits) -> usize {
         bits(alone) != bits((hits.t[ray], hits.normal[ray]))
     };
     (0..hits.id.len()).filter(differs).count()
+}
+
+#[test]
+fn no_direction_of_a_list_is_longer() {
+    let longest = crate::prepare::Scaled::new(DVec3::splat(2f64.next_down())).rounded().length();
+    assert!(longest < LONGEST_SCALED && longest > 0.99 * LONGEST_SCALED, "{longest}");
 }
 
 #[test]

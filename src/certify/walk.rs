@@ -135,8 +135,7 @@ fn surely_misses(ray: &RayF64, sphere: &Sphere) -> bool {
 }
 
 /// Room of a squared radius.
-const ROUND: f64 = 1.0 + ROUND_ROOM;
-const ROUND_ROOM: f64 = 1.05 / (1u64 << 30) as f64;
+const ROUND: f64 = 1.0 + 1.05 / (1u64 << 30) as f64;
 
 /// Room of a squared distance.
 const FAR: f64 = 1.0 / (1u128 << 72) as f64;
@@ -154,7 +153,7 @@ mod tests {
             let (r, l) = (2f64.powf(f64::from(step) / 64.0), 1.0);
             let outer2 = Guard::new(r, l, f64::UNIT, LIST_F64).outer2;
             // Without what both have, as 1 hides the rest.
-            (outer2 - r * r) / (r * r * ROUND_ROOM * round + l * l * FAR * far)
+            (outer2 - r * r) / (r * r * (ROUND - 1.0) * round + l * l * FAR * far)
         };
         (-64 * 60..64 * 10).map(of_radius).fold(0.0, f64::max)
     }

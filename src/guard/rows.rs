@@ -24,7 +24,7 @@ pub const QUOTIENT: f64 = 1.01;
 /// Of the rounding of a quotient as a product and a sum, in units.
 pub const INVERSE: f64 = 3.01;
 
-/// Part of `|M|` that its error may be.
+/// Part of `|M|` that its error may be. Half of it is as right, for fewer rays: no test sees it.
 pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 7) as f64;
 
 /// Bounds `(N ± e)/(M ± e)` of a quotient that a filter takes, in units: two sums, a quotient 2.5, and the product that widens

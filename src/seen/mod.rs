@@ -174,7 +174,7 @@ impl<F: Float> Lengths<F> {
         let InputError { offset, direction } = eye.input;
         let of_t = ROOM * eye.unit * (direction + steps::POINT) * longest;
         let of_origin = ROOM * eye.unit * (offset + steps::POINT_ORIGIN) * eye.spread;
-        // With that of the radius' inverse, and a sum with its error.
+        // With that of the radius' inverse, and a sum with its error. No test sees the 2 halved: the inverse is rounded but once.
         let of_normal = ROOM * eye.unit * (steps::NORMAL_OF_POINT + 2.0);
         Lengths {
             longest: F::up(ROOM * longest),
@@ -353,7 +353,7 @@ pub struct Nearest<R: Real> {
     id: R::Id,
 }
 
-/// A `t` up to this is in f32's range.
+/// A `t` up to this is in f32's range. No test sees it halved: such a `t` is only left open.
 const LARGEST_T: f64 = (1u128 << 127) as f64;
 
 impl<R: Real> Nearest<R> {

@@ -68,6 +68,7 @@ impl PlaneSeen<f64> {
             let rescaled = exact * power_of_two(-scaled.exponent());
             // A number that is not normal, or was not before, says nothing more.
             if exact.is_normal() && rescaled.is_normal() {
+                // No test sees the 2 halved: it is four times a rounding.
                 (offset, error) = (rescaled, 2.0 * f64::UNIT * rescaled.abs());
             }
         }
@@ -93,6 +94,7 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
         // cut: what a slope is granted is more of `t`.
         let of_offset = error + lit(2.0 * eye.unit) * offset.abs();
         let of_spread = match eye.spread > 0.0 {
+            // No test sees the 1 cut: of an origin's error as much is for a difference that is not taken here.
             true => eye.unit * (steps::DOT + HOST_NORMAL + 1.0 + eye.input.offset) * n,
             false => 0.0,
         };
@@ -197,6 +199,7 @@ impl Occluder for PlaneMet<f64> {
     /// exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     fn occlude<R: Real<One: Bounded>>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
+        // No test sees the 2 halved: in f32 one is for the normal, and one is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
         let &PlaneMet { point, normal, length: n, place } = met;
         let l = point - ray.from;

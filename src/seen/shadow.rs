@@ -81,6 +81,9 @@ const _: () = assert!(steps::DOT + steps::NORMALIZED + 1.0 < OF_COSINE);
 /// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
 pub(crate) const OF_TURN: f64 = 1.02;
 
+/// How many times what a way's end is off by the way is long, at least: what is granted for it holds up to there.
+const APART: f64 = 4.0;
+
 /// Where light comes from, relative to the reference point.
 #[derive(Clone, Copy, Debug)]
 pub enum Origin {
@@ -222,7 +225,8 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
         let inv_length = lit(1.0) / length;
         let off = (error + unit * (aim.away + length)) * aim.from_point;
         let is_far = lit(1.0 / largest).lt(length).and(length.lt(lit(largest)));
-        let is_apart = (lit(4.0) * off).lt(length).and(is_far);
+        let is_apart = (lit(APART) * off).lt(length).and(is_far);
+        // No test sees the 1 cut, as little as `OF_WAY`.
         let end_error = unit * (aim.away + lit(1.0 + OF_WAY) * length) * aim.from_point;
         ShadowRay {
             from,
@@ -282,6 +286,7 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
     pub fn cosine(&self, normal: V3<R>, normal_error: R) -> (R, R) {
         let (lit, zero, one) = (R::lit, R::lit(0.0), R::lit(1.0));
         let cosine = normal.dot(self.way) * self.inv_length;
+        // No test sees the 2 cut: in f32 `turned` and the normal's error grant them, too.
         let rounding = (OF_COSINE + 2.0 * R::One::ROUNDED) * R::One::ROUNDING;
         let error = lit(ROOM) * (normal_error + self.turned) + lit(rounding);
         // What is not a number says nothing.

@@ -114,6 +114,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         };
         let close = if eye.reach.apart == 0.0 { 1.0 } else { 0.0 };
         let inv_r = lit(1.0) / r;
+        // No test sees the 2 halved: a direction that is turned moves the foot but once.
         let of_foot = lit(offset + 2.0 * direction + steps::NORMAL_FOOT) * l * inv_r;
         let normal_error = of_foot + lit(steps::CHORD_MIDDLE + direction);
         // No test sees it cut: close spheres, whose `t` is known better, are about as far away as they are large, and the rest of
@@ -133,6 +134,7 @@ impl<R: Real<One = f64>> SphereSeen<R> {
             k: or(k, 0.0),
             k_error: or(k_error, 2.0 * far * far),
             is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
+            // No test sees the 2 cut: a longer direction has a shorter root, for which the slack grants it.
             k_width: or(lit(eye.unit * (steps::RELATIVE + 2.0 * direction)), 1.0),
             inv_r: or(inv_r, 1.0),
             offset_error: or(offset_error, F::BEYOND),

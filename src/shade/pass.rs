@@ -40,6 +40,7 @@ const OF_COLOR: f64 = 10.0;
 /// Stability of Numerical Algorithms, lemma 3.1). So the true one is off by at most `γ/(1 − γ) = nu/(1 − 2nu)` of it.
 fn of_roundings(n: f64, unit: f64) -> Option<f64> {
     let first_order = n * unit;
+    // No test sees the 2 halved: `nu/(1 − nu)` is above `(1 − u)⁻ⁿ − 1`, the worst there is.
     (first_order < 0.25).then(|| first_order / (1.0 - 2.0 * first_order))
 }
 
@@ -188,6 +189,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
             half.0[axis] = (high - low) * 0.5;
             middle.0[axis] = low + half.0[axis];
         }
+        // No test sees it halved: the unit is two roundings.
         let rounding = f64::UNIT * middle.dot(middle).sqrt();
         let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
         Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }

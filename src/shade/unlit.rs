@@ -109,6 +109,7 @@ impl Unlit {
         // A sum of `n` numbers is off by `n` roundings at most, and the quotient by two more.
         let error = match ids.len() {
             1 => 0.0,
+            // No test sees it halved: the unit is two roundings.
             n => (n + 8) as f64 * f64::UNIT,
         };
         let bounds = sums.map(|sum| Interval {

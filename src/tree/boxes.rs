@@ -23,7 +23,7 @@ use crate::guard::{round_down, round_up};
 #[cfg(test)]
 const NEED: f64 = 1.0 / (1u64 << 51) as f64;
 
-/// The margin of a box, of `|L_k| + r`: `2⁶` times the need.
+/// The margin of a box, of `|L_k| + r`: `2⁶` times the need, so that no test sees it halved.
 const MARGIN: f64 = 1.0 / (1u64 << 45) as f64;
 
 impl Node {

@@ -22,7 +22,7 @@ pub struct BoxNode {
 }
 
 /// Largest coordinate of a box, and distance of an origin, with which `gpu::before::slabs` stay in f32's
-/// range.
+/// range. No test sees it halved: the range may be smaller.
 pub const REACH: f64 = (1u64 << 40) as f64;
 
 impl Tree {

@@ -48,10 +48,11 @@ use crate::rays::{Lens, Pixels, View};
 const SPARE: f64 = 1.0 / (1u64 << 34) as f64;
 
 /// Part of a disc's distance below which its tangents bound nothing: half of it would make the need of
-/// 3 larger by `√2`, still within `SPARE`.
+/// 3 larger by `√2`, still within `SPARE`, and no test sees it.
 const GRAZING: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// What a footprint is widened by on each side before it is rounded to pixels, px: `2¹⁰` times the need.
+/// What a footprint is widened by on each side before it is rounded to pixels, px: `2¹⁰` times the need, so
+/// that no test sees it halved.
 const EDGE: f64 = 1.0 / (1u64 << 10) as f64;
 
 /// Most columns or rows of cells: 15 bits, without the one that [`Footprint::NONE`] is in.

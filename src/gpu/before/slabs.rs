@@ -26,10 +26,10 @@ pub const SLAB: f64 = 6.5;
 /// How far a ray may lie beside the true one, in units `ε` of its origin's largest component.
 pub const ASIDE: f64 = 1.75;
 
-/// Components of a direction below this count as 0.
+/// Components of a direction below this count as 0. No test sees it halved: slabs then reach `2¹²³`, and none overflows.
 pub const FLAT: f64 = 1.0 / (1u128 << 80) as f64;
 
-/// The least slack.
+/// The least slack. No test sees it halved: it is still what a ray moves along a flat axis.
 pub const LEAST_SLACK: f64 = 1.0 / (1u64 << 37) as f64;
 
 /// The room in a ray's arithmetic.

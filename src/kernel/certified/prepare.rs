@@ -66,16 +66,19 @@ pub struct Frame {
     pub in_range: bool,
 }
 
-/// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide.
+/// Largest relative error of `k` and of `(a − o)·n` that their f32 may hide. No test sees it halved: exact
+/// arithmetic finds a few more.
 const OFFSET_TOLERANCE: f64 = 1.0 / (1u64 << 24) as f64;
 
-/// Smallest magnitude of `k` that leaves f32 room above its subnormals.
+/// Smallest magnitude of `k` that leaves f32 room above its subnormals. No test sees it halved: these
+/// begin at `2⁻¹²⁶`.
 const SMALLEST_K: f64 = 1.0 / (1u128 << 100) as f64;
 
-/// Smallest magnitude of `(a − o)·n`: its inverse leaves f32 room for `|n|` and the longest `d`.
+/// Smallest magnitude of `(a − o)·n`: its inverse leaves f32 room for `|n|` and the longest `d`, `2¹²²`
+/// of `2¹²⁷`, so that no test sees it halved.
 const SMALLEST_OFFSET: f64 = 1.0 / guard::LARGEST_NEARNESS;
 
-/// Largest magnitude of them: that of `k` at the largest distance.
+/// Largest magnitude of them: that of `k` at the largest distance. No test sees it halved: the range may be smaller.
 const LARGEST_OFFSET: f64 = guard::LARGEST_F32 * guard::LARGEST_F32;
 
 impl Frame {

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::exact::{ExactBeam, ExactHit, ExactPoint, ExactRay, Shape, visible_root};
+use crate::guard::tests::worst::{UNIT, Worst, assert_tight, worst};
 use crate::rays::Ray;
 use crate::seen::{PlaneMet, SphereMet};
 
@@ -338,4 +339,87 @@ fn a_ball_speaks_for_the_points_in_it() {
     }
     assert_eq!(n_wrong, 0);
     assert!(n_said > 5000 && n_wrong_of_half > 10, "{n_said} {n_wrong_of_half}");
+}
+
+/// How far a point is from a ray that goes along `way` from 0.
+fn distance(point: DVec3, way: DVec3) -> f64 {
+    (point - way * (point.dot(way) / way.length_squared()).max(0.0)).length()
+}
+
+/// What each constant is for, where it is at its worst.
+#[test]
+fn every_constant_is_needed() {
+    let vector = |x: &[f64]| DVec3::from_slice(x).as_vec3().as_dvec3();
+    let number = |v: DVec3| V3(v.to_array().map(Worst));
+    // The way is what it is, and no error is granted.
+    let sun = |from: DVec3, way: DVec3| {
+        let ray = ShadowRay::new(&Aim::new(Origin::Sun(-way)), number(from), Worst(0.0));
+        ShadowRay { unit: Worst(0.0), way: number(way), ..ray }
+    };
+    let met = |point: DVec3, normal: DVec3| PlaneMet {
+        point: number(point),
+        normal: number(normal),
+        length: Worst(1.0),
+        place: Worst(0.0),
+    };
+    // Of both numbers that have to have a sign the smaller one.
+    let least = |met: &PlaneMet<Worst>, ray: &ShadowRay<Worst>| {
+        let Verdict { blocked, clear } = PlaneMet::occlude(met, ray);
+        f64::max(blocked.0, clear.0)
+    };
+    let of_offset = worst(|x: [f64; 10]| {
+        // A centre near the ray, where an error of the foot counts.
+        let (from, way) = (vector(&x), vector(&x[3..]));
+        let center = from + way * x[6] + vector(&x[7..]) * UNIT;
+        let [r, place] = [Worst(0.0); 2];
+        let met = SphereMet { center: number(center), r, place };
+        let found = SphereMet::occlude(&met, &sun(from, way)).clear.0.sqrt();
+        let l = center - from;
+        // Half of what its square is off by beside.
+        let error = (found - distance(l, way)).abs() - 1.5 * UNIT * found;
+        error / (UNIT * l.length())
+    });
+    let moved = |x: &[f64]| {
+        let (way, off) = (vector(x), vector(&x[3..]).normalize());
+        (way, off * way.length() / APART * x[6].abs().min(1.0))
+    };
+    let of_lever = worst(|x: [f64; 10]| {
+        let ((way, off), l) = (moved(&x), vector(&x[7..]));
+        let part = l.length() / way.length();
+        let error = (distance(l, way + off) - distance(l, way)).abs();
+        // Nearer to the end that of the end is less.
+        if part * OF_LEVER < 1.0 { error / (off.length() * part) } else { 0.0 }
+    });
+    let of_turn = worst(|x: [f64; 7]| {
+        let (way, off) = moved(&x);
+        let angle = (way + off).cross(way).length().atan2((way + off).dot(way));
+        angle * way.length() / off.length()
+    });
+    let of_place = worst(|x: [f64; 3]| vector(&x).length() / vector(&x).abs().max_element());
+    let of_plane = worst(|x: [f64; 12]| {
+        let [from, way, point, normal] = [0, 3, 6, 9].map(|at| vector(&x[at..]));
+        let ray = ShadowRay { from_point: Worst(1.0), ..sun(from, way) };
+        let (l, n) = (point - from, normal.length());
+        let (start, stop) = (normal.dot(l).abs(), normal.dot(l - way).abs());
+        let error = (least(&met(point, normal), &ray) - start.min(stop)).abs();
+        let lengths = if start < stop { l.length() } else { l.length() + way.length() };
+        // What is of higher order has its room where the bound is taken.
+        error / (ROOM * UNIT * n * lengths)
+    });
+    let of_slope = worst(|x: [f64; 6]| {
+        let (way, normal) = (vector(&x), vector(&x[3..]));
+        let slope = normal.dot(way).abs();
+        let found = least(&met(normal * 1e9, normal), &sun(DVec3::ZERO, way));
+        (found - slope).abs() / (UNIT * normal.length() * way.length())
+    });
+    for (name, constant, found) in [
+        ("OF_OFFSET", OF_OFFSET, of_offset),
+        ("OF_LEVER", OF_LEVER, of_lever),
+        ("OF_TURN", OF_TURN, of_turn),
+        ("OF_PLACE", OF_PLACE, of_place),
+        ("OF_PLANE", OF_PLANE, of_plane),
+        ("OF_SLOPE", OF_SLOPE, of_slope),
+    ] {
+        assert_tight(name, constant, found);
+    }
 }
