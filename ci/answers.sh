@@ -30,6 +30,7 @@ def run(*words):
     text += f"--- stderr\n{done.stderr}" if done.stderr else ""
     text = text.replace(pathlib.Path(program).name, "kugelblitz").replace(str(scratch), "")
     text = re.sub(r"\d[\d.]* (µs|ms|s|MB|GB|KB|kB|MiB|GiB)\b", r"N \1", volatile.sub(r'"\1": …', text))
+    text = re.sub(r"\bthere (is|are) `.*", "there is …", text)
     return f"{text}--- exit {done.returncode}\n\n"
 
 

@@ -40,8 +40,8 @@ fn list(seed: u64) -> Vec<Ray> {
 
 #[test]
 fn every_ray_is_counted_at_the_level_of_its_kernel() {
-    let (scene, _) = a_ball();
-    let rays = Rays::Pixels(Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30));
+    let (scene, pixels) = a_ball();
+    let rays = Rays::Pixels(pixels);
     let wants = Wants { surface: false, level: true };
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| runs(kernel)) {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
@@ -78,8 +78,8 @@ fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
     let without = Arc::new(without);
     assert_eq!(without.arithmetic_f64().unwrap(), None);
     assert!(!without.is_ieee(Kernel::Double).unwrap());
-    let (scene, _) = a_ball();
-    let rays = Rays::Pixels(Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30));
+    let (scene, pixels) = a_ball();
+    let rays = Rays::Pixels(pixels);
     for kernel in Kernel::ALL {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
         for gpu in [&gpu(), &without] {
@@ -97,8 +97,7 @@ fn an_adapter_without_f64_is_refused_for_the_f64_kernel_alone() {
 
 #[test]
 fn pixels_that_the_picture_lacks_are_refused() {
-    let (scene, _) = a_ball();
-    let whole = Pixels::whole(View::new(&camera(DVec3::ZERO, DVec3::NEG_Z)), 40, 30);
+    let (scene, whole) = a_ball();
     let prepared = Prepared::new(scene, Kernel::Certified, &Rays::Pixels(whole)).unwrap();
     let check = |x, y, width, height| {
         prepared.check(&Rays::Pixels(Pixels { x, y, width, height, ..whole })).is_ok()

@@ -21,6 +21,11 @@ pub struct Failure {
     pub command: String,
 }
 
+/// The name of a scene's file there: `crowd-1-7.toml`, or `scenes-hard-touching.toml` of one that is a file itself.
+pub fn file_of(scene: &str) -> String {
+    format!("{}.toml", scene.trim_end_matches(".toml").replace('/', "-"))
+}
+
 /// Failures that are told in full.
 const TOLD: usize = 6;
 
@@ -33,7 +38,7 @@ pub fn told(failures: &[Failure], n_scenes: usize) -> Option<String> {
     let folder = build_folder().join("matrix");
     fs::create_dir_all(&folder).expect("a folder for scenes");
     for failure in failures {
-        let path = folder.join(format!("{}.toml", failure.scene));
+        let path = folder.join(file_of(&failure.scene));
         fs::write(path, &failure.text).expect("a scene file");
     }
     let scenes: BTreeSet<&str> = failures.iter().map(|failure| &*failure.scene).collect();

@@ -43,16 +43,18 @@ fn vector(value: &Value) -> DVec3 {
     DVec3::new(number(0), number(1), number(2))
 }
 
-/// The file or promise of this name.
+/// The file or promise of this name, by which its failures are replayed.
 pub fn case(name: &str) -> Case {
-    let flat = name.replace('/', "-").replace(".toml", "");
     match promises().iter().find(|case| text(case, "name") == name) {
-        None => Case::new("files", flat, text_of(name), [2 * USUAL[0] + 1, USUAL[1] + 6], &[], 0),
+        None => {
+            let size = [2 * USUAL[0] + 1, USUAL[1] + 6];
+            Case::new("files", name.to_string(), text_of(name), size, &[], 0)
+        }
         Some(case) => {
             let size = [0, 1].map(|i| case["size"][i].as_integer().expect("a size") as u32);
             let rays = case["rays"].as_array().expect("rays").iter();
             let rays: Vec<_> = rays.map(|ray| [vector(&ray[0]), vector(&ray[1])]).collect();
-            Case::new("promises", flat, text(case, "scene"), size, &rays, 0)
+            Case::new("promises", name.to_string(), text(case, "scene"), size, &rays, 0)
         }
     }
 }

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
+use kugelblitz_tests::cases::{integer_frame, nudged};
 use kugelblitz_tests::oracle::{Oracle, edges, scene::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -29,11 +30,11 @@ pub struct Draft {
     planes: Vec<(DVec3, DVec3)>,
     /// Lights that it is all about.
     lights: Vec<Light>,
-    /// Of those lights, where all things and lights are white.
+    /// The intensity of these lights, where all things and lights are white.
     white: Option<f64>,
     /// The camera's kind, where it is not drawn.
     lens: Option<Lens>,
-    /// Times a power of two and no farther from 0, where its place is not drawn.
+    /// Of the power of two that all is scaled by, where its place and size are not drawn.
     exponent: Option<i32>,
     /// Rays beside those that are drawn.
     rays: Vec<[DVec3; 2]>,
@@ -129,10 +130,11 @@ pub fn scene(seed: u64, family: usize, number: u64) -> Hard {
         Some(exponent) => Place { by: DVec3::ZERO, scale: 2f64.powi(exponent) },
     };
     let rays = rays(rng, &draft).into_iter().map(|ray| place.ray(ray)).collect();
-    let drawn = rng.clone();
-    let with = |gain| text(&mut drawn.clone(), &draft, place, lens, gain);
+    // The same numbers for any gain, and others for what it is.
+    let of_text = rng.clone();
+    let with = |gain| text(&mut of_text.clone(), &draft, place, lens, gain);
     let mut text = with(1.0);
-    rng.set_stream(stream(family, number).wrapping_neg());
+    rng.set_stream(!stream(family, number));
     if rng.random_bool(0.15)
         && let Some(gain) = gain_onto_edge(rng, &text)
     {
@@ -147,18 +149,20 @@ fn gain_onto_edge(rng: &mut Rng, text: &str) -> Option<f64> {
     let [width, height] = USUAL;
     let truth = Oracle::new(&scene, width, height, 1)
         .pixel(rng.random_range(0..width), rng.random_range(0..height));
-    let mut one_of = |edges: &[f64]| edges[rng.random_range(0..edges.len())];
-    let edge = match one_of(&[0.0, 1.0, 2.0]) {
-        0.0 => one_of(edges(255)),
-        1.0 => one_of(edges(65535)),
-        _ => {
-            let float = one_of(edges(65535)) as f32;
-            (f64::from(float) + f64::from(float.next_up())) / 2.0
-        }
-    };
-    let gain = edge / truth.channels[rng.random_range(0..3)].mean[0];
+    let gain = any_edge(rng) / truth.channels[rng.random_range(0..3)].mean[0];
     // The background's light stays as it is.
     (scene.is_lit() && truth.id != 0 && (1e-30..1e30).contains(&gain)).then_some(gain)
+}
+
+/// A number between two bytes, between two of 16 bits, or between two floats.
+fn any_edge(rng: &mut Rng) -> f64 {
+    let of_bytes = if rng.random_bool(0.4) { edges(255) } else { edges(65535) };
+    let edge = of_bytes[rng.random_range(0..of_bytes.len())];
+    let float = edge as f32;
+    match rng.random_bool(0.3) {
+        true => (f64::from(float) + f64::from(float.next_up())) / 2.0,
+        false => edge,
+    }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -568,27 +572,10 @@ fn many_about_eye(rng: &mut Rng) -> Draft {
     draft
 }
 
-/// Three orthogonal vectors of whole numbers that are as long, by a quaternion of them, and their length.
-fn whole_frame(rng: &mut Rng) -> ([DVec3; 3], f64) {
-    let [a, b, c, d] = [9, 6, 6, 6].map(|most| f64::from(rng.random_range(-most..=most)));
-    let a = if a == 0.0 { 1.0 } else { a };
-    let frame = [
-        dvec3(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
-        dvec3(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
-        dvec3(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
-    ];
-    (frame, a * a + b * b + c * c + d * d)
-}
-
-/// One step of f64 up or down, or none.
-fn nudged(rng: &mut Rng, x: f64) -> f64 {
-    [x, x, x.next_up(), x.next_down()][rng.random_range(0..4)]
-}
-
 /// All things meet a ray at the same fraction `t`: tangent spheres, spheres that it meets head-on, planes, mirrored spheres
 /// that it pierces aside of their middles, and spheres that it starts on; some a step of f64 off.
 fn equal_roots(rng: &mut Rng) -> Draft {
-    let ([u, v, w], length) = whole_frame(rng);
+    let ([u, v, w], length) = integer_frame(rng, 9);
     let most = 1 << rng.random_range(1..31);
     let origin = integers(rng, most);
     let along = f64::from(rng.random_range(1..20));
@@ -740,13 +727,8 @@ fn edges_of_bytes(rng: &mut Rng) -> Draft {
     draft.lights = [dvec3(2.0, -1.0, 2.0), dvec3(-2.0, -1.0, 2.0), dvec3(2.0, -1.0, -2.0)]
         .map(Light::Sun)
         .to_vec();
-    let float = edges(65535)[rng.random_range(0..65535)] as f32;
-    let between = [
-        edges(255)[rng.random_range(0..255)],
-        edges(65535)[rng.random_range(0..65535)],
-        (f64::from(float) + f64::from(float.next_up())) / 2.0,
-    ][rng.random_range(0..3)];
-    draft.white = Some(nudged(rng, between));
+    let edge = any_edge(rng);
+    draft.white = Some(nudged(rng, edge));
     draft
 }
 
