@@ -141,7 +141,7 @@ def with_functions(texts):
             texts[file] = re.sub(rf"^( *)const ({here}): f64;", declare, text, flags=re.M)
         mention = re.compile(rf"{NOT_CODE}|(?P<path>(?:(?:\w+|<[^<>\n]*>)::)*)\b(?P<name>{any_of(homes)})\b(?![(:])", re.M)
         for file, text in texts.items():
-            parents = {"super": stem(str(pathlib.Path(file).parent)), "self": stem(file)}
+            parents = {"super": stem(str(pathlib.Path(file.removesuffix("/mod.rs")).parent)), "self": stem(file)}
             modules = lambda path: {parents.get(word, word) for word in re.findall(r"\w+", path)}
             imported = {name for name in homes if f"fn {name}()" in text}
             # What a module uses its children may use from there.
