@@ -188,14 +188,23 @@ def trouble():
             return built.stderr
 
 
-def says(test, row):
-    """What a test says of the spoilt program, and of how many of its functions failed."""
+def failed(test, spoilt=""):
+    """The test's functions that fail; none where it takes too long."""
     words = [] if test == "lib" else ["--", f"{test}::"]
-    done = cargo(test, "--no-fail-fast", *words, spoilt=f"{row.number} {factor}")
-    failed = re.findall(r"^test (.*) \.\.\. FAILED$", done.stdout, re.M)
-    if failed:
-        print(f"{row.name}: {' '.join(failed)}", file=sys.stderr, flush=True)
-    return {0: "no", 124: "seen (too long)"}.get(done.returncode, f"seen ({len(failed)})")
+    done = cargo(test, "--no-fail-fast", *words, spoilt=spoilt)
+    found = set(re.findall(r"^test (.*) \.\.\. FAILED$", done.stdout, re.M))
+    return None if done.returncode == 124 else found or ({"it ends"} if done.returncode else set())
+
+
+def says(test, row):
+    """What a test says of the spoilt program, and of how many of its functions failed that do not fail anyway."""
+    found = failed(test, f"{row.number} {factor}")
+    if found is None:
+        return "seen (too long)"
+    found -= anyway[test]
+    if found:
+        print(f"{row.name}: {' '.join(sorted(found))}", file=sys.stderr, flush=True)
+    return f"seen ({len(found)})" if found else "no"
 
 
 texts = {str(path.relative_to(tree)): path.read_text()
@@ -214,6 +223,8 @@ if trouble():
     if said := trouble():
         sys.exit(said)
 
+# In a copy with switches the list no longer fits the source, for one.
+anyway = {test: failed(test) or set() for test in tests}
 print("| spoiling | " + " | ".join(tests) + " | reason |")
 print("| --- " * (len(tests) + 2) + "|")
 unseen = []

@@ -625,8 +625,9 @@ fn no_family_is_empty() {
         );
         assert!(hits * 20 > rays, "{family}: {hits} of {rays} pixels show an object");
         assert!(lit * 20 > rays, "{family}: {lit} of {rays} pixels are not black");
-        // What that one is about is beyond f32 alone.
-        assert!(hard > 0 || family == "far wall", "{family}: f64 tells all");
+        // What these are about is beyond f32 alone.
+        let is_of_f32 = ["far wall", "galaxy"].contains(&family);
+        assert!(hard > 0 || is_of_f32, "{family}: f64 tells all");
     }
 }
 
