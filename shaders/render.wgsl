@@ -28,7 +28,7 @@ struct RayRecord {
 //#end
 
 // Straight-line up to the stores, without an early return: a software device takes its quick path
-// for loads with one address only where no lane can be switched off. A hierarchy comes last.
+// for loads with one address only where no lane can be switched off. A tree comes last.
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
     let index = pixel.y * params.width + pixel.x;
@@ -51,14 +51,10 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#end
     //#end
     //#if certified
-    //#if hierarchy
-    let nearest = nearest_far(ray, cell_of(pixel.xy), nearest_listed(ray));
-    //#else
     //#if tree
     let nearest = nearest_in_tree(ray, nearest_listed(ray));
     //#else
     let nearest = nearest_listed(ray);
-    //#end
     //#end
     let seen = Hit(0.0, decide(nearest));
     //#else

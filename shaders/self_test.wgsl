@@ -13,7 +13,7 @@ struct Results {
     root: FLOAT,
     // Constant numerators, for which drivers may take the hardware's reciprocal.
     inverse: FLOAT,
-    room_over: FLOAT,
+    constant_over: FLOAT,
     larger: FLOAT,
     // The rounding error of a + b by Knuth's two-sum: 0 where the driver rearranges.
     sum_error: FLOAT,
@@ -57,7 +57,7 @@ fn self_test(@builtin(global_invocation_id) invocation: vec3u) {
         a / b,
         sqrt(abs(a)),
         1.0 / a,
-        ROOM / a,
+        NUMERATOR / a,
         max(a, b),
         (a - a_part) + (b - b_part),
         fma(a, b, -product),

@@ -1,49 +1,70 @@
-// Each ray of a list walks through the boxes of the tree alone, as src/gpu/before/in_space.rs does.
+// Each ray walks through the boxes of the tree alone, as src/gpu/before/alone.rs does.
 
-// Textures, as in hierarchy.wgsl: of a box, two texels (BoxNode in src/tree/flat.rs), and behind the boxes
-// one for each sphere that is not in the tree, with its id.
-@group(0) @binding(next) var nodes: texture_2d<u32>;
-// SphereCertified, three texels each.
-@group(0) @binding(next) var tree_spheres: texture_2d<u32>;
+// Member order is checked against src/gpu/layout.rs by a test.
+struct Walk {
+    n_boxes: u32,
+    // How far beside the true ray this one may lie.
+    beside: f32,
+    padding: vec2u,
+}
+
+@group(0) @binding(next) var<uniform> walk: Walk;
+// Textures, whose texels a software device loads for all lanes at once also within a loop: from
+// storage buffers the walk takes some hundred times as long there. Of a box, two texels (FlatBox in src/bvh/mod.rs), and
+// behind the boxes one for each sphere that is not in the tree, with its id.
+@group(0) @binding(next) var boxes: texture_2d<u32>;
+// SphereLeaf, two texels each.
+@group(0) @binding(next) var leaves: texture_2d<u32>;
+
+fn texel(index: u32) -> vec2u {
+    return vec2u(index & ((1u << ROW_BITS) - 1u), index >> ROW_BITS);
+}
+
+// What a walk that got to the box `at` has found, or undecided: a device in software may stop a long walk.
+fn unless_stopped(nearest: Nearest, at: u32) -> Nearest {
+    let is_stopped = at < walk.n_boxes;
+    return Nearest(
+        select(nearest.low, 0.0, is_stopped),
+        nearest.high,
+        select(nearest.second, 0.0, is_stopped),
+        nearest.id,
+    );
+}
 
 //#if spheres
 fn sphere_id(index: u32) -> u32 {
-    return textureLoad(nodes, texel(2u * walk.n_nodes + index), 0).x;
+    return textureLoad(boxes, texel(2u * walk.n_boxes + index), 0).x;
 }
 //#end
 
-fn tree_sphere(place: u32) -> SphereCertified {
-    let first = bitcast<vec4f>(textureLoad(tree_spheres, texel(3u * place), 0));
-    let second = bitcast<vec4f>(textureLoad(tree_spheres, texel(3u * place + 1u), 0));
-    let third = bitcast<vec4f>(textureLoad(tree_spheres, texel(3u * place + 2u), 0));
-    return SphereCertified(
-        first.xyz, first.w, second.xyz, second.w, third.x, third.y, third.z, third.w);
+fn leaf_at(place: u32) -> SphereLeaf {
+    let first = bitcast<vec4f>(textureLoad(leaves, texel(2u * place), 0));
+    let second = bitcast<vec4f>(textureLoad(leaves, texel(2u * place + 1u), 0));
+    return SphereLeaf(first.xyz, first.w, second.x, second.y, second.z);
 }
 
 fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
-    let slabs = slabs_of(ray.origin, ray.direction, LEAST_SLACK);
+    let slabs = slabs_of(ray.origin, ray.direction, walk.beside);
     var nearest = listed;
-    var t_max = t_bound(ray.a * nearest.low);
     var at = 0u;
-    while at < walk.n_nodes {
+    while at < walk.n_boxes {
         // A lane that has found a sphere waits until the others have, and all test theirs at once.
         var place = NO_PLACE;
         var id = 0u;
-        while at < walk.n_nodes && place == NO_PLACE {
-            let low = textureLoad(nodes, texel(2u * at), 0);
-            let high = textureLoad(nodes, texel(2u * at + 1u), 0);
+        while at < walk.n_boxes && place == NO_PLACE {
+            let low = textureLoad(boxes, texel(2u * at), 0);
+            let high = textureLoad(boxes, texel(2u * at + 1u), 0);
             let is_leaf = (low.w & IS_LEAF) != 0u;
-            let is_met = meets(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz), t_max);
+            let is_met =
+                meets(slabs, bitcast<vec3f>(low.xyz), bitcast<vec3f>(high.xyz), nearest.high);
             place = select(NO_PLACE, low.w & ~IS_LEAF, is_met & is_leaf);
             id = high.w;
             at = select(low.w, at + 1u, is_met | is_leaf);
         }
         let is_found = place != NO_PLACE;
-        let root = sphere_nearness(ray, tree_sphere(select(0u, place, is_found)));
-        let low = select(0.0, root.low, is_found);
-        let high = select(0.0, root.high, is_found);
-        nearest = nearer(nearest, Nearness(low, high), id);
-        t_max = t_bound(ray.a * nearest.low);
+        let bounds = leaf_bounds(ray, leaf_at(select(0u, place, is_found)));
+        let low = select(BEYOND, bounds.low, is_found);
+        nearest = nearer(nearest, Bounds(low, bounds.high), id);
     }
     return unless_stopped(nearest, at);
 }

@@ -89,8 +89,7 @@ pub struct PictureCost {
     pub rays: u64,
     /// Memory for hits and writing, by format.
     pub bytes_memory: BTreeMap<&'static str, u64>,
-    /// Memory beside that: the objects, the hierarchy over many spheres with what the picture and its samples see of it, and the
-    /// boxes for shadow rays.
+    /// Memory beside that: the objects, and the hierarchy over many spheres with what the picture and its samples see of it.
     pub bytes_held: u64,
 }
 
@@ -157,11 +156,9 @@ impl PictureCost {
 
 /// [`PictureCost::bytes_held`]
 fn held_bytes(scene: &Scene, hierarchy: Option<&Hierarchy>, samples: Samples) -> u64 {
-    let has_shadows = scene.sky.is_some() || scene.lights.iter().any(|light| light.shadows);
     let of_hierarchy = |hierarchy: &Hierarchy| {
         let views = if samples > Samples::ONE { 2 } else { 1 };
-        let shadows = if has_shadows { hierarchy.tree.visit_bytes() } else { 0 };
-        hierarchy.tree.bytes() + views * hierarchy.bytes() + shadows
+        hierarchy.bvh.bytes() + views * hierarchy.leaves.bytes()
     };
     scene.bytes() + hierarchy.map_or(0, of_hierarchy)
 }

@@ -74,7 +74,7 @@
 //! | [`trace`] | what every backend takes and gives |
 //! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
 //! | [`prepare`] | scene → the plain numbers that a backend traces |
-//! | [`tree`] | the tree over many spheres: boxes for any rays, and as the pixels of a picture see it |
+//! | [`bvh`] | the tree over many spheres, and one walk through it |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
 //! | [`kernel`] | the intersection kernels, a folder each, and the registry of them |
@@ -116,12 +116,12 @@
 //! # The way of a pixel, from `crates/cli/src/render.rs` to the file
 //! 1. [`scene::compose_scene`] reads the [`scene::Scene`], or makes one of data; `SizeArgs::pixels` makes [`rays::Pixels`] of its camera.
 //! 2. [`Session::make_ready`] prepares: [`prepare::Prepared`] has the kernel's numbers of each object
-//!    and, over many spheres, the [`tree`] as the picture sees it. [`device::Device::tracer`] makes a
+//!    and, over many spheres, the tree of [`bvh`]. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
 //!    `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of pixels, large ones first, with the
-//!    formulas of [`seen`] in lanes of f32, `cpu/tile.rs` at many spheres, and the folder of the [`kernel`] at lists and for
+//!    formulas of [`seen`] in lanes of f32, or through the tree, and the folder of the [`kernel`] for
 //!    kernels without a proof.
 //! 5. [`tracer::Tracer::certify`] calls `certify::resolve`, which runs on the CPU: f64 decides what was left open, by the same
 //!    formulas in lanes of f64 ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/surfaces.rs` fills
@@ -146,6 +146,7 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod bvh;
 mod certify;
 pub mod compare;
 pub mod control;
@@ -193,7 +194,6 @@ pub mod show;
 mod system;
 pub mod trace;
 pub mod tracer;
-pub mod tree;
 pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]

@@ -6,7 +6,6 @@ mod in_space;
 mod plain_light;
 
 use std::collections::HashSet;
-use std::iter;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -14,23 +13,24 @@ use glam::DVec3;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::guard;
+use crate::guard::{self, Reach};
 use crate::host;
-use crate::kernel::certified::{Frame, farthest_origin};
+use crate::kernel::certified::{PlaneCertified, SphereCertified};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{Float, Kernel};
 use crate::memory;
+use crate::num::Float as _;
 use crate::rays::{Bundle, Pixels, Ray, Rays, View, look_at_all};
-use crate::scene::{Scene, Sphere};
+use crate::scene::{Object, Plane, Scene, Sphere};
+use crate::seen::{Eye, PlaneSeen, Record as _, SphereSeen};
 use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
 pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
-pub use crate::kernel::coordinates::{
-    RayRecord, RayRecordDouble, Scaled, exponent_of, power_of_two, split,
-};
+pub use crate::kernel::coordinates::{RayRecord, RayRecordDouble, split};
 pub use crate::kernel::{Lists, Objects};
-pub use hierarchy::{Hierarchy, Seen};
+pub use crate::num::{Scaled, exponent_of, power_of_two};
+pub use hierarchy::Hierarchy;
 pub use in_space::InSpace;
 pub use plain_light::{Lamps, PlainLamp, PlainLighting, lamp_kind};
 
@@ -48,6 +48,8 @@ pub struct ShaderKey {
     pub spheres: Finding,
     /// Number of spheres that are tested one after the other.
     pub n_spheres: usize,
+    /// Whether one of these is so close and so large that its size hides its distance.
+    pub close: bool,
     /// Number of planes.
     pub n_planes: usize,
     /// True where `t` and normals are wanted.
@@ -61,14 +63,9 @@ pub struct ShaderKey {
 pub enum Finding {
     /// One after the other.
     Listed,
-    /// Through a hierarchy over a picture, but for some.
-    Hierarchy,
-    /// Rays of a list by the kernel `certified`, through the boxes of a tree, but for some.
+    /// By the kernel `certified`, through the boxes of a tree, but for those that f32 has no box for.
     Tree,
 }
-
-/// A sphere that no ray hits.
-const NOWHERE: Sphere = Sphere { center: DVec3::ZERO, radius: 0.0 };
 
 /// A scene ready to be traced by one kernel along one bundle of rays.
 #[derive(Clone, Debug)]
@@ -84,8 +81,7 @@ pub struct Prepared {
     pub objects: Objects,
     /// True where the bounds of the certified kernel's f32 stage hold for these rays.
     pub in_range: bool,
-    /// For the certified kernel and many spheres. `objects` then has only those of
-    /// [`Hierarchy::rest`], and behind them spheres that no ray hits, for places that are left.
+    /// For the certified kernel and many spheres. `objects` then has only those that are not in the tree.
     pub hierarchy: Option<Hierarchy>,
     starts_in_f64: bool,
     made_for: MadeFor,
@@ -159,47 +155,103 @@ impl Prepared {
             )?;
         }
         let (mut in_range, mut hierarchy) = (true, None);
-        let mut starts_in_f64 = false;
-        let objects = if kernel == Kernel::Certified {
+        if kernel == Kernel::Certified {
             host::check_all()?;
-            let frame = Frame::new(rays, reference);
-            in_range = frame.in_range;
             let is_listed = scene.spheres.len() <= most_listed(rays);
+            let eye = eye_of(made_for, reference);
+            in_range = is_in_range(rays, &eye);
             if in_range && !is_listed {
                 let old = old.filter(|old| Arc::ptr_eq(&old.scene, &scene));
                 let old = old.and_then(|old| old.hierarchy.as_ref());
-                hierarchy = Some(Hierarchy::new(&frame, rays, &scene, old, control)?);
+                hierarchy = Some(Hierarchy::new(&eye, &scene, old, control)?);
             }
-            Objects::Certified(match &hierarchy {
-                None if is_listed => frame.objects(&scene, scene.spheres.iter()),
-                // The f32 stage has no say about these rays.
-                None => frame.objects(&scene, std::iter::empty()),
-                Some(hierarchy) => {
-                    let sphere = |&id: &u32| &scene.spheres[id as usize - 1];
-                    let rest = hierarchy.rest.iter().map(sphere).chain(iter::repeat(&NOWHERE));
-                    frame.objects(&scene, rest.take(hierarchy.n_places_of_rest()))
-                }
-            })
-        } else {
-            kernel.objects(&scene, rays, reference)
-        };
-        if kernel == Kernel::Certified {
-            let coordinates = Coordinates { kernel, reference };
-            let bundle = rays.bundle();
-            starts_in_f64 = !in_range
-                || hierarchy.is_none() && is_left_open(&objects, &coordinates, rays, bundle);
         }
-        Ok(Prepared {
+        let mut prepared = Prepared {
+            objects: kernel.objects(&scene, reference),
             scene,
             kernel,
             reference,
-            objects,
             in_range,
             hierarchy,
-            starts_in_f64,
+            starts_in_f64: false,
             made_for,
             plane_repeats: OnceLock::new(),
-        })
+        };
+        if kernel == Kernel::Certified {
+            prepared.objects = Objects::Certified(prepared.records());
+            prepared.starts_in_f64 =
+                !in_range || prepared.hierarchy.is_none() && is_left_open(&prepared, rays);
+        }
+        Ok(prepared)
+    }
+
+    /// The objects that a ray may see: of equal ones the first, and none that no ray hits.
+    pub(crate) fn seen_objects(&self) -> impl Iterator<Item = (u32, Object<'_>)> {
+        let mut seen = HashSet::new();
+        let mut is_first = move |sphere: &Sphere| {
+            let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
+            seen.insert([x, y, z, sphere.radius.to_bits()])
+        };
+        let spheres = (1..).zip(self.scene.spheres.iter());
+        let spheres = spheres.filter(move |(_, sphere)| sphere.radius != 0.0 && is_first(sphere));
+        spheres.map(|(id, sphere)| (id, Object::Sphere(sphere))).chain(self.beside(&[]))
+    }
+
+    /// The planes that a ray may see, and the spheres with these ids.
+    pub(crate) fn beside<'a>(
+        &'a self,
+        spheres: &'a [u32],
+    ) -> impl Iterator<Item = (u32, Object<'a>)> {
+        let n_spheres = self.scene.spheres.len();
+        let sphere = |&id: &u32| (id, Object::Sphere(&self.scene.spheres[id as usize - 1]));
+        let is_seen = |&(index, plane): &(usize, &Plane)| {
+            plane.normal != DVec3::ZERO && !self.repeats_a_plane(index)
+        };
+        let planes = self.scene.planes.iter().enumerate().filter(is_seen);
+        let id = move |index: usize| (n_spheres + index) as u32 + 1;
+        spheres
+            .iter()
+            .map(sphere)
+            .chain(planes.map(move |(index, p)| (id(index), Object::Plane(p))))
+    }
+
+    /// The rays as the objects' numbers in f32 ask for them.
+    pub(crate) fn eye(&self) -> Eye {
+        eye_of(self.made_for, self.reference)
+    }
+
+    /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
+    /// behind them some that stand for none. None where f32 has no say.
+    fn records(&self) -> Lists<SphereCertified, PlaneCertified> {
+        let n_spheres = match &self.hierarchy {
+            Some(hierarchy) => hierarchy.n_places_of_rest(),
+            None if self.in_range => self.scene.spheres.len(),
+            None => 0,
+        };
+        let spheres = vec![SphereCertified::nowhere(); n_spheres];
+        let planes = vec![PlaneCertified::nowhere(); self.scene.planes.len()];
+        let mut records = Lists { spheres, planes };
+        let eye = self.eye();
+        let mut put = |place: usize, id: u32, object: Object| match object {
+            Object::Sphere(sphere) => {
+                let seen = SphereSeen::new::<f32>(sphere, &eye).round::<f32>();
+                records.spheres[place] = SphereCertified::from(&seen);
+            }
+            Object::Plane(plane) => {
+                let seen = PlaneSeen::new::<f32>(plane, &eye).round::<f32>();
+                let index = id as usize - 1 - self.scene.spheres.len();
+                records.planes[index] = PlaneCertified::from(&seen);
+            }
+        };
+        match &self.hierarchy {
+            _ if !self.in_range => {}
+            Some(hierarchy) => {
+                let all = self.beside(&hierarchy.rest);
+                all.enumerate().for_each(|(place, (id, object))| put(place, id, object));
+            }
+            None => self.seen_objects().for_each(|(id, object)| put(id as usize - 1, id, object)),
+        }
+        records
     }
 
     /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
@@ -265,17 +317,6 @@ impl Prepared {
         is_same && self.check_reach(rays, farthest_here).is_ok()
     }
 
-    /// Makes what looking for the shadows of many spheres needs: boxes for any rays.
-    ///
-    /// # Errors
-    /// Those of [`Tree::prepare_visits`](crate::tree::Tree::prepare_visits).
-    pub(crate) fn prepare_shadows(&self, control: &Control) -> Result<()> {
-        match &self.hierarchy {
-            Some(hierarchy) => hierarchy.tree.prepare_visits(control),
-            None => Ok(()),
-        }
-    }
-
     /// How the rays lie to each other.
     pub fn bundle(&self) -> Bundle {
         match self.made_for {
@@ -304,11 +345,19 @@ impl Prepared {
         self.starts_in_f64
     }
 
-    /// Spheres that a device tests one after the other, with those that stand for none.
+    /// Spheres that a device tests one after the other.
     pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
             Objects::Certified(lists) => lists.spheres.len(),
             _ => self.scene.spheres.len(),
+        }
+    }
+
+    /// Whether f32 needs more numbers of one of these than of others.
+    fn has_close_spheres(&self) -> bool {
+        match &self.objects {
+            Objects::Certified(lists) => lists.spheres.iter().any(|sphere| sphere.is_close > 0.0),
+            _ => false,
         }
     }
 
@@ -324,11 +373,11 @@ impl Prepared {
             kernel: self.kernel,
             bundle: self.bundle(),
             spheres: match &self.hierarchy {
-                Some(hierarchy) if hierarchy.seen.is_some() => Finding::Hierarchy,
                 Some(_) => Finding::Tree,
                 None => Finding::Listed,
             },
             n_spheres: self.n_listed_spheres(),
+            close: self.has_close_spheres(),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
@@ -340,6 +389,31 @@ impl Prepared {
     pub fn plain_light_key(&self, lamps: Lamps) -> ShaderKey {
         ShaderKey { plain_light: Some(lamps), ..self.shader_key(Wants::default()) }
     }
+}
+
+/// The rays that a scene is prepared for, as the objects' numbers in f32 ask for them.
+fn eye_of(made_for: MadeFor, reference: DVec3) -> Eye {
+    match made_for {
+        MadeFor::Picture(view, width, height) => {
+            Eye::of_pixels(&Pixels::whole(view, width, height), Reach::default(), f32::UNIT)
+        }
+        MadeFor::Origins(farthest) => Eye::of_list(reference, farthest),
+    }
+}
+
+/// Whether the bounds of f32 hold for rays.
+fn is_in_range(rays: &Rays, eye: &Eye) -> bool {
+    let is_picture_in_range = match rays {
+        Rays::Pixels(pixels) => pixels.is_in_range(),
+        Rays::List(_) => true,
+    };
+    is_picture_in_range && eye.spread <= f32::FARTHEST
+}
+
+/// Largest distance of an origin from the reference point.
+fn farthest_origin(rays: &[Ray], reference: DVec3) -> f64 {
+    let distance = |ray: &Ray| guard::length_bound(ray.origin - reference);
+    look_at_all(rays, 0.0, distance, f64::max)
 }
 
 /// Bytes of the numbers of this many objects, one after the other, for a kernel.

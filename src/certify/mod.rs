@@ -3,36 +3,27 @@
 
 mod decide;
 mod in_balls;
-mod nearness;
 mod point;
 mod surfaces;
-mod walk;
 
-use std::collections::HashMap;
 use std::time::Instant;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::control::Control;
+use crate::engine::Find64;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
-use crate::guard::{self, InputError};
+use crate::guard;
 use crate::host;
-use crate::kernel::RayOf;
-use crate::kernel::certified::FEW_SPHERES;
-use crate::kernel::certified::Widening;
 use crate::num::{Float, OPEN};
-use crate::prepare::{Hierarchy, Prepared, Scaled, exponent_of, power_of_two};
-use crate::rays::{Bundle, CameraF64, Pixels};
+use crate::prepare::{Hierarchy, Prepared, exponent_of};
+use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
-use crate::vec3::Vec3;
-use decide::MOST_HELD;
 pub(crate) use decide::bits;
-use nearness::Foot;
-pub(crate) use nearness::{K, PlaneF64};
-use surfaces::{InF32, MISS};
+use surfaces::{InF32, MISS, PlaneF64};
 pub(crate) use surfaces::{Pack, Surfaces, is_id};
 
 /// Whether the `t` of a ray's hits surely stays in f32's range.
@@ -210,160 +201,48 @@ pub(crate) struct Settled {
     level: Level,
 }
 
-/// What the bounds of all hits of a picture share.
-#[derive(Clone, Copy)]
-struct Bounds {
-    widening: Widening<f64>,
-    input: InputError,
-}
-
-/// The rays, in f64 and exactly.
+/// The rays, as they are and exactly.
 enum StageRays<'a> {
-    Pixels { pixels: &'a Pixels, camera: CameraF64, exact: Box<ExactPixels> },
+    Pixels { pixels: &'a Pixels, exact: Box<ExactPixels> },
     List(&'a [Ray]),
 }
 
 /// The stages after f32 for one scene and its rays.
 pub(crate) struct Stage<'a> {
-    prepared: &'a Prepared,
     scene: &'a Scene,
     rays: StageRays<'a>,
-    /// Finds the spheres that are not in `rest`.
+    /// Has the spheres that are not listed.
     hierarchy: Option<&'a Hierarchy>,
-    /// For pixels: `k` of each sphere for the camera's position; none with a hierarchy.
-    ks: Vec<K>,
-    /// The same of [`Hierarchy::rest`], where `k` may be hard to come by.
-    rest_ks: HashMap<u32, K>,
     /// Whether the bounds hold for these rays.
     usable: bool,
-    /// Whether all rays start at the camera's position.
-    has_one_origin: bool,
-    bounds: Bounds,
-    /// Few spheres as all rays from the camera's position see them; `None` out of range.
-    feet: Vec<Option<Foot>>,
     planes: Vec<PlaneF64>,
-    /// [`decide::MOST_HELD`]
-    most_held: usize,
-}
-
-/// A ray in f64: `reference + o + 2^−exponent·t·direction`.
-pub(crate) struct RayF64 {
-    /// The camera's position, or the origin of a list's ray.
-    reference: DVec3,
-    /// Its origin is the zero vector but for parallel rays.
-    ray: RayOf<f64>,
-    exponent: i32,
-}
-
-impl RayF64 {
-    /// `p − reference − o`, in this order: the sum of the latter two would lose what they differ in.
-    #[inline(always)]
-    fn to_point(&self, point: DVec3) -> Vec3<f64> {
-        Vec3::from(point - self.reference) - self.ray.origin
-    }
-
-    /// `ℓ` of [`guard`]: a bound of the distance of a point.
-    #[inline(always)]
-    fn distance(&self, point: DVec3) -> f64 {
-        guard::length_bound(point - self.reference) + self.origin_length()
-    }
-
-    /// What a `t` along the scaled direction is multiplied with.
-    #[inline(always)]
-    fn scale(&self) -> f64 {
-        power_of_two(-self.exponent)
-    }
-
-    #[inline(always)]
-    fn origin_length(&self) -> f64 {
-        guard::length_bound(DVec3::from_array(self.ray.origin.0))
-    }
+    /// What f64 says of them.
+    find: Find64<'a>,
 }
 
 impl<'a> Stage<'a> {
     pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
         let scene = &*prepared.scene;
-        let hierarchy = prepared.hierarchy.as_ref();
-        let k = |sphere| K::new(prepared.reference, sphere);
-        let (rays, ks, usable, input) = match rays {
+        let find = Find64::new(prepared, rays);
+        let (rays, usable) = match rays {
             Rays::Pixels(pixels) => (
-                StageRays::Pixels {
-                    pixels,
-                    camera: CameraF64::new(pixels),
-                    exact: Box::new(ExactPixels::new(pixels)),
-                },
-                match hierarchy {
-                    None => scene.spheres.iter().map(k).collect(),
-                    Some(_) => Vec::new(),
-                },
+                StageRays::Pixels { pixels, exact: Box::new(ExactPixels::new(pixels)) },
                 pixels.is_in_range() && pixels.spread() <= f64::FARTHEST,
-                guard::input_of(pixels.view.lens),
             ),
-            Rays::List(rays) => (StageRays::List(rays), Vec::new(), true, guard::LIST_F64),
+            Rays::List(rays) => (StageRays::List(rays), true),
         };
-        let rest = hierarchy.map_or(&[][..], |hierarchy| &hierarchy.rest);
-        let rest_ks = match rays {
-            StageRays::Pixels { .. } => {
-                rest.iter().map(|&id| (id, k(&scene.spheres[id as usize - 1]))).collect()
-            }
-            StageRays::List(_) => HashMap::new(),
-        };
-        let has_one_origin = prepared.bundle() == Bundle::Point;
-        let bounds = Bounds { widening: guard::widening_f64(), input };
-        let plane = |(index, plane)| {
-            let mut plane = PlaneF64::new(plane, input);
-            plane.is_repeated = prepared.repeats_a_plane(index);
-            plane
+        let plane = |(index, plane)| PlaneF64 {
+            is_repeated: prepared.repeats_a_plane(index),
+            ..PlaneF64::new(plane)
         };
         let planes = scene.planes.iter().enumerate().map(plane).collect();
-        let mut stage = Stage {
-            prepared,
-            scene,
-            rays,
-            hierarchy,
-            ks,
-            rest_ks,
-            usable,
-            has_one_origin,
-            bounds,
-            feet: Vec::new(),
-            planes,
-            most_held: MOST_HELD,
-        };
-        if let Some(any) = stage.ray_of_all().filter(|_| scene.spheres.len() <= FEW_SPHERES) {
-            let foot = |(id, sphere)| stage.sphere_foot(&any, id, sphere);
-            stage.feet = (1..).zip(scene.spheres.iter()).map(foot).collect();
-        }
-        stage
+        let hierarchy = prepared.hierarchy.as_ref();
+        Stage { scene, rays, hierarchy, usable, planes, find }
     }
 
-    /// A ray from where all rays start, if they do start at one point.
-    fn ray_of_all(&self) -> Option<RayF64> {
-        match &self.rays {
-            StageRays::Pixels { pixels, .. } if self.has_one_origin => {
-                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, Vec3::from(DVec3::X));
-                Some(RayF64 { reference: pixels.view.position, ray, exponent: 0 })
-            }
-            _ => None,
-        }
-    }
-
-    #[inline(always)]
-    fn ray_f64(&self, index: usize) -> RayF64 {
-        match &self.rays {
-            StageRays::Pixels { pixels, camera, .. } => {
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                let ray = camera.camera_ray(i as f64, j as f64);
-                RayF64 { reference: pixels.view.position, ray, exponent: 0 }
-            }
-            StageRays::List(rays) => {
-                let Ray { origin, direction } = rays[index];
-                let scaled = Scaled::new(direction);
-                let ray = RayOf::new(Vec3::ZERO, Vec3::ZERO, scaled.rounded().into());
-                RayF64 { reference: origin, ray, exponent: scaled.exponent() }
-            }
-        }
+    /// The numbers of the plane with this id.
+    pub fn plane(&self, id: u32) -> &PlaneF64 {
+        &self.planes[id as usize - 1 - self.scene.spheres.len()]
     }
 
     /// Fills in `t` and normal of all rays but undecided ones.

@@ -4,9 +4,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::nearness::PlaneF64;
 use super::{Stage, StageRays};
-use crate::engine::{Camera, eye_of};
+use crate::engine::Camera;
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
 use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
 use crate::guard::{self, InputError, Reach};
@@ -38,6 +37,27 @@ pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
         return low.map(|x| x + 0.0);
     }
     plane_normal(plane.normal).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
+}
+
+/// A plane's numbers for all rays.
+#[derive(Clone)]
+pub struct PlaneF64 {
+    pub point: DVec3,
+    /// Scaled by a power of two to a largest component in `1..2`.
+    pub normal: DVec3,
+    /// The exact one, each component rounded to the nearest f32.
+    pub unit_f32: [f32; 3],
+    /// Whether an earlier plane is the same: then nothing sees this one.
+    pub is_repeated: bool,
+}
+
+impl PlaneF64 {
+    pub fn new(plane: &Plane) -> PlaneF64 {
+        let normal = Scaled::new(plane.normal).rounded();
+        let unit = normal * (1.0 / normal.length());
+        let unit_f32 = unit_f32(plane, unit.to_array());
+        PlaneF64 { point: plane.point, normal, unit_f32, is_repeated: false }
+    }
 }
 
 /// No direction is longer whose components are below 2.
@@ -280,7 +300,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let reach = Reach::default();
         let (eye, longest, rays) = match &stage.rays {
             StageRays::Pixels { pixels, .. } => {
-                let eye = Eye { input, ..eye_of(pixels, reach, unit) };
+                let eye = Eye { input, ..Eye::of_pixels(pixels, reach, unit) };
                 let rays = SurfaceRays::Pixels(pixels, Camera::new(pixels));
                 (eye, pixels.longest_direction(), rays)
             }
@@ -326,7 +346,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         pack.ray = match &self.rays {
             SurfaceRays::Pixels(_, camera) => {
                 let [across, up] = pack.offset;
-                camera.ray(across.0, up.0)
+                camera.ray(across, up)
             }
             SurfaceRays::List(_) => Ray::new(pack.ray.origin, pack.ray.direction),
         };
@@ -458,8 +478,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
                         l.0[axis].0[lane] = plane.point[axis] - origin;
                     }
                 }
-                let normal = DVec3::from_array(plane.normal.0);
-                let seen = PlaneSeen::of::<F>(normal, l, &self.eye);
+                let seen = PlaneSeen::of::<F>(plane.normal, l, &self.eye);
                 PlaneSeen::round_lanes(&rounded(seen, plane, Lanes::lit))
             }
             // Undecided.

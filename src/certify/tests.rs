@@ -1,14 +1,13 @@
-//! What is held of undecided rays, what is left out of equal objects, and surfaces side by side.
+//! What f64 decides, what is left out of equal objects, and surfaces side by side.
 
-use super::decide::{Candidates, Decision, Quick};
 use super::surfaces::{InF32, LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
-use crate::exact::{ExactHit, Shape, visible_root};
+use crate::exact::{ExactHit, Shape, nearest, visible_root};
+use crate::prepare::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Bundle, View};
 use crate::scene::{Camera, Color, Plane, Projection, Sphere};
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
 /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
 fn nearly_equal(n: usize) -> Vec<Sphere> {
@@ -35,32 +34,6 @@ fn decide(stage: &Stage, n_rays: u32) -> Vec<(u32, f32, Level)> {
     let control = Control::default();
     stage.decide(&rays, wants, &control, &mut Timing::default(), put).unwrap();
     all
-}
-
-#[test]
-fn candidates_that_are_not_held_are_found_again() {
-    let (n, pixels) = (300, pixels(8, 6));
-    let scene = Scene { spheres: nearly_equal(n).into(), ..Scene::default() };
-    let rays = Rays::Pixels(pixels);
-    let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
-    let decided = |most_held| decide(&Stage { most_held, ..Stage::new(&prepared, &rays) }, 48);
-    let all = decided(MOST_HELD);
-    let n_exact = all.iter().filter(|(.., level)| *level == Level::Exact).count();
-    assert!(n_exact > 40, "{n_exact}");
-    for most_held in [0, n - 1, n, 5 * n + 17] {
-        assert_eq!(decided(most_held), all, "{most_held}");
-    }
-}
-
-#[test]
-fn no_more_candidates_are_held_than_there_is_room_for() {
-    let room = AtomicUsize::new(5);
-    let open = |n| Decision::Open(vec![1; n]);
-    assert!(open(3).hold(&room).is_some());
-    assert!(open(3).hold(&room).is_none());
-    assert!(open(2).hold(&room).is_some());
-    assert!(open(1).hold(&room).is_none());
-    assert!(Decision::Decided(1).hold(&room).is_some());
 }
 
 /// However many planes and spheres coincide, one of them needs no exact arithmetic.
@@ -197,7 +170,7 @@ fn n_different(stage: &Stage, hits: &Hits) -> usize {
 
 #[test]
 fn no_direction_of_a_list_is_longer() {
-    let longest = crate::prepare::Scaled::new(DVec3::splat(2f64.next_down())).rounded().length();
+    let longest = Scaled::new(DVec3::splat(2f64.next_down())).rounded().length();
     assert!(longest < LONGEST_SCALED && longest > 0.99 * LONGEST_SCALED, "{longest}");
 }
 
@@ -265,13 +238,16 @@ fn surfaces_in_balls_are_exact() {
 }
 
 #[test]
-fn what_is_decided_quickly_is_decided_one_by_one_too() {
+fn what_f64_decides_is_what_is_seen() {
     for (n_spheres, bundle) in [
         (0, Bundle::Point),
         (5, Bundle::Point),
         (40, Bundle::Point),
         (5, Bundle::Parallel),
         (40, Bundle::Parallel),
+        (300, Bundle::Point),
+        (300, Bundle::Parallel),
+        (40, Bundle::Free),
         (300, Bundle::Free),
     ] {
         let [mut n_rays, mut n_hits, mut n_open] = [0; 3];
@@ -283,21 +259,18 @@ fn what_is_decided_quickly_is_decided_one_by_one_too() {
             };
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
-            let Some(quick) = Quick::new(&stage) else { continue };
             let all: Vec<u32> = (0..rays.len() as u32).collect();
             let mut ids = vec![7; all.len()];
-            quick.decide(&stage, &all, &Control::default(), &mut ids).unwrap();
+            stage.decide_f64(&all, &Control::default(), &mut ids).unwrap();
             for (ray, id) in ids.into_iter().enumerate() {
                 n_rays += 1;
                 n_hits += usize::from(id != 0 && id != OPEN);
                 n_open += usize::from(id == OPEN);
                 if id != OPEN {
-                    // Its bounds are others, and may leave to exact arithmetic what is known here.
-                    let alone = match stage.decide_f64(ray, &mut Candidates::default()) {
-                        Decision::Decided(id) => id,
-                        Decision::Open(some) => stage.settle(ray, &some, Wants::default()).id,
-                    };
-                    assert_eq!(id, alone, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}");
+                    let shapes =
+                        stage.scene.objects().map(|(id, object)| (id, Shape::from(object)));
+                    let seen = nearest(&stage.exact_ray(ray), shapes).map_or(0, |hit| hit.id);
+                    assert_eq!(id, seen, "{bundle:?} of {n_spheres}, seed {seed}, ray {ray}");
                 }
             }
         }

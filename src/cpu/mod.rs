@@ -1,8 +1,6 @@
 //! The CPU reference: the kernels' Rust twins, rows in parallel.
 
-mod listed;
 mod squares;
-mod tile;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,22 +8,18 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::engine::{LARGEST, Room, Search};
+use crate::engine::{LARGEST, List, ListSearch, Room, Search};
 use crate::error::Result;
 use crate::host;
 use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::twin::{PACKET, Packet, Twin, WithTwin};
 use crate::kernel::{Kernel, RayOf};
-use crate::num::OPEN;
-use crate::prepare::{Hierarchy, Prepared, Seen};
-use crate::rays::{Lens, Pixels, Ray, Rays};
+use crate::prepare::{Hierarchy, Prepared};
+use crate::rays::{Pixels, Ray, Rays};
 use crate::trace::{Hits, SampleIds, Timing, Wants};
 use crate::tracer::{Tracer, trace_all_samples};
-pub(crate) use listed::Listed;
 use squares::Squares;
-use tile::{ALL, TILE, TileTracer};
-pub(crate) use tile::{Leaf, ParallelRays, PointRays, TileRays};
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
@@ -110,17 +104,15 @@ impl Tracer for CpuTracer {
         if rays.is_empty() {
             return Ok(Timing::default());
         }
-        if let Some(hierarchy) = &self.prepared.hierarchy {
-            trace_hierarchy(&self.prepared, hierarchy, rays, control, hits)?;
-            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
-        }
         let prepared = &*self.prepared;
-        if let (Kernel::Certified, Rays::Pixels(pixels)) = (prepared.kernel, rays) {
-            search(prepared, pixels, control, hits)?;
-            return Ok(Timing { trace: start.elapsed(), ..Timing::default() });
+        match (prepared.kernel, rays) {
+            (Kernel::Certified, Rays::Pixels(pixels)) => search(prepared, pixels, control, hits)?,
+            (Kernel::Certified, Rays::List(rays)) => search_list(prepared, rays, control, hits)?,
+            _ => {
+                let trace = TraceRays { prepared, rays, control, hits };
+                prepared.objects.with_twin(prepared.bundle(), trace).transpose()?;
+            }
         }
-        let trace = TraceRays { prepared, rays, control, hits };
-        prepared.objects.with_twin(prepared.bundle(), trace)?;
         Ok(Timing { trace: start.elapsed(), ..Timing::default() })
     }
 
@@ -154,7 +146,7 @@ impl Tracer for CpuTracer {
     }
 }
 
-/// The certified kernel's f32 stage for few objects.
+/// The certified kernel's f32 stage for pixels.
 fn search(prepared: &Prepared, pixels: &Pixels, control: &Control, hits: &mut Hits) -> Result<()> {
     let search = Search::new(prepared, pixels, 1);
     let strips = hits.id.par_chunks_mut(LARGEST as usize * pixels.width as usize).enumerate();
@@ -167,81 +159,22 @@ fn search(prepared: &Prepared, pixels: &Pixels, control: &Control, hits: &mut Hi
     })
 }
 
-/// The certified kernel's f32 stage through a hierarchy. A list of rays is left to f64.
-fn trace_hierarchy(
+/// The certified kernel's f32 stage for a list of rays.
+fn search_list(
     prepared: &Prepared,
-    hierarchy: &Hierarchy,
-    rays: &Rays,
+    rays: &[Ray],
     control: &Control,
     hits: &mut Hits,
 ) -> Result<()> {
-    let (Rays::Pixels(pixels), Some(seen)) = (rays, &hierarchy.seen) else {
-        hits.id.fill(OPEN);
-        return Ok(());
-    };
-    let width = pixels.width as usize;
-    hits.id.par_chunks_mut(TILE * width).enumerate().try_for_each(|(band, ids)| {
+    let search = ListSearch::new(prepared);
+    let chunks = rays.par_chunks(RAYS_PER_CHUNK).zip(hits.id.par_chunks_mut(RAYS_PER_CHUNK));
+    chunks.try_for_each(|(rays, ids)| {
         control.check()?;
         host::check()?;
-        let first_row = (band * TILE) as u32;
-        let n_rays = ids.len() as u64;
-        let row = RowOfTiles { seen, pixels, first_row, control, ids };
-        let (footprints, listed) = (&seen.footprints, Listed::new(prepared, hierarchy));
-        let arch = pulp::Arch::new();
-        match pixels.view.lens {
-            Lens::Perspective => {
-                let tracer = TileTracer::<PointRays>::new(footprints, listed, pixels);
-                arch.dispatch(WithTracer { row, tracer })
-            }
-            Lens::Orthographic => {
-                let tracer = TileTracer::<ParallelRays>::new(footprints, listed, pixels);
-                arch.dispatch(WithTracer { row, tracer })
-            }
-        }?;
-        control.advance(n_rays);
+        search.look(List::new(rays, prepared.reference), ids);
+        control.advance(ids.len() as u64);
         Ok(())
     })
-}
-
-/// The ids of one row of tiles, compiled for each instruction set that the processor may have.
-struct RowOfTiles<'a> {
-    seen: &'a Seen,
-    pixels: &'a Pixels,
-    first_row: u32,
-    control: &'a Control,
-    ids: &'a mut [u32],
-}
-
-/// The row with the rays of one bundle.
-struct WithTracer<'a, T> {
-    row: RowOfTiles<'a>,
-    tracer: TileTracer<'a, T>,
-}
-
-impl<T: TileRays> pulp::WithSimd for WithTracer<'_, T> {
-    type Output = Result<()>;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Result<()> {
-        let WithTracer { row, mut tracer } = self;
-        let RowOfTiles { seen: Seen { footprints, far }, pixels, first_row, control, ids } = row;
-        let width = pixels.width as usize;
-        let n_rows = ids.len() / width;
-        for first_column in (0..width).step_by(TILE) {
-            control.check()?;
-            let corner = [pixels.x + first_column as u32, pixels.y + first_row];
-            let leaf = |place: usize| Leaf::of_rays(&far[place]);
-            let n_columns = TILE.min(width - first_column);
-            let seen = match tracer.trace(corner, ALL, footprints, leaf) {
-                true => tracer.ids(),
-                false => [0; TILE * TILE],
-            };
-            for (y, seen) in seen.chunks_exact(TILE).take(n_rows).enumerate() {
-                ids[y * width + first_column..][..n_columns].copy_from_slice(&seen[..n_columns]);
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The loop over all rays.
@@ -309,15 +242,12 @@ fn for_each_chunk<T: Twin>(
 ) -> Result<()> {
     let run = |chunk: usize, mut slice: HitsSlice| {
         control.check()?;
-        if T::IS_PROVEN {
-            host::check()?;
-        }
         work(chunk, &mut slice)?;
         control.advance(slice.id.len() as u64);
         Ok(())
     };
     let ids = hits.id.par_chunks_mut(n).enumerate();
-    if hits.t.is_empty() || !T::GIVES_SURFACE {
+    if hits.t.is_empty() {
         ids.try_for_each(|(chunk, id)| run(chunk, HitsSlice { id, surface: None }))
     } else {
         let surfaces = hits.t.par_chunks_mut(n).zip(hits.normal.par_chunks_mut(n));

@@ -1,8 +1,12 @@
-//! What rays see, few objects at a time: tiles of rays in lanes of f32, large squares of pixels first, and what that
-//! leaves open in lanes of f64.
+//! What rays see: in lanes of f32, few objects in squares of pixels first and many through the tree, and what that
+//! leaves open in f64.
 
+mod cloud;
+mod find64;
 mod search;
 mod tile;
 
-pub use search::{Find64, LARGEST, Room, Search};
-pub use tile::{Camera, Tile, eye_of};
+pub use cloud::ListSearch;
+pub use find64::{Candidates, Find64, Said};
+pub use search::{LARGEST, Room, Search};
+pub use tile::{Camera, List, Tile};

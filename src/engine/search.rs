@@ -1,16 +1,12 @@
 //! What the pixels of a picture see, and the samples of those that show several objects.
 
-use std::collections::HashSet;
-
-use glam::DVec3;
-
-use super::tile::{Camera, Tile, eye_of};
+use super::cloud::{self, CloudSearch};
+use super::tile::{Camera, Tile};
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Float, OPEN};
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::scene::{Object, Sphere};
-use crate::seen::Objects;
+use crate::seen::{Eye, Objects};
 use crate::trace::Mixed;
 
 /// Columns and rows of the largest squares, px.
@@ -36,6 +32,8 @@ pub struct Search<'a> {
     /// Of the samples.
     camera: Camera<f32>,
     objects: Objects<f32>,
+    /// Looks at many spheres in place of all that.
+    cloud: Option<CloudSearch<'a>>,
 }
 
 /// Room for the squares of a block.
@@ -44,45 +42,40 @@ pub struct Room {
     open: Vec<[u32; 2]>,
     next: Vec<[u32; 2]>,
     tile: Tile,
-}
-
-/// The objects that a ray may see: of equal ones the first, and none that no ray hits.
-fn objects(prepared: &Prepared) -> impl Iterator<Item = (u32, Object<'_>)> {
-    let n_spheres = prepared.scene.spheres.len();
-    let mut seen = HashSet::new();
-    let mut is_first = move |sphere: &Sphere| {
-        let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
-        seen.insert([x, y, z, sphere.radius.to_bits()])
-    };
-    prepared.scene.objects().filter(move |&(id, object)| match object {
-        Object::Sphere(sphere) => sphere.radius != 0.0 && is_first(sphere),
-        Object::Plane(plane) => {
-            let index = id as usize - 1 - n_spheres;
-            plane.normal != DVec3::ZERO && !prepared.repeats_a_plane(index)
-        }
-    })
+    cloud: cloud::Room,
 }
 
 impl<'a> Search<'a> {
     /// For `n` × `n` samples of each of these pixels; `prepared` is of the picture of the samples.
-    pub fn new(prepared: &Prepared, pixels: &'a Pixels, n: u32) -> Search<'a> {
+    pub fn new(prepared: &'a Prepared, pixels: &'a Pixels, n: u32) -> Search<'a> {
         Search::with_reach(prepared, pixels, n, 1.0)
     }
 
     /// With squares whose rays are said to be this share as far apart as they are.
     pub(crate) fn with_reach(
-        prepared: &Prepared,
+        prepared: &'a Prepared,
         pixels: &'a Pixels,
         n: u32,
         share: f64,
     ) -> Search<'a> {
         let samples = pixels.samples(n);
+        if let Some(cloud) = CloudSearch::of(prepared, pixels, n, share) {
+            let (camera, none) = (Camera::new(&samples), Objects::none());
+            return Search {
+                pixels,
+                n,
+                levels: Vec::new(),
+                camera,
+                objects: none,
+                cloud: Some(cloud),
+            };
+        }
         let level = |side| {
             let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
             let reach = Reach { apart: share * apart, turned: share * turned };
-            let eye = eye_of(&samples, reach, f32::UNIT);
+            let eye = Eye::of_pixels(&samples, reach, f32::UNIT);
             (turned <= LARGEST_TURN)
-                .then(|| Level { side, objects: Objects::new(objects(prepared), &eye) })
+                .then(|| Level { side, objects: Objects::new(prepared.seen_objects(), &eye) })
         };
         // With one sample a square of one pixel is that.
         let sides = [LARGEST, LARGEST / 4, 1].into_iter().filter(|&side| side * n > 1);
@@ -92,15 +85,19 @@ impl<'a> Search<'a> {
             levels: sides.filter_map(level).collect(),
             camera: Camera::new(&samples),
             objects: Objects::new(
-                objects(prepared),
-                &eye_of(&samples, Reach::default(), f32::UNIT),
+                prepared.seen_objects(),
+                &Eye::of_pixels(&samples, Reach::default(), f32::UNIT),
             ),
+            cloud: None,
         }
     }
 
     /// Finds what the pixels of some rows see, from `first_row` on, in f32: of each the object that all its samples see, or
     /// [`OPEN`]; and of those with several samples that are left, these.
     pub fn look(&self, first_row: u32, whole: &mut [u32], room: &mut Room) -> Mixed {
+        if let Some(cloud) = &self.cloud {
+            return cloud.look(first_row, whole, &mut room.cloud);
+        }
         let n_rows = whole.len() as u32 / self.pixels.width;
         whole.fill(OPEN);
         for y in (0..n_rows).step_by(LARGEST as usize) {
@@ -126,7 +123,7 @@ impl<'a> Search<'a> {
         room: &mut Room,
     ) {
         let width = self.pixels.width;
-        let Room { open, next, tile } = room;
+        let Room { open, next, tile, .. } = room;
         let (right, bottom) = (left + columns, top + rows);
         let split = |[x, y]: [u32; 2], [columns, rows]: [u32; 2], step: u32, to: &mut Vec<_>| {
             for y in (y..(y + rows).min(bottom)).step_by(step as usize) {
@@ -205,31 +202,5 @@ impl<'a> Search<'a> {
         }
         tile.find_f32(&self.camera, &self.objects);
         (mixed, std::mem::take(&mut tile.ids))
-    }
-}
-
-/// The rays that f32 leaves open, in f64.
-pub struct Find64<'a> {
-    pixels: &'a Pixels,
-    camera: Camera<f64>,
-    objects: Objects<f64>,
-}
-
-impl<'a> Find64<'a> {
-    /// For the pixels that a scene is prepared for.
-    pub fn new(prepared: &Prepared, pixels: &'a Pixels) -> Find64<'a> {
-        let objects = Objects::new(objects(prepared), &eye_of(pixels, Reach::default(), f64::UNIT));
-        Find64 { pixels, camera: Camera::new(pixels), objects }
-    }
-
-    /// The ids of some rays, [`OPEN`] where f64 leaves them so.
-    pub fn decide(&self, rays: &[u32], tile: &mut Tile, ids: &mut [u32]) {
-        tile.clear();
-        for &ray in rays {
-            let (x, y) = self.pixels.xy(ray as usize);
-            tile.push(self.pixels.offset2(x, y));
-        }
-        tile.find_f64(&self.camera, &self.objects);
-        ids.copy_from_slice(&tile.ids);
     }
 }

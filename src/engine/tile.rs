@@ -1,11 +1,12 @@
-//! Rays of a picture, side by side.
+//! Rays of a picture or of a list, side by side.
 
+use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
-use crate::guard::{self, Reach};
+use crate::num::Scaled;
 use crate::num::{Bits, Float, Lanes, Real, V3};
-use crate::rays::{Lens, Pixels};
-use crate::seen::{Eye, Objects, Ray};
+use crate::rays::{self, Lens, Pixels};
+use crate::seen::{Objects, Ray};
 
 /// Rays that go side by side in f32, and in f64: as many bytes as the widest registers have.
 const LANES_F32: usize = 16;
@@ -34,26 +35,14 @@ impl<F: Float> Camera<F> {
 
     /// Rays by twice their offsets from the picture's centre.
     #[inline(always)]
-    pub fn ray<const N: usize>(&self, across: [F; N], up: [F; N]) -> Ray<Lanes<F, N>> {
-        let right = V3::splat(self.right_step) * Lanes(across);
-        let true_up = V3::splat(self.true_up_step) * Lanes(up);
-        let (forward, zero) = (V3::splat(self.forward), V3([Lanes::lit(0.0); 3]));
+    pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
+        let right = V3::splat(self.right_step) * across;
+        let true_up = V3::splat(self.true_up_step) * up;
+        let (forward, zero) = (V3::splat(self.forward), V3([R::lit(0.0); 3]));
         match self.lens {
             Lens::Perspective => Ray::new(zero, (forward + right) + true_up),
             Lens::Orthographic => Ray::new(right + true_up, forward),
         }
-    }
-}
-
-/// The rays of a picture as objects' numbers in arithmetic with this unit ask for them. One of them stands for all within
-/// `reach`.
-pub fn eye_of(pixels: &Pixels, reach: Reach, unit: f64) -> Eye {
-    Eye {
-        reference: pixels.view.position,
-        spread: pixels.spread(),
-        input: guard::input_of(pixels.view.lens),
-        reach,
-        unit,
     }
 }
 
@@ -64,6 +53,16 @@ pub struct Tile {
     up: Vec<f32>,
     /// As many as there are rays, after [`Tile::find_f32`] or [`Tile::find_f64`].
     pub ids: Vec<u32>,
+}
+
+/// A tile's rays, some of them together.
+pub struct Packs<'a, const N: usize> {
+    /// Twice their offsets from the picture's centre, to the right,
+    pub across: &'a [[f32; N]],
+    /// and to the top.
+    pub up: &'a [[f32; N]],
+    /// What they see.
+    pub ids: &'a mut [[u32; N]],
 }
 
 impl Tile {
@@ -78,6 +77,26 @@ impl Tile {
     pub fn push(&mut self, (across, up): (i64, i64)) {
         self.across.push(across as f32);
         self.up.push(up as f32);
+    }
+
+    /// Adds some, as far from the middle.
+    #[inline(always)]
+    pub fn extend(&mut self, across: &[f32], up: &[f32]) {
+        self.across.extend_from_slice(across);
+        self.up.extend_from_slice(up);
+    }
+
+    /// Their offsets and ids, `N` of them together. The last ones stand for lanes that don't count.
+    #[inline(always)]
+    pub fn packs<const N: usize>(&mut self) -> Packs<'_, N> {
+        let Tile { across, up, ids } = self;
+        let padded = across.len().next_multiple_of(N);
+        for numbers in [&mut *across, &mut *up] {
+            let last = numbers.last().copied().unwrap_or(0.0);
+            numbers.resize(padded, last);
+        }
+        ids.resize(padded, 0);
+        Packs { across: across.as_chunks().0, up: up.as_chunks().0, ids: ids.as_chunks_mut().0 }
     }
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
@@ -103,30 +122,60 @@ impl<F: Float, const N: usize> WithSimd for Find<'_, F, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { camera, objects, tile: Tile { across, up, ids } } = self;
-        let len = across.len();
-        // The last ones stand for lanes that don't count.
-        let padded = len.next_multiple_of(N);
-        for numbers in [&mut *across, &mut *up] {
-            let last = numbers.last().copied().unwrap_or(0.0);
-            numbers.resize(padded, last);
-        }
-        ids.resize(padded, 0);
-        let places = across.as_chunks::<N>().0.iter().zip(up.as_chunks::<N>().0);
-        for ((across, up), ids) in places.zip(ids.as_chunks_mut::<N>().0) {
+        let Find { camera, objects, tile } = self;
+        let len = tile.across.len();
+        let Packs { across, up, ids } = tile.packs::<N>();
+        for ((across, up), ids) in across.iter().zip(up).zip(ids) {
             let (mut i, mut j) = ([F::default(); N], [F::default(); N]);
             for lane in 0..N {
                 i[lane] = F::near(f64::from(across[lane]));
                 j[lane] = F::near(f64::from(up[lane]));
             }
-            let (found, _) = objects.nearest(&camera.ray(i, j)).decide();
+            let (found, _) = objects.nearest(&camera.ray(Lanes(i), Lanes(j))).decide();
             for (id, found) in ids.iter_mut().zip(found.0) {
                 *id = found.to_id();
             }
         }
-        for numbers in [across, up] {
+        for numbers in [&mut tile.across, &mut tile.up] {
             numbers.truncate(len);
         }
-        ids.truncate(len);
+        tile.ids.truncate(len);
+    }
+}
+
+/// Rays of a list, relative to a point that all numbers are relative to.
+#[derive(Clone, Copy)]
+pub struct List<'a> {
+    /// As they are.
+    pub rays: &'a [rays::Ray],
+    reference: DVec3,
+}
+
+impl<'a> List<'a> {
+    /// These rays.
+    pub fn new(rays: &'a [rays::Ray], reference: DVec3) -> List<'a> {
+        List { rays, reference }
+    }
+
+    /// Origin, and direction with a largest component in `1..2`. A ray without a direction gets one: it is decided elsewhere.
+    #[inline(always)]
+    pub fn ray(&self, index: usize) -> (DVec3, DVec3) {
+        let rays::Ray { origin, direction } = self.rays[index.min(self.rays.len() - 1)];
+        let direction = if direction == DVec3::ZERO { DVec3::X } else { direction };
+        (origin - self.reference, Scaled::new(direction).rounded())
+    }
+
+    /// Some of them side by side; the last one stands for lanes that don't count.
+    #[inline(always)]
+    pub fn load<const N: usize>(&self, first: usize) -> Ray<Lanes<f32, N>> {
+        let (mut origin, mut direction) = (V3([Lanes::lit(0.0); 3]), V3([Lanes::lit(0.0); 3]));
+        for lane in 0..N {
+            let (from, way) = self.ray(first + lane);
+            for axis in 0..3 {
+                origin.0[axis].0[lane] = from[axis] as f32;
+                direction.0[axis].0[lane] = way[axis] as f32;
+            }
+        }
+        Ray::new(origin, direction)
     }
 }

@@ -5,16 +5,16 @@ use naga::back::spv;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::before::slabs::SlabRoom;
+use super::self_test::NUMERATOR;
 use super::texture::TEXELS_PER_ROW;
+use crate::bvh::IS_LEAF;
 use crate::error::{Error, Result};
-use crate::guard;
 use crate::kernel::certified::LISTED_SPHERES;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
 #[cfg(feature = "view")]
 use crate::num::OPEN;
 use crate::prepare::{Finding, Lamps, PlainLighting, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
-use crate::tree::footprints::{BORROW, IS_LEAF};
 
 /// Invocations of one workgroup, columns × rows of the tile.
 pub const WORKGROUP: [u32; 2] = [8, 8];
@@ -22,8 +22,6 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
-const WALK: Part = part!("walk.wgsl");
-const HIERARCHY: Part = part!("hierarchy.wgsl");
 const TREE: Part = part!("tree.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
@@ -66,9 +64,8 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
     } else {
         parts.push(RENDER);
         match key.spheres {
-            Finding::Hierarchy => parts.extend([WALK, HIERARCHY]),
-            Finding::Tree => parts.extend([WALK, TREE]),
-            _ => {}
+            Finding::Tree => parts.push(TREE),
+            Finding::Listed => {}
         }
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
@@ -76,8 +73,8 @@ pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Sha
 
 /// The shader that looks at the arithmetic of a WGSL float type.
 pub fn compile_self_test(float: &str) -> Result<Shader> {
-    let room = f64::from(guard::T_ROOM);
-    let constants = format!("alias FLOAT = {float};\nconst ROOM = FLOAT({room:?});\n");
+    let constants =
+        format!("alias FLOAT = {float};\nconst NUMERATOR = FLOAT({:?});\n", f64::from(NUMERATOR));
     compile_parts(&[SELF_TEST], &Choices { constants, ..Choices::default() })
 }
 
@@ -126,11 +123,9 @@ pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
 }
 
 fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
-    let is_by_hierarchy = key.spheres == Finding::Hierarchy;
     let is_by_tree = key.spheres == Finding::Tree;
     // The host has made the numbers for rays from one point.
     let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
-    let has_far_filter = is_by_hierarchy && key.bundle == Bundle::Point;
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
@@ -144,8 +139,7 @@ fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
         (key.kernel.about().float == Float::F64, "double"),
         (key.kernel == Kernel::Certified, "certified"),
         (key.n_spheres > 0 || is_by_tree, "sphere_filter"),
-        (has_far_filter, "far"),
-        (is_by_hierarchy, "hierarchy"),
+        (key.close, "close"),
         (is_by_tree, "tree"),
     ]
     .into()
@@ -165,23 +159,17 @@ fn constants(key: &ShaderKey) -> String {
         }
     }
     let mut constants = (wgsl.constants)(key.bundle);
-    if matches!(key.spheres, Finding::Hierarchy | Finding::Tree) {
+    if key.spheres == Finding::Tree {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
             ("NO_PLACE", format!("{}u", u32::MAX)),
-            ("T_ROOM", float.literal(guard::T_ROOM.into())),
-            ("LEAST_NEARNESS", float.literal(guard::LEAST_NEARNESS.into())),
             ("ROW_BITS", format!("{}u", TEXELS_PER_ROW.ilog2())),
         ]);
     }
-    if key.spheres == Finding::Hierarchy {
-        constants.push(("BORROW", format!("{BORROW}u")));
-    }
     if key.spheres == Finding::Tree {
-        let SlabRoom { aside, least_slack, flat, nearer, farther } = SlabRoom::f32();
+        let SlabRoom { aside, flat, nearer, farther, .. } = SlabRoom::f32();
         let room = [
             ("ASIDE_ROOM", aside),
-            ("LEAST_SLACK", least_slack),
             ("FLAT", flat),
             ("NEARER", nearer),
             ("FARTHER", farther),

@@ -65,18 +65,16 @@ pub struct ParamsDouble {
     pub padding: [u32; 6],
 }
 
-/// Twin of `Walk` in `shaders/hierarchy.wgsl`.
+/// Twin of `Walk` in `shaders/tree.wgsl`.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Walk {
-    /// Nodes of the hierarchy.
-    pub n_nodes: u32,
-    /// Picture column of the tile's first pixel.
-    pub first_x: u32,
-    /// Picture row of it.
-    pub first_y: u32,
-    /// [`crate::tree::footprints::Footprints::cell_shift`]
-    pub cell_shift: u32,
+    /// Boxes of the tree.
+    pub n_boxes: u32,
+    /// How far beside the true ray that of the device may lie.
+    pub beside: f32,
+    /// Fills 16 bytes.
+    pub padding: [u32; 2],
 }
 
 #[cfg(test)]
@@ -100,10 +98,11 @@ mod tests {
             kernel,
             bundle,
             spheres: match is_certified && bundle == Bundle::Point {
-                true => Finding::Hierarchy,
+                true => Finding::Tree,
                 false => Finding::Listed,
             },
             n_spheres: 1,
+            close: is_certified,
             n_planes: 1,
             surface: !is_certified,
             plain_light: (!is_certified && bundle != Bundle::Free).then_some(Lamps::Few),
@@ -197,28 +196,28 @@ mod tests {
             "SphereCertified",
             center,
             inner2,
-            center_low,
             outer2,
             slack,
-            q_low,
-            q_high_or_r2,
-            k_error
+            near_most,
+            is_close,
+            k,
+            k_error,
+            k_width,
+            padding
         );
         check!(
             Certified,
             Point,
             certified::PlaneCertified,
             "PlaneCertified",
-            offset,
-            q_low,
-            offset_low,
-            q_high,
             normal,
-            direction_error,
-            n_offset_error
+            offset,
+            offset_error,
+            slope_error,
+            padding
         );
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
-        check!(Certified, Point, Walk, "Walk", n_nodes, first_x, first_y, cell_shift);
+        check!(Certified, Point, Walk, "Walk", n_boxes, beside, padding);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 
 mod samples;
 
+pub(super) use samples::NUMERATOR;
+
 use std::fmt;
 use std::time::Duration;
 
@@ -12,8 +14,8 @@ use super::pipeline::{Bindings, pipeline};
 use super::texture::{TEXELS_PER_ROW, texture};
 use crate::error::{Error, Result};
 use samples::{
-    COMPARED, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS, N_ROUNDED,
-    N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOM_OVER, ROOT, SCALED,
+    COMPARED, CONSTANT_OVER, CONVERTED, FMA_REMAINDER, Float, INVERSE, KEPT, LARGER, N_RESULTS,
+    N_ROUNDED, N_SAMPLES, N_WORDS, NARROWED, Outcome, PRODUCT, PRODUCT_SUM, QUOTIENT, ROOT, SCALED,
     SUM, SUM_ERROR, Sample, Sort, samples,
 };
 
@@ -217,7 +219,7 @@ fn judge_rounded<F: Float>(
     expected: &Outcome<F>,
 ) {
     let (result, nearest) = (outcome.results[operation], expected.results[operation]);
-    let is_unary = matches!(operation, ROOT | INVERSE | ROOM_OVER);
+    let is_unary = matches!(operation, ROOT | INVERSE | CONSTANT_OVER);
     let operands_are_normal = sample.a.is_normal() && (is_unary || sample.b.is_normal());
     if !(operands_are_normal && nearest.is_normal() && !nearest.is_large()) {
         found.subnormals &= result == nearest;
@@ -422,7 +424,7 @@ mod tests {
         assert!(!fused.rounded_products && !fused.is_ieee() && fused.suits_filter(), "{fused}");
         assert!(fused.to_string().contains("fused"));
         let reciprocal = judged(|_, outcome| {
-            for operation in [QUOTIENT, INVERSE, ROOM_OVER] {
+            for operation in [QUOTIENT, INVERSE, CONSTANT_OVER] {
                 let result = &mut outcome.results[operation];
                 if result.is_normal() {
                     *result = steps_up(2)(*result);
@@ -460,7 +462,12 @@ mod tests {
         for (what, operation, steps, found) in [
             ("1/a of large numbers", INVERSE, 3, with(INVERSE, high, steps_up(3))),
             ("1/a of small numbers", INVERSE, 3, with(INVERSE, low, steps_up(3))),
-            ("a constant over a number", ROOM_OVER, 3, with(ROOM_OVER, is_near, steps_up(3))),
+            (
+                "a constant over a number",
+                CONSTANT_OVER,
+                3,
+                with(CONSTANT_OVER, is_near, steps_up(3)),
+            ),
             ("roots of large numbers", ROOT, 6, with(ROOT, high, steps_up(6))),
             ("roots of small numbers", ROOT, 6, with(ROOT, low, steps_up(6))),
         ] {

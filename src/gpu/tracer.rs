@@ -179,7 +179,7 @@ impl Tracer for GpuTracer {
     }
 
     /// All that may fail comes first, so that a tracer that can't be retargeted stays what it was. A moved camera
-    /// costs no new shader while [`crate::prepare::Hierarchy::n_places_of_rest`] stays.
+    /// costs no new shader.
     fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
         check_limits(&self.gpu, &prepared)?;
@@ -373,9 +373,6 @@ impl GpuTracer {
             Float::F32 => bytes(&tile.params(&self.prepared, rays)),
         };
         self.gpu.queue.write_buffer(&self.params, 0, &params);
-        if let (Some(hierarchy), Some((_, first))) = (&self.hierarchy, tile.first_pixel(rays)) {
-            hierarchy.start_at(&self.gpu, first);
-        }
     }
 
     fn float(&self) -> Float {

@@ -10,15 +10,11 @@
 //!   by `x(1 + x)ℓ`, as `|d'| ≥ 1`.
 //! - `1/|d̂|` is off by `x(1 + x)`, relative. Half the chord is bounded for whatever `κ` is.
 //! - `a = 1 + ρ²` with the distance `ρ` from the middle of the picture, which `x` changes: `ι` is off by
-//!   `(2ρx + x²)/(1 + ρ²) ≤ x(1 + x)`, and `1/a` from it by `x(1 + 2x)`. A root from inside and a plane's take
-//!   `ι` itself, for which [`WIDENING`] grows by `x/ε`, and a bound of `t` from one of `a·w` the `a` of another
-//!   ray, for which [`T_ROOM`] grows by `x`, relative.
+//!   `(2ρx + x²)/(1 + ρ²) ≤ x(1 + x)`. A root by the product takes `ι` itself, for which `2δ` is granted.
 //!
 //! With `x ≤ 2⁻⁵` ([`LARGEST_TURN`]) and a frame that is orthonormal to `2⁻¹⁰` the second digits are below 0.07.
 
-use super::{InputError, T_ROOM, WIDENING, inverse, round_down, round_up, widening};
-use crate::kernel::certified::Widening;
-use crate::num::Float;
+use super::InputError;
 use crate::rays::{Lens, Pixels};
 
 /// How far the rays of a square of pixels may be from that of its middle.
@@ -57,25 +53,5 @@ impl Reach {
         let apart = if self.apart > 0.0 { self.apart / (unit * l) } else { 0.0 };
         let InputError { offset, direction } = input;
         InputError { offset: offset + apart, direction: direction + self.turned / unit }
-    }
-
-    /// [`WIDENING`] of f32 for these rays.
-    fn widening(&self) -> f64 {
-        WIDENING + self.turned / f32::UNIT
-    }
-
-    /// [`super::widening_f32`] for these rays.
-    pub fn widening_f32(&self) -> Widening<f32> {
-        widening(f32::UNIT, self.widening(), round_down, round_up)
-    }
-
-    /// [`super::inverse_f32`] for these rays.
-    pub fn inverse_f32(&self, x: f64) -> (f32, f32) {
-        inverse(x, self.widening() * f32::UNIT)
-    }
-
-    /// [`T_ROOM`] for these rays.
-    pub fn t_room(&self) -> f32 {
-        round_up(f64::from(T_ROOM) * (1.0 + self.turned))
     }
 }

@@ -26,12 +26,6 @@ pub const TWO_SUMS: f64 = 2.01;
 /// A dot product, of the product of the lengths.
 pub const DOT: f64 = 3.01;
 
-/// The subtraction in `k = L·L − r²`, of `ℓ²`.
-pub const DIFFERENCE: f64 = 1.01;
-
-/// The same of `r²`, with `r²` rounded: 1 + ½, and ½ for a host that rounds otherwise.
-pub const R2: f64 = 2.01;
-
 /// A normal's rounding to f32 on the host, relative.
 pub const NORMAL: f64 = 0.501;
 
@@ -47,7 +41,7 @@ pub const CHORD_MIDDLE: f64 = 10.1;
 /// `(t·d − l)/r` but for `t·d` and `l`, of 1: the difference 1, the inverse and the product 1 each.
 pub const NORMAL_OF_POINT: f64 = 3.01;
 
-/// [`crate::kernel::certified::normalized`] on the host, of 1: 3/2 + 1 + 1 + 1.
+/// `v/‖v‖` on the host, of 1: 3/2 + 1 + 1 + 1.
 pub const NORMALIZED: f64 = 4.6;
 
 /// A point `o + t·d` for the middle of two bounds of `t`, of `t|d|`: the middle, the product and the sum.

@@ -9,7 +9,7 @@ use super::lecture::{self, PlaneLecture, SphereLecture};
 use super::stable::{self, PlaneStable, SphereStable};
 use super::twin::WithTwin;
 use super::{Lists, relative};
-use crate::rays::{Bundle, Rays};
+use crate::rays::Bundle;
 use crate::scene::Scene;
 
 /// The intersection kernels (contract §2).
@@ -65,14 +65,15 @@ impl Kernel {
         self.about().name
     }
 
-    /// All objects of a scene, for these rays; relative to `reference` where the kernel's coordinates
-    /// are.
-    pub fn objects(self, scene: &Scene, rays: &Rays, reference: DVec3) -> Objects {
+    /// All objects of a scene, relative to `reference` where the kernel's coordinates are; none yet for the one with a proof.
+    pub fn objects(self, scene: &Scene, reference: DVec3) -> Objects {
         match self {
             Kernel::Lecture => Objects::Lecture(lecture::objects(scene)),
             Kernel::Stable => Objects::Stable(stable::objects(scene, reference)),
             Kernel::Double => Objects::Double(double::objects(scene, reference)),
-            Kernel::Certified => Objects::Certified(certified::objects(scene, rays, reference)),
+            Kernel::Certified => {
+                Objects::Certified(Lists { spheres: Vec::new(), planes: Vec::new() })
+            }
         }
     }
 }
@@ -89,27 +90,12 @@ impl Objects {
     }
 
     /// Does `work` with the twin of a kernel without a proof; `None` for the one with it.
-    pub(crate) fn with_plain_twin<W: WithTwin>(
-        &self,
-        bundle: Bundle,
-        work: W,
-    ) -> Option<W::Output> {
+    pub(crate) fn with_twin<W: WithTwin>(&self, bundle: Bundle, work: W) -> Option<W::Output> {
         match self {
             Objects::Lecture(lists) => Some(lecture::with_twin(lists, work)),
             Objects::Stable(lists) => Some(relative::with_twin(lists, bundle, work)),
             Objects::Double(lists) => Some(relative::with_twin(lists, bundle, work)),
             Objects::Certified(_) => None,
-        }
-    }
-
-    /// Does `work` with the kernel's twin for rays that lie so. `near` is that of
-    /// [`Prepared`](crate::prepare::Prepared).
-    pub(crate) fn with_twin<W: WithTwin>(&self, bundle: Bundle, work: W) -> W::Output {
-        match self {
-            Objects::Lecture(lists) => lecture::with_twin(lists, work),
-            Objects::Stable(lists) => relative::with_twin(lists, bundle, work),
-            Objects::Double(lists) => relative::with_twin(lists, bundle, work),
-            Objects::Certified(lists) => certified::with_twin(lists, bundle, work),
         }
     }
 }

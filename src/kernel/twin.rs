@@ -75,10 +75,6 @@ impl<R: Real> Packet<R> {
 pub trait Twin: Sync {
     /// Its arithmetic.
     type Float: Arithmetic;
-    /// True where the kernel itself gives `t` and normals.
-    const GIVES_SURFACE: bool = true;
-    /// True where its ids rest on a proof.
-    const IS_PROVEN: bool = false;
     /// The object of a ray.
     fn closest(&self, ray: &RayOf<Self::Float>) -> Hit<Self::Float>;
     /// The same of rays side by side.

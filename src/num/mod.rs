@@ -5,12 +5,14 @@
 //! is calculated alone, bit by bit.
 
 mod lanes;
+mod scaled;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::DVec3;
 
 pub use lanes::{LaneBits, Lanes, one_by_one};
+pub use scaled::{Scaled, exponent_of, power_of_two};
 
 use crate::vec3::{round_down, round_up};
 
@@ -134,7 +136,7 @@ pub trait Bits: Copy + PartialEq + Default + Send + Sync + 'static {
     fn not(self) -> Self;
 }
 
-const fn power_of_two(exponent: i64) -> f64 {
+const fn two_to(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
@@ -220,7 +222,7 @@ macro_rules! machine_number {
 
         impl Float for $float {
             type Bits = $bits;
-            $(const $name: f64 = power_of_two($exponent);)*
+            $(const $name: f64 = two_to($exponent);)*
 
             #[inline(always)]
             fn near(x: f64) -> $float {

@@ -1,49 +1,56 @@
-//! The tree over many spheres and their numbers for rays of a list, as a device takes them in f32.
+//! The tree over many spheres, as a device takes it in f32.
 
-use rayon::prelude::*;
+use glam::DVec3;
 
-use super::Prepared;
+use super::{MadeFor, Prepared};
+use crate::bvh::{FlatBox, REACH};
 use crate::error::Result;
-use crate::kernel::certified::{Frame, SphereCertified};
+use crate::guard::{self, round_up};
 use crate::memory;
-use crate::rays::Bundle;
-use crate::tree::flat::{BoxNode, REACH};
+use crate::num::Float;
+use crate::rays::Lens;
 
-/// Boxes and spheres relative to [`Prepared::reference`].
+/// Boxes relative to [`Prepared::reference`].
 pub struct InSpace {
     /// In depth-first order.
-    pub nodes: Vec<BoxNode>,
-    /// At each place of [`crate::tree::Tree::order`].
-    pub spheres: Vec<SphereCertified>,
+    pub boxes: Vec<FlatBox>,
+    /// How far beside the true ray that of a device may lie, anywhere in the tree, but for the rounding of single numbers.
+    pub beside: f32,
 }
 
-/// Bytes a sphere: two nodes and its numbers.
-const BYTES: u64 = (2 * size_of::<BoxNode>() + size_of::<SphereCertified>()) as u64;
+/// Bytes a sphere: a box, some of those above, and its numbers.
+const BYTES: u64 = 3 * size_of::<FlatBox>() as u64;
 
 impl Prepared {
-    /// What a device needs to trace a list of rays into many spheres; `None` for all else, and where
+    /// What a device needs to trace rays into many spheres; `None` for all else, and where
     /// spheres or rays are so far away that f32 has no slabs for them.
     ///
     /// # Errors
     /// [`crate::Error::TooLarge`] where there is no memory for it.
     pub fn in_space(&self) -> Result<Option<InSpace>> {
-        let Some(hierarchy) = self.hierarchy.as_ref().filter(|_| self.bundle() == Bundle::Free)
-        else {
-            return Ok(None);
-        };
-        let tree = &hierarchy.tree;
-        let n_spheres = tree.order.len();
+        let Some(hierarchy) = &self.hierarchy else { return Ok(None) };
+        let bvh = &hierarchy.bvh;
+        let n_spheres = bvh.spheres.len();
         memory::require(
-            format!("{n_spheres} spheres for rays of a list on a device"),
+            format!("{n_spheres} spheres on a device"),
             n_spheres as u64 * BYTES,
             "use fewer spheres, or `--device cpu`",
         )?;
-        if self.farthest_origin() > REACH {
+        let spread = self.farthest_origin();
+        if spread > REACH {
             return Ok(None);
         }
-        let Some(nodes) = tree.boxes_from(self.reference) else { return Ok(None) };
-        let frame = Frame::of_list(self.reference, self.farthest_origin());
-        let sphere = |&index: &u32| frame.sphere(&self.scene.spheres[index as usize]);
-        Ok(Some(InSpace { nodes, spheres: tree.order.par_iter().map(sphere).collect() }))
+        let Some(boxes) = bvh.boxes_from(self.reference) else { return Ok(None) };
+        let from = self.reference - bvh.reference;
+        let origins = [from - DVec3::splat(spread), from + DVec3::splat(spread)];
+        let beside = match self.made_for {
+            MadeFor::Origins(_) => 0.0,
+            MadeFor::Picture(view, ..) => match view.lens {
+                Lens::Perspective => guard::PIXELS.direction * bvh.end(origins),
+                Lens::Orthographic => guard::PARALLEL.offset * spread,
+            },
+        };
+        // No test sees the 1.01.
+        Ok(Some(InSpace { boxes, beside: round_up(1.01 * f32::UNIT * beside) }))
     }
 }

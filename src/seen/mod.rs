@@ -13,12 +13,13 @@ mod sphere;
 
 use glam::DVec3;
 
-pub use plane::{PlaneMet, PlaneSeen};
+pub use plane::{PlaneMet, PlaneSeen, quotient_width};
 pub use shadow::{Occluder, ShadowRay, Verdict};
-pub use sphere::{SphereMet, SphereSeen};
+pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
-use crate::guard::{InputError, ROOM, Reach, rows, steps};
+use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 use crate::num::{Float, Lanes, Mask, OPEN, Real, V3};
+use crate::rays::Pixels;
 use crate::scene::Object;
 
 /// The numbers of an object in f64. Those in another number, and in all lanes, come from these.
@@ -105,7 +106,7 @@ use record;
 
 /// The rays that see objects: the point that their numbers are relative to, how far from it they start, and what they are
 /// off by.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
     /// World units.
     pub reference: DVec3,
@@ -117,6 +118,25 @@ pub struct Eye {
     pub reach: Reach,
     /// The unit of rounding that bounds are in: [`Float::UNIT`] where a device has a part in it, the host's own elsewhere.
     pub unit: f64,
+}
+
+impl Eye {
+    /// The rays of a picture as objects' numbers in arithmetic with this unit ask for them. One of them stands for all within
+    /// `reach`.
+    pub fn of_pixels(pixels: &Pixels, reach: Reach, unit: f64) -> Eye {
+        Eye {
+            reference: pixels.view.position,
+            spread: pixels.spread(),
+            input: guard::input_of(pixels.view.lens),
+            reach,
+            unit,
+        }
+    }
+
+    /// Rays of a list as objects' numbers in f32 ask for them, with origins up to `spread` from a point.
+    pub fn of_list(reference: DVec3, spread: f64) -> Eye {
+        Eye { reference, spread, input: guard::LIST, reach: Reach::default(), unit: f32::UNIT }
+    }
 }
 
 /// A ray, relative to the eye's reference point; `|d| ≥ 1`.
@@ -363,8 +383,15 @@ impl<R: Real> Nearest<R> {
         Nearest { low: beyond, high: beyond, second: beyond, id: R::splat_id(0) }
     }
 
+    /// An upper bound of its `t`.
     #[inline(always)]
-    fn with(self, next: Bounds<R>, id: u32) -> Nearest<R> {
+    pub fn high(&self) -> R {
+        self.high
+    }
+
+    /// One more object.
+    #[inline(always)]
+    pub fn with(self, next: Bounds<R>, id: u32) -> Nearest<R> {
         let is_nearer = next.low.lt(self.low);
         Nearest {
             second: R::select(is_nearer, self.low, self.second.min(next.low)),
@@ -401,6 +428,15 @@ impl<T: Seen, F: Float> List<T, F> {
         group.push((id, seen.round()));
     }
 
+    fn each<R: Real<One = F>>(&self, ray: &Ray<R>, mut take: impl FnMut(u32, Option<Bounds<R>>)) {
+        for (id, seen) in &self.far {
+            take(*id, T::bounds(&T::splat(seen), ray));
+        }
+        for (id, seen) in &self.close {
+            take(*id, T::bounds_close(&T::splat(seen), ray));
+        }
+    }
+
     #[inline(always)]
     fn nearer<R: Real<One = F>>(&self, ray: &Ray<R>, mut best: Nearest<R>) -> Nearest<R> {
         for (id, seen) in &self.far {
@@ -424,9 +460,14 @@ pub struct Objects<F: Float> {
 }
 
 impl<F: Float> Objects<F> {
+    /// None at all.
+    pub fn none() -> Objects<F> {
+        Objects { spheres: List::new(), planes: List::new() }
+    }
+
     /// Those with these ids.
     pub fn new<'a>(objects: impl IntoIterator<Item = (u32, Object<'a>)>, eye: &Eye) -> Objects<F> {
-        let mut all = Objects { spheres: List::new(), planes: List::new() };
+        let mut all = Objects::none();
         for (id, object) in objects {
             match object {
                 Object::Sphere(sphere) => all.spheres.push(id, &SphereSeen::new::<F>(sphere, eye)),
@@ -434,6 +475,25 @@ impl<F: Float> Objects<F> {
             }
         }
         all
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        let Objects { spheres, planes } = self;
+        spheres.far.is_empty()
+            && spheres.close.is_empty()
+            && planes.far.is_empty()
+            && planes.close.is_empty()
+    }
+
+    /// Hands over where a ray meets each; `None` where it surely doesn't.
+    pub fn each<R: Real<One = F>>(
+        &self,
+        ray: &Ray<R>,
+        mut take: impl FnMut(u32, Option<Bounds<R>>),
+    ) {
+        self.spheres.each(ray, &mut take);
+        self.planes.each(ray, &mut take);
     }
 
     /// What each lane's ray sees.

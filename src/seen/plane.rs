@@ -8,7 +8,7 @@ use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::host::Bounded;
 use crate::guard::{self, InputError, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Mask, Real, V3};
-use crate::prepare::{Scaled, power_of_two};
+use crate::num::{Scaled, power_of_two};
 use crate::rays::Ray;
 use crate::scene::Plane;
 
@@ -115,22 +115,31 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
     }
 }
 
+/// What the quotients of [`PlaneSeen`]'s bounds are off by, relative.
+pub fn quotient_width<F: Float>() -> f64 {
+    rows::BOUNDS * F::UNIT
+}
+
 impl Seen for PlaneSeen<f64> {
     #[inline(always)]
     fn bounds<R: Real>(seen: &PlaneSeen<R>, ray: &super::Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let (tiny, width) = (R::lit(R::One::TINY), rows::BOUNDS * R::One::UNIT);
+        let width = quotient_width::<R::One>();
         let offset = seen.offset - seen.normal.dot(ray.origin);
         let slope = seen.normal.dot(ray.direction);
         let away = R::select(offset.lt(zero), -slope, slope);
         // |d| ≤ a, as |d| ≥ 1.
         let error = seen.slope_error * ray.a;
         let (slow, quick) = (away - error, away + error);
-        let least = ((offset.abs() - seen.offset_error) / quick.max(tiny)) * R::lit(1.0 - width);
-        let most = ((offset.abs() + seen.offset_error) / slow.max(tiny)) * R::lit(1.0 + width);
+        // With a smaller slope `t` would be beyond everything.
+        let reach = offset.abs() + seen.offset_error;
+        let least_slope = (reach * R::lit(1.0 / R::One::BEYOND)).max(R::lit(R::One::TINY));
+        let least =
+            ((offset.abs() - seen.offset_error) / quick.max(least_slope)) * R::lit(1.0 - width);
+        let most = (reach / slow.max(least_slope)) * R::lit(1.0 + width);
         let is_known = seen.offset_error.lt(offset.abs());
         let is_missed = is_known.and(quick.le(zero));
-        let is_hit = is_known.and(tiny.lt(slow));
+        let is_hit = is_known.and(least_slope.lt(slow));
         // A plane that is only far away is not missed.
         let low = R::select(is_known, least.min(R::lit(R::One::BEYOND / 2.0)), zero);
         Some(Bounds {

@@ -8,13 +8,13 @@ use glam::DVec3;
 use crate::exact::{ExactRay, sphere_numbers};
 use crate::guard::host::Bounded;
 use crate::guard::rows::{CHORD, LEAST_WIDTHS};
-use crate::guard::{self, Guard, InputError, ROOM, length_bound, length_bounds, steps};
+use crate::guard::{self, Guard, InputError, ROOM, Reach, length_bound, length_bounds, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::scene::Sphere;
 
 record! {
-    /// A sphere as an eye sees it.
-    SphereSeen {
+    /// What tells where a ray meets a sphere: all that a tree's leaf has of a [`SphereSeen`].
+    SphereLeaf {
         /// From the eye's reference point.
         center: vec near,
         /// [`Guard::inner2`]
@@ -24,6 +24,22 @@ record! {
         /// [`Guard::slack`]
         slack: num up,
         /// Most that the near root can be: 0 where the eye is inside or on the sphere.
+        near_most: num up,
+    }
+}
+
+record! {
+    /// A sphere as an eye sees it.
+    SphereSeen {
+        /// [`SphereLeaf::center`]
+        center: vec near,
+        /// [`Guard::inner2`]
+        inner2: num down,
+        /// [`Guard::outer2`]
+        outer2: num up,
+        /// [`Guard::slack`]
+        slack: num up,
+        /// [`SphereLeaf::near_most`]
         near_most: num up,
         /// `|c|² − r²`
         k: num near,
@@ -58,6 +74,106 @@ const CLOSE: f64 = 1.0 / 512.0;
 /// against an error that grows towards it.
 const LEAST: f64 = 1.0 / (1u64 << 14) as f64;
 
+/// Whether a sphere whose points are up to `l` and its radius away suits arithmetic of `F`.
+#[inline(always)]
+fn is_in_range<F: Float, R: Real<One = f64>>(r: R, l: R) -> R::Mask {
+    let farthest = R::lit(F::FARTHEST);
+    l.le(farthest).and(r.le(farthest)).and(R::lit(F::SMALLEST).le(r))
+}
+
+/// Whether the reference point is so close to the surface that the sphere's size may hide its distance, `l` from any eye.
+#[inline(always)]
+pub fn is_near_surface<R: Real<One = f64>>(from_reference: R, r: R, l: R) -> R::Mask {
+    (from_reference - r).abs().le(R::lit(CLOSE) * l)
+}
+
+impl<F: Float> SphereLeaf<F> {
+    /// What no ray meets.
+    pub fn nowhere() -> SphereLeaf<F> {
+        let (below, one) = (F::near(-1.0), F::near(1.0));
+        let center = V3([F::default(); 3]);
+        SphereLeaf { center, inner2: below, outer2: below, slack: one, near_most: one }
+    }
+}
+
+impl<R: Real<One = f64>> SphereLeaf<R> {
+    /// Spheres at `center` from the eye's reference point and up to `l` from its rays' origins; all is left open out of the
+    /// range of `F`. Where the eye is one point, `is_outside` may hold in doubt, and holds if it is outside.
+    #[inline(always)]
+    pub fn of<F: Float>(
+        center: V3<R>,
+        r: R,
+        l: R,
+        is_outside: R::Mask,
+        (offset, direction): (R, f64),
+        eye: &Eye,
+    ) -> SphereLeaf<R> {
+        let (lit, far) = (R::lit, F::FARTHEST);
+        let in_range = is_in_range::<F, R>(r, l);
+        let or = |number: R, open: f64| R::select(in_range, number, lit(open));
+        let [inner2, outer2, slack] = Guard::numbers(r, l, eye.unit, offset, direction);
+        let near_most = match eye.spread > 0.0 {
+            true => lit(F::BEYOND),
+            false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
+        };
+        SphereLeaf {
+            center: V3(center.0.map(|x| or(x, 0.0))),
+            inner2: or(inner2, -1.0),
+            // Of a ray that starts within the spread `m` and `|k|` are at most far².
+            outer2: or(outer2, 2.0 * far * far),
+            slack: or(slack, far),
+            near_most: or(near_most, F::BEYOND),
+        }
+    }
+
+    /// The same where f64 alone says whether the eye is outside.
+    #[inline(always)]
+    pub fn at<F: Float>(center: V3<R>, r: R, eye: &Eye) -> SphereLeaf<R> {
+        let l = length_bounds(center) + R::lit(eye.spread);
+        let (l2, r2) = (center.dot(center), r * r);
+        let k_error = R::lit(guard::K_ERROR * f64::UNIT) * (l2 + r2);
+        let is_outside = R::lit(0.0).lt((l2 - r2) + k_error);
+        let (InputError { offset, direction }, Reach { apart, turned }) = (eye.input, eye.reach);
+        // As `Reach::widen` has it.
+        let offset = match apart > 0.0 {
+            true => R::lit(offset) + R::lit(apart / eye.unit) / l,
+            false => R::lit(offset),
+        };
+        SphereLeaf::of::<F>(center, r, l, is_outside, (offset, direction + turned / eye.unit), eye)
+    }
+}
+
+impl<R: Real> SphereLeaf<R> {
+    /// [`Seen::bounds`] of a sphere.
+    #[inline(always)]
+    pub fn bounds(&self, ray: &Ray<R>) -> Option<Bounds<R>> {
+        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
+        let foot = Foot::new(self, self.center - ray.origin, ray);
+        let Foot { inner, outer, .. } = foot;
+        if !zero.le(outer).any() {
+            return None;
+        }
+        let Chord { near, far, .. } = Chord::new(self, &foot, ray);
+        let low = R::select(near.high.le(zero), far.low, near.low);
+        let high = R::select(zero.lt(near.low), near.high, far.high);
+        let is_missed = outer.lt(zero).or(far.high.le(zero));
+        let is_hit = zero.le(inner).and(zero.lt(far.low));
+        Some(Bounds {
+            low: R::select(is_missed, beyond, low),
+            high: R::select(is_hit, high, beyond),
+        })
+    }
+}
+
+impl<R: Copy> SphereSeen<R> {
+    /// What a tree's leaf has of it.
+    #[inline(always)]
+    pub fn leaf(&self) -> SphereLeaf<R> {
+        let &SphereSeen { center, inner2, outer2, slack, near_most, .. } = self;
+        SphereLeaf { center, inner2, outer2, slack, near_most }
+    }
+}
+
 impl SphereSeen<f64> {
     /// With bounds for arithmetic of `F`; all is left open where its range is left.
     pub fn new<F: Float>(sphere: &Sphere, eye: &Eye) -> SphereSeen<f64> {
@@ -83,11 +199,12 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let lit = R::lit;
         let from_reference = length_bounds(center);
         let l = from_reference + lit(eye.spread);
-        let farthest = lit(F::FARTHEST);
-        let in_range = l.le(farthest).and(r.le(farthest)).and(lit(F::SMALLEST).le(r));
+        let in_range = is_in_range::<F, R>(r, l);
         let or = |number: R, open: f64| R::select(in_range, number, lit(open));
-        let [inner2, outer2, slack, _] = Guard::numbers(r, l, eye.unit, input);
         let InputError { offset, direction } = input;
+        let errors = (lit(offset), direction);
+        let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
+        let [inner2, outer2, ..] = Guard::numbers(r, l, eye.unit, errors.0, direction);
         // Rounded, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
         let roundings_of_k = if eye.spread > 0.0 { 2.0 } else { 1.0 };
@@ -101,13 +218,8 @@ impl<R: Real<One = f64>> SphereSeen<R> {
             true => error,
             false => R::select(k_error.le(lit(0.0)), lit(0.0), error),
         };
-        let is_outside = lit(0.0).lt(k);
-        let near_most = match eye.spread > 0.0 {
-            true => lit(F::BEYOND),
-            false => R::select(is_outside, lit(F::BEYOND), lit(0.0)),
-        };
         // Origins that are apart change k itself; and where its sign is open, it says nothing of the roots.
-        let is_close = (from_reference - r).abs().le(lit(CLOSE) * l);
+        let is_close = is_near_surface(from_reference, r, l);
         let is_close = match eye.spread > 0.0 {
             true => is_close,
             false => is_close.and(k_error.lt(k.abs())),
@@ -125,12 +237,11 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let least2 = (lit(LEAST) * r2).max(lit(LEAST_WIDTHS * ROOM) * width2);
         let far = F::FARTHEST;
         SphereSeen {
-            center: V3(center.0.map(|x| or(x, 0.0))),
-            inner2: or(inner2, -1.0),
-            // Of a ray that starts within the spread `m` and `|k|` are at most far².
-            outer2: or(outer2, 2.0 * far * far),
-            slack: or(slack, far),
-            near_most: or(near_most, F::BEYOND),
+            center: leaf.center,
+            inner2: leaf.inner2,
+            outer2: leaf.outer2,
+            slack: leaf.slack,
+            near_most: leaf.near_most,
             k: or(k, 0.0),
             k_error: or(k_error, 2.0 * far * far),
             is_close: or(R::select(is_close, lit(close), lit(0.0)), 0.0),
@@ -188,7 +299,7 @@ struct Foot<R> {
 
 impl<R: Real> Foot<R> {
     #[inline(always)]
-    fn new(seen: &SphereSeen<R>, l: V3<R>, ray: &Ray<R>) -> Foot<R> {
+    fn new(seen: &SphereLeaf<R>, l: V3<R>, ray: &Ray<R>) -> Foot<R> {
         let s = ray.direction.dot(l) * ray.inv_a;
         let to_center = l - ray.direction * s;
         let m = to_center.dot(to_center);
@@ -206,7 +317,7 @@ struct Chord<R> {
 
 impl<R: Real> Chord<R> {
     #[inline(always)]
-    fn new(seen: &SphereSeen<R>, foot: &Foot<R>, ray: &Ray<R>) -> Chord<R> {
+    fn new(seen: &SphereLeaf<R>, foot: &Foot<R>, ray: &Ray<R>) -> Chord<R> {
         let &Foot { s, inner, outer, .. } = foot;
         let zero = R::lit(0.0);
         let half_inner = (inner.max(zero) * ray.inv_a).sqrt();
@@ -274,33 +385,19 @@ impl Seen for SphereSeen<f64> {
 
     #[inline(always)]
     fn bounds<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>) -> Option<Bounds<R>> {
-        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let foot = Foot::new(seen, seen.center - ray.origin, ray);
-        let Foot { inner, outer, .. } = foot;
-        if !zero.le(outer).any() {
-            return None;
-        }
-        let Chord { near, far, .. } = Chord::new(seen, &foot, ray);
-        let low = R::select(near.high.le(zero), far.low, near.low);
-        let high = R::select(zero.lt(near.low), near.high, far.high);
-        let is_missed = outer.lt(zero).or(far.high.le(zero));
-        let is_hit = zero.le(inner).and(zero.lt(far.low));
-        Some(Bounds {
-            low: R::select(is_missed, beyond, low),
-            high: R::select(is_hit, high, beyond),
-        })
+        seen.leaf().bounds(ray)
     }
 
     #[inline(always)]
     fn bounds_close<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
         let l = seen.center - ray.origin;
-        let foot = Foot::new(seen, l, ray);
+        let foot = Foot::new(&seen.leaf(), l, ray);
         let Foot { s, inner, outer, .. } = foot;
         if !zero.le(outer).any() {
             return None;
         }
-        let chord = Chord::new(seen, &foot, ray);
+        let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
         let is_missed = outside.and(outer.lt(zero).or(s.lt(-seen.slack)));
         let is_hit = outside.and(zero.le(inner)).and(seen.slack.lt(s)).or(inside);
@@ -350,8 +447,8 @@ impl Seen for SphereSeen<f64> {
     ) -> Surface<R> {
         let (half, room, beyond) = (R::lit(0.5), R::lit(ROOM), R::lit(R::One::BEYOND));
         let l = seen.center - ray.origin;
-        let foot = Foot::new(seen, l, ray);
-        let chord = Chord::new(seen, &foot, ray);
+        let foot = Foot::new(&seen.leaf(), l, ray);
+        let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
         let (along, error) = Surface::along(t, ray, lengths);
         let point_error = (error + seen.offset_error) * seen.inv_r + lengths.of_normal;

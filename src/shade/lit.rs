@@ -93,7 +93,6 @@ impl Lit {
             return Ok((colors, plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double)));
         }
         let rays = Rays::Pixels(*samples);
-        prepared.prepare_shadows(control)?;
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
         let is_f32_enough = T::IS_BYTES && occluders.are_large;
         let certified = Certified::new(job, &occluders, samples, is_f32_enough);

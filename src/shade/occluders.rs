@@ -5,17 +5,17 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting, Origin};
+use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::{ExactBeam, ExactPoint, is_outside, slope_of};
 use crate::guard::host::Bounded;
 use crate::num::{Float, Lanes, Real, V3};
-use crate::prepare::{Prepared, Scaled};
+use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
 use crate::seen::{
     In, Occluder, PlaneMet, Record, ShadowRay, SphereMet, SurfacePoint, Verdict, shadow,
 };
-use crate::tree::Segment;
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
@@ -36,10 +36,7 @@ pub struct Occluders<'a> {
     /// The places of the planes.
     planes: Vec<usize>,
     /// From the reference point to that of the tree.
-    pub to_tree: DVec3,
-    /// Points within this distance share a walk through the tree. It is the radius of some
-    /// sphere, so that their ball is about as thick as what it meets.
-    pub together: f64,
+    to_tree: DVec3,
     /// Whether its spheres appear so large that f32 mostly tells their bytes.
     pub are_large: bool,
     /// Where each lamp's light comes from, relative to the reference point.
@@ -79,9 +76,9 @@ impl<'a> Occluders<'a> {
         let planes = scene.spheres.len() as u32 + 1..=scene.n_objects() as u32;
         let (ids, to_tree): (Vec<u32>, _) = match &prepared.hierarchy {
             Some(hierarchy) => {
-                let tree = &hierarchy.tree;
-                let outside = tree.outside.iter().map(|index| index + 1);
-                (outside.chain(planes).collect(), prepared.reference - tree.reference)
+                let bvh = &hierarchy.bvh;
+                let outside = bvh.outside.iter().copied();
+                (outside.chain(planes).collect(), prepared.reference - bvh.reference)
             }
             None => ((1..=scene.n_objects() as u32).collect(), DVec3::ZERO),
         };
@@ -97,8 +94,7 @@ impl<'a> Occluders<'a> {
                 }
                 Object::Plane(plane) => {
                     let here = stage.plane(id);
-                    let normal = DVec3::from_array(here.normal.0);
-                    let met = PlaneMet::new(relative(plane.point), normal);
+                    let met = PlaneMet::new(relative(plane.point), here.normal);
                     (!here.is_repeated, Met::Plane(met))
                 }
             };
@@ -108,13 +104,11 @@ impl<'a> Occluders<'a> {
         let is_plane = |place: &usize| matches!(listed[*place].met, Met::Plane(_));
         let planes = (0..listed.len()).filter(is_plane).collect();
         let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
-            let order = &hierarchy.tree.order;
-            let some = order.iter().step_by(order.len() / 64 + 1);
-            some.map(|&index| scene.spheres[index as usize]).collect()
+            let spheres = &hierarchy.bvh.spheres;
+            spheres.iter().step_by(spheres.len() / 64 + 1).copied().collect()
         });
         let radius = |sphere: &Sphere| sphere.radius.abs();
         let apparent = |sphere: &Sphere| radius(sphere) / relative(sphere.center).length();
-        let together = median(some.iter().map(radius)).unwrap_or(0.0);
         let are_large = median(some.iter().map(apparent)).is_none_or(|size| size > SMALL);
         let origin = |lamp: &Lamp| match lamp.origin {
             Origin::Eye => shadow::Origin::Point(DVec3::ZERO),
@@ -133,16 +127,10 @@ impl<'a> Occluders<'a> {
             scene,
             listed,
             to_tree,
-            together,
             are_large,
             origins: lighting.lamps.iter().map(origin).collect(),
             suns: lighting.lamps.iter().map(sun).collect(),
         }
-    }
-
-    /// Whether spheres are looked for in a tree.
-    pub fn has_tree(&self) -> bool {
-        self.prepared.hierarchy.is_some()
     }
 
     /// Lists the places of the listed objects that may be in the way of rays from a ball of points of the object `own`, and says
@@ -172,30 +160,53 @@ impl<'a> Occluders<'a> {
     /// A listed object in numbers of `F`.
     pub fn met_listed<F: Bounded>(&self, listed: &Listed) -> Met<F> {
         match listed.met {
-            Met::Sphere(_) => Met::Sphere(self.met(listed.id - 1)),
+            Met::Sphere(_) => Met::Sphere(self.met(&self.scene.spheres[listed.id as usize - 1])),
             Met::Plane(met) => Met::Plane(met.round()),
         }
     }
 
     /// A sphere in numbers of `F`.
     #[inline(always)]
-    pub fn met<F: Bounded>(&self, index: u32) -> In<SphereMet<f64>, F> {
-        let &Sphere { center, radius } = &self.scene.spheres[index as usize];
+    pub fn met<F: Bounded>(&self, &Sphere { center, radius }: &Sphere) -> In<SphereMet<f64>, F> {
         SphereMet::new::<F>(center - self.prepared.reference, radius).round()
     }
 
-    /// A shadow ray in the tree, all of whose spheres lie within a distance from its start.
+    /// The tree over many spheres.
+    pub fn tree(&self) -> Option<&Bvh> {
+        self.prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh)
+    }
+
+    /// The ways between points, which lie between two corners from the reference point, and a light. They begin at the light
+    /// where that is about as near as the tree is large, so that they part there; at the points where it is far.
     #[inline(always)]
-    pub fn segment(&self, ray: &ShadowRay<f64>) -> Option<Segment> {
-        let tree = &self.prepared.hierarchy.as_ref()?.tree;
-        let (from, way, is_endless) = ray.line();
-        let from = DVec3::from_array(from.0);
-        let origin = from + self.to_tree;
-        // No test sees the 4 halved: the unit is two roundings.
-        let rounding = 4.0 * f64::UNIT * (from.length() + self.to_tree.length());
-        let farthest = farthest(origin, tree.largest_coordinate());
-        let slack = ray.error_up_to(farthest) + rounding;
-        Some(Segment { origin, way: DVec3::from_array(way.0), is_endless, slack })
+    pub fn beam(&self, bvh: &Bvh, origin: shadow::Origin, [low, high]: Corners) -> Beam {
+        // Each number is rounded at most three times, by a half; no test sees the rest.
+        let room = |numbers: DVec3| numbers * (4.0 * f64::EPSILON);
+        let farthest = low.abs().max(high.abs());
+        let moved = |[low, high]: Corners, size: DVec3| {
+            let room = room(size + self.to_tree.abs());
+            [low + self.to_tree - room, high + self.to_tree + room]
+        };
+        match origin {
+            shadow::Origin::Sun(direction) => {
+                let points = moved([low, high], farthest);
+                Beam::new(points, [-direction; 2], bvh.end(points))
+            }
+            shadow::Origin::Point(light) => {
+                let (size, room) = (light.abs(), room(light.abs() + farthest));
+                let is_near = (light + self.to_tree).abs().max_element() <= NEAR * bvh.size();
+                let (from, [slow, quick]) = match is_near {
+                    true => (moved([light; 2], size), [low - light - room, high - light + room]),
+                    false => {
+                        (moved([low, high], farthest), [light - high - room, light - low + room])
+                    }
+                };
+                // With directions of a length about 1 f32 has room for slabs.
+                let exponent = exponent_of(slow.abs().max(quick.abs()));
+                let power = power_of_two(-exponent);
+                Beam::new(from, [slow * power, quick * power], power_of_two(exponent))
+            }
+        }
     }
 
     /// Whether the sphere around a ray's origin is in the way of light to its inside: it is where the lamp
@@ -219,7 +230,7 @@ impl<'a> Occluders<'a> {
         surface: Option<&SurfacePoint<f64>>,
     ) -> Result<bool, Vec<u32>> {
         let Some(surface) = surface else {
-            let n_in_tree = if self.has_tree() { self.scene.spheres.len() as u32 } else { 0 };
+            let n_in_tree = if self.tree().is_some() { self.scene.spheres.len() as u32 } else { 0 };
             let listed = self.listed.iter().map(|listed| listed.id);
             return Err(listed.chain(1..=n_in_tree).chain([own]).collect());
         };
@@ -229,31 +240,26 @@ impl<'a> Occluders<'a> {
         let aim = shadow::Aim::new(self.origins[index]);
         let ray = ShadowRay::new(&aim, surface.point, surface.point_error);
         let mut open = Vec::new();
-        let mut is_blocked = |id: u32, verdict: Verdict<f64>| {
-            if !verdict.is_clear() {
-                open.push(id);
-            }
-            verdict.is_blocked()
-        };
         for listed in self.listed.iter().filter(|listed| listed.id != own) {
-            if is_blocked(listed.id, listed.met.occlude(&ray)) {
+            let verdict = listed.met.occlude(&ray);
+            if verdict.is_blocked() {
+                return Ok(false);
+            }
+            if !verdict.is_clear() {
+                open.push(listed.id);
+            }
+        }
+        if let Some(bvh) = self.tree() {
+            let [point, room] = [surface.point.0, [surface.point_error; 3]].map(DVec3::from_array);
+            let beam = self.beam(bvh, self.origins[index], [point - room, point + room]);
+            let mut look =
+                Look { occluders: self, bvh, own, ray: &ray, open: &mut open, is_dark: false };
+            Walk::default().all(bvh, bvh.root(), beam, &mut look);
+            if look.is_dark {
                 return Ok(false);
             }
         }
-        let mut is_dark = false;
-        if let (Some(hierarchy), Some(segment)) = (&self.prepared.hierarchy, self.segment(&ray)) {
-            hierarchy.tree.visit_segment(&segment, |place| {
-                let index = hierarchy.tree.order[place];
-                is_dark |= index + 1 != own
-                    && is_blocked(index + 1, SphereMet::occlude(&self.met::<f64>(index), &ray));
-                !is_dark
-            });
-        }
-        match (is_dark, open.is_empty()) {
-            (true, _) => Ok(false),
-            (false, true) => Ok(true),
-            (false, false) => Err(open),
-        }
+        if open.is_empty() { Ok(true) } else { Err(open) }
     }
 
     /// The way from a point to a lamp, exactly.
@@ -272,7 +278,7 @@ impl<'a> Occluders<'a> {
 
     /// Whether a plane is seen from the side that its normal points to, as this surface of it is.
     pub fn faces_front(&self, id: u32, surface: &SurfacePoint<f64>) -> bool {
-        surface.normal.dot(V3(self.stage.plane(id).normal.0)) > 0.0
+        surface.normal.dot(V3(self.stage.plane(id).normal.to_array())) > 0.0
     }
 
     /// Whether the sun with index `index` shines on that side of a plane, or on the other one: the same for all of it.
@@ -282,7 +288,7 @@ impl<'a> Occluders<'a> {
         else {
             return false;
         };
-        let slope = -DVec3::from_array(self.stage.plane(id).normal.0).dot(way);
+        let slope = -self.stage.plane(id).normal.dot(way);
         // The vectors' lengths are below 4, their product's rounding is 3 units. No test sees the
         // 64 halved: 18 would do.
         let is_known = slope.abs() > 64.0 * f64::UNIT;
@@ -295,9 +301,41 @@ impl<'a> Occluders<'a> {
     }
 }
 
-/// No point of a cube about 0 is farther away.
-fn farthest(origin: DVec3, largest_coordinate: f64) -> f64 {
-    1.01 * (origin.length() + 1.74 * largest_coordinate)
+/// Times the size of a tree: a light within is one that ways part at.
+const NEAR: f64 = 4.0;
+
+/// Looks for what is in the way of a shadow ray.
+struct Look<'a> {
+    occluders: &'a Occluders<'a>,
+    bvh: &'a Bvh,
+    /// The object that it starts on.
+    own: u32,
+    ray: &'a ShadowRay<f64>,
+    /// The ids of what leaves it open.
+    open: &'a mut Vec<u32>,
+    is_dark: bool,
+}
+
+impl Visitor for Look<'_> {
+    fn last(&self) -> f32 {
+        if self.is_dark { -1.0 } else { f32::INFINITY }
+    }
+
+    fn visit(&mut self, node: &Node, leaves: u32, _: &Enter) {
+        for lane in (0..u32::BITS).filter(|lane| leaves >> lane & 1 == 1) {
+            let place = node.place(lane) as usize;
+            let id = self.bvh.ids[place];
+            if id == self.own {
+                continue;
+            }
+            let met = self.occluders.met::<f64>(&self.bvh.spheres[place]);
+            let verdict = SphereMet::occlude(&met, self.ray);
+            self.is_dark |= verdict.is_blocked();
+            if !verdict.is_clear() {
+                self.open.push(id);
+            }
+        }
+    }
 }
 
 /// The middle one of some numbers.
@@ -326,18 +364,4 @@ fn side_by_side(listed: &[Listed]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usi
         (group, some.iter().map(|&(place, _)| place).collect())
     };
     spheres.chunks(LANES).map(group).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn corners_of_a_cube_are_hardly_nearer_than_its_farthest_point() {
-        for at in [1e-3, 1.0, 1e3] {
-            let (origin, corner) = (DVec3::splat(at), DVec3::splat(-1.0));
-            let part = origin.distance(corner) / farthest(origin, 1.0);
-            assert!(part <= 1.0 && part > 0.98, "{at}: {part}");
-        }
-    }
 }

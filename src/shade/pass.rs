@@ -14,12 +14,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
+use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
 use super::Background;
 use super::lit::Job;
 use super::occluders::{Met, Occluders};
 use super::written::{Interval, Written};
+use crate::bvh::{Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::{Pack, Surfaces, is_id};
 use crate::guard::LONGEST_IN_F32;
 use crate::guard::host::Bounded;
@@ -29,7 +31,6 @@ use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
 use crate::seen::{Bounds, ShadowRay, SphereMet, SurfacePoint, Verdict};
 use crate::seen::{Occluder, Record};
-use crate::tree::Walk;
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
 /// without lamps two roundings are left.
@@ -179,6 +180,18 @@ impl<F: Float, const N: usize> Extent<F, N> {
         self.back = Lanes::select(is_in, self.back.max(back), self.back);
     }
 
+    /// Corners of a box around all true points.
+    #[inline(always)]
+    fn corners(&self) -> Corners {
+        let (mut corners, error) = ([DVec3::ZERO; 2], most(self.error));
+        for axis in 0..3 {
+            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
+            // No test sees the roundings of these sums, which the beam has room for.
+            (corners[0][axis], corners[1][axis]) = (low - error, high + error);
+        }
+        corners
+    }
+
     /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
     /// the largest error.
     #[inline(always)]
@@ -224,18 +237,12 @@ pub struct Scratch<F: Float, const N: usize> {
     balls: Vec<Ball>,
     /// Places of listed objects that may be in the way.
     places: Vec<usize>,
-    /// Points that share a walk through the tree: a ball of them, and which members.
-    groups: Vec<(Ball, std::ops::Range<usize>)>,
-    /// Indices of packs, and 1 where a point of it is in the group, else 0.
-    members: Vec<(usize, Lanes<F, N>)>,
-    /// 1 where a point of a pack is in no group yet, else 0.
+    /// 1 where a point of a pack is still to be looked at through the tree, else 0.
     left: Vec<Lanes<F, N>>,
     ways: Vec<Way<F, N>>,
     walk: Walk,
     /// Whether the light shines on anything.
     is_lit: bool,
-    /// For each lamp and each pack, the place in the tree of what was in the way last.
-    last: Vec<Option<usize>>,
 }
 
 impl<F: Float, const N: usize> Default for Scratch<F, N> {
@@ -247,13 +254,10 @@ impl<F: Float, const N: usize> Default for Scratch<F, N> {
             boxes: Vec::new(),
             balls: Vec::new(),
             places: Vec::new(),
-            groups: Vec::new(),
-            members: Vec::new(),
             left: Vec::new(),
             ways: Vec::new(),
             walk: Walk::default(),
             is_lit: false,
-            last: Vec::new(),
         }
     }
 }
@@ -341,15 +345,11 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         self.run::<N, { stage::LOAD }>(pixels, scratch, 0);
         self.run::<N, { stage::SEE }>(pixels, scratch, 0);
         self.run::<N, { stage::GATHER }>(pixels, scratch, 0);
-        if self.occluders.has_tree() {
-            scratch.last.resize(self.lights.len() * scratch.packs.len(), None);
-            self.run::<N, { stage::GROUP }>(pixels, scratch, 0);
-        }
         for (index, light) in self.lights.iter().enumerate() {
             self.run::<N, { stage::AIM }>(pixels, scratch, index);
             if light.casts_shadows && scratch.is_lit {
                 self.run::<N, { stage::DARKEN }>(pixels, scratch, index);
-                if self.occluders.has_tree() {
+                if self.occluders.tree().is_some() {
                     self.run::<N, { stage::DARKEN_BY_TREE }>(pixels, scratch, index);
                 }
             }
@@ -529,118 +529,50 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         }
     }
 
-    /// Groups of points that are close together, each of which shares a walk through the tree.
-    #[inline(always)]
-    fn group<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, groups, members, left, .. } = scratch;
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let together = Lanes::lit(self.occluders.together * self.occluders.together);
-        groups.clear();
-        members.clear();
-        left.clear();
-        for pack in &*packs {
-            let some = pack.kept.is_known().and(is_id(&pack.ids, 0).not());
-            left.push(Lanes::select(some, one, zero));
-        }
-        for first in 0..packs.len() {
-            while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
-                let nearest = V3::splat(V3(packs[first].kept.point.0.map(|x| x.0[lane])));
-                let (mut all, start) = (Extent::none(0), members.len());
-                for at in first..packs.len() {
-                    let apart = packs[at].kept.point - nearest;
-                    let mut here = Lanes::select(apart.dot(apart).le(together), left[at], zero);
-                    if at == first {
-                        here.0[lane] = one.0[lane];
-                    }
-                    let is_in = zero.lt(here);
-                    if is_in.any() {
-                        left[at] = Lanes::select(is_in, zero, left[at]);
-                        all.add(is_in, &packs[at].kept);
-                        members.push((at, here));
-                    }
-                }
-                groups.push((all.ball(), start..members.len()));
-            }
-        }
-    }
-
-    /// Takes away what spheres of the tree are in the way of.
+    /// Takes away what spheres of the tree are in the way of. The samples of some pixels that see one object lie close
+    /// together, and share a walk.
     #[inline(always)]
     fn darken_by_tree<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Some(hierarchy) = &self.occluders.prepared.hierarchy else { return };
-        let (tree, light) = (&hierarchy.tree, &self.lights[index]);
+        let Some(bvh) = self.occluders.tree() else { return };
+        let light = &self.lights[index];
         let aim = Aim::new(light.origin);
-        let Scratch { packs, given, walk, last, groups, members, ways, .. } = scratch;
+        let Scratch { packs, given, walk, left, ways, .. } = scratch;
         let given = &mut given[index * packs.len()..][..packs.len()];
-        let last = &mut last[index * packs.len()..][..packs.len()];
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        ways.clear();
-        let mut beside = None;
-        for (at, pack) in packs.iter().enumerate() {
-            let rays = self.shadow_rays(&aim, pack);
-            let mut way = Way { rays, verdict: Verdict::none(), asked: given[at].high };
-            // What was in the way of the pack above this one, and of the one beside it.
-            for place in [last[at], beside].into_iter().flatten().filter(|_| given[at].is_lit) {
-                self.meet(tree.order[place], pack, &mut way);
+        let n_each = self.job.n_samples() * self.job.n_samples();
+        for (packs, given) in packs.chunks(n_each).zip(given.chunks_mut(n_each)) {
+            ways.clear();
+            left.clear();
+            for (pack, given) in packs.iter().zip(&*given) {
+                let rays = self.shadow_rays(&aim, pack);
+                let is_asked = pack.kept.is_known().and(zero.lt(given.high));
+                let asked = Lanes::select(is_asked, given.high, zero);
+                ways.push(Way { rays, verdict: Verdict::none(), asked });
+                left.push(Lanes::select(is_asked, one, zero));
             }
-            beside = last[at];
-            ways.push(way);
-        }
-        for (ball, range) in groups {
-            let members = &members[range.clone()];
-            let mut is_any_open = false;
-            for &(at, here) in members {
-                is_any_open |= ways[at].is_open(here);
-            }
-            if !is_any_open {
-                continue;
-            }
-            let Some(segment) = self.occluders.segment(&ball.shadow_ray(light.origin)) else {
-                continue;
-            };
-            walk.start(tree, &segment);
-            while let Some(place) = walk.next(tree) {
-                let mut is_any_open = false;
-                for &(at, here) in members {
-                    let way = &mut ways[at];
-                    if way.is_open(here) && self.meet(tree.order[place], &packs[at], way) {
-                        last[at] = Some(place);
+            for first in 0..packs.len() {
+                while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
+                    let own = packs[first].ids[lane];
+                    let mut around = Extent::none(own);
+                    for (pack, left) in packs.iter().zip(&mut *left).skip(first) {
+                        let here = is_id(&pack.ids, own).and(zero.lt(*left));
+                        around.add(here, &pack.kept);
+                        *left = Lanes::select(here, zero, *left);
                     }
-                    is_any_open |= way.is_open(here);
-                }
-                if !is_any_open {
-                    break;
+                    let beam = self.occluders.beam(bvh, light.origin, around.corners());
+                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
+                    let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
+                    walk.all(bvh, bvh.root(), beam, &mut darken);
                 }
             }
+            for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
+                let Verdict { mut blocked, mut clear } = way.verdict;
+                let known = pack.kept.is_known();
+                (blocked, clear) =
+                    (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
+                given.take(&Verdict { blocked, clear });
+            }
         }
-        for ((pack, given), way) in packs.iter().zip(given).zip(ways) {
-            let Verdict { mut blocked, mut clear } = way.verdict;
-            let known = pack.kept.is_known();
-            (blocked, clear) =
-                (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
-            given.take(&Verdict { blocked, clear });
-        }
-    }
-
-    /// Takes in whether a sphere is in the way, which it is not of rays that start on it. Says whether it is in that of any.
-    #[inline(always)]
-    fn meet<const N: usize>(
-        &self,
-        index: u32,
-        pack: &Pack<F, N, SurfacePoint<Lanes<F, N>>>,
-        way: &mut Way<F, N>,
-    ) -> bool {
-        let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
-        let met = <SphereMet<f64> as Record>::splat(&self.occluders.met::<F>(index));
-        let mut met = SphereMet::occlude(&met, &way.rays);
-        if pack.ids.contains(&(index + 1)) {
-            let own = is_id(&pack.ids, index + 1);
-            met.blocked = Lanes::select(own, -one, met.blocked);
-            met.clear = Lanes::select(own, one, met.clear);
-        }
-        way.verdict = way.verdict.with(met);
-        way.asked = Lanes::select(zero.lt(met.blocked), zero, way.asked);
-        zero.lt(met.blocked).any()
     }
 
     /// Adds what all lights give, and takes it times the objects' own colours.
@@ -730,6 +662,58 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     }
 }
 
+/// Looks for what is in the way of light to points of one object.
+struct Darken<'a, 'b, F: Float, const N: usize> {
+    pass: &'a Pass<'b, F>,
+    bvh: &'a Bvh,
+    /// Their object, which is not in their way.
+    own: u32,
+    packs: &'a [Pack<F, N, SurfacePoint<Lanes<F, N>>>],
+    ways: &'a mut [Way<F, N>],
+    is_dark: bool,
+}
+
+impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
+    #[inline(always)]
+    fn last(&self) -> f32 {
+        if self.is_dark { -1.0 } else { f32::INFINITY }
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, node: &Node, mut leaves: u32, _: &Enter) {
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        while leaves != 0 {
+            let place = node.place(leaves.trailing_zeros()) as usize;
+            leaves &= leaves - 1;
+            if self.bvh.ids[place] == self.own {
+                continue;
+            }
+            let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
+            let met = <SphereMet<f64> as Record>::splat(&met);
+            let mut is_any_open = false;
+            for (pack, way) in self.packs.iter().zip(&mut *self.ways) {
+                if !pack.sees(self.own) {
+                    continue;
+                }
+                let here = Lanes::select(is_id(&pack.ids, self.own), one, zero);
+                if !way.is_open(here) {
+                    continue;
+                }
+                let mut found = SphereMet::occlude(&met, &way.rays);
+                found.blocked = Lanes::select(zero.lt(here), found.blocked, -one);
+                found.clear = Lanes::select(zero.lt(here), found.clear, one);
+                way.verdict = way.verdict.with(found);
+                way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
+                is_any_open |= way.is_open(here);
+            }
+            if !is_any_open {
+                self.is_dark = true;
+                return;
+            }
+        }
+    }
+}
+
 /// Whether these are `N` pixels side by side.
 #[inline(always)]
 fn is_stretch<const N: usize>(pixels: &[usize]) -> bool {
@@ -751,11 +735,10 @@ mod stage {
     pub const LOAD: usize = 0;
     pub const SEE: usize = 1;
     pub const GATHER: usize = 2;
-    pub const GROUP: usize = 3;
-    pub const AIM: usize = 4;
-    pub const DARKEN: usize = 5;
-    pub const DARKEN_BY_TREE: usize = 6;
-    pub const TINT: usize = 7;
+    pub const AIM: usize = 3;
+    pub const DARKEN: usize = 4;
+    pub const DARKEN_BY_TREE: usize = 5;
+    pub const TINT: usize = 6;
 }
 
 /// A stage, compiled for each instruction set that the processor may have. In one function for all of them numbers no longer
@@ -780,7 +763,6 @@ impl<F: Bounded + Linear, const N: usize, const STAGE: usize> WithSimd
             stage::LOAD => pass.load(pixels, scratch),
             stage::SEE => pass.see(scratch),
             stage::GATHER => pass.gather(scratch),
-            stage::GROUP => pass.group(scratch),
             stage::AIM => pass.aim(index, scratch),
             stage::DARKEN => pass.darken(index, scratch),
             stage::DARKEN_BY_TREE => pass.darken_by_tree(index, scratch),

@@ -37,7 +37,7 @@ pub(super) fn shade<T: Written>(
     let mut work =
         |light: Light| job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, light)));
     let with_light = WithLight { job, prepared, samples, work: &mut work };
-    prepared.objects.with_plain_twin(prepared.bundle(), with_light).transpose()?;
+    prepared.objects.with_twin(prepared.bundle(), with_light).transpose()?;
     Ok(false)
 }
 
@@ -239,7 +239,7 @@ pub(crate) struct PlainWay {
 
 /// The numbers of a kernel for one ray; `None` where it sees the background.
 pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
-    prepared.objects.with_plain_twin(prepared.bundle(), One { prepared, rays, lighting }).flatten()
+    prepared.objects.with_twin(prepared.bundle(), One { prepared, rays, lighting }).flatten()
 }
 
 struct One<'a> {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::exact::{self, ExactHit, ExactPixels, ExactRay, Root, Shape, Side};
-use crate::kernel::coordinates::Scaled;
+use crate::num::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Pixels, Rays};
 use crate::scene::{Object, Scene};

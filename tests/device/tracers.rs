@@ -230,8 +230,8 @@ fn more_spheres_than_a_device_holds_are_refused() {
     };
     let error = refusal(1).unwrap();
     assert_eq!(error.exit_code(), 7);
-    assert!(error.to_string().contains("takes at most 2048"), "{error}");
-    assert!(refusal(2).is_none());
+    assert!(error.to_string().contains("takes at most 1365"), "{error}");
+    assert!(refusal(3).is_none());
 }
 
 /// `verify` sees colours of a device that are not those of the CPU.

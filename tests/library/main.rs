@@ -4,14 +4,12 @@ mod clouds;
 mod columns;
 mod exact;
 mod finite;
-mod footprints;
-mod guards;
 #[cfg(target_arch = "x86_64")]
 mod host;
 mod house;
+mod inputs;
 mod lemmas;
 mod light_oracle;
-mod parallel;
 mod picture;
 mod precision;
 mod rays;

@@ -95,6 +95,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
         bundle,
         spheres,
         n_spheres: 3,
+        close: false,
         n_planes: 2,
         surface: false,
         plain_light: None,
@@ -103,20 +104,19 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
 
 /// All that the program can ask for.
 fn all_keys() -> Vec<ShaderKey> {
-    use Finding::{Hierarchy, Listed, Tree};
+    use Finding::{Listed, Tree};
     let mut all = Vec::new();
     for kernel in Kernel::ALL {
         let is_certified = kernel == Kernel::Certified;
         for bundle in Bundle::ALL {
-            let findings = match bundle {
-                _ if !is_certified => &[Listed][..],
-                Bundle::Point | Bundle::Parallel => &[Listed, Hierarchy],
-                Bundle::Free => &[Listed, Tree],
-            };
+            let findings = if is_certified { &[Listed, Tree][..] } else { &[Listed] };
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (200, 150)] {
                 for &spheres in findings {
                     let key = ShaderKey { n_spheres, n_planes, ..key(kernel, bundle, spheres) };
                     all.push(key);
+                    if is_certified && n_spheres > 0 {
+                        all.push(ShaderKey { close: true, ..key });
+                    }
                     if !is_certified {
                         all.push(ShaderKey { surface: true, ..key });
                     }
@@ -193,7 +193,7 @@ fn records(shader: &Shader) -> Vec<String> {
     let names = names.map(str::to_lowercase);
     names
         .filter(|name| ["sphere", "plane"].iter().any(|kind| name.starts_with(kind)))
-        .filter(|name| !name.ends_with("record"))
+        .filter(|name| !name.ends_with("record") && !name.ends_with("leaf"))
         .collect()
 }
 
@@ -214,19 +214,14 @@ fn a_scene_without_planes_has_no_plane_code_and_no_plane_binding() {
         assert_complete(&whole, &words);
         assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
         let has_spheres = key.n_spheres > 0;
-        assert_eq!(
-            has(&whole, "sphere"),
-            has_spheres || matches!(key.spheres, Finding::Hierarchy | Finding::Tree),
-            "{key:?}"
-        );
+        assert_eq!(has(&whole, "sphere"), has_spheres || key.spheres == Finding::Tree, "{key:?}");
         // Results, parameters; spheres; planes; the list of rays; the hierarchy.
         let surface = if key.surface { 2 } else { 0 };
         let list = usize::from(key.bundle == Bundle::Free);
         let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
         let hierarchy = match key.spheres {
-            Finding::Hierarchy => 3 + usize::from(has_spheres),
             Finding::Tree => 3,
-            _ => 0,
+            Finding::Listed => 0,
         };
         let expected = 2 + surface + objects + list + hierarchy;
         assert_eq!(bindings(&words).len(), expected, "{key:?}");
@@ -267,7 +262,7 @@ fn scenes() -> Vec<(String, usize, ShaderKey)> {
 fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
     const OP_TYPE_IMAGE: u32 = 25;
     const OP_LOOP_MERGE: u32 = 246;
-    let names = ["hierarchy", "walk", "node", "cell", "texel", "rest_ids", "far_spheres"];
+    let names = ["hierarchy", "walk", "boxes", "texel", "leaves"];
     let named = names.iter().filter(|name| has(shader, name)).count();
     count(words, OP_TYPE_IMAGE) + count(words, OP_LOOP_MERGE) + named
 }
@@ -277,7 +272,7 @@ fn a_hierarchy_only_where_there_are_many_spheres() {
     let mut n_with = 0;
     for (name, n_spheres, key) in scenes() {
         let (shader, words) = shader(&key);
-        let has_hierarchy = key.spheres == Finding::Hierarchy;
+        let has_hierarchy = key.spheres == Finding::Tree;
         assert_eq!(traces_of_a_hierarchy(&shader, &words) > 0, has_hierarchy, "{name}");
         let is_many = key.kernel == Kernel::Certified && n_spheres > FEW_SPHERES;
         assert_eq!(has_hierarchy, is_many, "{name}");
@@ -290,7 +285,7 @@ fn a_hierarchy_only_where_there_are_many_spheres() {
 fn only_one_kernel_and_one_source_of_rays() {
     for key in all_keys() {
         let (whole, _) = shader(&key);
-        let objects = key.n_spheres + key.n_planes > 0 || key.spheres == Finding::Tree;
+        let objects = key.n_spheres + key.n_planes > 0;
         for kernel in Kernel::ALL {
             // `double` is made of the formulas of `stable`, but not of its records.
             let shares = (kernel, key.kernel) == (Kernel::Stable, Kernel::Double);

@@ -1,25 +1,20 @@
 //! Samples of pixels: those that show one object alone are proven to be such (see [`crate::guard::Reach`]).
 //! Only pixels that are left are sampled.
 
-mod many;
-
 use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::tile::TILE;
 use crate::certify;
 use crate::control::Control;
 use crate::engine::{LARGEST, Room, Search};
 use crate::error::Result;
-use crate::guard::Reach;
 use crate::host;
 use crate::kernel::Kernel;
 use crate::num::OPEN;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Rays};
 use crate::trace::{Level, Mixed, SampleIds, StageCounts, Timing, resize};
-use many::Many;
 
 /// Pixels that are looked at before their samples.
 pub(super) struct Squares<'a> {
@@ -28,12 +23,7 @@ pub(super) struct Squares<'a> {
     pixels: &'a Pixels,
     /// Samples across and down a pixel.
     n: u32,
-    way: Way<'a>,
-}
-
-enum Way<'a> {
-    Few(Search<'a>),
-    Many(Box<Many<'a>>),
+    search: Search<'a>,
 }
 
 impl<'a> Squares<'a> {
@@ -43,14 +33,7 @@ impl<'a> Squares<'a> {
         if n == 1 || pixels.is_empty() || !is_proven {
             return None;
         }
-        let way = match &prepared.hierarchy {
-            None => Way::Few(Search::new(prepared, pixels, n)),
-            Some(hierarchy) => {
-                let reach = Reach::of_samples(pixels, 1, n);
-                Way::Many(Box::new(Many::new(prepared, hierarchy, pixels, n, reach)?))
-            }
-        };
-        Some(Squares { prepared, pixels, n, way })
+        Some(Squares { prepared, pixels, n, search: Search::new(prepared, pixels, n) })
     }
 
     /// [`crate::tracer::Tracer::trace_samples`].
@@ -63,20 +46,14 @@ impl<'a> Squares<'a> {
         self.prepared.check(&all)?;
         let width = self.pixels.width as usize;
         resize(&mut samples.whole, self.pixels.len());
-        let n_rows = match self.way {
-            Way::Few(_) => LARGEST as usize,
-            Way::Many(_) => TILE,
-        };
+        let n_rows = LARGEST as usize;
         let strips = samples.whole.par_chunks_mut(n_rows * width).enumerate();
         let mixed = strips
             .map_init(Room::default, |room, (strip, whole)| {
                 control.check()?;
                 host::check()?;
                 let first_row = (strip * n_rows) as u32;
-                let mixed = match &self.way {
-                    Way::Few(few) => few.look(first_row, whole, room),
-                    Way::Many(many) => many.look(first_row, whole, control)?,
-                };
+                let mixed = self.search.look(first_row, whole, room);
                 control.advance((whole.len() as u64) * u64::from(self.n).pow(2));
                 Ok(mixed)
             })
@@ -194,20 +171,8 @@ mod tests {
             let (scene, pixels) = case(seed);
             let mut tracer = tracer(&scene, &pixels, n);
             let mut whole = vec![OPEN; pixels.len()];
-            match &tracer.prepared.hierarchy {
-                None => {
-                    let search = Search::with_reach(&tracer.prepared, &pixels, n, part);
-                    search.look(0, &mut whole, &mut Room::default());
-                }
-                Some(hierarchy) => {
-                    let reach = Reach::new(&pixels, part * (1.0 - 1.0 / f64::from(n)));
-                    let many = Many::new(&tracer.prepared, hierarchy, &pixels, n, reach).unwrap();
-                    for (strip, whole) in whole.chunks_mut(TILE * pixels.width as usize).enumerate()
-                    {
-                        many.look((strip * TILE) as u32, whole, &Control::default()).unwrap();
-                    }
-                }
-            }
+            let search = Search::with_reach(&tracer.prepared, &pixels, n, part);
+            search.look(0, &mut whole, &mut Room::default());
             let mut hits = Hits::default();
             tracer.trace(&Rays::Pixels(pixels.samples(n)), &Control::default(), &mut hits).unwrap();
             let (row, n) = ((pixels.width * n) as usize, n as usize);

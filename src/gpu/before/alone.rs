@@ -1,76 +1,76 @@
-//! Twin of `shaders/hierarchy.wgsl` and of lists: each ray of a picture alone.
+//! Twin of `shaders/certified.wgsl` and `shaders/tree.wgsl`: each ray alone, in f32.
 
 use rayon::prelude::*;
 
-use crate::control::Control;
-use crate::cpu::{Leaf, Listed, ParallelRays, PointRays, TileRays, TraceRays};
+use super::slabs::{SlabRoom, meets, slabs_of};
+use crate::bvh::{IS_LEAF, Leaves};
+use crate::engine::{Camera, List};
 use crate::error::{Error, Result};
-use crate::guard;
-use crate::kernel::certified::{Nearest, Widening};
-use crate::kernel::{Kernel, RayOf};
-use crate::prepare::{Hierarchy, Prepared, Seen};
-use crate::rays::{CameraF32, Lens, Pixels, Rays};
-use crate::trace::{Hits, Wants};
+use crate::num::{Bits, Lanes};
+use crate::prepare::{InSpace, Prepared};
+use crate::rays::Rays;
+use crate::seen::{Nearest, Objects, Ray};
+use crate::trace::Kernel;
+use crate::vec3::Vec3;
+
+/// A ray, and what it sees.
+type One = Lanes<f32, 1>;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
 /// twin that a device's proposals are compared with. [`CpuTracer`](crate::cpu::CpuTracer) may leave other rays open, but never sees
 /// another object.
 ///
 /// # Errors
-/// [`Error::Usage`] for another kernel's scene, and for a hierarchy that is not over pixels.
-pub fn propose_alone(prepared: &Prepared, pixels: &Pixels) -> Result<Vec<u32>> {
-    let rays = Rays::Pixels(*pixels);
-    prepared.check(&rays)?;
+/// [`Error::Usage`] for another kernel's scene, and for one that a device finds no way through.
+pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
+    prepared.check(rays)?;
     let hierarchy = prepared.hierarchy.as_ref();
-    if hierarchy.is_none() && prepared.kernel == Kernel::Certified {
-        let (mut hits, control) = (Hits::default(), Control::default());
-        hits.reset(rays.len(), Wants::default());
-        let trace = TraceRays { prepared, rays: &rays, control: &control, hits: &mut hits };
-        prepared.objects.with_twin(prepared.bundle(), trace)?;
-        return Ok(hits.id);
+    let in_space = prepared.in_space()?;
+    if prepared.kernel != Kernel::Certified || in_space.is_none() && hierarchy.is_some() {
+        return Err(Error::Usage("no device proposes anything for this scene".into()));
     }
-    let Some((hierarchy, seen)) = hierarchy.and_then(|h| Some((h, h.seen.as_ref()?))) else {
-        return Err(Error::Usage("the scene has no hierarchy over pixels".into()));
+    let eye = prepared.eye();
+    let listed = match hierarchy {
+        None => Objects::new(prepared.seen_objects(), &eye),
+        Some(hierarchy) => Objects::new(prepared.beside(&hierarchy.rest), &eye),
     };
-    Ok(match pixels.view.lens {
-        Lens::Perspective => rays_alone::<PointRays>(prepared, hierarchy, seen, pixels),
-        Lens::Orthographic => rays_alone::<ParallelRays>(prepared, hierarchy, seen, pixels),
+    let look = |ray: Ray<One>| {
+        let mut nearest = listed.nearest(&ray);
+        if let (Some(in_space), Some(hierarchy)) = (&in_space, hierarchy) {
+            look_in_tree(&ray, &mut nearest, in_space, &hierarchy.leaves);
+        }
+        nearest.decide().0.0[0].to_id()
+    };
+    let all = (0..rays.len()).into_par_iter();
+    Ok(match rays {
+        Rays::Pixels(pixels) => {
+            let camera = Camera::new(pixels);
+            let ray = |index| {
+                let (x, y) = pixels.xy(index);
+                let (i, j) = pixels.offset2(x, y);
+                camera.ray(Lanes([i as f32]), Lanes([j as f32]))
+            };
+            all.map(|index| look(ray(index))).collect()
+        }
+        Rays::List(rays) => {
+            let list = List::new(rays, prepared.reference);
+            all.map(|index| look(list.load(index))).collect()
+        }
     })
 }
 
-fn rays_alone<T: TileRays>(
-    prepared: &Prepared,
-    hierarchy: &Hierarchy,
-    seen: &Seen,
-    pixels: &Pixels,
-) -> Vec<u32> {
-    let camera = CameraF32::new(pixels);
-    let (widening, others) = (guard::widening_f32(), Listed::new(prepared, hierarchy));
-    let propose = |index: usize| {
-        let (x, y) = pixels.xy(index);
-        let (i, j) = pixels.offset2(x, y);
-        let ray = camera.camera_ray(i as f32, j as f32);
-        let listed = others.nearest::<T::Filter>(&ray, &widening);
-        nearest_far::<T>(&ray, [x, y], listed, seen, &widening).decide()
-    };
-    (0..pixels.len()).into_par_iter().map(propose).collect()
-}
-
-/// The nearest of `listed` and the spheres of the hierarchy, for a ray of this pixel.
-fn nearest_far<T: TileRays>(
-    ray: &RayOf<f32>,
-    pixel: [u32; 2],
-    listed: Nearest<f32>,
-    seen: &Seen,
-    widening: &Widening<f32>,
-) -> Nearest<f32> {
-    let mut nearest = listed;
-    let Seen { footprints, far } = seen;
-    let t_max = guard::t_bound_f32(ray.a * nearest.low);
-    footprints.visit(footprints.cells(pixel, pixel), t_max, |_, place| {
-        let sphere = &far[place];
-        nearest = nearest.nearer(T::leaf(ray, &Leaf::of_rays(sphere), widening), sphere.id);
-        guard::t_bound_f32(ray.a * nearest.low)
-    });
-    nearest
+fn look_in_tree(ray: &Ray<One>, nearest: &mut Nearest<One>, in_space: &InSpace, leaves: &Leaves) {
+    let InSpace { boxes, beside } = in_space;
+    let room = SlabRoom::f32();
+    let [origin, direction] = [ray.origin, ray.direction].map(|v| Vec3(v.0.map(|x| x.0[0])));
+    let slabs = slabs_of(origin, direction, room.least_slack + beside, &room);
+    let mut at = 0;
+    while let Some(node) = boxes.get(at) {
+        let is_leaf = node.link & IS_LEAF != 0;
+        let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), nearest.high().0[0]);
+        at = if is_met || is_leaf { at + 1 } else { node.link as usize };
+        if is_met && is_leaf {
+            leaves.add(node.link & !IS_LEAF, ray, nearest);
+        }
+    }
 }

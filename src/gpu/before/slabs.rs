@@ -10,15 +10,14 @@
 //! boxes and origins are within [`REACH`] and the largest component is at least 1, it moves by less than
 //! `2⁻³⁸`. That, and what underflows, is in the slack's least part, `2⁻³⁷`; half of it would do for all
 //! that a test finds. No slab reaches `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows. A `t_max` is
-//! [`crate::guard::t_bound_f32`] of a list's nearness, which is at most `2⁸⁸`, times `a < 12`; where it is
-//! `2¹⁰⁰`, it is beyond all boxes.
+//! an upper bound of the nearest `t` so far, at most `2¹⁰⁰`, which is beyond all boxes.
 
 use crate::guard::{round_down, round_up};
 use crate::num::Float;
 use crate::vec3::{Real, Vec3};
 
 #[cfg(doc)]
-use crate::tree::flat::REACH;
+use crate::bvh::REACH;
 
 /// Relative room of a slab, in units `ε`.
 pub const SLAB: f64 = 6.5;

@@ -3,9 +3,11 @@
 
 use bytemuck::Pod;
 
-use crate::guard::T_ROOM;
 use crate::num::ulp_distance;
 use crate::random::SplitMix;
+
+/// A constant that is divided by numbers, for which a driver may take a reciprocal.
+pub const NUMERATOR: f32 = 1.0 + 1.0 / (1 << 19) as f32;
 
 /// Samples of each sort.
 const OF_EACH_SORT: usize = 1024;
@@ -43,7 +45,7 @@ pub const PRODUCT: usize = 1;
 pub const QUOTIENT: usize = 2;
 pub const ROOT: usize = 3;
 pub const INVERSE: usize = 4;
-pub const ROOM_OVER: usize = 5;
+pub const CONSTANT_OVER: usize = 5;
 pub const N_ROUNDED: usize = 6;
 
 /// Results that are selected or exact.
@@ -197,7 +199,7 @@ macro_rules! float {
                 let sum_error = (a - a_part) + (b - b_part);
                 let product = a * b;
                 let larger = if a < b { b } else { a };
-                let (inverse, room_over) = (1.0 / a, $float::from(T_ROOM) / a);
+                let (inverse, constant_over) = (1.0 / a, $float::from(NUMERATOR) / a);
                 let (root, remainder) = (a.abs().sqrt(), a.mul_add(b, -product));
                 let results = [
                     sum,
@@ -205,7 +207,7 @@ macro_rules! float {
                     a / b,
                     root,
                     inverse,
-                    room_over,
+                    constant_over,
                     larger,
                     sum_error,
                     remainder,

@@ -1,30 +1,14 @@
-//! f32 with a proven error bound: the filter proposes an object only where it is proven, and says
-//! "undecided" elsewhere. f64 and exact arithmetic follow. The bounds are derived in
-//! [`crate::guard`].
+//! f32 with a proven error bound: it proposes an object only where it is proven, and says
+//! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::seen`], the bounds are derived
+//! in [`crate::guard`].
 
-mod filter;
-mod prepare;
 mod records;
-mod twin;
 
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
-use crate::guard;
-use crate::num::OPEN;
+use crate::num::{Float as _, OPEN};
 use crate::rays::Bundle;
-use crate::vec3::Real;
 
-#[cfg(feature = "gpu")]
-pub(crate) use filter::FreeFilter;
-pub(crate) use filter::{Filter, ParallelFilter, PointFilter, nearest_listed};
-pub use filter::{
-    GuardOf, Nearest, Nearness, Widening, closest_approach, far_nearness, far_nearness_at,
-    inside_nearness, normalized, outside_nearness, parallel_nearness, parallel_nearness_at,
-    plane_nearness, plane_nearness_at, sphere_nearness,
-};
-pub(super) use prepare::objects;
-pub(crate) use prepare::{Frame, Leaf, farthest_origin};
-pub use records::{PlaneCertified, SphereCertified, SphereFar};
-pub(super) use twin::with_twin;
+pub use records::{PlaneCertified, SphereCertified};
 
 /// The facts of the kernel.
 pub(super) const ABOUT: About = About {
@@ -36,7 +20,7 @@ pub(super) const ABOUT: About = About {
     wgsl: Wgsl {
         records: "Certified",
         parts: &[
-            part!("certified.wgsl", "src/kernel/certified/filter.rs"),
+            part!("certified.wgsl", "src/seen/mod.rs"),
             part!("slabs.wgsl", "src/gpu/before/slabs.rs"),
         ],
         constants,
@@ -55,20 +39,14 @@ const PROMISE: Promise = Promise {
     }),
 };
 
-fn constants(bundle: Bundle) -> Vec<(&'static str, String)> {
-    let Widening { narrower, wider, far_narrower } = guard::widening_f32();
-    let mut constants = vec![
-        ("NARROWER", narrower),
-        ("WIDER", wider),
-        ("FAR_NARROWER", far_narrower),
-        ("LARGEST", f32::MAX),
-    ];
-    if bundle == Bundle::Parallel {
-        constants.push(("SMALL", f32::SMALL));
-    }
-    let literal = |(name, value): (_, f32)| (name, Float::F32.literal(value.into()));
-    let undecided = ("UNDECIDED", format!("{OPEN}u"));
-    std::iter::once(undecided).chain(constants.into_iter().map(literal)).collect()
+fn constants(_: Bundle) -> Vec<(&'static str, String)> {
+    let literal = |x: f64| Float::F32.literal(x);
+    vec![
+        ("UNDECIDED", format!("{OPEN}u")),
+        ("BEYOND", literal(f32::BEYOND)),
+        ("TINY", literal(f32::TINY)),
+        ("QUOTIENT", literal(crate::seen::quotient_width::<f32>())),
+    ]
 }
 
 /// A picture of more spheres than this has a hierarchy. It pays from about here on.

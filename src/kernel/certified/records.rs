@@ -2,76 +2,88 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// A sphere as the device sees it, in f32 or f64.
-#[derive(Clone, Copy, Debug, Zeroable)]
-#[repr(C)]
-pub struct SphereCertified<R = f32> {
-    /// Centre relative to the reference point, high part.
-    pub center: [R; 3],
-    /// [`crate::guard::Guard::inner2`]
-    pub inner2: R,
-    /// Centre relative to the reference point, low part.
-    pub center_low: [R; 3],
-    /// [`crate::guard::Guard::outer2`]
-    pub outer2: R,
-    /// [`crate::guard::Guard::slack`]
-    pub slack: R,
-    /// Pixels: lower bound of the magnitude of `q = 1/k`, with the sign of `k = l·l − r²`; 0 on
-    /// the surface.
-    pub q_low: R,
-    /// Pixels: the same, upper bound. Lists, which have no `k` beforehand: `r²`.
-    pub q_high_or_r2: R,
-    /// Lists: [`crate::guard::Guard::k_error`].
-    pub k_error: R,
-}
+use crate::num::V3;
+use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
 
-/// A sphere in a leaf of a hierarchy: for rays that start at the reference point, far from it; for
-/// parallel rays, anywhere.
+/// A sphere as the device sees it: a [`SphereSeen`], without what only a surface needs.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct SphereFar {
-    /// Centre relative to the reference point.
+pub struct SphereCertified {
+    /// [`SphereLeaf::center`]
     pub center: [f32; 3],
-    /// [`crate::guard::Guard::inner2`]
+    /// [`SphereLeaf::inner2`]
     pub inner2: f32,
-    /// [`crate::guard::Guard::outer2`]
+    /// [`SphereLeaf::outer2`]
     pub outer2: f32,
-    /// Upper bound of `1/k` with the slack in it; for parallel rays
-    /// [`crate::guard::Guard::slack`].
-    pub q_or_slack: f32,
-    /// The object's id.
-    pub id: u32,
-    /// Fills two texels of 16 bytes.
-    pub padding: u32,
+    /// [`SphereLeaf::slack`]
+    pub slack: f32,
+    /// [`SphereLeaf::near_most`]
+    pub near_most: f32,
+    /// [`SphereSeen::is_close`]
+    pub is_close: f32,
+    /// [`SphereSeen::k`]
+    pub k: f32,
+    /// [`SphereSeen::k_error`]
+    pub k_error: f32,
+    /// [`SphereSeen::k_width`]
+    pub k_width: f32,
+    /// Fills WGSL's 16-byte alignment of the struct.
+    pub padding: f32,
 }
 
-/// A plane as the device sees it, in f32 or f64.
-#[derive(Clone, Copy, Debug, Zeroable)]
+impl SphereCertified {
+    /// What no ray meets.
+    pub fn nowhere() -> SphereCertified {
+        let SphereLeaf { inner2, outer2, slack, near_most, .. } = SphereLeaf::<f32>::nowhere();
+        SphereCertified { inner2, outer2, slack, near_most, ..SphereCertified::zeroed() }
+    }
+}
+
+impl From<&SphereSeen<f32>> for SphereCertified {
+    fn from(seen: &SphereSeen<f32>) -> SphereCertified {
+        let &SphereSeen { inner2, outer2, slack, near_most, .. } = seen;
+        let &SphereSeen { center: V3(center), is_close, k, k_error, k_width, .. } = seen;
+        SphereCertified {
+            center,
+            inner2,
+            outer2,
+            slack,
+            near_most,
+            is_close,
+            k,
+            k_error,
+            k_width,
+            padding: 0.0,
+        }
+    }
+}
+
+/// A plane as the device sees it: a [`PlaneSeen`], without what only a surface needs.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct PlaneCertified<R = f32> {
-    /// Point of the plane relative to the reference point, high part.
-    pub offset: [R; 3],
-    /// Pixels: lower bound of `q = 1/((a − o)·n)`, positive; 0 in the plane.
-    pub q_low: R,
-    /// Point of the plane relative to the reference point, low part.
-    pub offset_low: [R; 3],
-    /// Pixels: upper bound of `q`.
-    pub q_high: R,
-    /// Normal, scaled by a power of two to a largest component in `1..2`; for pixels it points
-    /// away from the eye.
-    pub normal: [R; 3],
-    /// [`crate::guard::plane_direction_error`]
-    pub direction_error: R,
-    /// Lists: [`crate::guard::plane_offset_error`].
-    pub n_offset_error: R,
-    /// Fills WGSL's alignment of the struct, four numbers.
-    pub padding: [R; 3],
+pub struct PlaneCertified {
+    /// [`PlaneSeen::normal`]
+    pub normal: [f32; 3],
+    /// [`PlaneSeen::offset`]
+    pub offset: f32,
+    /// [`PlaneSeen::offset_error`]
+    pub offset_error: f32,
+    /// [`PlaneSeen::slope_error`]
+    pub slope_error: f32,
+    /// Fills WGSL's 16-byte alignment of the struct.
+    pub padding: [f32; 2],
 }
 
-// SAFETY: twelve numbers of one type one after the other, so that nothing is between them.
-#[allow(unsafe_code)]
-unsafe impl<R: Pod> Pod for SphereCertified<R> {}
+impl PlaneCertified {
+    /// What no ray meets: it runs along all of them.
+    pub fn nowhere() -> PlaneCertified {
+        PlaneCertified { offset: 1.0, ..PlaneCertified::zeroed() }
+    }
+}
 
-// SAFETY: sixteen numbers of one type one after the other.
-#[allow(unsafe_code)]
-unsafe impl<R: Pod> Pod for PlaneCertified<R> {}
+impl From<&PlaneSeen<f32>> for PlaneCertified {
+    fn from(seen: &PlaneSeen<f32>) -> PlaneCertified {
+        let &PlaneSeen { normal: V3(normal), offset, offset_error, slope_error, .. } = seen;
+        PlaneCertified { normal, offset, offset_error, slope_error, padding: [0.0; 2] }
+    }
+}

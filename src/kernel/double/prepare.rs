@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{PlaneDouble, SphereDouble};
 use crate::kernel::Lists;
-use crate::kernel::coordinates::Scaled;
+use crate::num::Scaled;
 use crate::scene::{Plane, Scene, Sphere};
 
 /// The objects of a scene, relative to `reference`.

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::{PlaneStable, SphereStable};
 use crate::kernel::Lists;
-use crate::kernel::coordinates::{Scaled, split};
+use crate::kernel::coordinates::split;
+use crate::num::Scaled;
 use crate::scene::{Plane, Scene, Sphere};
 
 /// The objects of a scene, relative to `reference`.

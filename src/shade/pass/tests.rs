@@ -75,7 +75,6 @@ fn with_lights(scene: &Arc<Scene>, n_samples: u32, run: &mut dyn FnMut(&Lights))
     let rays = Rays::Pixels(pixels);
     let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
     let prepared = Arc::new(prepared);
-    prepared.prepare_shadows(&Control::default()).unwrap();
     let mut hits = Hits::default();
     let mut tracer = CpuTracer::new(Arc::clone(&prepared), Wants::default());
     tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
@@ -175,7 +174,7 @@ fn bytes_are_those_that_f64_finds() {
     for number in 0..60 {
         let scene = scene(&mut rng, [4, 400][number as usize % 2]);
         with_lights(&scene, 1 + number % 3, &mut |&Lights { job, occluders, samples }| {
-            assert_eq!(occluders.has_tree(), scene.spheres.len() == 400);
+            assert_eq!(occluders.tree().is_some(), scene.spheres.len() == 400);
             let n = job.n_columns();
             for row in 0..samples.height as usize / job.n_samples() {
                 let [narrow, wide] = [true, false].map(|is_f32_enough| {

@@ -8,7 +8,7 @@ use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::before::{propose_alone, propose_in_space};
+use kugelblitz::gpu::before::propose_alone;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::guard::LARGEST_EXPONENT;
 use kugelblitz::num::OPEN;
@@ -68,15 +68,12 @@ fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> {
     ids
 }
 
-/// What the Rust twin of a device proposes, for which each ray goes through a hierarchy alone.
+/// What a device proposes by its Rust twin; where it finds no way, what the CPU does in its stead.
 fn of_twin(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
-    match (&prepared.hierarchy, rays) {
-        (_, Rays::Pixels(pixels)) => propose_alone(prepared, pixels).unwrap(),
-        (Some(_), Rays::List(_)) if prepared.in_space().unwrap().is_some() => {
-            propose_in_space(prepared, rays).unwrap()
-        }
-        _ => proposed(&mut CpuTracer::new(Arc::clone(prepared), Wants::default()), rays),
+    if prepared.hierarchy.is_some() && prepared.in_space().unwrap().is_none() {
+        return proposed(&mut CpuTracer::new(Arc::clone(prepared), Wants::default()), rays);
     }
+    propose_alone(prepared, rays).unwrap()
 }
 
 fn n_open(ids: &[u32]) -> usize {

@@ -445,7 +445,7 @@ fn a_film_has_one_tree() {
     let trees = cameras.iter().map(|camera| {
         let rays = Rays::Pixels(Pixels::whole(View::new(camera), 96, 64));
         session.make_ready(&rays, Wants::default(), &Control::default()).unwrap();
-        Arc::clone(&session.prepared().unwrap().hierarchy.as_ref().unwrap().tree)
+        Arc::clone(&session.prepared().unwrap().hierarchy.as_ref().unwrap().bvh)
     });
     let trees: Vec<_> = trees.collect();
     assert!(trees.iter().all(|tree| Arc::ptr_eq(tree, &trees[0])));

@@ -232,7 +232,7 @@ fn a_command_that_fails_is_found_where_it_stands() {
         ("echo (", "made-up.md:9: syntax error"),
         ("> hole.npy", "hole.npy is empty"),
         ("echo no > no.png", "no.png The image format could not be determined"),
-        ("echo 12\n```\n```text\n1\n3", "made-up.md:13: no command prints \"3\""),
+        ("echo 12\n```\n```text\n1\n777777", "made-up.md:13: no command prints \"777777\""),
     ] {
         let faults = run_text(&format!("{good}\n```sh\n{wrong}\n```\n"));
         assert!(faults.contains(place), "{wrong}: {faults}");

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::guard;
 use crate::memory::Available;
+use crate::num::Float;
 use crate::random::SplitMix;
 use crate::scene::Sphere;
 
@@ -57,7 +58,7 @@ pub(super) fn members(spheres: &[Sphere], reference: DVec3) -> (Vec<u32>, Vec<u3
     let repeats = repeats(spheres);
     let has_box = |sphere: &Sphere| {
         let distance = guard::length_bound(sphere.center - reference);
-        sphere.radius.abs() <= guard::LARGEST_F32 && distance <= guard::LARGEST_F32
+        sphere.radius.abs() <= f32::FARTHEST && distance <= f32::FARTHEST
     };
     (0..spheres.len() as u32)
         .into_par_iter()

@@ -1,0 +1,151 @@
+//! The spheres of a tree as an eye sees them in f32.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use std::sync::{Mutex, PoisonError};
+
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::{Bvh, prefetch};
+use crate::guard::length_bounds;
+use crate::num::{Lanes, Real, V3};
+use crate::scene::Sphere;
+use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
+
+/// Spheres that are looked at side by side.
+const BLOCK: usize = 8;
+
+/// A sphere of the tree as an eye sees it; no border of the memory's lines cuts it.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+struct Leaf {
+    seen: SphereLeaf<f32>,
+    id: u32,
+}
+
+/// The spheres of a tree as an eye sees them in f32, by place.
+pub struct Leaves {
+    blocks: Vec<[Leaf; BLOCK]>,
+    /// Ids of those that the eye is so close to that a leaf says too little. Their leaves are nowhere.
+    pub close: Vec<u32>,
+}
+
+impl Leaves {
+    /// Bytes a sphere.
+    pub const BYTES: usize = size_of::<Leaf>();
+
+    /// Those of a tree.
+    pub fn new(bvh: &Bvh, eye: &Eye) -> Leaves {
+        let close = Mutex::new(Vec::new());
+        let arch = pulp::Arch::new();
+        let see = |(spheres, ids): (&[Sphere], &[u32])| {
+            let (block, is_close) = arch.dispatch(See { spheres, ids, eye });
+            if is_close.contains(&true) {
+                let some = ids.iter().zip(is_close).filter(|&(_, is_close)| is_close);
+                let mut close = close.lock().unwrap_or_else(PoisonError::into_inner);
+                close.extend(some.map(|(&id, _)| id));
+            }
+            block
+        };
+        let blocks =
+            bvh.spheres.par_chunks(BLOCK).zip(bvh.ids.par_chunks(BLOCK)).map(see).collect();
+        let mut close = close.into_inner().unwrap_or_else(PoisonError::into_inner);
+        close.sort_unstable();
+        Leaves { blocks, close }
+    }
+
+    /// Bytes of all.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(&self.blocks[..]) as u64
+    }
+
+    /// The leaves as devices take them: the fields of [`SphereLeaf`] in their order, and a word that nothing reads.
+    pub fn words(&self) -> Vec<[f32; 8]> {
+        let words = |leaf: &Leaf| {
+            let SphereLeaf { center: V3([x, y, z]), inner2, outer2, slack, near_most } = leaf.seen;
+            [x, y, z, inner2, outer2, slack, near_most, 0.0]
+        };
+        self.blocks.as_flattened().par_iter().map(words).collect()
+    }
+
+    /// Asks the memory for one.
+    #[inline(always)]
+    pub fn expect(&self, place: u32) {
+        prefetch(self.leaf(place));
+    }
+
+    #[inline(always)]
+    fn leaf(&self, place: u32) -> &Leaf {
+        &self.blocks[place as usize / BLOCK][place as usize % BLOCK]
+    }
+
+    /// Takes one more sphere into account. False where no lane's ray meets it.
+    #[inline(always)]
+    pub fn add<R: Real<One = f32>>(&self, place: u32, ray: &Ray<R>, best: &mut Nearest<R>) -> bool {
+        let Leaf { seen, id } = self.leaf(place);
+        let next = <SphereLeaf<f64> as Record>::splat::<R>(seen).bounds(ray);
+        if let Some(next) = next {
+            *best = best.with(next, *id);
+        }
+        next.is_some()
+    }
+}
+
+impl std::fmt::Debug for Leaves {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("Leaves").field("close", &self.close).finish_non_exhaustive()
+    }
+}
+
+/// Some spheres, compiled for each instruction set that the processor may have.
+struct See<'a> {
+    spheres: &'a [Sphere],
+    ids: &'a [u32],
+    eye: &'a Eye,
+}
+
+impl WithSimd for See<'_> {
+    /// Their leaves, and which of them the eye is close to.
+    type Output = ([Leaf; BLOCK], [bool; BLOCK]);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let See { spheres, ids, eye } = self;
+        let last = spheres.len() - 1;
+        let (mut center, mut r) = (V3([Lanes::<f64, BLOCK>::lit(0.0); 3]), Lanes::lit(0.0));
+        for lane in 0..BLOCK {
+            let sphere = &spheres[lane.min(last)];
+            for axis in 0..3 {
+                center.0[axis].0[lane] = sphere.center[axis] - eye.reference[axis];
+            }
+            r.0[lane] = sphere.radius.abs();
+        }
+        let seen = SphereLeaf::at::<f32>(center, r, eye);
+        let seen = <SphereLeaf<f64> as Record>::round_lanes::<f32, BLOCK>(&seen);
+        let mut is_close = [false; BLOCK];
+        // From elsewhere the size of a sphere hides no more than its own part of the distance.
+        if eye.spread == 0.0 && eye.reach.apart == 0.0 {
+            let distance = length_bounds(center);
+            let near = is_near_surface(distance, r, distance);
+            for lane in 0..spheres.len() {
+                is_close[lane] = near.0[lane] != 0;
+            }
+        }
+        let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
+        for lane in 0..spheres.len() {
+            leaves[lane].id = ids[lane];
+            if !is_close[lane] {
+                let [x, y, z] = &seen.center.0;
+                leaves[lane].seen = SphereLeaf {
+                    center: V3([x.0[lane], y.0[lane], z.0[lane]]),
+                    inner2: seen.inner2.0[lane],
+                    outer2: seen.outer2.0[lane],
+                    slack: seen.slack.0[lane],
+                    near_most: seen.near_most.0[lane],
+                };
+            }
+        }
+        (leaves, is_close)
+    }
+}
