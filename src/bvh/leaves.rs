@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
 use crate::guard::length_bounds;
-use crate::num::{Lanes, Real, V3};
+use crate::num::{Float, Lanes, Real, V3};
 use crate::scene::Sphere;
 use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
 
@@ -122,7 +122,6 @@ impl WithSimd for See<'_> {
             r.0[lane] = sphere.radius.abs();
         }
         let seen = SphereLeaf::at::<f32>(center, r, eye);
-        let seen = <SphereLeaf<f64> as Record>::round_lanes::<f32, BLOCK>(&seen);
         let mut is_close = [false; BLOCK];
         // From elsewhere the size of a sphere hides no more than its own part of the distance.
         if eye.spread == 0.0 && eye.reach.apart == 0.0 {
@@ -132,17 +131,33 @@ impl WithSimd for See<'_> {
                 is_close[lane] = near.0[lane] != 0;
             }
         }
+        // Rounded down, or up, by up to three units: without a branch, side by side.
+        let SphereLeaf { inner2, outer2, slack, near_most, .. } = &seen;
+        let mut numbers = [[0.0; BLOCK]; 4];
+        for (numbers, (exact, sign)) in
+            numbers.iter_mut().zip([(inner2, -1.0), (outer2, 1.0), (slack, 1.0), (near_most, 1.0)])
+        {
+            for lane in 0..BLOCK {
+                let x = exact.0[lane];
+                numbers[lane] = (x + sign * x.abs() * f32::UNIT) as f32;
+            }
+        }
+        let mut center = [[0.0; BLOCK]; 3];
+        for axis in 0..3 {
+            for lane in 0..BLOCK {
+                center[axis][lane] = seen.center.0[axis].0[lane] as f32;
+            }
+        }
         let mut leaves = [Leaf { seen: SphereLeaf::nowhere(), id: 0 }; BLOCK];
         for lane in 0..spheres.len() {
             leaves[lane].id = ids[lane];
             if !is_close[lane] {
-                let [x, y, z] = &seen.center.0;
                 leaves[lane].seen = SphereLeaf {
-                    center: V3([x.0[lane], y.0[lane], z.0[lane]]),
-                    inner2: seen.inner2.0[lane],
-                    outer2: seen.outer2.0[lane],
-                    slack: seen.slack.0[lane],
-                    near_most: seen.near_most.0[lane],
+                    center: V3([center[0][lane], center[1][lane], center[2][lane]]),
+                    inner2: numbers[0][lane],
+                    outer2: numbers[1][lane],
+                    slack: numbers[2][lane],
+                    near_most: numbers[3][lane],
                 };
             }
         }

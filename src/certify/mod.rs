@@ -23,7 +23,7 @@ use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::trace::{Hits, Kernel, Level, Ray, Rays, StageCounts, Timing, Wants};
 pub(crate) use decide::bits;
-use surfaces::{InF32, MISS, PlaneF64};
+use surfaces::{MISS, PlaneF64};
 pub(crate) use surfaces::{Pack, Surfaces, is_id};
 
 /// Whether the `t` of a ray's hits surely stays in f32's range.
@@ -260,7 +260,7 @@ impl<'a> Stage<'a> {
                     control.check()?;
                     let first = part * RAYS_PER_PART;
                     match surfaces.are_known() {
-                        true => surfaces.find(first, id, room, &mut InF32 { t, normal }),
+                        true => surfaces.round(first, id, room, t, normal),
                         false => t.fill(0.0),
                     }
                     if !t.contains(&0.0) {

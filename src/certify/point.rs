@@ -21,14 +21,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::surfaces::{LANES, Output, Pack, Surfaces};
+    use super::super::surfaces::{LANES, Surfaces};
     use super::*;
     use crate::kernel::Kernel;
-    use crate::num::{Float, Lanes};
+    use crate::num::Float;
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, Rays, View};
     use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
-    use crate::seen::SurfacePoint;
 
     /// A sphere and a plane as a camera at the origin sees them, from far or from inside.
     fn scene(rng: &mut ChaCha8Rng) -> Arc<Scene> {
@@ -47,24 +46,6 @@ mod tests {
         let camera = Camera { projection, ..Camera::new(DVec3::ZERO, sphere.center) };
         let spheres = [(sphere, color)].into_iter().collect();
         Arc::new(Scene { camera: Some(camera), spheres, planes: vec![plane], ..Scene::default() })
-    }
-
-    /// The point of each ray.
-    #[derive(Default)]
-    struct Points(Vec<Option<SurfacePoint<f64>>>);
-
-    impl Output for Points {
-        type Kept = SurfacePoint<Lanes<f64, LANES>>;
-
-        fn take(&mut self, at: usize, n: usize, pack: &Pack<f64, LANES, Self::Kept>) {
-            assert_eq!(at, self.0.len());
-            self.0.extend((0..n).map(|lane| Some(pack.kept.lane(lane))));
-        }
-
-        fn miss(&mut self, at: usize, n: usize) {
-            assert_eq!(at, self.0.len());
-            self.0.extend(std::iter::repeat_n(None, n));
-        }
     }
 
     /// A width of pictures whose points are found side by side, each with its own object, and one whose points are
@@ -88,10 +69,14 @@ mod tests {
                     crate::exact::nearest(&stage.exact_ray(at), shapes).map_or(0, |hit| hit.id)
                 })
                 .collect();
-            let mut points = Points::default();
-            Surfaces::in_f64(&stage).find(0, &ids, &mut Vec::new(), &mut points);
+            let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::new());
+            surfaces.load(0, &ids, &mut packs);
+            surfaces.solve(&mut packs);
             for (at, &id) in ids.iter().enumerate().filter(|(_, id)| **id != 0) {
-                let Some(seen) = points.0[at].filter(SurfacePoint::is_known) else { continue };
+                let seen = packs[at / LANES].surface.lane(at % LANES);
+                if !seen.is_known() {
+                    continue;
+                }
                 n_known += 1;
                 let (exact, shape) = stage.exact_point(at, id).unwrap();
                 let (here, error) = (DVec3::from_array(seen.point.0), seen.point_error);

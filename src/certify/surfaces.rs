@@ -13,9 +13,7 @@ use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
 use crate::rays::{Lens, Pixels};
 use crate::scene::{Plane, Scene};
-use crate::seen::{
-    Bounds, Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface, SurfacePoint,
-};
+use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
 use glam::DVec3;
 
@@ -92,8 +90,8 @@ enum Kind {
     Several,
 }
 
-/// Rays side by side, and what is kept of where they meet their objects.
-pub struct Pack<F: Float, const N: usize, K> {
+/// Rays side by side, and where they meet their objects.
+pub struct Pack<F: Float, const N: usize> {
     /// The objects' ids; 0 for none.
     pub ids: [u32; N],
     n_spheres: u32,
@@ -107,12 +105,12 @@ pub struct Pack<F: Float, const N: usize, K> {
     kind: Kind,
     /// Whether the formula for close spheres is needed.
     is_close: bool,
-    /// What is kept.
-    pub kept: K,
+    /// What is found.
+    pub surface: Surface<Lanes<F, N>>,
 }
 
-impl<F: Float, const N: usize, K: Default> Default for Pack<F, N, K> {
-    fn default() -> Pack<F, N, K> {
+impl<F: Float, const N: usize> Default for Pack<F, N> {
+    fn default() -> Pack<F, N> {
         let zero = Lanes::lit(0.0);
         Pack {
             ids: [0; N],
@@ -123,32 +121,12 @@ impl<F: Float, const N: usize, K: Default> Default for Pack<F, N, K> {
             ray: Ray { origin: V3([zero; 3]), direction: V3([zero; 3]), a: zero, inv_a: zero },
             kind: Kind::Nothing,
             is_close: false,
-            kept: K::default(),
+            surface: Surface::unknown(),
         }
     }
 }
 
-/// What is kept of a surface.
-pub trait Kept<F: Float, const N: usize>: Default {
-    /// Keeps it.
-    fn keep(&mut self, surface: &Surface<Lanes<F, N>>);
-    /// Where something is known of it.
-    fn is_known(&self) -> LaneBits<F, N>;
-}
-
-impl<F: Float, const N: usize> Kept<F, N> for SurfacePoint<Lanes<F, N>> {
-    #[inline(always)]
-    fn keep(&mut self, surface: &Surface<Lanes<F, N>>) {
-        *self = surface.into();
-    }
-
-    #[inline(always)]
-    fn is_known(&self) -> LaneBits<F, N> {
-        SurfacePoint::is_known(self)
-    }
-}
-
-impl<F: Float, const N: usize, K: Kept<F, N>> Pack<F, N, K> {
+impl<F: Float, const N: usize> Pack<F, N> {
     /// Whether a lane's object is a sphere.
     #[inline(always)]
     pub fn is_sphere(&self, lane: usize) -> bool {
@@ -186,16 +164,6 @@ impl<F: Float, const N: usize, K: Kept<F, N>> Pack<F, N, K> {
     }
 }
 
-/// Takes what is found in f64.
-pub trait Output {
-    /// What it keeps of a pack.
-    type Kept: Kept<f64, LANES>;
-    /// Takes the first `n` lanes for the rays at `at` and behind.
-    fn take(&mut self, at: usize, n: usize, pack: &Pack<f64, LANES, Self::Kept>);
-    /// These hit nothing.
-    fn miss(&mut self, at: usize, n: usize);
-}
-
 impl<'a> Surfaces<'a, f64> {
     /// For points and unit normals in f64.
     pub fn in_f64(stage: &Stage<'a>) -> Surfaces<'a, f64> {
@@ -215,27 +183,24 @@ impl<'a> Surfaces<'a, f64> {
         found
     }
 
-    /// Gives `output` what it finds of the rays from `first` on, which see these objects.
+    /// `t`, 0 where it is left open, and the unit normals against them in f32, of the rays from `first` on, which see these
+    /// objects.
     ///
     /// `room` is what it works in, from call to call.
-    pub fn find<O: Output>(
+    pub fn round(
         &self,
         first: usize,
         ids: &[u32],
-        room: &mut Vec<Pack<f64, LANES, O::Kept>>,
-        output: &mut O,
+        room: &mut Vec<Pack<f64, LANES>>,
+        t: &mut [f32],
+        normal: &mut [[f32; 3]],
     ) {
-        pulp::Arch::new().dispatch(Find { surfaces: self, first, ids, packs: room, output });
+        pulp::Arch::new().dispatch(Round { surfaces: self, first, ids, packs: room, t, normal });
     }
 
     /// Puts the rays from `first` on, which see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
-    fn load<K: Kept<f64, LANES>>(
-        &self,
-        first: usize,
-        ids: &[u32],
-        packs: &mut Vec<Pack<f64, LANES, K>>,
-    ) {
+    pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<Pack<f64, LANES>>) {
         let n_spheres = self.scene.spheres.len() as u32;
         let n_packs = ids.len().div_ceil(LANES);
         packs.resize_with(packs.len().max(n_packs), Pack::default);
@@ -342,7 +307,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     }
 
     #[inline(always)]
-    fn aim<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
+    fn aim<const N: usize>(&self, pack: &mut Pack<F, N>) {
         pack.ray = match &self.rays {
             SurfaceRays::Pixels(_, camera) => {
                 let [across, up] = pack.offset;
@@ -354,7 +319,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     /// Where the rays of packs meet what they see.
     #[inline(always)]
-    pub fn solve<const N: usize, K: Kept<F, N>>(&self, packs: &mut [Pack<F, N, K>]) {
+    pub fn solve<const N: usize>(&self, packs: &mut [Pack<F, N>]) {
         // Small loops over packs in memory are put into registers, where one large one is not.
         for pack in one_by_one(&mut *packs) {
             self.aim(pack);
@@ -366,19 +331,19 @@ impl<'a, F: Float> Surfaces<'a, F> {
             self.keep_of_plane(pack);
         }
         for pack in one_by_one(&mut *packs).filter(|pack| pack.kind == Kind::Several) {
-            pack.kept.keep(&self.on_several(pack));
+            pack.surface = self.on_several(pack);
         }
         // At a silhouette.
         for pack in one_by_one(&mut *packs).filter(|pack| self.leaves_spheres_open(pack)) {
             pack.is_close = true;
-            pack.kept.keep(&self.on_several(pack));
+            pack.surface = self.on_several(pack);
         }
     }
 
     /// Whether nothing is known of a ray that hits a sphere.
     #[inline(always)]
-    fn leaves_spheres_open<const N: usize, K: Kept<F, N>>(&self, pack: &Pack<F, N, K>) -> bool {
-        let (mut is_open, is_known) = (false, pack.kept.is_known());
+    fn leaves_spheres_open<const N: usize>(&self, pack: &Pack<F, N>) -> bool {
+        let (mut is_open, is_known) = (false, pack.surface.is_known());
         for lane in 0..N {
             let is_known = is_known.0[lane] != F::Bits::default();
             is_open |= !is_known & (pack.ids[lane] != 0) & pack.is_sphere(lane);
@@ -388,10 +353,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     /// Where a pack's rays meet their objects: the spheres together, then each plane.
     #[inline(always)]
-    fn on_several<const N: usize, K: Kept<F, N>>(
-        &self,
-        pack: &Pack<F, N, K>,
-    ) -> Surface<Lanes<F, N>> {
+    fn on_several<const N: usize>(&self, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
         let ids = &pack.ids;
         let mut surface = self.on_spheres(pack);
         for lane in 0..N {
@@ -406,34 +368,32 @@ impl<'a, F: Float> Surfaces<'a, F> {
 
     // What several branches return goes through memory, and in pieces: each keeps its own.
     #[inline(always)]
-    fn keep_of_sphere<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
+    fn keep_of_sphere<const N: usize>(&self, pack: &mut Pack<F, N>) {
         let Ok(place) = self.spheres.binary_search_by_key(&pack.ids[0], |&(id, ..)| id) else {
-            return pack.kept.keep(&self.on_spheres(pack));
+            pack.surface = self.on_spheres(pack);
+            return;
         };
         let (_, seen, is_close) = &self.spheres[place];
         let (seen, lengths) = (SphereSeen::splat(seen), self.lengths.splat());
         match *is_close || pack.is_close {
-            false => pack.kept.keep(&SphereSeen::surface(&seen, &pack.ray, &lengths)),
-            true => pack.kept.keep(&SphereSeen::surface_close(&seen, &pack.ray, &lengths)),
+            false => pack.surface = SphereSeen::surface(&seen, &pack.ray, &lengths),
+            true => pack.surface = SphereSeen::surface_close(&seen, &pack.ray, &lengths),
         }
     }
 
     #[inline(always)]
-    fn keep_of_plane<const N: usize, K: Kept<F, N>>(&self, pack: &mut Pack<F, N, K>) {
+    fn keep_of_plane<const N: usize>(&self, pack: &mut Pack<F, N>) {
         match self.planes.get(pack.ids[0] as usize - 1 - self.scene.spheres.len()) {
             Some(seen) => {
                 let (seen, lengths) = (PlaneSeen::splat(seen), self.lengths.splat());
-                pack.kept.keep(&PlaneSeen::surface(&seen, &pack.ray, &lengths));
+                pack.surface = PlaneSeen::surface(&seen, &pack.ray, &lengths);
             }
-            None => pack.kept.keep(&self.on_plane(pack.ids[0], pack)),
+            None => pack.surface = self.on_plane(pack.ids[0], pack),
         }
     }
 
     #[inline(always)]
-    fn on_spheres<const N: usize, K: Kept<F, N>>(
-        &self,
-        pack: &Pack<F, N, K>,
-    ) -> Surface<Lanes<F, N>> {
+    fn on_spheres<const N: usize>(&self, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
         let spheres = &self.scene.spheres[..];
         let (mut center, mut r) = (V3([Lanes::<f64, N>::lit(0.0); 3]), Lanes::lit(0.0));
         for lane in 0..N {
@@ -462,11 +422,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     }
 
     #[inline(always)]
-    fn on_plane<const N: usize, K: Kept<F, N>>(
-        &self,
-        id: u32,
-        pack: &Pack<F, N, K>,
-    ) -> Surface<Lanes<F, N>> {
+    fn on_plane<const N: usize>(&self, id: u32, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
         let index = id as usize - 1 - self.scene.spheres.len();
         let seen = match (self.planes.get(index), self.planes_f64.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
@@ -505,113 +461,79 @@ pub fn is_id<F: Float, const N: usize>(ids: &[u32; N], id: u32) -> LaneBits<F, N
 }
 
 /// Some rays, compiled for each instruction set that the processor may have.
-struct Find<'a, O: Output> {
+struct Round<'a> {
     surfaces: &'a Surfaces<'a, f64>,
     first: usize,
     ids: &'a [u32],
-    packs: &'a mut Vec<Pack<f64, LANES, O::Kept>>,
-    output: &'a mut O,
+    packs: &'a mut Vec<Pack<f64, LANES>>,
+    t: &'a mut [f32],
+    normal: &'a mut [[f32; 3]],
 }
 
 /// Rays that go from stage to stage together.
 const TOGETHER: usize = 64;
 
-impl<O: Output> WithSimd for Find<'_, O> {
+impl WithSimd for Round<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Find { surfaces, first, ids, packs, output } = self;
+        let Round { surfaces, first, ids, packs, t, normal } = self;
         for (at, ids) in (0..).step_by(TOGETHER).zip(ids.chunks(TOGETHER)) {
-            if ids.iter().fold(0, |any, id| any | id) == 0 {
-                output.miss(at, ids.len());
-                continue;
+            let is_missed = ids.iter().fold(0, |any, id| any | id) == 0;
+            if !is_missed {
+                surfaces.load(first + at, ids, packs);
+                surfaces.solve(packs);
             }
-            surfaces.load(first + at, ids, packs);
-            surfaces.solve(packs);
-            for (number, pack) in packs.iter().enumerate() {
-                let n = LANES.min(ids.len() - number * LANES);
-                match pack.kind == Kind::Nothing {
-                    true => output.miss(at + number * LANES, n),
-                    false => output.take(at + number * LANES, n, pack),
+            for (number, ids) in ids.chunks(LANES).enumerate() {
+                let at = at + number * LANES;
+                let (t, normal) = (&mut t[at..at + ids.len()], &mut normal[at..at + ids.len()]);
+                match is_missed || packs[number].kind == Kind::Nothing {
+                    true => {
+                        t.fill(MISS.0);
+                        normal.fill(MISS.1);
+                    }
+                    false => round_pack(&packs[number], t, normal),
                 }
             }
         }
     }
 }
 
-/// What [`InF32`] keeps of a [`Surface`].
-#[derive(Default)]
-pub struct Rounding {
-    t: Bounds<Lanes<f64, LANES>>,
-    normal: V3<Lanes<f64, LANES>>,
-    component_error: V3<Lanes<f64, LANES>>,
-}
-
-impl Kept<f64, LANES> for Rounding {
-    #[inline(always)]
-    fn keep(&mut self, surface: &Surface<Lanes<f64, LANES>>) {
-        let &Surface { t, normal, component_error, .. } = surface;
-        *self = Rounding { t, normal, component_error };
+/// Rounds what is found of the first lanes of a pack; `t` is 0 where two numbers are as near.
+#[inline(always)]
+fn round_pack(pack: &Pack<f64, LANES>, t: &mut [f32], normal: &mut [[f32; 3]]) {
+    let Surface { t: bounds, normal: found, component_error, .. } = &pack.surface;
+    let (low, high) = (bounds.low * pack.scale, bounds.high * pack.scale);
+    let mut ts = [0.0; LANES];
+    for lane in 0..LANES {
+        let (low, high) = (low.0[lane] as f32, high.0[lane] as f32);
+        let is_known = (low > 0.0) & (low == high) & (high < f32::INFINITY);
+        ts[lane] = if is_known { low } else { 0.0 };
     }
-
-    #[inline(always)]
-    fn is_known(&self) -> LaneBits<f64, LANES> {
-        self.t.high.lt(Lanes::lit(f64::BEYOND / 2.0))
-    }
-}
-
-/// `t` and normals in f32.
-pub struct InF32<'a> {
-    /// 0 where it is left open.
-    pub t: &'a mut [f32],
-    /// Unit normals against the rays.
-    pub normal: &'a mut [[f32; 3]],
-}
-
-impl Output for InF32<'_> {
-    type Kept = Rounding;
-
-    #[inline(always)]
-    fn take(&mut self, at: usize, n: usize, pack: &Pack<f64, LANES, Rounding>) {
-        let Rounding { t, normal, component_error } = &pack.kept;
-        let (low, high) = (t.low * pack.scale, t.high * pack.scale);
-        let mut ts = [0.0; LANES];
+    let mut components = [[0.0; LANES]; 3];
+    for axis in 0..3 {
+        let lows = (found.0[axis] - component_error.0[axis]).0;
+        let highs = (found.0[axis] + component_error.0[axis]).0;
         for lane in 0..LANES {
-            let (low, high) = (low.0[lane] as f32, high.0[lane] as f32);
-            let is_known = (low > 0.0) & (low == high) & (high < f32::INFINITY);
-            ts[lane] = if is_known { low } else { 0.0 };
+            let (low, high) = (lows[lane] as f32, highs[lane] as f32);
+            // Not `−0`.
+            components[axis][lane] = low + 0.0;
+            ts[lane] = if low == high { ts[lane] } else { 0.0 };
         }
-        let mut components = [[0.0; LANES]; 3];
-        for axis in 0..3 {
-            let lows = (normal.0[axis] - component_error.0[axis]).0;
-            let highs = (normal.0[axis] + component_error.0[axis]).0;
-            for lane in 0..LANES {
-                let (low, high) = (lows[lane] as f32, highs[lane] as f32);
-                // Not `−0`.
-                components[axis][lane] = low + 0.0;
-                ts[lane] = if low == high { ts[lane] } else { 0.0 };
-            }
-        }
-        let mut normals = [[0.0; 3]; LANES];
-        for lane in 0..LANES {
-            let [x, y, z] = &components;
-            normals[lane] = [x[lane], y[lane], z[lane]];
-        }
-        if pack.kind == Kind::Several {
-            for lane in (0..LANES).filter(|&lane| pack.ids[lane] == 0) {
-                (ts[lane], normals[lane]) = MISS;
-            }
-        }
-        put(&ts, &mut self.t[at..at + n]);
-        put(&normals, &mut self.normal[at..at + n]);
     }
-
-    #[inline(always)]
-    fn miss(&mut self, at: usize, n: usize) {
-        self.t[at..at + n].fill(MISS.0);
-        self.normal[at..at + n].fill(MISS.1);
+    let mut normals = [[0.0; 3]; LANES];
+    for lane in 0..LANES {
+        let [x, y, z] = &components;
+        normals[lane] = [x[lane], y[lane], z[lane]];
     }
+    if pack.kind == Kind::Several {
+        for lane in (0..LANES).filter(|&lane| pack.ids[lane] == 0) {
+            (ts[lane], normals[lane]) = MISS;
+        }
+    }
+    put(&ts, t);
+    put(&normals, normal);
 }
 
 /// The first lanes into a slice; all of them without a call.

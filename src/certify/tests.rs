@@ -1,6 +1,6 @@
 //! What f64 decides, what is left out of equal objects, and surfaces side by side.
 
-use super::surfaces::{InF32, LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
+use super::surfaces::{LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
 use crate::exact::{ExactHit, Shape, nearest, visible_root};
 use crate::prepare::Scaled;
@@ -193,12 +193,7 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
 
             let (mut t, mut normal) = (hits.t.clone(), hits.normal.clone());
             let surfaces = Surfaces::to_be_rounded(&stage);
-            surfaces.find(
-                0,
-                &hits.id,
-                &mut Vec::new(),
-                &mut InF32 { t: &mut t, normal: &mut normal },
-            );
+            surfaces.round(0, &hits.id, &mut Vec::new(), &mut t, &mut normal);
             let open: Vec<usize> = (0..t.len()).filter(|&ray| t[ray] == 0.0).collect();
             n_hits[kind] += hits.n_hits();
             n_open[kind] += open.len();

@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 use super::tile::{self, Camera, List, Tile};
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, WIDTH, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
-use crate::num::{Bits, Float, Lanes, OPEN, Real};
+use crate::num::{Bits, Float, Lanes, OPEN, Real, V3};
 use crate::prepare::Prepared;
 use crate::rays::{Lens, Pixels};
 use crate::seen::{Eye, Nearest, Objects, Ray};
@@ -100,7 +100,11 @@ const SIDE: u32 = 4;
 /// Packs that walk together, a square as well.
 const TOGETHER: usize = 4;
 
-/// Columns and rows of the squares of pixels that cut the tree together.
+/// Squares whose samples are looked at at once, after one whose pixels show several objects each: where spheres are small, so
+/// are their neighbours.
+const PASSED: u32 = 7;
+
+/// Columns and rows of the squares of samples that cut the tree together.
 const COLUMNS: u32 = 64;
 const ROWS: u32 = 16;
 
@@ -330,10 +334,23 @@ impl<'a> CloudSearch<'a> {
         let width = self.pixels.width;
         let n_rows = whole.len() as u32 / width;
         let (mut mixed, mut ids) = Mixed::default();
-        for y in (0..n_rows).step_by(ROWS as usize) {
-            for x in (0..width).step_by(COLUMNS as usize) {
-                let size = [COLUMNS.min(width - x), ROWS.min(n_rows - y)];
-                self.look_at_square([x, y], size, first_row, whole, room);
+        // Squares in which pixels are not worth a look before their samples.
+        let mut n_passed = 0;
+        // A square has about as many rays as one of single samples.
+        let [columns, rows] =
+            [COLUMNS, ROWS].map(|side| (side / self.n).next_multiple_of(8).max(8));
+        for y in (0..n_rows).step_by(rows as usize) {
+            for x in (0..width).step_by(columns as usize) {
+                let size = [columns.min(width - x), rows.min(n_rows - y)];
+                let of_pixels = self.of_pixels.as_ref().filter(|_| n_passed == 0);
+                self.look_at_square([x, y], size, first_row, of_pixels, whole, room);
+                let n_open = room.index.len() as u32;
+                let n_decided = size[0] * size[1] - n_open;
+                n_passed = match n_passed {
+                    0 if n_decided * self.n * self.n < 2 * n_open => PASSED,
+                    0 => 0,
+                    n => n - 1,
+                };
                 if self.n > 1 && !room.index.is_empty() {
                     self.sample(first_row, whole, room, &mut mixed, &mut ids);
                 }
@@ -355,6 +372,7 @@ impl<'a> CloudSearch<'a> {
         corner: [u32; 2],
         size: [u32; 2],
         first_row: u32,
+        of_pixels: Option<&Seen>,
         whole: &mut [u32],
         room: &mut Room,
     ) {
@@ -373,7 +391,7 @@ impl<'a> CloudSearch<'a> {
             return;
         }
         self.place(corner, size, first_row, room);
-        let sight = match &self.of_pixels {
+        let sight = match of_pixels {
             Some(of_pixels) => self.sight(of_pixels, reach),
             None if self.n == 1 => self.sight(&self.of_rays, 0.0),
             None => return room.index.iter().for_each(|&at| whole[at as usize] = OPEN),
@@ -421,8 +439,10 @@ impl<'a> CloudSearch<'a> {
                     let (n_columns, n_rows) = (SIDE.min(columns - x), SIDE.min(rows - y));
                     let (mut places, mut i, mut j) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
                     let mut n = 0;
-                    for row in 0..n_rows {
-                        for column in 0..n_columns {
+                    for k in 0..LANES as u32 {
+                        // In squares of two by two, so that four pixels with their samples are a square, too.
+                        let (column, row) = (k & 1 | k >> 1 & 2, k >> 1 & 1 | k >> 2 & 2);
+                        if column < n_columns && row < n_rows {
                             places[n] = first + row * width + column;
                             i[n] = across + step * column as f32;
                             j[n] = up - step * row as f32;
@@ -550,14 +570,14 @@ struct OfTree<'a> {
 /// A ray on its way.
 struct Alone<'a> {
     leaves: &'a Leaves,
-    ray: Ray<Lanes<f32, 1>>,
-    best: Nearest<Lanes<f32, 1>>,
+    ray: Ray<f32>,
+    best: Nearest<f32>,
 }
 
 impl Visitor for Alone<'_> {
     #[inline(always)]
     fn last(&self) -> f32 {
-        self.best.high().0[0]
+        self.best.high()
     }
 
     #[inline(always)]
@@ -581,8 +601,9 @@ impl<'a> OfTree<'a> {
     #[inline(always)]
     fn begin(&self, index: usize, walk: &mut Walk) -> Alone<'a> {
         let OfTree { bvh, leaves, beside, list } = *self;
-        let ray = list.load::<1>(index);
-        walk.begin_at_root(bvh, beam_of(bvh, list.rays[index].origin, list.ray(index).1));
+        let (from, way) = list.ray(index);
+        let ray = Ray::new(V3::near(from), V3::near(way));
+        walk.begin_at_root(bvh, beam_of(bvh, list.rays[index].origin, way));
         Alone { leaves, ray, best: beside.nearest(&ray) }
     }
 
@@ -605,8 +626,7 @@ impl<'a> OfTree<'a> {
                 if walk.step(self.bvh, alone) {
                     continue;
                 }
-                let (found, _) = alone.best.decide();
-                ids[*at] = found.0[0].to_id();
+                (ids[*at], _) = alone.best.decide();
                 if next < ids.len() {
                     (*at, *alone) = (next, self.begin(next, walk));
                     next += 1;

@@ -165,6 +165,13 @@ impl<'a> List<'a> {
         (origin - self.reference, Scaled::new(direction).rounded())
     }
 
+    /// One of them.
+    #[inline(always)]
+    pub fn one(&self, index: usize) -> Ray<f32> {
+        let (from, way) = self.ray(index);
+        Ray::new(V3::near(from), V3::near(way))
+    }
+
     /// Some of them side by side; the last one stands for lanes that don't count.
     #[inline(always)]
     pub fn load<const N: usize>(&self, first: usize) -> Ray<Lanes<f32, N>> {

@@ -7,7 +7,7 @@
 use super::Prepared;
 use crate::engine::{Camera, List, Tile};
 use crate::guard::Reach;
-use crate::num::{Bits, Float, OPEN};
+use crate::num::{Float, OPEN};
 use crate::rays::{Pixels, Ray, Rays};
 use crate::seen::{Eye, Objects};
 
@@ -52,6 +52,6 @@ fn n_open_of_list(prepared: &Prepared, rays: &[Ray]) -> usize {
     let objects = Objects::new(prepared.seen_objects(), &eye);
     let some: Vec<Ray> = (0..n).filter_map(|k| rays.get(k * rays.len() / n)).copied().collect();
     let list = List::new(&some, prepared.reference);
-    let is_open = |&k: &usize| objects.nearest(&list.load::<1>(k)).decide().0.0[0].to_id() == OPEN;
+    let is_open = |&k: &usize| objects.nearest(&list.one(k)).decide().0 == OPEN;
     (0..some.len()).filter(is_open).count()
 }

@@ -246,57 +246,29 @@ impl<R: Real> Default for Surface<R> {
     }
 }
 
-/// What light needs of a [`Surface`].
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint<R: Real> {
-    /// The point, relative to the eye's reference point.
-    pub point: V3<R>,
-    /// Bound of its distance from the true one.
-    pub point_error: R,
-    /// Of about unit length, against the ray.
-    pub normal: V3<R>,
-    /// Bound of its distance from the true unit normal.
-    pub normal_error: R,
-    /// Where the ray comes from outside.
-    pub front: R::Mask,
-}
-
-impl<R: Real> From<&Surface<R>> for SurfacePoint<R> {
-    #[inline(always)]
-    fn from(surface: &Surface<R>) -> SurfacePoint<R> {
-        let &Surface { point, point_error, normal, normal_error, front, .. } = surface;
-        SurfacePoint { point, point_error, normal, normal_error, front }
-    }
-}
-
-impl<R: Real> Default for SurfacePoint<R> {
-    fn default() -> SurfacePoint<R> {
-        SurfacePoint::from(&Surface::unknown())
-    }
-}
-
-impl<R: Real> SurfacePoint<R> {
-    /// Where something is known.
-    #[inline(always)]
-    pub fn is_known(&self) -> R::Mask {
-        self.point_error.lt(R::lit(R::One::BEYOND / 4.0))
-    }
-}
-
-impl<F: Float, const N: usize> SurfacePoint<Lanes<F, N>> {
+impl<F: Float, const N: usize> Surface<Lanes<F, N>> {
     /// That of a lane.
-    pub fn lane(&self, lane: usize) -> SurfacePoint<F> {
-        SurfacePoint {
-            point: V3(self.point.0.map(|x| x.0[lane])),
+    pub fn lane(&self, lane: usize) -> Surface<F> {
+        let of = |v: &V3<Lanes<F, N>>| V3(v.0.map(|x| x.0[lane]));
+        Surface {
+            t: Bounds { low: self.t.low.0[lane], high: self.t.high.0[lane] },
+            point: of(&self.point),
             point_error: self.point_error.0[lane],
-            normal: V3(self.normal.0.map(|x| x.0[lane])),
+            normal: of(&self.normal),
             normal_error: self.normal_error.0[lane],
+            component_error: of(&self.component_error),
             front: self.front.0[lane] != F::Bits::default(),
         }
     }
 }
 
 impl<R: Real> Surface<R> {
+    /// Where something is known.
+    #[inline(always)]
+    pub fn is_known(&self) -> R::Mask {
+        self.point_error.lt(R::lit(R::One::BEYOND / 4.0))
+    }
+
     /// Of which nothing is known.
     #[inline(always)]
     pub fn unknown() -> Surface<R> {

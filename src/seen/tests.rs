@@ -251,9 +251,7 @@ fn says_anything<T: Seen, F: Float>(seen: &T, eye: &Eye, origin: DVec3, directio
     });
     let lengths = Lengths::new(eye, direction.length());
     let surfaces = [T::surface(&seen, &ray, &lengths), T::surface_close(&seen, &ray, &lengths)];
-    let is_met = surfaces
-        .iter()
-        .any(|surface| SurfacePoint::from(surface).is_known() || surface.t.low.to_f64() > 0.0);
+    let is_met = surfaces.iter().any(|surface| surface.is_known() || surface.t.low.to_f64() > 0.0);
     is_bounded || is_met
 }
 
@@ -373,7 +371,7 @@ fn an_eye_on_a_sphere_sees_its_far_wall() {
         for Bounds { low, high } in [bounds, surface.t] {
             assert!(low <= t && t <= high && high - low < 1e-9 * t, "{low} {t} {high}");
         }
-        assert!(SurfacePoint::from(&surface).is_known() && !surface.front);
+        assert!(surface.is_known() && !surface.front);
     }
 }
 

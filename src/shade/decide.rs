@@ -13,7 +13,7 @@ use crate::certify::{Pack, Surfaces};
 use crate::exact::{ExactPoint, Shape, exact, integer};
 use crate::num::Lanes;
 use crate::rays::Pixels;
-use crate::seen::SurfacePoint;
+use crate::seen::Surface;
 use crate::trace::StageCounts;
 
 /// Most colours that one thread keeps of pixels that were decided exactly.
@@ -38,7 +38,7 @@ struct SamplePoint {
     /// The object's id.
     id: u32,
     /// In f64; `None` where nothing is known.
-    surface: Option<SurfacePoint<f64>>,
+    surface: Option<Surface<f64>>,
     exact: OnceCell<Option<(ExactPoint, Shape)>>,
 }
 
@@ -79,11 +79,11 @@ impl Decider<'_> {
         if self.surfaces.are_known() {
             let (x, y) = self.samples.xy(at);
             let (i, j) = self.samples.offset2(x, y);
-            let mut packs = [Pack::<f64, 1, SurfacePoint<Lanes<f64, 1>>>::default()];
+            let mut packs = [Pack::<f64, 1>::default()];
             packs[0].offset = [Lanes([i as f64]), Lanes([j as f64])];
             packs[0].see(&[id], self.occluders.scene.spheres.len() as u32);
             self.surfaces.solve(&mut packs);
-            surface = Some(packs[0].kept.lane(0)).filter(SurfacePoint::is_known);
+            surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
         }
         SamplePoint { at, id, surface, exact: OnceCell::new() }
     }

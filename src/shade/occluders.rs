@@ -13,9 +13,7 @@ use crate::num::{Float, Lanes, Real, V3};
 use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
-use crate::seen::{
-    In, Occluder, PlaneMet, Record, ShadowRay, SphereMet, SurfacePoint, Verdict, shadow,
-};
+use crate::seen::{In, Occluder, PlaneMet, Record, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
@@ -227,7 +225,7 @@ impl<'a> Occluders<'a> {
         &self,
         (index, lamp): (usize, &Lamp),
         own: u32,
-        surface: Option<&SurfacePoint<f64>>,
+        surface: Option<&Surface<f64>>,
     ) -> Result<bool, Vec<u32>> {
         let Some(surface) = surface else {
             let n_in_tree = if self.tree().is_some() { self.scene.spheres.len() as u32 } else { 0 };
@@ -277,7 +275,7 @@ impl<'a> Occluders<'a> {
     }
 
     /// Whether a plane is seen from the side that its normal points to, as this surface of it is.
-    pub fn faces_front(&self, id: u32, surface: &SurfacePoint<f64>) -> bool {
+    pub fn faces_front(&self, id: u32, surface: &Surface<f64>) -> bool {
         surface.normal.dot(V3(self.stage.plane(id).normal.to_array())) > 0.0
     }
 

@@ -29,7 +29,7 @@ use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, ShadowRay, SphereMet, SurfacePoint, Verdict};
+use crate::seen::{Bounds, ShadowRay, SphereMet, Surface, Verdict};
 use crate::seen::{Occluder, Record};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
@@ -172,7 +172,7 @@ impl<F: Float, const N: usize> Extent<F, N> {
     }
 
     #[inline(always)]
-    fn add(&mut self, is_in: LaneBits<F, N>, surface: &SurfacePoint<Lanes<F, N>>) {
+    fn add(&mut self, is_in: LaneBits<F, N>, surface: &Surface<Lanes<F, N>>) {
         self.low = V3::select(is_in, self.low.min(surface.point), self.low);
         self.high = V3::select(is_in, self.high.max(surface.point), self.high);
         self.error = Lanes::select(is_in, self.error.max(surface.point_error), self.error);
@@ -229,7 +229,7 @@ fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
 
 /// What the pixels of a part go through, from part to part.
 pub struct Scratch<F: Float, const N: usize> {
-    packs: Vec<Pack<F, N, SurfacePoint<Lanes<F, N>>>>,
+    packs: Vec<Pack<F, N>>,
     /// Of each light in turn for all packs.
     given: Vec<Given<F, N>>,
     shades: Vec<Shade<F, N>>,
@@ -417,7 +417,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             return self.surfaces.solve(&mut scratch.packs);
         }
         for pack in &mut scratch.packs {
-            pack.kept = SurfacePoint::default();
+            pack.surface = Surface::default();
         }
     }
 
@@ -425,9 +425,9 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     fn shadow_rays<const N: usize>(
         &self,
         aim: &Aim<Lanes<F, N>>,
-        pack: &Pack<F, N, SurfacePoint<Lanes<F, N>>>,
+        pack: &Pack<F, N>,
     ) -> ShadowRay<Lanes<F, N>> {
-        ShadowRay::new(aim, pack.kept.point, pack.kept.point_error)
+        ShadowRay::new(aim, pack.surface.point, pack.surface.point_error)
     }
 
     /// What a light gives if nothing is in its way.
@@ -441,8 +441,8 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         scratch.is_lit = false;
         for (pack, given) in one_by_one(&*packs).zip(all) {
             let (low, high) =
-                self.shadow_rays(&aim, pack).cosine(pack.kept.normal, pack.kept.normal_error);
-            let low = Lanes::select(pack.kept.is_known(), low, zero);
+                self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
+            let low = Lanes::select(pack.surface.is_known(), low, zero);
             let high = Lanes::select(is_id(&pack.ids, 0), zero, high);
             let asked = Lanes::select(zero.lt(high), Lanes::lit(is_asked), zero);
             let is_lit = zero.lt(high).any();
@@ -457,7 +457,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         let Scratch { packs, boxes, balls, .. } = scratch;
         boxes.clear();
         for pack in packs {
-            let mut left = pack.kept.is_known().and(is_id(&pack.ids, 0).not());
+            let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
             while left.any() {
                 let id = match pack.is_uniform() {
                     true => pack.ids[0],
@@ -469,7 +469,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     boxes.push(Extent::none(id));
                     boxes.len() - 1
                 });
-                boxes[at].add(here, &pack.kept);
+                boxes[at].add(here, &pack.surface);
                 if pack.is_uniform() {
                     break;
                 }
@@ -514,13 +514,13 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                         verdict = verdict.with(self.listed[place].occlude(&rays));
                     }
                     if has_back {
-                        let front = pack.kept.front;
+                        let front = pack.surface.front;
                         verdict.blocked = Lanes::select(front, verdict.blocked, one);
                         verdict.clear = Lanes::select(front, verdict.clear, -one);
                     }
                 }
                 // Of those of which nothing is known the lower bound is 0 already.
-                let here = pack.kept.is_known();
+                let here = pack.surface.is_known();
                 let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
                 verdict.blocked = Lanes::select(here, verdict.blocked, zero);
                 verdict.clear = Lanes::select(here, verdict.clear, one);
@@ -545,7 +545,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             left.clear();
             for (pack, given) in packs.iter().zip(&*given) {
                 let rays = self.shadow_rays(&aim, pack);
-                let is_asked = pack.kept.is_known().and(zero.lt(given.high));
+                let is_asked = pack.surface.is_known().and(zero.lt(given.high));
                 let asked = Lanes::select(is_asked, given.high, zero);
                 ways.push(Way { rays, verdict: Verdict::none(), asked });
                 left.push(Lanes::select(is_asked, one, zero));
@@ -556,7 +556,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     let mut around = Extent::none(own);
                     for (pack, left) in packs.iter().zip(&mut *left).skip(first) {
                         let here = is_id(&pack.ids, own).and(zero.lt(*left));
-                        around.add(here, &pack.kept);
+                        around.add(here, &pack.surface);
                         *left = Lanes::select(here, zero, *left);
                     }
                     let beam = self.occluders.beam(bvh, light.origin, around.corners());
@@ -567,7 +567,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             }
             for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
                 let Verdict { mut blocked, mut clear } = way.verdict;
-                let known = pack.kept.is_known();
+                let known = pack.surface.is_known();
                 (blocked, clear) =
                     (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
                 given.take(&Verdict { blocked, clear });
@@ -668,7 +668,7 @@ struct Darken<'a, 'b, F: Float, const N: usize> {
     bvh: &'a Bvh,
     /// Their object, which is not in their way.
     own: u32,
-    packs: &'a [Pack<F, N, SurfacePoint<Lanes<F, N>>>],
+    packs: &'a [Pack<F, N>],
     ways: &'a mut [Way<F, N>],
     is_dark: bool,
 }

@@ -6,15 +6,11 @@ use super::slabs::{SlabRoom, meets, slabs_of};
 use crate::bvh::{IS_LEAF, Leaves};
 use crate::engine::{Camera, List};
 use crate::error::{Error, Result};
-use crate::num::{Bits, Lanes};
 use crate::prepare::{InSpace, Prepared};
 use crate::rays::Rays;
 use crate::seen::{Nearest, Objects, Ray};
 use crate::trace::Kernel;
 use crate::vec3::Vec3;
-
-/// A ray, and what it sees.
-type One = Lanes<f32, 1>;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
 /// twin that a device's proposals are compared with. [`CpuTracer`](crate::cpu::CpuTracer) may leave other rays open, but never sees
@@ -34,12 +30,12 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
         None => Objects::new(prepared.seen_objects(), &eye),
         Some(hierarchy) => Objects::new(prepared.beside(&hierarchy.rest), &eye),
     };
-    let look = |ray: Ray<One>| {
+    let look = |ray: Ray<f32>| {
         let mut nearest = listed.nearest(&ray);
         if let (Some(in_space), Some(hierarchy)) = (&in_space, hierarchy) {
             look_in_tree(&ray, &mut nearest, in_space, &hierarchy.leaves);
         }
-        nearest.decide().0.0[0].to_id()
+        nearest.decide().0
     };
     let all = (0..rays.len()).into_par_iter();
     Ok(match rays {
@@ -48,26 +44,26 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
             let ray = |index| {
                 let (x, y) = pixels.xy(index);
                 let (i, j) = pixels.offset2(x, y);
-                camera.ray(Lanes([i as f32]), Lanes([j as f32]))
+                camera.ray(i as f32, j as f32)
             };
             all.map(|index| look(ray(index))).collect()
         }
         Rays::List(rays) => {
             let list = List::new(rays, prepared.reference);
-            all.map(|index| look(list.load(index))).collect()
+            all.map(|index| look(list.one(index))).collect()
         }
     })
 }
 
-fn look_in_tree(ray: &Ray<One>, nearest: &mut Nearest<One>, in_space: &InSpace, leaves: &Leaves) {
+fn look_in_tree(ray: &Ray<f32>, nearest: &mut Nearest<f32>, in_space: &InSpace, leaves: &Leaves) {
     let InSpace { boxes, beside } = in_space;
     let room = SlabRoom::f32();
-    let [origin, direction] = [ray.origin, ray.direction].map(|v| Vec3(v.0.map(|x| x.0[0])));
+    let [origin, direction] = [ray.origin, ray.direction].map(|v| Vec3(v.0));
     let slabs = slabs_of(origin, direction, room.least_slack + beside, &room);
     let mut at = 0;
     while let Some(node) = boxes.get(at) {
         let is_leaf = node.link & IS_LEAF != 0;
-        let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), nearest.high().0[0]);
+        let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), nearest.high());
         at = if is_met || is_leaf { at + 1 } else { node.link as usize };
         if is_met && is_leaf {
             leaves.add(node.link & !IS_LEAF, ray, nearest);

@@ -268,10 +268,8 @@ fn worst(point: impl Fn(&mut ChaCha8Rng) -> [f64; 3]) -> f64 {
     let mut rng = ChaCha8Rng::seed_from_u64(1423);
     let mut worst: f64 = 0.0;
     for _ in 0..20_000 {
-        let mut surface = SurfacePoint::<Lanes<f64, 8>> {
-            point_error: Lanes::lit(0.0),
-            ..SurfacePoint::default()
-        };
+        let mut surface =
+            Surface::<Lanes<f64, 8>> { point_error: Lanes::lit(0.0), ..Surface::default() };
         for lane in 0..8 {
             let at = point(&mut rng);
             for axis in 0..3 {
