@@ -15,9 +15,9 @@ use crate::scene::Sphere;
 /// Most spheres of a tree: the places of leaves and the numbers of nodes have 31 bits.
 pub const MOST_SPHERES: usize = 1 << 29;
 
-/// Most bytes a sphere while a tree is built: its place and index as a member, its centre in f32 with its
-/// index, two nodes, and what the runs in work take.
-const BUILD_BYTES: u64 = 4 + 4 + 16 + 2 * 28 + 20;
+/// Most bytes a sphere while a tree is built: its index as a member, its box, its middle with its place among the boxes, its
+/// share of nodes that are half full and of those above, its index in their order, and itself with its id.
+const BUILD_BYTES: u64 = 4 + 24 + 16 + 72 + 4 + 32 + 4;
 
 /// Refuses what a tree can't hold or there is no memory for.
 pub(super) fn check_size(n_spheres: usize) -> Result<()> {
