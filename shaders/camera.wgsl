@@ -1,4 +1,4 @@
-// Twin of CameraF32 and CameraF64 in src/rays/camera.rs.
+// Twin of Frame::ray in src/rays/camera.rs.
 
 // Of the pixel at twice the offset (i, j) from the picture's centre; both are integers, exact in f32
 // up to 2^24. right_step and true_up_step hold h/H already.

@@ -1,4 +1,4 @@
-// Twin of src/kernel/lecture/twin.rs: the lecture's formulas, corrected, on world coordinates.
+// Twin of src/kernel/lecture.rs: the lecture's formulas, corrected, on world coordinates.
 
 //#if spheres
 struct SphereLecture {

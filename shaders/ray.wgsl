@@ -1,4 +1,4 @@
-// Twin of RayOf and Hit in src/kernel/mod.rs.
+// Twin of PlainRay and Hit in src/kernel/plain.rs.
 
 struct Ray {
     origin: Vec3,

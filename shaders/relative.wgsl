@@ -1,7 +1,51 @@
 // Twin of src/kernel/relative.rs: the formulas of the kernels stable (f32) and double (f64), relative
 // to the ray's origin and free of cancellation.
 
+//#if anywhere
+// From a ray's origin to a point in two parts, relative to the reference point. In f64 the second ones change nothing.
+fn offset_from(ray: Ray, high: Vec3, low: Vec3) -> Vec3 {
+    //#if double
+    return high - ray.origin;
+    //#else
+    return (high - ray.origin) + (low - ray.origin_low);
+    //#end
+}
+//#end
+
 //#if spheres
+struct SphereRelative {
+    center: Vec3,
+    radius: Real,
+    center_low: Vec3,
+    k: Real,
+}
+
+// l = c − o
+fn sphere_offset(ray: Ray, sphere: SphereRelative) -> Vec3 {
+    //#if point
+    return sphere.center;
+    //#else
+    return offset_from(ray, sphere.center, sphere.center_low);
+    //#end
+}
+
+// l·l − r², from the host's f64 where all rays share their origin.
+fn sphere_k(l: Vec3, sphere: SphereRelative) -> Real {
+    //#if point
+    return sphere.k;
+    //#else
+    return dot3(l, l) - sphere.radius * sphere.radius;
+    //#end
+}
+
+//#if moved
+// The numbers for a ray that starts elsewhere than all others, which have theirs from the host.
+fn sphere_from(ray: Ray, sphere: SphereRelative) -> SphereRelative {
+    let l = offset_from(ray, sphere.center, sphere.center_low);
+    return SphereRelative(l, sphere.radius, Vec3(0.0), dot3(l, l) - sphere.radius * sphere.radius);
+}
+//#end
+
 // The ray's closest approach to a centre at l = c − o, and half the chord.
 struct Approach {
     // Offset from the closest point of the line to the centre.
@@ -39,20 +83,44 @@ fn sphere_stable(ray: Ray, l: Vec3, r: Real, k: Real) -> Real {
     return select(0.0, t, h >= 0.0);
 }
 
-fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereRecord, id: u32) -> Hit {
+fn closer_sphere(ray: Ray, hit: Hit, sphere: SphereRelative, id: u32) -> Hit {
     let l = sphere_offset(ray, sphere);
     return closer(hit, sphere_stable(ray, l, sphere.radius, sphere_k(l, sphere)), id);
 }
 //#end
 
 //#if planes
+struct PlaneRelative {
+    offset: Vec3,
+    n_offset: Real,
+    offset_low: Vec3,
+    normal: Vec3,
+}
+
+// (a − o)·n, from the host's f64 where all rays share their origin.
+fn plane_n_offset(ray: Ray, plane: PlaneRelative) -> Real {
+    //#if point
+    return plane.n_offset;
+    //#else
+    return dot3(offset_from(ray, plane.offset, plane.offset_low), plane.normal);
+    //#end
+}
+
+//#if moved
+// The same as with spheres.
+fn plane_from(ray: Ray, plane: PlaneRelative) -> PlaneRelative {
+    let l = offset_from(ray, plane.offset, plane.offset_low);
+    return PlaneRelative(l, dot3(l, plane.normal), Vec3(0.0), plane.normal);
+}
+//#end
+
 // t = ((a − o)·n) / (d·n). Positive t, or 0 for none.
 fn plane_stable(d: Vec3, n_offset: Real, n: Vec3) -> Real {
     let t = n_offset / dot3(d, n);
     return select(0.0, t, t > 0.0);
 }
 
-fn closer_plane(ray: Ray, hit: Hit, plane: PlaneRecord, id: u32) -> Hit {
+fn closer_plane(ray: Ray, hit: Hit, plane: PlaneRelative, id: u32) -> Hit {
     return closer(hit, plane_stable(ray.direction, plane_n_offset(ray, plane), plane.normal), id);
 }
 //#end
@@ -86,5 +154,20 @@ fn normal_at(ray: Ray, hit: Hit) -> Vec3 {
     //#else
     return Vec3(0.0);
     //#end
+}
+//#end
+
+//#if double
+struct HitF32 {
+    t: f32,
+    id: u32,
+}
+
+// The hit as its caller sees it, in f32. What f32 can't hold is a miss.
+fn narrow(hit: Hit) -> HitF32 {
+    let infinity = f32(params.infinity);
+    let t = f32(hit.t);
+    let is_held = t < infinity;
+    return HitF32(select(infinity, t, is_held), select(0u, hit.id, is_held));
 }
 //#end

@@ -136,8 +136,8 @@ pub(crate) mod tests;
 use glam::DVec3;
 
 use crate::num::{Float, Real, V3};
+pub use crate::num::{round_down, round_up};
 use crate::rays::{Lens, Pixels, View};
-pub use crate::vec3::{round_down, round_up};
 pub use squares::{LARGEST_TURN, Reach};
 
 /// Error of a ray's numbers, in units `ε`.

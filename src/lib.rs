@@ -81,7 +81,6 @@
 //! | [`num`] | numbers that a formula is written in: one by one or in lanes, with masks and no order |
 //! | [`seen`] | objects as rays see them: their numbers and formulas, a file a shape |
 //! | [`engine`] | what rays see of few objects, in squares, pixels and samples |
-//! | [`vec3`] | scalars and vectors that the kernels are generic over |
 //! | [`gpu`] | the Vulkan backend |
 //! | [`cpu`] | the CPU backend |
 //! | [`Session`] | the facade that all others call |
@@ -194,7 +193,6 @@ pub mod show;
 mod system;
 pub mod trace;
 pub mod tracer;
-pub mod vec3;
 pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;

@@ -5,13 +5,12 @@
 use pulp::{Simd, WithSimd};
 
 use super::{Stage, StageRays};
-use crate::engine::Camera;
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
 use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
-use crate::rays::{Lens, Pixels};
+use crate::rays::{Frame, Lens, Pixels};
 use crate::scene::{Plane, Scene};
 use crate::seen::{Eye, Lengths, PlaneSeen, Ray, Record, Seen, SphereSeen, Surface};
 use crate::shape::plane_normal;
@@ -77,7 +76,7 @@ pub struct Surfaces<'a, F: Float> {
 
 /// The same rays as [`StageRays`].
 enum SurfaceRays<'a, F> {
-    Pixels(&'a Pixels, Camera<F>),
+    Pixels(&'a Pixels, Frame<F>),
     List(&'a [crate::rays::Ray]),
 }
 
@@ -266,7 +265,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
         let (eye, longest, rays) = match &stage.rays {
             StageRays::Pixels { pixels, .. } => {
                 let eye = Eye { input, ..Eye::of_pixels(pixels, reach, unit) };
-                let rays = SurfaceRays::Pixels(pixels, Camera::new(pixels));
+                let rays = SurfaceRays::Pixels(pixels, Frame::of_pixels(pixels));
                 (eye, pixels.longest_direction(), rays)
             }
             StageRays::List(rays) => {

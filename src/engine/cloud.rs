@@ -11,12 +11,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
 
-use super::tile::{self, Camera, List, Tile};
+use super::tile::{self, List, Tile};
 use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, WIDTH, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Bits, Float, Lanes, OPEN, Real, V3};
 use crate::prepare::Prepared;
-use crate::rays::{Lens, Pixels};
+use crate::rays::{Frame, Lens, Pixels};
 use crate::seen::{Eye, Nearest, Objects, Ray};
 use crate::trace::Mixed;
 
@@ -88,7 +88,7 @@ struct Sight<'a> {
     leaves: &'a Leaves,
     beside: &'a Objects<f32>,
     aim: &'a Aim,
-    camera: &'a Camera<f32>,
+    camera: &'a Frame<f32>,
     /// How far the rays reach for which one stands, in half pixels.
     reach: f32,
 }
@@ -284,7 +284,7 @@ pub struct CloudSearch<'a> {
     samples: Pixels,
     bvh: &'a Bvh,
     aim: Aim,
-    camera: Camera<f32>,
+    camera: Frame<f32>,
     /// As one ray a pixel stands for all its samples; not of one sample, nor where pixels are too large for the bounds.
     of_pixels: Option<Seen>,
     of_rays: Seen,
@@ -318,7 +318,7 @@ impl<'a> CloudSearch<'a> {
             samples,
             bvh,
             aim: Aim::new(bvh, &samples),
-            camera: Camera::new(&samples),
+            camera: Frame::of_pixels(&samples),
             of_pixels,
             of_rays: sight(Arc::clone(&hierarchy.leaves), Reach::default()),
         })

@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::cloud::{Aim, beam_of};
-use super::tile::{Camera, Tile};
+use super::tile::Tile;
 use crate::bvh::{Bvh, Enter, Node, Visitor, WIDTH, Walk, above};
 use crate::guard::{self, Reach};
 use crate::num::{Float, V3};
 use crate::prepare::{Prepared, Scaled, power_of_two};
-use crate::rays::{self, Pixels, Rays};
+use crate::rays::{self, Frame, Pixels, Rays};
 use crate::scene::{Object, Sphere};
 use crate::seen::{Bounds, Eye, Objects, PlaneSeen, Ray, Seen, SphereLeaf};
 
@@ -33,7 +33,7 @@ enum Rays64<'a> {
 /// The pixels of a picture.
 struct OfPixels<'a> {
     pixels: &'a Pixels,
-    camera: Camera<f64>,
+    camera: Frame<f64>,
     eye: Eye,
     /// The objects beside the tree, or all where they are few.
     objects: Objects<f64>,
@@ -117,7 +117,7 @@ impl<'a> Find64<'a> {
                     _ => Objects::new(prepared.seen_objects(), &eye),
                 };
                 let aim = tree.map(|bvh| Aim::new(bvh, pixels));
-                let camera = Camera::new(pixels);
+                let camera = Frame::of_pixels(pixels);
                 Rays64::Pixels(Box::new(OfPixels { pixels, camera, eye, objects, aim }))
             }
             Rays::List(rays) => {

@@ -9,4 +9,4 @@ mod tile;
 pub use cloud::ListSearch;
 pub use find64::{Candidates, Find64, Said};
 pub use search::{LARGEST, Room, Search};
-pub use tile::{Camera, List, Tile};
+pub use tile::{List, Tile};

@@ -1,11 +1,11 @@
 //! What the pixels of a picture see, and the samples of those that show several objects.
 
 use super::cloud::{self, CloudSearch};
-use super::tile::{Camera, Tile};
+use super::tile::Tile;
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Float, OPEN};
 use crate::prepare::Prepared;
-use crate::rays::Pixels;
+use crate::rays::{Frame, Pixels};
 use crate::seen::{Eye, Objects};
 use crate::trace::Mixed;
 
@@ -30,7 +30,7 @@ pub struct Search<'a> {
     /// From large squares to small ones.
     levels: Vec<Level>,
     /// Of the samples.
-    camera: Camera<f32>,
+    camera: Frame<f32>,
     objects: Objects<f32>,
     /// Looks at many spheres in place of all that.
     cloud: Option<CloudSearch<'a>>,
@@ -60,7 +60,7 @@ impl<'a> Search<'a> {
     ) -> Search<'a> {
         let samples = pixels.samples(n);
         if let Some(cloud) = CloudSearch::of(prepared, pixels, n, share) {
-            let (camera, none) = (Camera::new(&samples), Objects::none());
+            let (camera, none) = (Frame::of_pixels(&samples), Objects::none());
             return Search {
                 pixels,
                 n,
@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
             pixels,
             n,
             levels: sides.filter_map(level).collect(),
-            camera: Camera::new(&samples),
+            camera: Frame::of_pixels(&samples),
             objects: Objects::new(
                 prepared.seen_objects(),
                 &Eye::of_pixels(&samples, Reach::default(), f32::UNIT),

@@ -5,46 +5,12 @@ use pulp::{Simd, WithSimd};
 
 use crate::num::Scaled;
 use crate::num::{Bits, Float, Lanes, Real, V3};
-use crate::rays::{self, Lens, Pixels};
+use crate::rays::{self, Frame};
 use crate::seen::{Objects, Ray};
 
 /// Rays that go side by side in f32, and in f64: as many bytes as the widest registers have.
 const LANES_F32: usize = 16;
 const LANES_F64: usize = 8;
-
-/// The camera of a picture, in numbers of `F`, at the origin of coordinates. Its steps are half a pixel.
-pub struct Camera<F> {
-    forward: V3<F>,
-    right_step: V3<F>,
-    true_up_step: V3<F>,
-    lens: Lens,
-}
-
-impl<F: Float> Camera<F> {
-    /// That of `pixels`.
-    pub fn new(pixels: &Pixels) -> Camera<F> {
-        let view = &pixels.view;
-        let step = view.h / f64::from(pixels.image_height);
-        Camera {
-            forward: V3::near(view.forward),
-            right_step: V3::near(view.right * step),
-            true_up_step: V3::near(view.true_up * step),
-            lens: view.lens,
-        }
-    }
-
-    /// Rays by twice their offsets from the picture's centre.
-    #[inline(always)]
-    pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
-        let right = V3::splat(self.right_step) * across;
-        let true_up = V3::splat(self.true_up_step) * up;
-        let (forward, zero) = (V3::splat(self.forward), V3([R::lit(0.0); 3]));
-        match self.lens {
-            Lens::Perspective => Ray::new(zero, (forward + right) + true_up),
-            Lens::Orthographic => Ray::new(right + true_up, forward),
-        }
-    }
-}
 
 /// Some rays, each by twice its offset from the picture's centre, and what they see.
 #[derive(Default)]
@@ -100,19 +66,19 @@ impl Tile {
     }
 
     /// Finds what they see in f32: ids, or [`crate::num::OPEN`].
-    pub fn find_f32(&mut self, camera: &Camera<f32>, objects: &Objects<f32>) {
+    pub fn find_f32(&mut self, camera: &Frame<f32>, objects: &Objects<f32>) {
         pulp::Arch::new().dispatch(Find::<f32, LANES_F32> { camera, objects, tile: self });
     }
 
     /// The same in f64.
-    pub fn find_f64(&mut self, camera: &Camera<f64>, objects: &Objects<f64>) {
+    pub fn find_f64(&mut self, camera: &Frame<f64>, objects: &Objects<f64>) {
         pulp::Arch::new().dispatch(Find::<f64, LANES_F64> { camera, objects, tile: self });
     }
 }
 
 /// A tile, compiled for each instruction set that the processor may have.
 struct Find<'a, F: Float, const N: usize> {
-    camera: &'a Camera<F>,
+    camera: &'a Frame<F>,
     objects: &'a Objects<F>,
     tile: &'a mut Tile,
 }

@@ -13,16 +13,14 @@ use crate::exact::{
     ExactHit, ExactRay, Real, Root, double, exact, integer, plane_numbers, product3, real, real3,
     sphere_numbers,
 };
-use crate::kernel::arithmetic::Arithmetic;
-use crate::kernel::relative::{RelativePlane, RelativeSphere, approach, roots_stable};
-use crate::kernel::stable::{PlaneStable, SphereStable};
-use crate::kernel::{RayOf, lecture};
+use crate::kernel::lecture;
+use crate::kernel::plain::{PlainRay, PlainRays};
+use crate::kernel::relative::{PlaneStable, SphereStable, approach, roots_stable};
+use crate::num::{self, V3};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
-use crate::rays::Bundle;
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::shade::PlainPoint;
 use crate::trace::{Kernel, Ray, Rays};
-use crate::vec3::{Vec3, dot3};
 use crate::verify::Near;
 
 /// A ray's numbers as the kernels have them.
@@ -32,12 +30,10 @@ pub struct RayNumbers {
     pub direction: DVec3,
     /// The same from the camera's position, or from the ray's origin.
     pub near: Near,
-    lecture: RayOf<f32>,
-    stable: RayOf<f32>,
+    lecture: num::Ray<f32>,
+    stable: PlainRay<f32>,
     /// `direction = 2^exponent · stable.direction`.
     exponent: i32,
-    /// True where `stable` has all rays start at its reference point.
-    is_point: bool,
     /// True for a camera's ray.
     pub is_pixel: bool,
     pub words: &'static Words,
@@ -54,8 +50,12 @@ impl RayNumbers {
         }
         let of_kernel = |kernel| Prepared::new(Arc::clone(scene), kernel, rays);
         let (on_lecture, on_stable) = (of_kernel(Kernel::Lecture)?, of_kernel(Kernel::Stable)?);
-        let (lecture, _) = kernel_ray(&on_lecture, rays).ok_or_else(one)?;
-        let (stable, exponent) = kernel_ray(&on_stable, rays).ok_or_else(one)?;
+        let of_kernel = |prepared: &Prepared| PlainRays::new(prepared.coordinates(), rays).one(0);
+        let (lecture, stable) = (of_kernel(&on_lecture).ray, of_kernel(&on_stable));
+        let exponent = match rays {
+            Rays::Pixels(_) => 0,
+            Rays::List(rays) => on_stable.coordinates().ray(&rays[0]).2,
+        };
         let (exact, Ray { origin, direction }, near) = match rays {
             Rays::Pixels(p) => {
                 let ray =
@@ -74,7 +74,6 @@ impl RayNumbers {
         else {
             return Err(one());
         };
-        let is_point = rays.bundle() == Bundle::Point;
         Ok(RayNumbers {
             exact,
             origin,
@@ -83,7 +82,6 @@ impl RayNumbers {
             lecture,
             stable,
             exponent,
-            is_point,
             is_pixel: matches!(rays, Rays::Pixels(_)),
             words: style.lang.words(),
             digits: style.digits,
@@ -112,7 +110,7 @@ impl RayNumbers {
                 .against(["o.x", "o.y", "o.z"][i], Some(&exact_origin[i]))
         };
         let direction = |i: usize| {
-            let stable = scaled(self.stable.direction.0[i], self.exponent);
+            let stable = scaled(self.stable.ray.direction.0[i], self.exponent);
             Columns::all(self.lecture.direction.0[i], stable, self.direction[i])
                 .against(["d.x", "d.y", "d.z"][i], Some(&exact_direction[i]))
         };
@@ -160,30 +158,24 @@ impl RayNumbers {
     fn sphere(&self, sphere: &Sphere, index: usize) -> Option<Vec<Quantity>> {
         let exact = sphere_numbers(&self.exact, sphere.center, sphere.radius)?;
         let of_lecture = self.lecture_objects.spheres.get(index)?;
-        let RayOf { origin, direction, .. } = self.lecture;
+        let num::Ray { origin, direction, .. } = self.lecture;
         let single =
-            lecture::quadratic(origin, direction, Vec3(of_lecture.center), of_lecture.radius);
+            lecture::quadratic(origin, direction, V3(of_lecture.center), of_lecture.radius);
         let double = lecture::quadratic::<f64>(
-            self.origin.into(),
-            self.direction.into(),
-            sphere.center.into(),
+            V3::near(self.origin),
+            V3::near(self.direction),
+            V3::near(sphere.center),
             sphere.radius,
         );
         let single_roots = (single.discriminant >= 0.0).then(|| lecture::quadratic_roots(single));
         let double_roots = (double.discriminant >= 0.0).then(|| lecture::quadratic_roots(double));
 
         let of_stable = self.stable_objects.spheres.get(index)?;
-        let l = match self.is_point {
-            true => of_stable.sphere_offset::<true>(&self.stable),
-            false => of_stable.sphere_offset::<false>(&self.stable),
-        };
-        let k = match self.is_point {
-            true => of_stable.sphere_k::<true>(l),
-            false => of_stable.sphere_k::<false>(l),
-        };
-        let chord = approach(&self.stable, l, of_stable.radius);
-        let stable_roots =
-            (chord.h >= 0.0).then(|| roots_stable(&self.stable, chord.b, chord.h, k));
+        let l = of_stable.offset(&self.stable);
+        let k = of_stable.k(&self.stable, l);
+        let ray = &self.stable.ray;
+        let chord = approach(ray, l, of_stable.radius);
+        let stable_roots = (chord.h >= 0.0).then(|| roots_stable(ray, chord.b, chord.h, k));
 
         let e = self.exponent;
         let stable_only =
@@ -195,8 +187,7 @@ impl RayNumbers {
         };
         let roots = exact.roots.as_ref();
         Some(vec![
-            Columns::all(single.a, scaled(self.stable.a, 2 * e), double.a)
-                .against("a", Some(&exact.a)),
+            Columns::all(single.a, scaled(ray.a, 2 * e), double.a).against("a", Some(&exact.a)),
             Columns::all(single.b, -2.0 * scaled(chord.b, e), double.b)
                 .against("b", Some(&exact.b)),
             Columns::all(single.k, f64::from(k), double.k).against("k", Some(&exact.k)),
@@ -213,20 +204,15 @@ impl RayNumbers {
     fn plane(&self, plane: &Plane, index: usize) -> Option<Vec<Quantity>> {
         let exact = plane_numbers(&self.exact, plane.point, plane.normal)?;
         let of_lecture = self.lecture_objects.planes.get(index)?;
-        let RayOf { origin, direction, .. } = self.lecture;
-        let normal = Vec3(of_lecture.normal);
-        let single = [dot3(Vec3(of_lecture.point) - origin, normal), dot3(direction, normal)];
-        let normal = Vec3::<f64>::from(plane.normal);
-        let double = [
-            dot3(Vec3::<f64>::from(plane.point) - self.origin.into(), normal),
-            dot3(self.direction.into(), normal),
-        ];
+        let num::Ray { origin, direction, .. } = self.lecture;
+        let normal = V3(of_lecture.normal);
+        let single = [(V3(of_lecture.point) - origin).dot(normal), direction.dot(normal)];
+        let [normal, point, origin, direction] =
+            [plane.normal, plane.point, self.origin, self.direction].map(V3::<f64>::near);
+        let double = [(point - origin).dot(normal), direction.dot(normal)];
         let of_stable = self.stable_objects.planes.get(index)?;
-        let offset = match self.is_point {
-            true => of_stable.plane_n_offset::<true>(&self.stable),
-            false => of_stable.plane_n_offset::<false>(&self.stable),
-        };
-        let stable = [offset, dot3(self.stable.direction, Vec3(of_stable.normal))];
+        let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
+        let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
         let row =
             |i: usize, exponent| Columns::all(single[i], scaled(stable[i], exponent), double[i]);
@@ -251,41 +237,33 @@ impl RayNumbers {
         let object = scene.object(seen.id)?;
         match kernel {
             0 => {
-                let p = Vec3(seen.at.map(|x| x as f32));
+                let p = V3(seen.at.map(|x| x as f32));
                 let objects = &self.lecture_objects;
                 Some(f64::from(match object {
                     Object::Sphere(_) => {
                         let sphere = objects.spheres.get(index)?;
-                        let v = p - Vec3(sphere.center);
-                        dot3(v, v) - sphere.radius * sphere.radius
+                        let v = p - V3(sphere.center);
+                        v.dot(v) - sphere.radius * sphere.radius
                     }
                     Object::Plane(_) => {
                         let plane = objects.planes.get(index - objects.spheres.len())?;
-                        dot3(p - Vec3(plane.point), Vec3(plane.normal))
+                        (p - V3(plane.point)).dot(V3(plane.normal))
                     }
                 }))
             }
             1 => {
                 // p − o
                 let (ray, objects) = (&self.stable, &self.stable_objects);
-                let way = ray.direction * seen.t as f32;
+                let way = ray.ray.direction * seen.t as f32;
                 match object {
                     Object::Sphere(_) => {
                         let sphere = objects.spheres.get(index)?;
-                        let l = match self.is_point {
-                            true => sphere.sphere_offset::<true>(ray),
-                            false => sphere.sphere_offset::<false>(ray),
-                        };
-                        let v = way - l;
-                        Some(f64::from(dot3(v, v) - sphere.radius * sphere.radius))
+                        let v = way - sphere.offset(ray);
+                        Some(f64::from(v.dot(v) - sphere.radius * sphere.radius))
                     }
                     Object::Plane(of_scene) => {
                         let plane = objects.planes.get(index - objects.spheres.len())?;
-                        let offset = match self.is_point {
-                            true => plane.plane_n_offset::<true>(ray),
-                            false => plane.plane_n_offset::<false>(ray),
-                        };
-                        let off = dot3(way, Vec3(plane.normal)) - offset;
+                        let off = way.dot(V3(plane.normal)) - plane.n_offset(ray);
                         Some(scaled(off, exponent_of(of_scene.normal)))
                     }
                 }
@@ -390,19 +368,4 @@ impl RayNumbers {
 
 fn given3(v: DVec3) -> [Short; 3] {
     v.to_array().map(Short::given)
-}
-
-/// The ray as the kernel of `prepared` has it, and the exponent of its scale.
-fn kernel_ray(prepared: &Prepared, rays: &Rays) -> Option<(RayOf<f32>, i32)> {
-    match rays {
-        Rays::Pixels(pixels) => {
-            let (i, j) = pixels.offset2(pixels.x, pixels.y);
-            Some((f32::pixel_ray(&f32::camera(&prepared.coordinates(), pixels), i, j), 0))
-        }
-        Rays::List(rays) => {
-            let ray = rays.first()?;
-            let (_, exponent) = prepared.coordinates().ray_record(ray);
-            Some((f32::list_ray(&prepared.coordinates(), ray).0, exponent))
-        }
-    }
 }

@@ -11,6 +11,7 @@ use super::projection::towards_eye;
 use super::words::{number, vector};
 use crate::exact::{product3, real, real3};
 use crate::kernel::lecture::{quadratic, quadratic_roots};
+use crate::num::V3;
 use crate::rays::Lens;
 use crate::scene::Sphere;
 
@@ -38,7 +39,8 @@ pub fn draw(
     let pixels = drawing.pixels;
     let hidden = |point: DVec3| {
         let way = towards_eye(&pixels, point).normalize_or_zero();
-        let q = quadratic::<f64>(point.into(), way.into(), c.into(), r);
+        let [o, d, c] = [point, way, c].map(V3::<f64>::near);
+        let q = quadratic(o, d, c, r);
         // The root of a point on the sphere is 0 up to that of f64's rounding.
         q.discriminant >= 0.0 && quadratic_roots(q)[1] > r * f64::EPSILON.sqrt()
     };

@@ -21,7 +21,7 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
-const PLAIN_LIGHT: Part = part!("plain_light.wgsl", "src/shade/plain.rs");
+const PLAIN_LIGHT: Part = part!("plain_light.wgsl");
 const TREE: Part = part!("tree.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
@@ -125,15 +125,18 @@ pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
 fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
     let is_by_tree = key.spheres == Finding::Tree;
     // The host has made the numbers for rays from one point.
-    let is_moved = key.bundle == Bundle::Point && key.kernel.about().space == Space::Reference;
+    let is_point = key.bundle == Bundle::Point;
+    let is_moved =
+        key.plain_light.is_some() && is_point && key.kernel.about().space == Space::Reference;
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
         (key.surface || key.plain_light.is_some(), "surface"),
         (key.plain_light == Some(Lamps::Few), "few_lamps"),
         (key.plain_light.is_some() && keeps_objects(key), "kept"),
-        (key.plain_light.is_some() && is_moved, "moved"),
-        (key.bundle == Bundle::Point, "point"),
+        (is_moved, "moved"),
+        (is_moved || !is_point, "anywhere"),
+        (is_point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
         (key.kernel.about().float == Float::F64, "double"),
@@ -397,7 +400,7 @@ mod tests {
     use super::*;
 
     fn error_of(part: &'static str) -> String {
-        let part = Part { file: "shaders/broken.wgsl", text: part, twin: None };
+        let part = Part { file: "shaders/broken.wgsl", text: part };
         let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
         let choices = Choices { flags, constants: aliases("f32"), ..Choices::default() };
         match compile_parts(&[SHARED_PARTS[1], part], &choices) {

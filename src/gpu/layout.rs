@@ -85,7 +85,7 @@ mod tests {
     use crate::gpu::compile::compile;
     use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
-    use crate::kernel::{certified, double, lecture, stable};
+    use crate::kernel::{certified, lecture, relative};
     use crate::prepare::{Finding, Lamps, ShaderKey};
     use crate::rays::Bundle;
     use crate::trace::Kernel;
@@ -153,12 +153,21 @@ mod tests {
         );
         check!(Lecture, Point, lecture::SphereLecture, "SphereLecture", center, radius);
         check!(Lecture, Point, lecture::PlaneLecture, "PlaneLecture", point, normal);
-        check!(Stable, Point, stable::SphereStable, "SphereStable", center, radius, center_low, k);
         check!(
             Stable,
             Point,
-            stable::PlaneStable,
-            "PlaneStable",
+            relative::SphereStable,
+            "SphereRelative",
+            center,
+            radius,
+            center_low,
+            k
+        );
+        check!(
+            Stable,
+            Point,
+            relative::PlaneStable,
+            "PlaneRelative",
             offset,
             n_offset,
             offset_low,
@@ -182,8 +191,26 @@ mod tests {
             offset_j,
             width
         );
-        check!(Double, Point, double::SphereDouble, "SphereDouble", center, radius, k);
-        check!(Double, Point, double::PlaneDouble, "PlaneDouble", offset, n_offset, normal);
+        check!(
+            Double,
+            Point,
+            relative::SphereDouble,
+            "SphereRelative",
+            center,
+            radius,
+            center_low,
+            k
+        );
+        check!(
+            Double,
+            Point,
+            relative::PlaneDouble,
+            "PlaneRelative",
+            offset,
+            n_offset,
+            offset_low,
+            normal
+        );
         check!(Double, Free, RayRecordDouble, "RayRecord", origin, direction);
         check!(Stable, Point, LightingF32, "Lighting", ambient, epsilon, n_lamps);
         check!(Double, Point, LightingF64, "Lighting", ambient, epsilon, n_lamps);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::compile::WORKGROUP;
 use super::layout::{Params, ParamsDouble};
 use crate::prepare::Prepared;
-use crate::rays::{CameraF32, CameraF64, Pixels};
+use crate::rays::{Frame, Pixels};
 use crate::trace::Rays;
 
 /// Aim for the time of a dispatch: long enough to hide its overhead, short enough for every driver's
@@ -96,11 +96,11 @@ impl Tile {
             ..Params::default()
         };
         let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let camera = CameraF32::new(pixels);
+        let camera = Frame::<f32>::of_pixels(pixels);
         Params {
             forward: camera.forward.0,
-            right_step: camera.right_step.0,
-            true_up_step: camera.true_up_step.0,
+            right_step: camera.right.0,
+            true_up_step: camera.true_up.0,
             origin: prepared.coordinates().camera_origin().as_vec3().to_array(),
             ..common
         }
@@ -120,11 +120,11 @@ impl Tile {
             ..ParamsDouble::default()
         };
         let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let camera = CameraF64::new(pixels);
+        let camera = Frame::<f64>::new(&pixels.view, 1.0);
         ParamsDouble {
             forward: camera.forward.0,
             right: camera.right.0,
-            step: camera.step,
+            step: pixels.step(),
             true_up: camera.true_up.0,
             origin: prepared.coordinates().camera_origin().to_array(),
             ..common

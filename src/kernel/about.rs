@@ -101,20 +101,13 @@ pub struct Part {
     pub file: &'static str,
     /// Its text.
     pub text: &'static str,
-    /// The Rust file with a function of the same name for each of its functions; none for what a
-    /// device does alone.
-    pub twin: Option<&'static str>,
 }
 
 macro_rules! part {
-    ($name:literal, $twin:literal) => {
-        $crate::kernel::Part { twin: Some($twin), ..$crate::kernel::part!($name) }
-    };
     ($name:literal) => {
         $crate::kernel::Part {
             file: concat!("shaders/", $name),
             text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
-            twin: None,
         }
     };
 }

@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::about::Space;
-use super::registry::Kernel;
-use crate::num::Scaled;
+use super::Kernel;
+use super::about::{About, Float, Space};
+use crate::num::{Float as Number, Scaled, V3};
 use crate::rays::Ray;
 
 /// The coordinates of a kernel's numbers.
@@ -34,33 +34,33 @@ impl Coordinates {
         }
     }
 
-    /// A ray of a list for a kernel in f64.
-    pub fn ray_record_double(&self, ray: &Ray) -> RayRecordDouble {
-        RayRecordDouble {
-            origin: (ray.origin - self.reference).to_array(),
-            pad0: 0.0,
-            direction: ray.direction.to_array(),
-            pad1: 0.0,
+    /// Origin and direction of a ray of a list, and the exponent `e` with which the direction is `2^e` times this one, so that
+    /// `t` is `2^−e` times that of this ray.
+    pub fn ray(&self, ray: &Ray) -> (DVec3, DVec3, i32) {
+        let About { space, float, .. } = self.kernel.about();
+        if (*space, *float) != (Space::Reference, Float::F32) {
+            return (self.of(ray.origin), ray.direction, 0);
         }
+        let scaled = Scaled::new(ray.direction);
+        let direction = match self.kernel {
+            // No ray, and undecided; but 1/d² stays finite.
+            Kernel::Certified if ray.direction == DVec3::ZERO => DVec3::X,
+            _ => scaled.rounded(),
+        };
+        (self.of(ray.origin), direction, scaled.exponent())
     }
 
-    /// A ray of a list for a kernel in f32, and the exponent `e` with
-    /// `direction = 2^e · record.direction`, so that `t = 2^−e · t_record`.
+    /// A ray of a list for a kernel in f64.
+    pub fn ray_record_double(&self, ray: &Ray) -> RayRecordDouble {
+        let (origin, direction, _) = self.ray(ray);
+        let (origin, direction) = (origin.to_array(), direction.to_array());
+        RayRecordDouble { origin, pad0: 0.0, direction, pad1: 0.0 }
+    }
+
+    /// The same for one in f32, with the exponent of [`Coordinates::ray`].
     pub fn ray_record(&self, ray: &Ray) -> (RayRecord, i32) {
-        let (origin, origin_low, direction, exponent) = match self.kernel.about().space {
-            Space::World => (ray.origin.as_vec3().to_array(), [0.0; 3], ray.direction, 0),
-            Space::Reference => {
-                let (high, low) = split(ray.origin - self.reference);
-                let scaled = Scaled::new(ray.direction);
-                let direction = match self.kernel {
-                    // No ray, and undecided; but 1/d² stays finite.
-                    Kernel::Certified if ray.direction == DVec3::ZERO => DVec3::X,
-                    _ => scaled.rounded(),
-                };
-                (high, low, direction, scaled.exponent())
-            }
-        };
-        let direction = direction.as_vec3().to_array();
+        let (origin, direction, exponent) = self.ray(ray);
+        let ([origin, origin_low], direction) = (split(origin), direction.as_vec3().to_array());
         (RayRecord { origin, pad0: 0.0, origin_low, pad1: 0.0, direction, pad2: 0.0 }, exponent)
     }
 }
@@ -97,9 +97,8 @@ pub struct RayRecordDouble {
     pub pad1: f64,
 }
 
-/// `v` as f32 high part and f32 low part: together 48 bits.
-pub fn split(v: DVec3) -> ([f32; 3], [f32; 3]) {
-    let high = v.as_vec3();
-    let low = (v - high.as_dvec3()).as_vec3();
-    (high.to_array(), low.to_array())
+/// `v` in two parts: together 48 bits of f32. Of f64 the second one is 0.
+pub fn split<F: Number>(v: DVec3) -> [[F; 3]; 2] {
+    let high = V3::<F>::near(v);
+    [high.0, V3::near(v - DVec3::from_array(high.0.map(F::to_f64))).0]
 }

@@ -1,95 +1,115 @@
-//! The intersection kernels, a folder each: `mod.rs` has the facts and the records of its objects,
-//! `prepare.rs` makes these of a scene, `twin.rs` has the arithmetic, name by name that of a file in
-//! `shaders/`. The registry lists them all.
+//! The intersection kernels, a file each: the facts, the records of the objects, and the formulas, name by name those of a
+//! file in `shaders/`. [`Kernel`] lists them all.
 
 mod about;
-pub(crate) mod arithmetic;
 pub mod certified;
 pub mod coordinates;
-pub mod double;
 pub mod lecture;
-mod registry;
+pub mod plain;
 pub mod relative;
-pub mod stable;
-pub(crate) mod twin;
+
+use glam::DVec3;
 
 use crate::scene::{Plane, Scene, Sphere};
-use crate::vec3::{Real, Vec3, dot3};
+use certified::{PlaneCertified, SphereCertified};
+use lecture::{PlaneLecture, SphereLecture};
+use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
 
 pub(crate) use about::part;
 pub use about::{About, Exactness, Float, Part, Promise, Space, Wgsl};
-pub use registry::{Kernel, Objects, SHARED_PARTS};
+pub use plain::Lists;
 
-/// A ray as a kernel sees it. Twin of `Ray` in `shaders/ray.wgsl`.
-#[derive(Clone, Copy, Debug)]
-pub struct RayOf<R> {
-    /// Origin: world units for `lecture`, relative to the reference point otherwise.
-    pub origin: Vec3<R>,
-    /// The rest that the origin's rounding left.
-    pub origin_low: Vec3<R>,
-    /// Direction of any length.
-    pub direction: Vec3<R>,
-    /// `d·d`
-    pub a: R,
-    /// `1 / (d·d)`
-    pub inv_a: R,
+/// The intersection kernels (contract §2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kernel {
+    /// The lecture's formulas, corrected, in f32 on world coordinates.
+    Lecture,
+    /// The best plain-f32 kernel: camera-relative, free of cancellation.
+    Stable,
+    /// The same formulas in f64: what one would do without a proof.
+    Double,
+    /// f32 with a proven error bound, then f64, then exact arithmetic.
+    Certified,
 }
 
-impl<R: Real> RayOf<R> {
-    /// A ray with its derived numbers.
-    #[inline(always)]
-    pub fn new(origin: Vec3<R>, origin_low: Vec3<R>, direction: Vec3<R>) -> RayOf<R> {
-        let a = dot3(direction, direction);
-        RayOf { origin, origin_low, direction, a, inv_a: R::ONE / a }
-    }
-}
+/// The parts of all kernels' shaders: rays, vectors, and the camera where there is one.
+pub const SHARED_PARTS: [Part; 3] = [part!("ray.wgsl"), part!("vec.wgsl"), part!("camera.wgsl")];
 
-/// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit<R> {
-    /// Ray parameter, +∞ for none.
-    pub t: R,
-    /// Object id, 0 for none.
-    pub id: u32,
-}
-
-impl<R: Real> Hit<R> {
-    /// Nothing was hit.
-    pub const MISS: Self = Hit { t: R::INFINITY, id: 0 };
-}
-
-impl<R: Real> Hit<R> {
-    /// The nearer of the hit so far and a candidate, whose `t` is 0 where there is none. Equal
-    /// `t`: the lower id, which comes first, stays.
-    #[inline(always)]
-    pub fn closer(self, t: R, id: u32) -> Self {
-        if t > R::ZERO && t < self.t { Hit { t, id } } else { self }
-    }
-}
-
-/// Spheres and planes, each in id order.
+/// The objects in the form of one kernel, in id order.
 #[derive(Clone, Debug)]
-pub struct Lists<S, P> {
-    /// Spheres.
-    pub spheres: Vec<S>,
-    /// Planes.
-    pub planes: Vec<P>,
+pub enum Objects {
+    /// For [`Kernel::Lecture`].
+    Lecture(Lists<SphereLecture, PlaneLecture>),
+    /// For [`Kernel::Stable`].
+    Stable(Lists<SphereStable, PlaneStable>),
+    /// For [`Kernel::Double`].
+    Double(Lists<SphereDouble, PlaneDouble>),
+    /// For [`Kernel::Certified`].
+    Certified(Lists<SphereCertified, PlaneCertified>),
 }
 
-impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
-    fn new(
-        scene: &Scene,
-        sphere: impl Fn(&Sphere) -> S,
-        plane: impl Fn(&Plane) -> P,
-    ) -> Lists<S, P> {
-        Lists {
-            spheres: scene.spheres.iter().map(sphere).collect(),
-            planes: scene.planes.iter().map(plane).collect(),
+impl Kernel {
+    /// All of them, in the order in which they are told: from the least exact to the exact one.
+    pub const ALL: [Kernel; 4] =
+        [Kernel::Lecture, Kernel::Stable, Kernel::Double, Kernel::Certified];
+
+    /// Its facts.
+    pub fn about(self) -> &'static About {
+        match self {
+            Kernel::Lecture => &lecture::ABOUT,
+            Kernel::Stable => &relative::STABLE,
+            Kernel::Double => &relative::DOUBLE,
+            Kernel::Certified => &certified::ABOUT,
         }
     }
 
-    /// The bytes of the spheres and those of the planes.
+    /// The name on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        self.about().name
+    }
+
+    /// All objects of a scene, relative to `reference` where the kernel's coordinates are; none yet for the one with a proof.
+    pub fn objects(self, scene: &Scene, reference: DVec3) -> Objects {
+        match self {
+            Kernel::Lecture => {
+                Objects::Lecture(lists(scene, SphereLecture::new, PlaneLecture::new))
+            }
+            Kernel::Stable => Objects::Stable(lists(
+                scene,
+                |sphere| SphereStable::new(sphere, reference),
+                |plane| PlaneStable::new(plane, reference),
+            )),
+            Kernel::Double => Objects::Double(lists(
+                scene,
+                |sphere| SphereDouble::new(sphere, reference),
+                |plane| PlaneDouble::new(plane, reference),
+            )),
+            Kernel::Certified => {
+                Objects::Certified(Lists { spheres: Vec::new(), planes: Vec::new() })
+            }
+        }
+    }
+}
+
+impl Objects {
+    /// The device's bytes of the spheres and of the planes.
     pub fn bytes(&self) -> (&[u8], &[u8]) {
-        (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
+        match self {
+            Objects::Lecture(lists) => lists.bytes(),
+            Objects::Stable(lists) => lists.bytes(),
+            Objects::Double(lists) => lists.bytes(),
+            Objects::Certified(lists) => lists.bytes(),
+        }
+    }
+}
+
+fn lists<S, P>(
+    scene: &Scene,
+    sphere: impl Fn(&Sphere) -> S,
+    plane: impl Fn(&Plane) -> P,
+) -> Lists<S, P> {
+    Lists {
+        spheres: scene.spheres.iter().map(sphere).collect(),
+        planes: scene.planes.iter().map(plane).collect(),
     }
 }

@@ -2,45 +2,46 @@
 //! free of cancellation. Twin of `shaders/relative.wgsl`.
 //!
 //! The discriminant is `r² − ‖P‖²`, the roots come without cancellation, and the normal comes from
-//! half the chord. How a kernel knows `l = c − o` is its own affair.
+//! half the chord. Offsets from the ray's origin are formed in f64 on the host where all rays start at one point, and from
+//! high and low parts elsewhere. `stable` is the best that f32 can do without a proof, `double` all that one would do without
+//! this crate's design: more digits make wrong objects rare, but nothing says which rays they are.
 
-use super::about::{Part, part};
-use super::arithmetic::Arithmetic;
-use super::twin::{Packet, Twin, WithTwin};
-use super::{Hit, Lists, RayOf};
-use crate::rays::Bundle;
-use crate::vec3::{Real, Vec3, dot3, facing};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
 
-/// The part of both shaders.
-pub(super) const RELATIVE: Part = part!("relative.wgsl", "src/kernel/relative.rs");
+use super::about::{About, Float, Part, Promise, Space, Wgsl, part};
+use super::coordinates::split;
+use super::plain::{Plain, PlainRay, first_positive};
+use crate::num::{self, Float as _, Ray, Real, Scaled, V3};
+use crate::scene::{Plane, Sphere};
 
-/// A sphere as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
-pub trait RelativeSphere {
-    /// The kernel's arithmetic.
-    type Float: Real;
-    /// `l = c − o`
-    fn sphere_offset<const IS_POINT: bool>(&self, ray: &RayOf<Self::Float>) -> Vec3<Self::Float>;
-    /// `r`
-    fn radius(&self) -> Self::Float;
-    /// `k = l·l − r²`
-    fn sphere_k<const IS_POINT: bool>(&self, l: Vec3<Self::Float>) -> Self::Float;
-}
+/// The facts of the kernel `stable`.
+pub(super) const STABLE: About = About {
+    name: "stable",
+    float: Float::F32,
+    record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
+    wgsl: Wgsl { records: "Relative", parts: PARTS, constants: |_| Vec::new() },
+    space: Space::Reference,
+    promise: Promise::PARITY,
+};
 
-/// A plane as the kernel's arithmetic has it. With `IS_POINT` all rays start at the reference point.
-pub trait RelativePlane {
-    /// The kernel's arithmetic.
-    type Float: Real;
-    /// `(a − o)·n`
-    fn plane_n_offset<const IS_POINT: bool>(&self, ray: &RayOf<Self::Float>) -> Self::Float;
-    /// `n`
-    fn normal(&self) -> Vec3<Self::Float>;
-}
+/// The facts of the kernel `double`.
+pub(super) const DOUBLE: About = About {
+    name: "double",
+    float: Float::F64,
+    record_bytes: [size_of::<SphereDouble>(), size_of::<PlaneDouble>()],
+    wgsl: Wgsl { records: "Relative", parts: PARTS, constants: |_| Vec::new() },
+    space: Space::Reference,
+    promise: Promise::PARITY,
+};
+
+const PARTS: &[Part] = &[part!("relative.wgsl")];
 
 /// The ray's closest approach to a centre at `l = c − o`, and half the chord.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach<R> {
     /// Offset from the closest point of the line to the centre.
-    pub p: Vec3<R>,
+    pub p: V3<R>,
     /// `d·l`
     pub b: R,
     /// `r² − p·p`
@@ -51,166 +52,173 @@ pub struct Approach<R> {
 
 /// Discriminant as `r² − ‖P‖²` (Hearn & Baker; Ray Tracing Gems, ch. 7, eq. 5).
 #[inline(always)]
-pub fn approach<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R) -> Approach<R> {
-    let b = dot3(ray.direction, l);
+pub fn approach<R: Real>(ray: &Ray<R>, l: V3<R>, r: R) -> Approach<R> {
+    let b = ray.direction.dot(l);
     let p = l - ray.direction * (b * ray.inv_a);
-    let delta = r * r - dot3(p, p);
-    let h = if delta >= R::ZERO { (ray.a * delta).sqrt() } else { -R::ONE };
-    Approach { p, b, delta, h }
+    let delta = r * r - p.dot(p);
+    let is_hit = R::lit(0.0).le(delta);
+    Approach { p, b, delta, h: R::select(is_hit, (ray.a * delta).sqrt(), R::lit(-1.0)) }
 }
 
 /// Near and far root without cancellation: `q` and `k/q` (Press et al., Numerical Recipes, 5.6),
 /// with `k = l·l − r²` and `h ≥ 0`.
 #[inline(always)]
-pub fn roots_stable<R: Real>(ray: &RayOf<R>, b: R, h: R, k: R) -> [R; 2] {
-    if b > R::ZERO {
-        let q = b + h;
-        [k / q, q * ray.inv_a]
-    } else {
-        let q = b - h;
-        [q * ray.inv_a, k / q]
-    }
+pub fn roots_stable<R: Real>(ray: &Ray<R>, b: R, h: R, k: R) -> [R; 2] {
+    let is_ahead = R::lit(0.0).lt(b);
+    let q = R::select(is_ahead, b + h, b - h);
+    let (one, other) = (k / q, q * ray.inv_a);
+    [R::select(is_ahead, one, other), R::select(is_ahead, other, one)]
 }
 
 /// The smallest positive root, or 0 for none.
 #[inline(always)]
-pub fn sphere_stable<R: Real>(ray: &RayOf<R>, l: Vec3<R>, r: R, k: R) -> R {
-    let Approach { b, h, .. } = approach(ray, l, r);
-    if h >= R::ZERO {
-        let [near, far] = roots_stable(ray, b, h, k);
-        if near > R::ZERO {
-            near
-        } else if far > R::ZERO {
-            far
-        } else {
-            R::ZERO
-        }
-    } else {
-        R::ZERO
-    }
+pub fn sphere_stable<R: Real>(ray: &Ray<R>, l: V3<R>, r: R, k: R) -> R {
+    let (Approach { b, h, .. }, zero) = (approach(ray, l, r), R::lit(0.0));
+    R::select(zero.le(h), first_positive(roots_stable(ray, b, h, k)), zero)
 }
 
 /// `t = ((a − o)·n) / (d·n)`. The positive `t`, or 0 for none.
 #[inline(always)]
-pub fn plane_stable<R: Real>(d: Vec3<R>, n_offset: R, n: Vec3<R>) -> R {
-    let t = n_offset / dot3(d, n);
-    if t > R::ZERO { t } else { R::ZERO }
+pub fn plane_stable<R: Real>(d: V3<R>, n_offset: R, n: V3<R>) -> R {
+    let (t, zero) = (n_offset / d.dot(n), R::lit(0.0));
+    R::select(zero.lt(t), t, zero)
 }
 
-/// The nearer of a hit and a sphere.
+/// The way from half the chord to the normal's end, times the radius: `o + t·d − c` cancels far away.
 #[inline(always)]
-pub fn closer_sphere<const IS_POINT: bool, S: RelativeSphere>(
-    ray: &RayOf<S::Float>,
-    hit: Hit<S::Float>,
-    sphere: &S,
-    id: u32,
-) -> Hit<S::Float> {
-    let l = sphere.sphere_offset::<IS_POINT>(ray);
-    hit.closer(sphere_stable(ray, l, sphere.radius(), sphere.sphere_k::<IS_POINT>(l)), id)
+pub fn from_center<R: Real>(ray: &Ray<R>, l: V3<R>, r: R, k: R) -> V3<R> {
+    let Approach { p, h, .. } = approach(ray, l, r);
+    let half_chord = ray.direction * (h * ray.inv_a);
+    let is_outside = R::lit(0.0).lt(k);
+    V3::select(is_outside, -half_chord, half_chord) - p
 }
 
-/// The nearer of a hit and a plane.
-#[inline(always)]
-pub fn closer_plane<const IS_POINT: bool, P: RelativePlane>(
-    ray: &RayOf<P::Float>,
-    hit: Hit<P::Float>,
-    plane: &P,
-    id: u32,
-) -> Hit<P::Float> {
-    let n_offset = plane.plane_n_offset::<IS_POINT>(ray);
-    hit.closer(plane_stable(ray.direction, n_offset, plane.normal()), id)
-}
-
-/// The closest hit of a ray. With `IS_POINT` all rays start at the reference point.
-#[inline(always)]
-pub fn closest<const IS_POINT: bool, S, P>(
-    ray: &RayOf<S::Float>,
-    spheres: &[S],
-    planes: &[P],
-) -> Hit<S::Float>
-where
-    S: RelativeSphere,
-    P: RelativePlane<Float = S::Float>,
-{
-    let mut hit = Hit::MISS;
-    for (i, sphere) in spheres.iter().enumerate() {
-        hit = closer_sphere::<IS_POINT, S>(ray, hit, sphere, i as u32 + 1);
-    }
-    for (i, plane) in planes.iter().enumerate() {
-        hit = closer_plane::<IS_POINT, P>(ray, hit, plane, (spheres.len() + i) as u32 + 1);
-    }
-    hit
-}
-
-/// The unit normal at a hit, from half the chord: `o + t·d − c` cancels far away.
-#[inline(always)]
-pub fn normal_at<const IS_POINT: bool, S, P>(
-    ray: &RayOf<S::Float>,
-    hit: Hit<S::Float>,
-    spheres: &[S],
-    planes: &[P],
-) -> Vec3<S::Float>
-where
-    S: RelativeSphere,
-    P: RelativePlane<Float = S::Float>,
-{
-    let index = hit.id as usize - 1;
-    match spheres.get(index) {
-        Some(sphere) => {
-            let l = sphere.sphere_offset::<IS_POINT>(ray);
-            let closest_approach = approach(ray, l, sphere.radius());
-            let half_chord = ray.direction * (closest_approach.h * ray.inv_a);
-            let outside = sphere.sphere_k::<IS_POINT>(l) > S::Float::ZERO;
-            let from_foot = if outside { -half_chord } else { half_chord };
-            facing(from_foot - closest_approach.p, ray.direction)
+macro_rules! records {
+    ($float:ident, $sphere:ident, $plane:ident) => {
+        /// A sphere as the device sees it.
+        #[derive(Clone, Copy, Debug, Pod, Zeroable)]
+        #[repr(C)]
+        pub struct $sphere {
+            /// Centre relative to the reference point, high part.
+            pub center: [$float; 3],
+            /// Radius.
+            pub radius: $float,
+            /// Centre relative to the reference point, low part.
+            pub center_low: [$float; 3],
+            /// `l·l − r²` for the reference point, rounded from f64.
+            pub k: $float,
         }
-        None => facing(planes[index - spheres.len()].normal(), ray.direction),
-    }
+
+        /// A plane as the device sees it.
+        #[derive(Clone, Copy, Debug, Pod, Zeroable)]
+        #[repr(C)]
+        pub struct $plane {
+            /// Point of the plane relative to the reference point, high part.
+            pub offset: [$float; 3],
+            /// `(a − o)·n` for the reference point, rounded from f64.
+            pub n_offset: $float,
+            /// Point of the plane relative to the reference point, low part.
+            pub offset_low: [$float; 3],
+            /// Fills WGSL's alignment of vectors.
+            pub pad0: $float,
+            /// Normal, scaled by a power of two to a largest component in `1..2`.
+            pub normal: [$float; 3],
+            /// Fills WGSL's alignment of vectors.
+            pub pad1: $float,
+        }
+
+        impl $sphere {
+            /// Relative to `reference`.
+            pub fn new(sphere: &Sphere, reference: DVec3) -> $sphere {
+                let (l, radius) = (sphere.center - reference, sphere.radius);
+                let ([center, low], k) = (split(l), l.length_squared() - radius * radius);
+                let center_low = low_part(low);
+                $sphere { center, radius: radius as $float, center_low, k: k as $float }
+            }
+
+            /// `l = c − o`
+            #[inline(always)]
+            pub fn offset<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> V3<R> {
+                offset(ray, self.center, self.center_low)
+            }
+
+            /// `k = l·l − r²`
+            #[inline(always)]
+            pub fn k<R: Real<One = $float>>(&self, ray: &PlainRay<R>, l: V3<R>) -> R {
+                let r = R::splat(self.radius);
+                if ray.origin_low.is_none() { R::splat(self.k) } else { l.dot(l) - r * r }
+            }
+        }
+
+        impl $plane {
+            /// Relative to `reference`.
+            pub fn new(plane: &Plane, reference: DVec3) -> $plane {
+                let (l, normal) = (plane.point - reference, Scaled::new(plane.normal).rounded());
+                let [offset, low] = split(l);
+                $plane {
+                    offset,
+                    n_offset: l.dot(normal) as $float,
+                    offset_low: low_part(low),
+                    pad0: 0.0,
+                    normal: V3::near(normal).0,
+                    pad1: 0.0,
+                }
+            }
+
+            /// `(a − o)·n`
+            #[inline(always)]
+            pub fn n_offset<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+                let l = offset(ray, self.offset, self.offset_low);
+                let is_given = ray.origin_low.is_none();
+                if is_given { R::splat(self.n_offset) } else { l.dot(V3::splat(V3(self.normal))) }
+            }
+        }
+
+        impl Plain for $sphere {
+            type Float = $float;
+
+            #[inline(always)]
+            fn t<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+                let l = self.offset(ray);
+                sphere_stable(&ray.ray, l, R::splat(self.radius), self.k(ray, l))
+            }
+
+            #[inline(always)]
+            fn normal<R: Real<One = $float>>(&self, ray: &PlainRay<R>, _: R) -> V3<R> {
+                let l = self.offset(ray);
+                from_center(&ray.ray, l, R::splat(self.radius), self.k(ray, l))
+            }
+        }
+
+        impl Plain for $plane {
+            type Float = $float;
+
+            #[inline(always)]
+            fn t<R: Real<One = $float>>(&self, ray: &PlainRay<R>) -> R {
+                plane_stable(ray.ray.direction, self.n_offset(ray), V3::splat(V3(self.normal)))
+            }
+
+            #[inline(always)]
+            fn normal<R: Real<One = $float>>(&self, _: &PlainRay<R>, _: R) -> V3<R> {
+                V3::splat(V3(self.normal))
+            }
+        }
+    };
+}
+records!(f32, SphereStable, PlaneStable);
+records!(f64, SphereDouble, PlaneDouble);
+
+/// The second part of a record's vector: of f64 −0, which changes nothing that it is added to, as 0 would change −0.
+fn low_part<F: num::Float>(low: [F; 3]) -> [F; 3] {
+    if F::UNIT < f32::UNIT { [-F::default(); 3] } else { low }
 }
 
-struct Relative<'a, S, P, const IS_POINT: bool>(&'a Lists<S, P>);
-
-impl<S, P, const IS_POINT: bool> Twin for Relative<'_, S, P, IS_POINT>
-where
-    S: RelativeSphere<Float: Arithmetic> + Sync,
-    P: RelativePlane<Float = S::Float> + Sync,
-{
-    type Float = S::Float;
-    #[inline(always)]
-    fn closest(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
-        closest::<IS_POINT, S, P>(ray, &self.0.spheres, &self.0.planes)
-    }
-    #[inline(always)]
-    fn closest_of(&self, rays: &mut Packet<S::Float>) {
-        let Lists { spheres, planes } = self.0;
-        for (sphere, id) in spheres.iter().zip(1..) {
-            rays.closer(|ray, hit| closer_sphere::<IS_POINT, S>(ray, hit, sphere, id));
-        }
-        for (plane, id) in planes.iter().zip(spheres.len() as u32 + 1..) {
-            rays.closer(|ray, hit| closer_plane::<IS_POINT, P>(ray, hit, plane, id));
-        }
-    }
-    fn closest_from_anywhere(&self, ray: &RayOf<S::Float>) -> Hit<S::Float> {
-        closest::<false, S, P>(ray, &self.0.spheres, &self.0.planes)
-    }
-    #[inline(always)]
-    fn normal_at(&self, ray: &RayOf<S::Float>, hit: Hit<S::Float>) -> Vec3<S::Float> {
-        normal_at::<IS_POINT, S, P>(ray, hit, &self.0.spheres, &self.0.planes)
-    }
-}
-
-/// Does `work` with these objects.
-pub(super) fn with_twin<S, P, W: WithTwin>(
-    lists: &Lists<S, P>,
-    bundle: Bundle,
-    work: W,
-) -> W::Output
-where
-    S: RelativeSphere<Float: Arithmetic> + Sync,
-    P: RelativePlane<Float = S::Float> + Sync,
-{
-    match bundle {
-        Bundle::Point => work.with(&Relative::<S, P, true>(lists)),
-        Bundle::Parallel | Bundle::Free => work.with(&Relative::<S, P, false>(lists)),
+/// From a ray's origin to a point in two parts, relative to the reference point.
+#[inline(always)]
+fn offset<R: Real>(ray: &PlainRay<R>, high: [R::One; 3], low: [R::One; 3]) -> V3<R> {
+    let high = V3::splat(V3(high));
+    match ray.origin_low {
+        None => high,
+        Some(origin_low) => (high - ray.ray.origin) + (V3::splat(V3(low)) - origin_low),
     }
 }

@@ -5,6 +5,7 @@
 //! is calculated alone, bit by bit.
 
 mod lanes;
+mod ray;
 mod scaled;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -12,9 +13,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use glam::DVec3;
 
 pub use lanes::{LaneBits, Lanes, one_by_one};
+pub use ray::Ray;
 pub use scaled::{Scaled, exponent_of, power_of_two};
-
-use crate::vec3::{round_down, round_up};
 
 /// The id of a ray that bounds leave open.
 pub const OPEN: u32 = u32::MAX;
@@ -29,6 +29,20 @@ pub fn ulp_distance(a: f32, b: f32) -> u64 {
         if x.is_sign_negative() { -magnitude } else { magnitude }
     };
     ordered(a).abs_diff(ordered(b))
+}
+
+/// The largest f32 not above `x`.
+#[inline(always)]
+pub fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// The smallest f32 not below `x`.
+#[inline(always)]
+pub fn round_up(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
 }
 
 /// What a comparison of [`Real`] numbers gives: a truth, or one a lane.

@@ -5,10 +5,10 @@
 //! its rays are tried.
 
 use super::Prepared;
-use crate::engine::{Camera, List, Tile};
+use crate::engine::{List, Tile};
 use crate::guard::Reach;
 use crate::num::{Float, OPEN};
-use crate::rays::{Pixels, Ray, Rays};
+use crate::rays::{Frame, Pixels, Ray, Rays};
 use crate::seen::{Eye, Objects};
 
 /// Columns and rows of a picture's rays that are tried; of a list, their product.
@@ -42,7 +42,7 @@ fn n_open_pixels(prepared: &Prepared, pixels: &Pixels) -> usize {
             tile.push(pixels.offset2(x, y));
         }
     }
-    tile.find_f32(&Camera::new(pixels), &objects);
+    tile.find_f32(&Frame::of_pixels(pixels), &objects);
     tile.ids.iter().filter(|&&id| id == OPEN).count()
 }
 

@@ -6,10 +6,9 @@
 
 use glam::DVec3;
 
-use super::{Bundle, Ray};
-use crate::kernel::RayOf;
+use super::Bundle;
+use crate::num::{Float, Ray, Real, V3};
 use crate::scene::{Camera, Projection};
-use crate::vec3::Vec3;
 
 /// The part of a pixel's ray that its place in the picture decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,8 +169,8 @@ impl Pixels {
     }
 
     /// Centre ray of pixel `(x, y)` in f64 (contract §1 with `2(x+½)/W − 1` and `W/H` put together).
-    pub fn ray(&self, x: u32, y: u32) -> Ray {
-        Ray {
+    pub fn ray(&self, x: u32, y: u32) -> super::Ray {
+        super::Ray {
             origin: self.view.position + self.origin_offset(x, y),
             direction: self.direction(x, y),
         }
@@ -190,105 +189,62 @@ impl Pixels {
     }
 
     /// Centre ray of pixel `(x, y)` in f64, relative to the camera's position.
-    pub fn ray_from_position(&self, x: u32, y: u32) -> RayOf<f64> {
-        let (i, j) = self.offset2(x, y);
-        CameraF64::new(self).camera_ray(i as f64, j as f64)
+    pub fn ray_from_position(&self, x: u32, y: u32) -> Ray<f64> {
+        let ((i, j), step) = (self.offset2(x, y), self.step());
+        Frame::<f64>::new(&self.view, 1.0).ray(step * i as f64, step * j as f64)
+    }
+
+    /// Half a pixel at distance 1, or in world units: `h/H`.
+    pub fn step(&self) -> f64 {
+        self.view.h / f64::from(self.image_height)
     }
 }
 
-/// The camera in f64, as it is, at the origin of coordinates.
+/// The camera's frame in numbers of `F`, at the origin of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraF64 {
+pub struct Frame<F> {
     /// View axis.
-    pub forward: Vec3<f64>,
-    /// Unit vector to the right of the picture.
-    pub right: Vec3<f64>,
-    /// Unit vector to the top of the picture.
-    pub true_up: Vec3<f64>,
-    /// Half a pixel, at distance 1: `h/H`.
-    pub step: f64,
-    /// Says what `step` is a part of.
+    pub forward: V3<F>,
+    /// A step to the right of the picture, at distance 1.
+    pub right: V3<F>,
+    /// A step to its top.
+    pub true_up: V3<F>,
+    /// Says what the steps are added to.
     pub lens: Lens,
 }
 
-impl CameraF64 {
-    /// The camera of `pixels`.
-    pub fn new(pixels: &Pixels) -> CameraF64 {
-        let view = &pixels.view;
-        CameraF64 {
-            forward: view.forward.into(),
-            right: view.right.into(),
-            true_up: view.true_up.into(),
-            step: view.h / f64::from(pixels.image_height),
+impl<F: Float> Frame<F> {
+    /// That of a view, rounded, with steps of this length.
+    pub fn new(view: &View, step: f64) -> Frame<F> {
+        Frame {
+            forward: V3::near(view.forward),
+            right: V3::near(view.right * step),
+            true_up: V3::near(view.true_up * step),
             lens: view.lens,
         }
     }
 
-    #[inline(always)]
-    fn camera_direction(&self, i: f64, j: f64) -> Vec3<f64> {
-        (self.forward + self.right * (self.step * i)) + self.true_up * (self.step * j)
+    /// That of pixels, with steps of half a pixel.
+    pub fn of_pixels(pixels: &Pixels) -> Frame<F> {
+        Frame::new(&pixels.view, pixels.step())
     }
 
     #[inline(always)]
-    fn camera_origin(&self, i: f64, j: f64) -> Vec3<f64> {
-        Vec3::ZERO + (self.right * (self.step * i) + self.true_up * (self.step * j))
+    fn camera_direction<R: Real<One = F>>(&self, across: R, up: R) -> V3<R> {
+        (V3::splat(self.forward) + V3::splat(self.right) * across) + V3::splat(self.true_up) * up
     }
 
-    /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
     #[inline(always)]
-    pub fn camera_ray(&self, i: f64, j: f64) -> RayOf<f64> {
+    fn camera_origin<R: Real<One = F>>(&self, across: R, up: R) -> V3<R> {
+        V3::splat(self.right) * across + V3::splat(self.true_up) * up
+    }
+
+    /// The ray so many steps from the picture's centre, to the right and to the top.
+    #[inline(always)]
+    pub fn ray<R: Real<One = F>>(&self, across: R, up: R) -> Ray<R> {
         match self.lens {
-            Lens::Perspective => RayOf::new(Vec3::ZERO, Vec3::ZERO, self.camera_direction(i, j)),
-            Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
-        }
-    }
-}
-
-/// The camera that f32 kernels see: rounded, with the pixel's size multiplied in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraF32 {
-    /// Position in the kernel's coordinates.
-    pub origin: Vec3<f32>,
-    /// View axis.
-    pub forward: Vec3<f32>,
-    /// Half a pixel to the right, at distance 1: `(h/H)·right`.
-    pub right_step: Vec3<f32>,
-    /// Half a pixel to the top, at distance 1: `(h/H)·true_up`.
-    pub true_up_step: Vec3<f32>,
-    /// Says what the pixels' steps are added to.
-    pub lens: Lens,
-}
-
-impl CameraF32 {
-    /// Rounds the camera of `pixels`, with its position as the origin of coordinates.
-    pub fn new(pixels: &Pixels) -> CameraF32 {
-        let view = &pixels.view;
-        let step = view.h / f64::from(pixels.image_height);
-        CameraF32 {
-            origin: Vec3::ZERO,
-            forward: view.forward.into(),
-            right_step: (view.right * step).into(),
-            true_up_step: (view.true_up * step).into(),
-            lens: view.lens,
-        }
-    }
-
-    #[inline(always)]
-    fn camera_direction(&self, i: f32, j: f32) -> Vec3<f32> {
-        (self.forward + self.right_step * i) + self.true_up_step * j
-    }
-
-    #[inline(always)]
-    fn camera_origin(&self, i: f32, j: f32) -> Vec3<f32> {
-        self.origin + (self.right_step * i + self.true_up_step * j)
-    }
-
-    /// Centre ray of the pixel at twice the offset `(i, j)` from the picture's centre.
-    #[inline(always)]
-    pub fn camera_ray(&self, i: f32, j: f32) -> RayOf<f32> {
-        match self.lens {
-            Lens::Perspective => RayOf::new(self.origin, Vec3::ZERO, self.camera_direction(i, j)),
-            Lens::Orthographic => RayOf::new(self.camera_origin(i, j), Vec3::ZERO, self.forward),
+            Lens::Perspective => Ray::new(V3([R::lit(0.0); 3]), self.camera_direction(across, up)),
+            Lens::Orthographic => Ray::new(self.camera_origin(across, up), V3::splat(self.forward)),
         }
     }
 }

@@ -5,7 +5,7 @@ mod list;
 
 use glam::DVec3;
 
-pub use camera::{CameraF32, CameraF64, Lens, Pixels, View};
+pub use camera::{Frame, Lens, Pixels, View};
 pub(crate) use list::look_at_all;
 pub use list::{STDIN, hit_records, read_rays, write_hits};
 

@@ -7,8 +7,8 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use super::linear_from_srgb;
+use crate::num::round_up;
 use crate::num::{Float, Lanes, Mask, Real};
-use crate::vec3::round_up;
 
 /// The linear values at which sRGB numbers of 8 or of 16 bits end: between `b − 1` and `b` lies
 /// `linear_from_srgb((b − ½)/largest)` as f64, `largest` being 255 or 65535. A value on an edge

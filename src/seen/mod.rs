@@ -18,6 +18,7 @@ pub use shadow::{Occluder, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
+pub use crate::num::Ray;
 use crate::num::{Float, Lanes, Mask, OPEN, Real, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
@@ -136,28 +137,6 @@ impl Eye {
     /// Rays of a list as objects' numbers in f32 ask for them, with origins up to `spread` from a point.
     pub fn of_list(reference: DVec3, spread: f64) -> Eye {
         Eye { reference, spread, input: guard::LIST, reach: Reach::default(), unit: f32::UNIT }
-    }
-}
-
-/// A ray, relative to the eye's reference point; `|d| ≥ 1`.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray<R> {
-    /// Its origin.
-    pub origin: V3<R>,
-    /// Its direction.
-    pub direction: V3<R>,
-    /// `d·d`
-    pub a: R,
-    /// `1/a`
-    pub inv_a: R,
-}
-
-impl<R: Real> Ray<R> {
-    /// A ray with its derived numbers.
-    #[inline(always)]
-    pub fn new(origin: V3<R>, direction: V3<R>) -> Ray<R> {
-        let a = direction.dot(direction);
-        Ray { origin, direction, a, inv_a: R::lit(1.0) / a }
     }
 }
 

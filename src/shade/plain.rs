@@ -1,6 +1,9 @@
 //! Light as everyone computes it, for the kernels without a proof: shadow rays start on the surface as
 //! the kernel's arithmetic has it, or an epsilon away from it. Twin of `shaders/plain_light.wgsl`.
 
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::lamp::{Lamp, Lighting, Origin};
@@ -8,48 +11,27 @@ use super::lit::Job;
 use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
-use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::coordinates::Coordinates;
-use crate::kernel::twin::{Twin, WithTwin};
-use crate::kernel::{Hit, RayOf};
+use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
+use crate::kernel::{Lists, Objects};
+use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::Pixels;
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::Tracer;
-use crate::vec3::{Real, Vec3, dot3};
 
-/// Samples whose light comes from a device at a time; bounds the memory for it.
+/// Samples whose light is found at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
 /// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where `device` lit them.
 pub(super) fn shade<T: Written>(
     job: &Job,
     (prepared, samples): (&Prepared, &Pixels),
-    device: Option<&mut (dyn Tracer + '_)>,
+    mut device: Option<&mut (dyn Tracer + '_)>,
     control: &Control,
     colors: &mut [T],
 ) -> Result<bool> {
-    if let Some(device) = device
-        && shade_with(device, job, (prepared, samples), control, colors)?
-    {
-        return Ok(true);
-    }
-    let mut work =
-        |light: Light| job.run(control, colors, |pixel| T::of_plain(mean(job, pixel, light)));
-    let with_light = WithLight { job, prepared, samples, work: &mut work };
-    prepared.objects.with_twin(prepared.bundle(), with_light).transpose()?;
-    Ok(false)
-}
-
-/// The same with a device's light, some rows at a time. False where the device leaves it to the CPU.
-fn shade_with<T: Written>(
-    device: &mut (dyn Tracer + '_),
-    job: &Job,
-    (prepared, samples): (&Prepared, &Pixels),
-    control: &Control,
-    colors: &mut [T],
-) -> Result<bool> {
-    let lighting = lighting_of(job, prepared);
+    let lighting = lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
     let n_samples = job.lit.style.n_samples.across();
     let columns = (samples.width / n_samples).max(1) as usize;
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
@@ -58,21 +40,24 @@ fn shade_with<T: Written>(
         let first_row = number * n_rows;
         let height = colors.len() / columns;
         let rows = samples.rows(first_row as u32 * n_samples, height as u32 * n_samples);
-        if !device.light_plainly(&lighting, &rows, control, &mut lights)? {
-            return Ok(false);
+        let is_lit = match &mut device {
+            Some(device) => device.light_plainly(&lighting, &rows, control, &mut lights)?,
+            None => false,
+        };
+        if !is_lit {
+            device = None;
+            light(&lighting, prepared, &rows, control, &mut lights)?;
         }
         let (first_pixel, first_sample) =
             (first_row * columns, first_row * n_samples as usize * job.row);
         let light = |sample: usize| lights[sample - first_sample];
         job.run(control, colors, |at| T::of_plain(mean(job, first_pixel + at, light)))?;
     }
-    Ok(true)
+    Ok(device.is_some())
 }
 
-/// The lamps in the coordinates of the kernel.
-fn lighting_of(job: &Job, prepared: &Prepared) -> PlainLighting {
-    let Lighting { lamps, ambient, .. } = &job.lit.lighting;
-    let coordinates = prepared.coordinates();
+/// The lamps in the coordinates of a kernel.
+fn lighting_of(coordinates: Coordinates, lighting: &Lighting, epsilon: f64) -> PlainLighting {
     let lamp = |lamp: &Lamp| {
         let (at, kind) = match lamp.origin {
             Origin::Eye => ([0.0; 3], lamp_kind::EYE),
@@ -82,9 +67,9 @@ fn lighting_of(job: &Job, prepared: &Prepared) -> PlainLighting {
         PlainLamp { at, kind, weight: lamp.weight, shadows: lamp.shadows }
     };
     PlainLighting {
-        ambient: *ambient,
-        epsilon: job.lit.style.epsilon,
-        lamps: lamps.iter().map(lamp).collect(),
+        ambient: lighting.ambient,
+        epsilon,
+        lamps: lighting.lamps.iter().map(lamp).collect(),
     }
 }
 
@@ -103,110 +88,143 @@ fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] 
     sum.map(|part| part / n)
 }
 
-/// The light on what a sample sees.
-type Light<'a> = &'a (dyn Fn(usize) -> [f64; 3] + Sync);
-
-/// The work with the kernel, which is not compiled once for each way to write colours.
-struct WithLight<'a> {
-    job: &'a Job<'a>,
-    prepared: &'a Prepared,
-    samples: &'a Pixels,
-    work: &'a mut dyn FnMut(Light) -> Result<()>,
+/// Replaces `lights` by the light on what each of some pixels sees.
+fn light(
+    lighting: &PlainLighting,
+    prepared: &Prepared,
+    pixels: &Pixels,
+    control: &Control,
+    lights: &mut Vec<[f64; 3]>,
+) -> Result<()> {
+    lights.clear();
+    lights.resize(pixels.len(), [0.0; 3]);
+    match &prepared.objects {
+        Objects::Lecture(lists) => {
+            light_with::<_, _, 16>(lists, lighting, prepared, pixels, control, lights)
+        }
+        Objects::Stable(lists) => {
+            light_with::<_, _, 16>(lists, lighting, prepared, pixels, control, lights)
+        }
+        Objects::Double(lists) => {
+            light_with::<_, _, 8>(lists, lighting, prepared, pixels, control, lights)
+        }
+        Objects::Certified(_) => Ok(()),
+    }
 }
 
-impl WithTwin for WithLight<'_> {
+fn light_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+    lists: &Lists<S, P>,
+    lighting: &PlainLighting,
+    prepared: &Prepared,
+    pixels: &Pixels,
+    control: &Control,
+    lights: &mut [[f64; 3]],
+) -> Result<()> {
+    let rays = &PlainRays::of_pixels(prepared.coordinates(), pixels);
+    let row = (pixels.width as usize).max(1);
+    lights.par_chunks_mut(row).enumerate().try_for_each(|(y, lights)| {
+        let scene = Lit { lists, lighting };
+        Arch::new().dispatch(Light::<S, P, N> { scene, rays, control, first: y * row, lights })
+    })
+}
+
+/// Consecutive pixels of a row, compiled for each instruction set that the processor may have.
+struct Light<'a, S: Plain, P, const N: usize> {
+    scene: Lit<'a, S, P>,
+    rays: &'a PlainRays<'a, S::Float>,
+    control: &'a Control,
+    first: usize,
+    lights: &'a mut [[f64; 3]],
+}
+
+impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_, S, P, N> {
     type Output = Result<()>;
 
-    fn with<T: Twin>(self, twin: &T) -> Result<()> {
-        let WithLight { job, prepared, samples, work } = self;
-        let coordinates = prepared.coordinates();
-        let camera = T::Float::camera(&coordinates, samples);
-        let (lighting, epsilon) = (&job.lit.lighting, job.lit.style.epsilon);
-        let plain = Plain { twin, coordinates, lighting, epsilon };
-        work(&|sample| {
-            let (x, y) = samples.xy(sample);
-            let (i, j) = samples.offset2(x, y);
-            plain.light(&T::Float::pixel_ray(&camera, i, j))
-        })
-    }
-}
-
-/// A kernel, with what lights its hits.
-struct Plain<'a, T> {
-    twin: &'a T,
-    coordinates: Coordinates,
-    lighting: &'a Lighting,
-    epsilon: f64,
-}
-
-impl<T: Twin> Plain<'_, T> {
-    /// The light that a ray's hit gets.
-    fn light(&self, ray: &RayOf<T::Float>) -> [f64; 3] {
-        let Lighting { lamps, ambient, .. } = self.lighting;
-        let hit = self.twin.closest(ray);
-        if hit.id == 0 {
-            return *ambient;
-        }
-        let normal = self.twin.normal_at(ray, hit);
-        let mut sum = ambient.map(T::Float::from_f64);
-        for lamp in lamps {
-            let Way { cosine, in_the_way, .. } = self.way_to(ray, hit, normal, lamp);
-            if cosine > T::Float::ZERO && in_the_way.is_none() {
-                for (sum, weight) in sum.iter_mut().zip(lamp.weight) {
-                    *sum = *sum + T::Float::from_f64(weight) * cosine;
-                }
+    #[inline(always)]
+    fn with_simd<I: Simd>(self, _: I) -> Result<()> {
+        let Light { scene, rays, control, first, lights } = self;
+        for (start, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            let found = scene.light(&rays.pack::<N>(start));
+            for (lane, light) in lights.iter_mut().enumerate() {
+                *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
             }
         }
-        sum.map(T::Float::to_f64)
+        Ok(())
+    }
+}
+
+/// A kernel's objects, with what lights them.
+struct Lit<'a, S, P> {
+    lists: &'a Lists<S, P>,
+    lighting: &'a PlainLighting,
+}
+
+impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Lit<'_, S, P> {
+    /// The light that rays' hits get; where there is none, what is from nowhere.
+    #[inline(always)]
+    fn light<const N: usize>(&self, ray: &PlainRay<Lanes<F, N>>) -> V3<Lanes<F, N>> {
+        let zero = Lanes::lit(0.0);
+        let hit = self.lists.closest(ray);
+        let is_hit = hit.t.lt(Lanes::lit(f64::INFINITY));
+        let ambient = V3(self.lighting.ambient.map(Lanes::lit));
+        if !is_hit.any() {
+            return ambient;
+        }
+        let (normal, mut sum) = (self.lists.normals(ray, &hit), ambient);
+        for lamp in &self.lighting.lamps {
+            let Way { cosine, is_blocked, .. } = self.way_to(ray, &hit, normal, lamp);
+            let is_lit = is_hit.and(zero.lt(cosine)).and(is_blocked.not());
+            let given = V3(lamp.weight.map(|weight| Lanes::lit(weight) * cosine));
+            sum = V3::select(is_lit, sum + given, sum);
+        }
+        sum
     }
 
-    /// The way from a hit to a lamp; what is in it is looked for where the lamp shines on the surface.
-    fn way_to(
+    /// The ways from hits to a lamp; what is in them is looked for where the lamp shines on the surface.
+    #[inline(always)]
+    fn way_to<const N: usize>(
         &self,
-        ray: &RayOf<T::Float>,
-        hit: Hit<T::Float>,
-        normal: Vec3<T::Float>,
-        lamp: &Lamp,
-    ) -> Way<T::Float> {
-        let point = ray.origin + ray.direction * hit.t;
-        let way = match lamp.origin {
-            Origin::Eye => -(ray.direction * hit.t),
-            Origin::Point(position) => self.vector(self.coordinates.of(position)) - point,
-            Origin::Sun(direction) => -self.vector(direction),
+        PlainRay { ray, .. }: &PlainRay<Lanes<F, N>>,
+        hit: &Hit<Lanes<F, N>>,
+        normal: V3<Lanes<F, N>>,
+        lamp: &PlainLamp,
+    ) -> Way<Lanes<F, N>> {
+        let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
+        let (point, at) = (ray.origin + ray.direction * hit.t, V3(lamp.at.map(Lanes::lit)));
+        let way = match lamp.kind {
+            lamp_kind::EYE => -(ray.direction * hit.t),
+            lamp_kind::POINT => at - point,
+            _ => at,
         };
-        let length = dot3(way, way).sqrt();
-        let cosine = dot3(normal, way) * (T::Float::ONE / length);
-        let is_endless = matches!(lamp.origin, Origin::Sun(_));
-        let is_asked = cosine > T::Float::ZERO && lamp.shadows;
-        let in_the_way =
-            is_asked.then(|| self.in_the_way(point, way, length, is_endless)).flatten();
-        Way { way, cosine, in_the_way }
-    }
-
-    fn vector(&self, v: glam::DVec3) -> Vec3<T::Float> {
-        Vec3(v.to_array().map(T::Float::from_f64))
-    }
-
-    /// What the shadow ray, which starts `epsilon` nearer to the lamp, meets before it.
-    fn in_the_way(
-        &self,
-        point: Vec3<T::Float>,
-        way: Vec3<T::Float>,
-        length: T::Float,
-        is_endless: bool,
-    ) -> Option<Hit<T::Float>> {
-        let step = T::Float::from_f64(self.epsilon) / length;
-        let ray = RayOf::new(point + way * step, Vec3::ZERO, way);
-        let hit = self.twin.closest_from_anywhere(&ray);
-        (hit.id != 0 && (is_endless || hit.t < T::Float::ONE - step)).then_some(hit)
+        let length = way.dot(way).sqrt();
+        let cosine = normal.dot(way) * (one / length);
+        let (mut first, mut is_blocked) = (Hit::miss(), zero.lt(zero));
+        let is_asked = zero.lt(cosine);
+        if lamp.shadows && is_asked.any() {
+            // The shadow ray starts `epsilon` nearer to the lamp, which is at 1.
+            let step = Lanes::lit(self.lighting.epsilon) / length;
+            let origin_low = Some(V3([zero; 3]));
+            first = self
+                .lists
+                .closest(&PlainRay { ray: Ray::new(point + way * step, way), origin_low });
+            let end =
+                if lamp.kind == lamp_kind::SUN { Lanes::lit(f64::INFINITY) } else { one - step };
+            is_blocked = is_asked.and(first.t.lt(end));
+        }
+        Way { way, cosine, first, is_blocked }
     }
 }
 
 /// The way to a lamp in a kernel's arithmetic.
-struct Way<T> {
-    way: Vec3<T>,
-    cosine: T,
-    in_the_way: Option<Hit<T>>,
+struct Way<R: Real> {
+    way: V3<R>,
+    cosine: R,
+    /// What the shadow ray meets first,
+    first: Hit<R>,
+    /// and whether that is before the lamp.
+    is_blocked: R::Mask,
 }
 
 /// What a kernel without a proof makes of the light on the point that one ray sees, without epsilon.
@@ -239,49 +257,42 @@ pub(crate) struct PlainWay {
 
 /// The numbers of a kernel for one ray; `None` where it sees the background.
 pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
-    prepared.objects.with_twin(prepared.bundle(), One { prepared, rays, lighting }).flatten()
-}
-
-struct One<'a> {
-    prepared: &'a Prepared,
-    rays: &'a Rays,
-    lighting: &'a Lighting,
-}
-
-impl WithTwin for One<'_> {
-    type Output = Option<PlainPoint>;
-
-    fn with<T: Twin>(self, twin: &T) -> Option<PlainPoint> {
-        let One { prepared, rays, lighting } = self;
-        let coordinates = prepared.coordinates();
-        let ray = match rays {
-            Rays::Pixels(pixels) => {
-                let (i, j) = pixels.offset2(pixels.x, pixels.y);
-                T::Float::pixel_ray(&T::Float::camera(&coordinates, pixels), i, j)
-            }
-            Rays::List(rays) => T::Float::list_ray(&coordinates, rays.first()?).0,
-        };
-        let hit = twin.closest(&ray);
-        if hit.id == 0 {
-            return None;
-        }
-        let plain = Plain { twin, coordinates, lighting, epsilon: 0.0 };
-        let normal = twin.normal_at(&ray, hit);
-        let to_f64 = |v: Vec3<T::Float>| v.0.map(T::Float::to_f64);
-        let way = |lamp| {
-            let Way { way, cosine, in_the_way } = plain.way_to(&ray, hit, normal, lamp);
-            let in_the_way = in_the_way.map(|hit| (hit.id, hit.t.to_f64()));
-            PlainWay { way: to_f64(way), cosine: cosine.to_f64(), in_the_way }
-        };
-        Some(PlainPoint {
-            id: hit.id,
-            t: hit.t.to_f64(),
-            at: to_f64(ray.origin + ray.direction * hit.t),
-            normal: to_f64(normal),
-            ways: lighting.lamps.par_iter().map(way).collect(),
-            light: plain.light(&ray),
-        })
+    let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
+    match &prepared.objects {
+        Objects::Lecture(lists) => point(&Lit { lists, lighting }, prepared, rays),
+        Objects::Stable(lists) => point(&Lit { lists, lighting }, prepared, rays),
+        Objects::Double(lists) => point(&Lit { lists, lighting }, prepared, rays),
+        Objects::Certified(_) => None,
     }
+}
+
+fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
+    lit: &Lit<S, P>,
+    prepared: &Prepared,
+    rays: &Rays,
+) -> Option<PlainPoint> {
+    let ray = PlainRays::new(prepared.coordinates(), rays).pack::<1>(0);
+    let hit = lit.lists.closest(&ray);
+    let id = hit.id.0[0].to_id();
+    if id == 0 {
+        return None;
+    }
+    let normal = lit.lists.normals(&ray, &hit);
+    let to_f64 = |v: V3<Lanes<F, 1>>| v.0.map(|x| x.0[0].to_f64());
+    let way = |lamp| {
+        let Way { way, cosine, first, is_blocked } = lit.way_to(&ray, &hit, normal, lamp);
+        let first = (first.id.0[0].to_id(), first.t.0[0].to_f64());
+        let in_the_way = is_blocked.any().then_some(first);
+        PlainWay { way: to_f64(way), cosine: cosine.0[0].to_f64(), in_the_way }
+    };
+    Some(PlainPoint {
+        id,
+        t: hit.t.0[0].to_f64(),
+        at: to_f64(ray.ray.origin + ray.ray.direction * hit.t),
+        normal: to_f64(normal),
+        ways: lit.lighting.lamps.par_iter().map(way).collect(),
+        light: to_f64(lit.light(&ray)),
+    })
 }
 
 /// All ways to lamps are looked at in the kernel's own arithmetic.

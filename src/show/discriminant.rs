@@ -1,15 +1,15 @@
 //! The sign of the discriminant, as each kernel's arithmetic has it.
 
+use std::cmp::Ordering;
+
 use crate::exact::{ExactPixels, signum_of_discriminant};
 use crate::guard::{self, Guard};
-use crate::kernel::RayOf;
-use crate::kernel::arithmetic::Arithmetic;
 use crate::kernel::lecture::quadratic;
-use crate::kernel::relative::{RelativeSphere, approach};
-use crate::num::Float;
+use crate::kernel::plain::{PlainRay, PlainRays};
+use crate::kernel::relative::approach;
+use crate::num::{Float, V3};
 use crate::prepare::{Objects, Prepared};
-use crate::rays::{Bundle, CameraF32, Pixels, View};
-use crate::vec3::{Real, Vec3, dot3};
+use crate::rays::{Pixels, View};
 
 /// Most spheres among which the one that a line comes nearest to is looked for: each line would look at
 /// all of them.
@@ -20,7 +20,6 @@ pub struct Discriminants<'a> {
     prepared: &'a Prepared,
     pixels: &'a Pixels,
     exact: ExactPixels,
-    camera: CameraF32,
     /// Of [`Pixels::spread`].
     spread: f64,
 }
@@ -28,13 +27,7 @@ pub struct Discriminants<'a> {
 impl<'a> Discriminants<'a> {
     /// For a scene prepared for the kernel whose arithmetic is looked at.
     pub fn new(prepared: &'a Prepared, pixels: &'a Pixels) -> Discriminants<'a> {
-        Discriminants {
-            prepared,
-            pixels,
-            exact: ExactPixels::new(pixels),
-            camera: f32::camera(&prepared.coordinates(), pixels),
-            spread: pixels.spread(),
-        }
+        Discriminants { prepared, pixels, exact: ExactPixels::new(pixels), spread: pixels.spread() }
     }
 
     /// The sign of D in the kernel's arithmetic at the pixel with this index, where object `id` is seen,
@@ -47,9 +40,9 @@ impl<'a> Discriminants<'a> {
         // ‖P‖² and 1 − ‖P‖²/r² = D/(4ar²).
         let nearness = |i: usize| {
             let sphere = &self.prepared.scene.spheres[i];
-            let l = Vec3::from(sphere.center - self.pixels.view.position) - ray.origin;
-            let p = l - direction_times(&ray, l);
-            let m = dot3(p, p);
+            let l = V3::near(sphere.center - self.pixels.view.position) - ray.origin;
+            let p = approach(&ray, l, sphere.radius).p;
+            let m = p.dot(p);
             (m, 1.0 - m / (sphere.radius * sphere.radius))
         };
         let n_spheres = self.prepared.scene.spheres.len();
@@ -60,28 +53,29 @@ impl<'a> Discriminants<'a> {
         };
         let i = chosen?;
         let (m, value) = nearness(i);
-        let (column, row) = self.pixels.offset2(x, y);
-        let single = f32::pixel_ray(&self.camera, column, row);
         let sign = match &self.prepared.objects {
             Objects::Lecture(lists) => {
-                let sphere = &lists.spheres[i];
-                let RayOf { origin, direction, .. } = single;
-                let equation = quadratic(origin, direction, Vec3(sphere.center), sphere.radius);
-                sign(equation.discriminant)
+                let (sphere, PlainRay { ray, .. }) = (&lists.spheres[i], self.ray::<f32>(index));
+                let center = V3(sphere.center);
+                let q = quadratic(ray.origin, ray.direction, center, sphere.radius);
+                sign(q.discriminant.into())
             }
-            Objects::Stable(lists) => self.sign_of_delta(&lists.spheres[i], &single),
-            Objects::Double(lists) => self.sign_of_delta(&lists.spheres[i], &ray),
+            Objects::Stable(lists) => {
+                let (sphere, ray) = (&lists.spheres[i], self.ray(index));
+                sign(approach(&ray.ray, sphere.offset(&ray), sphere.radius).delta.into())
+            }
+            Objects::Double(lists) => {
+                let (sphere, ray) = (&lists.spheres[i], self.ray(index));
+                sign(approach(&ray.ray, sphere.offset(&ray), sphere.radius).delta)
+            }
             Objects::Certified(_) => self.exact_sign(i, m, x, y),
         };
         Some((sign, value))
     }
 
-    fn sign_of_delta<S: RelativeSphere>(&self, sphere: &S, ray: &RayOf<S::Float>) -> i32 {
-        let l = match self.prepared.bundle() {
-            Bundle::Point => sphere.sphere_offset::<true>(ray),
-            Bundle::Parallel | Bundle::Free => sphere.sphere_offset::<false>(ray),
-        };
-        sign(approach(ray, l, sphere.radius()).delta)
+    /// A pixel's ray in the kernel's arithmetic.
+    fn ray<F: Float>(&self, index: usize) -> PlainRay<F> {
+        PlainRays::of_pixels(self.prepared.coordinates(), self.pixels).one(index)
     }
 
     /// The sign of D: in f64 where its bounds allow, else exactly.
@@ -101,16 +95,10 @@ impl<'a> Discriminants<'a> {
     }
 }
 
-fn direction_times(ray: &RayOf<f64>, l: Vec3<f64>) -> Vec3<f64> {
-    ray.direction * (dot3(ray.direction, l) * ray.inv_a)
-}
-
-fn sign<R: Real>(discriminant: R) -> i32 {
-    if discriminant > R::ZERO {
-        1
-    } else if discriminant == R::ZERO {
-        0
-    } else {
-        -1
+fn sign(discriminant: f64) -> i32 {
+    match discriminant.partial_cmp(&0.0) {
+        Some(Ordering::Greater) => 1,
+        Some(Ordering::Equal) => 0,
+        Some(Ordering::Less) | None => -1,
     }
 }

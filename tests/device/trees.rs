@@ -11,12 +11,12 @@ use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::before::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::num::V3;
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Projection, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::vec3::Vec3;
 use kugelblitz::verify::{Truth, compare_to_exact, sample};
 use kugelblitz_tests::{camera, gpu, in_cube, scene, sphere, traced};
 use rand::{RngExt, SeedableRng};
@@ -126,11 +126,11 @@ fn rays_that_touch_a_sphere_meet_its_box() {
             assert!(is_shown, "{ray:?} misses {center} {radius}");
             let (record, _) = prepared.coordinates().ray_record(ray);
             let ([origin, way], room) =
-                ([record.origin, record.direction].map(Vec3), SlabRoom::f32());
+                ([record.origin, record.direction].map(V3), SlabRoom::f32());
             let slabs = slabs_of(origin, way, room.least_slack, &room);
             let (mut at, mut seen) = (0, vec![]);
             while let Some(node) = in_space.boxes.get(at) {
-                let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), f32::MAX);
+                let is_met = meets(&slabs, V3(node.low), V3(node.high), f32::MAX);
                 let is_leaf = node.link & IS_LEAF != 0;
                 at = if is_met || is_leaf { at + 1 } else { node.link as usize };
                 if is_met && is_leaf {

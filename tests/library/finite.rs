@@ -15,7 +15,7 @@ use kugelblitz::gpu::before::propose_alone;
 use kugelblitz::gpu::before::slabs::SlabRoom;
 use kugelblitz::gpu::compile;
 use kugelblitz::prepare::{InSpace, LISTED_SPHERES, Objects, Prepared};
-use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
+use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
@@ -62,11 +62,11 @@ fn run(prepared: &Prepared, rays: &Rays) -> Found {
     match rays {
         Rays::Pixels(pixels) => {
             width = pixels.width as usize;
-            let camera = CameraF32::new(pixels);
+            let camera = Frame::<f32>::of_pixels(pixels);
             let (i, j) = pixels.offset2(pixels.x, pixels.y);
             of_camera.insert("forward", Value::vector(camera.forward.0));
-            of_camera.insert("right_step", Value::vector(camera.right_step.0));
-            of_camera.insert("true_up_step", Value::vector(camera.true_up_step.0));
+            of_camera.insert("right_step", Value::vector(camera.right.0));
+            of_camera.insert("true_up_step", Value::vector(camera.true_up.0));
             of_camera.insert("offset_i", Value::I32(i as i32));
             of_camera.insert("offset_j", Value::I32(j as i32));
         }

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 use kugelblitz::guard;
-use kugelblitz::num::Float;
-use kugelblitz::rays::{CameraF32, Lens, Pixels, View};
-use kugelblitz::vec3::Vec3;
+use kugelblitz::num::{Float, V3};
+use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz_tests::adversarial::{Adversarial, Rounding, set_rounding};
 use kugelblitz_tests::{in_cube, log_uniform};
 use rand::{RngExt, SeedableRng};
@@ -25,12 +24,12 @@ fn largest_error(n: usize, error: impl Fn(&mut ChaCha8Rng) -> f64) -> f64 {
     largest
 }
 
-fn to_f64(v: Vec3<Adversarial>) -> DVec3 {
+fn to_f64(v: V3<Adversarial>) -> DVec3 {
     DVec3::from(v.0.map(|x| f64::from(x.0)))
 }
 
-fn rounded(v: DVec3) -> Vec3<Adversarial> {
-    Vec3(v.as_vec3().to_array().map(Adversarial))
+fn rounded(v: DVec3) -> V3<Adversarial> {
+    V3(v.as_vec3().to_array().map(Adversarial))
 }
 
 /// No error is above its bound, and half of that would not do.
@@ -55,10 +54,10 @@ fn picture(rng: &mut ChaCha8Rng, lens: Lens) -> Pixels {
 }
 
 /// The step to a pixel from the middle of a picture, as the device computes it, and that along the view axis.
-fn across(pixels: &Pixels, [x, y]: [u32; 2]) -> (Vec3<Adversarial>, Vec3<Adversarial>) {
-    let camera = CameraF32::new(pixels);
-    let [forward, right, up] = [camera.forward, camera.right_step, camera.true_up_step]
-        .map(|v| Vec3(v.0.map(Adversarial)));
+fn across(pixels: &Pixels, [x, y]: [u32; 2]) -> (V3<Adversarial>, V3<Adversarial>) {
+    let camera = Frame::<f32>::of_pixels(pixels);
+    let [forward, right, up] =
+        [camera.forward, camera.right, camera.true_up].map(|v| V3(v.0.map(Adversarial)));
     let (i, j) = pixels.offset2(x, y);
     let [i, j] = [i, j].map(|offset| Adversarial(offset as f32));
     ((forward + right * i) + up * j, right * i + up * j)

@@ -7,12 +7,10 @@ use kugelblitz::gpu::before::slabs::{self, SlabRoom, slab_of, slabs_of, stretch}
 use kugelblitz::guard::host::{Bounded, input_in_f32, input_in_f64};
 use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach};
 use kugelblitz::guard::{rows, steps};
-use kugelblitz::kernel::RayOf;
-use kugelblitz::num::Float;
-use kugelblitz::rays::{CameraF32, CameraF64, Lens, Pixels, View};
+use kugelblitz::num::{Float, Ray, Real, V3};
+use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Projection};
 use kugelblitz::seen::shadow::OF_COSINE;
-use kugelblitz::vec3::{Number, Real, Vec3, dot3};
 use kugelblitz_tests::adversarial::{Adversarial, set_choices};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,15 +23,15 @@ const ROUNDED_ONCE: InputError = InputError { offset: 0.501, direction: 0.501 };
 
 /// Parameter of the point of a line that is closest to the centre, and its squared distance, as `Foot` of `src/seen/sphere.rs`
 /// has them.
-fn closest_approach<R: Number>(direction: Vec3<R>, inv_a: R, l: Vec3<R>) -> (R, R) {
-    let s = dot3(direction, l) * inv_a;
+fn closest_approach<R: Real>(direction: V3<R>, inv_a: R, l: V3<R>) -> (R, R) {
+    let s = direction.dot(l) * inv_a;
     let p = l - direction * s;
-    (s, dot3(p, p))
+    (s, p.dot(p))
 }
 
 /// `v / ‖v‖`
-fn normalized<R: Real>(v: Vec3<R>) -> Vec3<R> {
-    v * (R::ONE / dot3(v, v).sqrt())
+fn normalized<R: Real>(v: V3<R>) -> V3<R> {
+    v * (R::lit(1.0) / v.dot(v).sqrt())
 }
 
 /// A number of any size near 1, often just above a power of two, where a rounding costs most.
@@ -104,21 +102,21 @@ fn assert_tight(name: &str, constant: f64, found: f64) {
 }
 
 /// As f32, and that in f64.
-fn vector(x: &[f64]) -> (Vec3<Adversarial>, DVec3) {
+fn vector(x: &[f64]) -> (V3<Adversarial>, DVec3) {
     let x: [f32; 3] = std::array::from_fn(|k| x[k] as f32);
-    (Vec3(x.map(Adversarial)), DVec3::from(x.map(f64::from)))
+    (V3(x.map(Adversarial)), DVec3::from(x.map(f64::from)))
 }
 
 fn number(x: f64) -> (Adversarial, f64) {
     (Adversarial(x as f32), f64::from(x as f32))
 }
 
-fn to_f64(v: Vec3<Adversarial>) -> DVec3 {
+fn to_f64(v: V3<Adversarial>) -> DVec3 {
     DVec3::from(v.0.map(|x| f64::from(x.0)))
 }
 
-fn ray(direction: Vec3<Adversarial>) -> RayOf<Adversarial> {
-    RayOf::new(Vec3::ZERO, Vec3::ZERO, direction)
+fn ray(direction: V3<Adversarial>) -> Ray<Adversarial> {
+    Ray::new(V3([Adversarial(0.0); 3]), direction)
 }
 
 /// Distance of a point from a line through 0; from the part across it, which loses less than the
@@ -132,7 +130,7 @@ fn dot_products() {
     let found = worst(6, |x, choices| {
         let ((a, exact_a), (b, exact_b)) = (vector(x), vector(&x[3..]));
         set_choices(choices, true);
-        let error = (f64::from(dot3(a, b).0) - exact_a.dot(exact_b)).abs();
+        let error = (f64::from(a.dot(b).0) - exact_a.dot(exact_b)).abs();
         Some(error / (UNIT_F32 * exact_a.length() * exact_b.length()))
     });
     assert_tight("DOT", steps::DOT, found);
@@ -170,7 +168,7 @@ fn squared_distances() {
         let (s, exact_s) = number(x[6] * 1e-6);
         set_choices(choices, true);
         let p = l - d * s;
-        let root = f64::from(dot3(p, p).0).sqrt();
+        let root = f64::from(p.dot(p).0).sqrt();
         let foot = exact_s * exact_d;
         let error = (root - (exact_l - foot).length()).abs();
         let rest = steps::FOOT * UNIT_F32 * foot.length();
@@ -253,17 +251,16 @@ fn rays_of_the_host() {
         let forward = DVec3::from_slice(x).normalize();
         let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
         let (right_step, true_up_step) = (right * x[6].abs(), right.cross(forward) * x[6].abs());
-        let narrow = |v: DVec3| Vec3::<f32>::from(v);
-        let camera = CameraF32 {
-            origin: Vec3::ZERO,
+        let narrow = V3::<f32>::near;
+        let camera = Frame {
             forward: narrow(forward),
-            right_step: narrow(right_step),
-            true_up_step: narrow(true_up_step),
+            right: narrow(right_step),
+            true_up: narrow(true_up_step),
             lens,
         };
         (camera, forward, right_step, true_up_step)
     };
-    let wide = |v: Vec3<f32>| DVec3::from(v.0.map(f64::from));
+    let wide = |v: V3<f32>| DVec3::from(v.0.map(f64::from));
     let offsets = |choices: u64| {
         let of = |bits: u64| f64::from((bits % 2048) as i32 - 1024);
         (of(choices), of(choices >> 20))
@@ -272,7 +269,7 @@ fn rays_of_the_host() {
         let (camera, forward, right, up) = camera(x, Lens::Perspective);
         let (i, j) = offsets(choices);
         let exact = forward + right * i + up * j;
-        let found = wide(camera.camera_ray(i as f32, j as f32).direction);
+        let found = wide(camera.ray(i as f32, j as f32).direction);
         Some(found.distance(exact) / (unit * exact.length()))
     });
     println!("δ: {found:.4}");
@@ -282,8 +279,8 @@ fn rays_of_the_host() {
         let (camera, _, right, up) = camera(x, Lens::Orthographic);
         let (i, j) = offsets(choices);
         let (exact_c, exact_o) = (DVec3::from_slice(&x[7..]), right * i + up * j);
-        let origin = camera.camera_ray(i as f32, j as f32).origin;
-        let l = Vec3::<f32>::from(exact_c) - origin;
+        let origin = camera.ray(i as f32, j as f32).origin;
+        let l = V3::<f32>::near(exact_c) - origin;
         let distance = exact_c.length() + exact_o.length();
         Some(wide(l).distance(exact_c - exact_o) / (unit * distance))
     });
@@ -295,8 +292,8 @@ fn rays_of_the_host() {
         let (i, j) = offsets(choices);
         let exact_o = right * i + up * j;
         let (normal, offset) = (DVec3::from_slice(&x[7..]).normalize(), x[10] as f32);
-        let origin = camera.camera_ray(i as f32, j as f32).origin;
-        let found = offset - dot3(origin, Vec3::<f32>::from(normal));
+        let origin = camera.ray(i as f32, j as f32).origin;
+        let found = offset - origin.dot(V3::<f32>::near(normal));
         let error = (f64::from(found) - (f64::from(offset) - normal.dot(exact_o))).abs();
         Some((error - unit * f64::from(offset).abs()) / (unit * exact_o.length().max(1e-30)))
     });
@@ -310,21 +307,20 @@ fn rays_of_the_host() {
 #[test]
 fn rays_in_f64() {
     let unit = <f32 as Bounded>::ROUNDING;
-    let narrow = |v: DVec3| Vec3::<f32>::from(v);
-    let wide = |v: Vec3<f32>| DVec3::from(v.0.map(f64::from));
+    let narrow = V3::<f32>::near;
+    let wide = |v: V3<f32>| DVec3::from(v.0.map(f64::from));
     let camera = |x: &[f64], choices: u64, lens| {
         let forward = DVec3::from_slice(x).normalize();
         let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
         let frame = [forward, right, right.cross(forward)].map(narrow);
         let [h, rows] = [x[6].abs() as f32, (1 + choices % 2000) as f32];
-        let [forward, right_step, true_up_step] =
-            [frame[0], frame[1] * (h / rows), frame[2] * (h / rows)];
-        let camera = CameraF32 { origin: Vec3::ZERO, forward, right_step, true_up_step, lens };
+        let [forward, right, true_up] = [frame[0], frame[1] * (h / rows), frame[2] * (h / rows)];
+        let camera = Frame { forward, right, true_up, lens };
         let (i, j) =
             (f64::from((choices >> 20) as u16 % 2048), f64::from((choices >> 40) as u16 % 2048));
         let exact = f64::from(h) / f64::from(rows);
         let aside = wide(frame[1]) * (exact * i) + wide(frame[2]) * (exact * j);
-        (camera.camera_ray(i as f32, j as f32), wide(forward), aside)
+        (camera.ray(i as f32, j as f32), wide(forward), aside)
     };
     let found = worst(7, |x, choices| {
         let (ray, forward, aside) = camera(x, choices, Lens::Perspective);
@@ -452,15 +448,15 @@ fn part_of_reach(rng: &mut ChaCha8Rng) -> [f64; 2] {
     if reach.turned > guard::LARGEST_TURN {
         return [0.0; 2];
     }
-    let camera = CameraF64::new(&pixels);
+    let camera = Frame::<f64>::of_pixels(&pixels);
     let mut at = |size: u32| f64::from(rng.random_range(0..=size) as i32 * 2 - size as i32);
     let (i, j) = (at(pixels.image_width), at(pixels.image_height));
-    let middle = camera.camera_ray(i, j);
-    let vector = |v: Vec3<f64>| DVec3::from_array(v.0);
+    let middle = camera.ray(i, j);
+    let vector = |v: V3<f64>| DVec3::from_array(v.0);
     let mut parts: [f64; 2] = [0.0; 2];
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let half = f64::from(side);
-        let corner = camera.camera_ray(i + x * half, j + y * half);
+        let corner = camera.ray(i + x * half, j + y * half);
         let turned = (vector(corner.direction) - vector(middle.direction)).length();
         let apart = (vector(corner.origin) - vector(middle.origin)).length();
         let of = |needed: f64, said: f64| if needed == 0.0 { 0.0 } else { needed / said };
@@ -496,9 +492,9 @@ fn the_errors_of_planes() {
         let exact_v =
             moved(rounded_v, &x[6..], 0.501 * UNIT_F32 * rounded_v.length() * (1.0 - 1e-6));
         let normal = DVec3::from_slice(&x[3..]);
-        let rounded_n = Vec3(normal.as_vec3().to_array().map(Adversarial));
+        let rounded_n = V3(normal.as_vec3().to_array().map(Adversarial));
         set_choices(choices, true);
-        let error = (f64::from(dot3(v, rounded_n).0) - exact_v.dot(normal)).abs();
+        let error = (f64::from(v.dot(rounded_n).0) - exact_v.dot(normal)).abs();
         (error, guard::length_bound(normal), rounded_v.length())
     };
     let found = worst(9, |x, choices| {
@@ -514,7 +510,7 @@ fn normals_from_half_chords() {
     let found = worst(6, |x, choices| {
         let ((d, exact_d), (l, exact_l)) = (vector(x), vector(&x[3..]));
         set_choices(choices, false);
-        let p = to_f64(l - d * (dot3(d, l) * ray(d).inv_a));
+        let p = to_f64(l - d * (d.dot(l) * ray(d).inv_a));
         let s = exact_d.dot(exact_l) / exact_d.length_squared();
         let error = p.distance(exact_l - s * exact_d) - UNIT_F32 * p.length();
         Some(error / (UNIT_F32 * exact_l.length()))
@@ -538,8 +534,8 @@ fn normals_from_bounds_of_half_chords() {
         set_choices(choices, false);
         let half = (r * r * ray(d).inv_a).sqrt();
         let middle = (half + half) * Adversarial(0.5);
-        let normal = (Vec3::ZERO - d * middle) * (Adversarial::ONE / r);
-        let bound = to_f64(normal - Vec3([error; 3]));
+        let normal = (V3([Adversarial(0.0); 3]) - d * middle) * (Adversarial(1.0) / r);
+        let bound = to_f64(normal - V3([error; 3]));
         let exact = -exact_d.normalize() - DVec3::splat(exact_error);
         (exact_r > 0.0).then(|| bound.distance(exact) / UNIT_F32)
     });
@@ -555,8 +551,8 @@ fn cosines_of_light() {
         let (normal, exact_normal) = vector(&unit.to_array());
         let (error, exact_error) = number(x[6] * 1e-6);
         set_choices(choices, false);
-        let inverse = Adversarial::ONE / dot3(way, way).sqrt();
-        let bound = f64::from((dot3(normal, way) * inverse - error).0);
+        let inverse = Adversarial(1.0) / way.dot(way).sqrt();
+        let bound = f64::from((normal.dot(way) * inverse - error).0);
         let exact = exact_normal.dot(exact_way) / exact_way.length() - exact_error;
         Some((bound - exact).abs() / UNIT_F32)
     });
@@ -649,7 +645,7 @@ fn quotients_of_planes_in_rows() {
         let ((n, exact_n), (m, exact_m)) = (number(x[0].abs()), number(x[1].abs()));
         let (error, exact_error) = number(x[2].abs() * 1e-6 * exact_n / exact_m);
         set_choices(choices, false);
-        let bound = f64::from((n * (Adversarial::ONE / m) - error).0);
+        let bound = f64::from((n * (Adversarial(1.0) / m) - error).0);
         let t = exact_n / exact_m;
         Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))
     });
@@ -659,7 +655,7 @@ fn quotients_of_planes_in_rows() {
         let [(n, exact_n), (m, exact_m), (e, exact_e), (g, exact_g)] =
             [x[0].abs(), x[1].abs(), x[2].abs() * 1e-3, x[3].abs() * 1e-3].map(number);
         set_choices(choices, true);
-        let factor = Adversarial::ONE - Adversarial((rows::BOUNDS * UNIT_F32) as f32);
+        let factor = Adversarial(1.0) - Adversarial((rows::BOUNDS * UNIT_F32) as f32);
         let bound = f64::from((((n + e) / (m - g)) * factor).0);
         let factor = 1.0 - rows::BOUNDS * UNIT_F32;
         let exact = (exact_n + exact_e) / (exact_m - exact_g) * factor;
@@ -739,10 +735,10 @@ fn slabs_of_boxes() {
 fn origins_of_slabs() {
     let room = room_of_slabs();
     let found = worst(2, |x, choices| {
-        let (Vec3(origin), _) = vector(&[x[0], 0.0, 0.0]);
+        let (V3(origin), _) = vector(&[x[0], 0.0, 0.0]);
         let (direction, _) = vector(&[x[1], 1.0, 1.0]);
         set_choices(choices, true);
-        let slab = slabs_of(Vec3(origin), direction, room.least_slack, &room).x;
+        let slab = slabs_of(V3(origin), direction, room.least_slack, &room).x;
         let ahead = if x[1] < 0.0 { -1.0 } else { 1.0 };
         let near = (f64::from(slab.near_origin.0) - x[0]) * ahead;
         let far = (x[0] - f64::from(slab.far_origin.0)) * ahead;

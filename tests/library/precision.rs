@@ -7,15 +7,14 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::control::Control;
 use kugelblitz::cpu::CpuTracer;
-use kugelblitz::kernel::lecture::{plane_lecture, sphere_lecture};
-use kugelblitz::kernel::relative::{approach, plane_stable, sphere_stable};
-use kugelblitz::kernel::{Hit, RayOf};
+use kugelblitz::kernel::Lists;
+use kugelblitz::kernel::plain::{Hit, Plain, PlainRays, facing};
+use kugelblitz::num::Real;
 use kugelblitz::prepare::{Objects, Prepared};
-use kugelblitz::rays::{Bundle, CameraF32, Lens, Pixels, View};
+use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::vec3::{Number, Real, Vec3, dot3, facing};
 use kugelblitz_tests::adversarial::{Adversarial, Rounding, set_rounding};
 use kugelblitz_tests::allowed::{Outside, compare_to_allowed};
 use kugelblitz_tests::span::{QUOTIENT_ULP, ROOT_ULP, Span};
@@ -25,12 +24,6 @@ use rand_chacha::ChaCha8Rng;
 
 const KERNELS: [Kernel; 2] = [Kernel::Lecture, Kernel::Stable];
 
-type Number3 = Vec3<Adversarial>;
-
-fn number3(v: [f32; 3]) -> Number3 {
-    Vec3(v.map(Adversarial))
-}
-
 /// A device in software whose roundings are those of this thread.
 struct Device<'a> {
     prepared: &'a Prepared,
@@ -38,108 +31,37 @@ struct Device<'a> {
 }
 
 impl Device<'_> {
-    fn ray(&self, index: usize) -> (RayOf<Adversarial>, f64) {
-        let coordinates = self.prepared.coordinates();
-        match self.rays {
-            Rays::List(rays) => {
-                let (record, exponent) = coordinates.ray_record(&rays[index]);
-                let [origin, low, direction] =
-                    [record.origin, record.origin_low, record.direction].map(number3);
-                (RayOf::new(origin, low, direction), 2f64.powi(-exponent))
+    fn trace<S: Plain<Float = f32>, P: Plain<Float = f32>>(
+        &self,
+        lists: &Lists<S, P>,
+        hits: &mut Hits,
+    ) {
+        let rays = PlainRays::new(self.prepared.coordinates(), self.rays);
+        for index in 0..self.rays.len() {
+            let ray = rays.one::<Adversarial>(index);
+            let Hit { t, id } = lists.closest(&ray);
+            if id == 0 {
+                continue;
             }
-            Rays::Pixels(pixels) => {
-                let camera = CameraF32::new(pixels);
-                let at: Vec3<f32> = coordinates.camera_origin().into();
-                let [at, forward, right_step, true_up_step] =
-                    [at, camera.forward, camera.right_step, camera.true_up_step]
-                        .map(|v| number3(v.0));
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                let [i, j] = [i, j].map(|offset| Adversarial(offset as f32));
-                let ray = match camera.lens {
-                    Lens::Perspective => {
-                        let direction = (forward + right_step * i) + true_up_step * j;
-                        RayOf::new(at, Vec3::ZERO, direction)
-                    }
-                    Lens::Orthographic => {
-                        let origin = at + (right_step * i + true_up_step * j);
-                        RayOf::new(origin, Vec3::ZERO, forward)
-                    }
-                };
-                (ray, 1.0)
-            }
+            let at = id as usize - 1;
+            let along = match lists.spheres.get(at) {
+                Some(sphere) => sphere.normal(&ray, t),
+                None => lists.planes[at - lists.spheres.len()].normal(&ray, t),
+            };
+            hits.id[index] = id;
+            hits.t[index] = (f64::from(t.0) * rays.scale(index)) as f32;
+            hits.normal[index] = facing(along, ray.ray.direction).0.map(|x| x.0);
         }
-    }
-
-    /// The hit of a ray, and a vector along its normal.
-    fn trace(&self, ray: &RayOf<Adversarial>) -> (Hit<Adversarial>, Option<Number3>) {
-        let mut hit = Hit::MISS;
-        let mut normal = None;
-        let (o, d) = (ray.origin, ray.direction);
-        let mut see = |t: Adversarial, of: &dyn Fn(Adversarial) -> Number3, id: usize| {
-            let closer = hit.closer(t, id as u32 + 1);
-            if closer.id != hit.id {
-                normal = Some(of(closer.t));
-            }
-            hit = closer;
-        };
-        let is_point = self.prepared.bundle() == Bundle::Point;
-        let offset = |high, low| (number3(high) - o) + (number3(low) - ray.origin_low);
-        match &self.prepared.objects {
-            Objects::Lecture(lists) => {
-                for (id, sphere) in lists.spheres.iter().enumerate() {
-                    let (center, r) = (number3(sphere.center), Adversarial(sphere.radius));
-                    see(sphere_lecture(o, d, center, r), &|t| o + d * t - center, id);
-                }
-                for (id, plane) in (lists.spheres.len()..).zip(&lists.planes) {
-                    let n = number3(plane.normal);
-                    see(plane_lecture(o, d, number3(plane.point), n), &|_| n, id);
-                }
-            }
-            Objects::Stable(lists) => {
-                for (id, sphere) in lists.spheres.iter().enumerate() {
-                    let r = Adversarial(sphere.radius);
-                    let (l, k) = match is_point {
-                        true => (number3(sphere.center), Adversarial(sphere.k)),
-                        false => {
-                            let l = offset(sphere.center, sphere.center_low);
-                            (l, dot3(l, l) - r * r)
-                        }
-                    };
-                    let from_center = |_| {
-                        let found = approach(ray, l, r);
-                        let half_chord = d * (found.h * ray.inv_a);
-                        let is_outside = k > Adversarial::ZERO;
-                        (if is_outside { -half_chord } else { half_chord }) - found.p
-                    };
-                    see(sphere_stable(ray, l, r, k), &from_center, id);
-                }
-                for (id, plane) in (lists.spheres.len()..).zip(&lists.planes) {
-                    let n = number3(plane.normal);
-                    let n_offset = match is_point {
-                        true => Adversarial(plane.n_offset),
-                        false => dot3(offset(plane.offset, plane.offset_low), n),
-                    };
-                    see(plane_stable(d, n_offset, n), &|_| n, id);
-                }
-            }
-            other => panic!("no plain kernel in f32: {other:?}"),
-        }
-        (hit, normal)
     }
 
     fn hits(&self, rounding: Rounding, seed: u64) -> Hits {
         set_rounding(rounding, seed);
         let mut hits = Hits::default();
         hits.reset(self.rays.len(), Wants { surface: true, level: false });
-        for index in 0..self.rays.len() {
-            let (ray, scale) = self.ray(index);
-            let (hit, normal) = self.trace(&ray);
-            if let Some(v) = normal {
-                hits.id[index] = hit.id;
-                hits.t[index] = (f64::from(hit.t.0) * scale) as f32;
-                hits.normal[index] = facing(v, ray.direction).0.map(|x| x.0);
-            }
+        match &self.prepared.objects {
+            Objects::Lecture(lists) => self.trace(lists, &mut hits),
+            Objects::Stable(lists) => self.trace(lists, &mut hits),
+            other => panic!("no plain kernel in f32: {other:?}"),
         }
         set_rounding(Rounding::Nearest, 0);
         hits
@@ -318,7 +240,7 @@ fn the_ends_of_the_range_are_open() {
     assert!(negative.has(0.0) && !negative.has(least / 8.0));
     for any in [
         Span::new(f32::MAX) + Span::new(f32::MAX),
-        Span::new(f32::MAX) * Span::TWO,
+        Span::new(f32::MAX) * Span::new(2.0),
         Span::ONE / (Span::new(1.0) - Span::new(1.0)),
         Span::ONE / Span::new(least / 2.0),
         (-Span::ONE).sqrt(),
@@ -328,6 +250,4 @@ fn the_ends_of_the_range_are_open() {
         assert!((any * Span::ONE).is_any() && !(any > Span::ZERO) && !(any < Span::ZERO));
     }
     assert!((Span::ONE - Span::ONE) == Span::ZERO);
-    fn is_number<N: Number>() {}
-    is_number::<Span>();
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
 use kugelblitz::device::{Device, Made};
+use kugelblitz::num::V3;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::report::{
     CLOUD_SIZE, Case, Class, Contestant, Effort, Errors, Evidence, Fault, LightErrors, LightFault,
@@ -13,7 +14,6 @@ use kugelblitz::report::{
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
 use kugelblitz::tracer::Tracer;
-use kugelblitz::vec3::{Vec3, dot3};
 
 const EFFORT: Effort = Effort {
     size: [96, 54],
@@ -127,15 +127,15 @@ impl Tracer for FlippedSign {
         let start = Instant::now();
         let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
         hits.reset(rays.len(), self.wants);
-        let o: Vec3<f32> = self.prepared.reference.into();
+        let o = V3::<f32>::near(self.prepared.reference);
         for index in 0..rays.len() {
             let (x, y) = pixels.xy(index);
-            let d: Vec3<f32> = pixels.direction(x, y).into();
+            let d = V3::<f32>::near(pixels.direction(x, y));
             let mut nearest = f32::INFINITY;
             for (sphere, id) in self.prepared.scene.spheres.iter().zip(1..) {
-                let c: Vec3<f32> = sphere.center.into();
-                let (a, b) = (dot3(d, d), 2.0 * dot3(d, c - o));
-                let k = dot3(o - c, o - c) - (sphere.radius * sphere.radius) as f32;
+                let c = V3::<f32>::near(sphere.center);
+                let (a, b) = (d.dot(d), 2.0 * d.dot(c - o));
+                let k = (o - c).dot(o - c) - (sphere.radius * sphere.radius) as f32;
                 let discriminant = b * b - 4.0 * a * k;
                 let t = (-b - discriminant.sqrt()) / (2.0 * a);
                 if discriminant >= 0.0 && t > 0.0 && t < nearest {

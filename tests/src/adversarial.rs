@@ -3,9 +3,9 @@
 //! root by 4.5.
 
 use std::cell::Cell;
-use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use kugelblitz::vec3::{Number, Real};
+use kugelblitz::num::Real;
 
 /// Where inexact results go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,12 +168,6 @@ impl Mul for Adversarial {
     }
 }
 
-impl MulAssign for Adversarial {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
 impl Div for Adversarial {
     type Output = Self;
     fn div(self, other: Self) -> Self {
@@ -195,19 +189,33 @@ impl Neg for Adversarial {
     }
 }
 
-impl Number for Adversarial {}
-
 impl Real for Adversarial {
-    const ZERO: Self = Adversarial(0.0);
-    const ONE: Self = Adversarial(1.0);
-    const TWO: Self = Adversarial(2.0);
-    const FOUR: Self = Adversarial(4.0);
-    const INFINITY: Self = Adversarial(f32::INFINITY);
-    const LARGEST: Self = Adversarial(f32::MAX);
-    const SMALL: Self = Adversarial(<f32 as Real>::SMALL);
+    type One = f32;
+    type Mask = bool;
+    type Id = u32;
 
-    fn from_f64(x: f64) -> Self {
-        Adversarial(x as f32)
+    fn splat(x: f32) -> Self {
+        Adversarial(x)
+    }
+
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+
+    fn lt(self, other: Self) -> bool {
+        self.0 < other.0
+    }
+
+    fn le(self, other: Self) -> bool {
+        self.0 <= other.0
+    }
+
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+        if mask { yes } else { no }
     }
 
     fn sqrt(self) -> Self {
@@ -222,13 +230,5 @@ impl Real for Adversarial {
 
     fn abs(self) -> Self {
         Adversarial(self.0.abs())
-    }
-
-    fn min(self, other: Self) -> Self {
-        if other < self { other } else { self }
-    }
-
-    fn max(self, other: Self) -> Self {
-        if other > self { other } else { self }
     }
 }

@@ -14,14 +14,14 @@
 //! is that of a first-order error analysis, with its second order, for the numbers of this very ray. A
 //! number that leaves f32's range has no bound, and neither has what is made of it.
 
+use kugelblitz::kernel::Lists;
 use kugelblitz::kernel::lecture::{self, PlaneLecture, SphereLecture};
-use kugelblitz::kernel::relative::{self, Approach};
-use kugelblitz::kernel::stable::{PlaneStable, SphereStable};
-use kugelblitz::kernel::{Lists, RayOf};
+use kugelblitz::kernel::plain::{Plain, PlainRay, PlainRays, facing};
+use kugelblitz::kernel::relative::{self, Approach, PlaneStable, SphereStable};
+use kugelblitz::num::{Real, V3};
 use kugelblitz::prepare::{Objects, Prepared};
-use kugelblitz::rays::{Bundle, CameraF32, Lens, Pixels, Ray, Rays};
+use kugelblitz::rays::Rays;
 use kugelblitz::trace::Hits;
-use kugelblitz::vec3::{Real, Vec3, dot3, facing};
 use rayon::prelude::*;
 
 use super::span::Span;
@@ -64,7 +64,7 @@ pub fn compare_to_allowed(
 }
 
 /// The intervals of a ray's numbers.
-type RaySpan = RayOf<Span>;
+type RaySpan = PlainRay<Span>;
 
 /// What an object may give.
 #[derive(Clone, Copy, Debug)]
@@ -117,18 +117,14 @@ impl Chance {
 
 /// An object as a kernel sees it.
 trait Seen {
-    fn chance(&self, ray: &RaySpan, is_point: bool) -> Chance;
+    fn chance(&self, ray: &RaySpan) -> Chance;
     /// A vector along the normal, and another where a comparison is open.
-    fn normals(&self, ray: &RaySpan, is_point: bool, t: Span) -> [Vec3<Span>; 2];
-}
-
-fn span3(v: [f32; 3]) -> Vec3<Span> {
-    Vec3(v.map(Span::new))
+    fn normals(&self, ray: &RaySpan, t: Span) -> [V3<Span>; 2];
 }
 
 impl Seen for SphereLecture {
-    fn chance(&self, ray: &RaySpan, _: bool) -> Chance {
-        let (center, radius) = (span3(self.center), Span::new(self.radius));
+    fn chance(&self, PlainRay { ray, .. }: &RaySpan) -> Chance {
+        let (center, radius) = (V3::splat(V3(self.center)), Span::new(self.radius));
         let q = lecture::quadratic(ray.origin, ray.direction, center, radius);
         let Some(discriminant) = q.discriminant.not_below_zero() else { return Chance::MISSED };
         let roots = lecture::quadratic_roots(lecture::Quadratic { discriminant, ..q });
@@ -139,50 +135,37 @@ impl Seen for SphereLecture {
         }
     }
 
-    fn normals(&self, ray: &RaySpan, _: bool, t: Span) -> [Vec3<Span>; 2] {
-        let p = ray.origin + ray.direction * t;
-        [p - span3(self.center); 2]
+    fn normals(&self, ray: &RaySpan, t: Span) -> [V3<Span>; 2] {
+        [self.normal(ray, t); 2]
     }
 }
 
 impl Seen for PlaneLecture {
-    fn chance(&self, ray: &RaySpan, _: bool) -> Chance {
-        let (point, normal) = (span3(self.point), span3(self.normal));
-        Chance::of_plane(dot3(point - ray.origin, normal) / dot3(ray.direction, normal))
+    fn chance(&self, PlainRay { ray, .. }: &RaySpan) -> Chance {
+        let [point, normal] = [self.point, self.normal].map(|v| V3::splat(V3(v)));
+        Chance::of_plane((point - ray.origin).dot(normal) / ray.direction.dot(normal))
     }
 
-    fn normals(&self, _: &RaySpan, _: bool, _: Span) -> [Vec3<Span>; 2] {
-        [span3(self.normal); 2]
+    fn normals(&self, ray: &RaySpan, t: Span) -> [V3<Span>; 2] {
+        [self.normal(ray, t); 2]
     }
-}
-
-fn offset(ray: &RaySpan, high: [f32; 3], low: [f32; 3]) -> Vec3<Span> {
-    (span3(high) - ray.origin) + (span3(low) - ray.origin_low)
-}
-
-/// `l`, and `k = l·l − r²`.
-fn place(sphere: &SphereStable, ray: &RaySpan, is_point: bool) -> (Vec3<Span>, Span) {
-    if is_point {
-        return (span3(sphere.center), Span::new(sphere.k));
-    }
-    let (l, r) = (offset(ray, sphere.center, sphere.center_low), Span::new(sphere.radius));
-    (l, dot3(l, l) - r * r)
 }
 
 /// The closest approach, where there may be a chord.
-fn approach(sphere: &SphereStable, ray: &RaySpan, l: Vec3<Span>) -> Option<Approach<Span>> {
-    let found = relative::approach(ray, l, Span::new(sphere.radius));
-    let h = (ray.a * found.delta.not_below_zero()?).sqrt();
+fn approach(sphere: &SphereStable, ray: &RaySpan, l: V3<Span>) -> Option<Approach<Span>> {
+    let found = relative::approach(&ray.ray, l, Span::new(sphere.radius));
+    let h = (ray.ray.a * found.delta.not_below_zero()?).sqrt();
     Some(Approach { h, ..found })
 }
 
 impl Seen for SphereStable {
-    fn chance(&self, ray: &RaySpan, is_point: bool) -> Chance {
-        let (l, k) = place(self, ray, is_point);
+    fn chance(&self, ray: &RaySpan) -> Chance {
+        let l = self.offset(ray);
+        let k = self.k(ray, l);
         let Some(Approach { b, h, delta, .. }) = approach(self, ray, l) else {
             return Chance::MISSED;
         };
-        let of_part = |b: Span| Chance::of_roots(relative::roots_stable(ray, b, h, k));
+        let of_part = |b: Span| Chance::of_roots(relative::roots_stable(&ray.ray, b, h, k));
         let parts = match b.is_any() {
             true => [Some(Span::ANY), None],
             false => [b.above_zero(), b.not_above_zero()],
@@ -198,12 +181,13 @@ impl Seen for SphereStable {
         }
     }
 
-    fn normals(&self, ray: &RaySpan, is_point: bool, _: Span) -> [Vec3<Span>; 2] {
-        let (l, k) = place(self, ray, is_point);
+    fn normals(&self, ray: &RaySpan, _: Span) -> [V3<Span>; 2] {
+        let l = self.offset(ray);
+        let k = self.k(ray, l);
         let Some(Approach { p, h, .. }) = approach(self, ray, l) else {
-            return [Vec3([Span::ANY; 3]); 2];
+            return [V3([Span::ANY; 3]); 2];
         };
-        let half_chord = ray.direction * (h * ray.inv_a);
+        let half_chord = ray.ray.direction * (h * ray.ray.inv_a);
         let (outside, inside) = (-half_chord - p, half_chord - p);
         match (k > Span::ZERO, k.high <= 0.0) {
             (true, _) => [outside; 2],
@@ -214,88 +198,38 @@ impl Seen for SphereStable {
 }
 
 impl Seen for PlaneStable {
-    fn chance(&self, ray: &RaySpan, is_point: bool) -> Chance {
-        let normal = span3(self.normal);
-        let n_offset = match is_point {
-            true => Span::new(self.n_offset),
-            false => dot3(offset(ray, self.offset, self.offset_low), normal),
-        };
-        Chance::of_plane(n_offset / dot3(ray.direction, normal))
+    fn chance(&self, ray: &RaySpan) -> Chance {
+        let slope = ray.ray.direction.dot(V3::splat(V3(self.normal)));
+        Chance::of_plane(self.n_offset(ray) / slope)
     }
 
-    fn normals(&self, _: &RaySpan, _: bool, _: Span) -> [Vec3<Span>; 2] {
-        [span3(self.normal); 2]
+    fn normals(&self, ray: &RaySpan, t: Span) -> [V3<Span>; 2] {
+        [self.normal(ray, t); 2]
     }
 }
 
 /// The bounds of a scene's rays.
 struct Allowed<'a> {
     prepared: &'a Prepared,
-    rays: Given<'a>,
-}
-
-/// The rays, with the numbers that a device is given for them.
-enum Given<'a> {
-    Pixels(&'a Pixels, CameraF32),
-    List(&'a [Ray]),
+    rays: PlainRays<'a, f32>,
 }
 
 impl<'a> Allowed<'a> {
     fn new(prepared: &'a Prepared, rays: &'a Rays) -> Option<Allowed<'a>> {
-        if !matches!(prepared.objects, Objects::Lecture(_) | Objects::Stable(_)) {
-            return None;
-        }
-        let rays = match rays {
-            Rays::Pixels(p) => {
-                let origin = prepared.coordinates().camera_origin().into();
-                Given::Pixels(p, CameraF32 { origin, ..CameraF32::new(p) })
-            }
-            Rays::List(rays) => Given::List(rays),
-        };
-        Some(Allowed { prepared, rays })
-    }
-
-    /// The numbers of a ray, and what its `t` is multiplied with.
-    fn ray(&self, index: usize) -> (RaySpan, f64) {
-        match &self.rays {
-            Given::Pixels(pixels, camera) => {
-                let (x, y) = pixels.xy(index);
-                let (i, j) = pixels.offset2(x, y);
-                (camera_ray(camera, Span::new(i as f32), Span::new(j as f32)), 1.0)
-            }
-            Given::List(rays) => {
-                let (record, exponent) = self.prepared.coordinates().ray_record(&rays[index]);
-                let [origin, low, direction] =
-                    [record.origin, record.origin_low, record.direction].map(span3);
-                (RayOf::new(origin, low, direction), 2f64.powi(-exponent))
-            }
-        }
+        let is_in_f32 = matches!(prepared.objects, Objects::Lecture(_) | Objects::Stable(_));
+        let rays = PlainRays::new(prepared.coordinates(), rays);
+        is_in_f32.then_some(Allowed { prepared, rays })
     }
 
     fn has(&self, hits: &Hits, index: usize) -> bool {
-        let (ray, scale) = self.ray(index);
+        let (ray, scale) = (self.rays.one(index), self.rays.scale(index));
         let Some(&id) = hits.id.get(index) else { return false };
         let hit =
             HitOf { id, t: hits.t.get(index).copied(), normal: hits.normal.get(index).copied() };
-        let is_point = self.prepared.bundle() == Bundle::Point;
         match &self.prepared.objects {
-            Objects::Lecture(lists) => hit.is_allowed(lists, &ray, scale, is_point),
-            Objects::Stable(lists) => hit.is_allowed(lists, &ray, scale, is_point),
+            Objects::Lecture(lists) => hit.is_allowed(lists, &ray, scale),
+            Objects::Stable(lists) => hit.is_allowed(lists, &ray, scale),
             Objects::Double(_) | Objects::Certified(_) => true,
-        }
-    }
-}
-
-/// Twin of [`CameraF32::camera_ray`].
-fn camera_ray(camera: &CameraF32, i: Span, j: Span) -> RaySpan {
-    let [origin, forward, right_step, true_up_step] =
-        [camera.origin, camera.forward, camera.right_step, camera.true_up_step].map(|v| span3(v.0));
-    match camera.lens {
-        Lens::Perspective => {
-            RayOf::new(origin, Vec3::ZERO, (forward + right_step * i) + true_up_step * j)
-        }
-        Lens::Orthographic => {
-            RayOf::new(origin + (right_step * i + true_up_step * j), Vec3::ZERO, forward)
         }
     }
 }
@@ -308,18 +242,12 @@ struct HitOf {
 }
 
 impl HitOf {
-    fn is_allowed<S: Seen, P: Seen>(
-        &self,
-        lists: &Lists<S, P>,
-        ray: &RaySpan,
-        scale: f64,
-        is_point: bool,
-    ) -> bool {
+    fn is_allowed<S: Seen, P: Seen>(&self, lists: &Lists<S, P>, ray: &RaySpan, scale: f64) -> bool {
         let spheres = lists.spheres.iter().map(|sphere| sphere as &dyn Seen);
         let objects: Vec<&dyn Seen> =
             spheres.chain(lists.planes.iter().map(|plane| plane as &dyn Seen)).collect();
         let chances: Vec<Chance> =
-            objects.iter().map(|object| object.chance(ray, is_point).scaled(scale)).collect();
+            objects.iter().map(|object| object.chance(ray).scaled(scale)).collect();
         let own = self.id.checked_sub(1).map(|index| index as usize);
         let t = match own {
             None => self.t.unwrap_or(f32::INFINITY),
@@ -338,8 +266,7 @@ impl HitOf {
             .iter()
             .enumerate()
             .all(|(index, chance)| own == Some(index) || chance.may_be_behind(t.into()));
-        nothing_is_nearer
-            && self.normal_is_allowed(own.map(|i| objects[i]), ray, t, scale, is_point)
+        nothing_is_nearer && self.normal_is_allowed(own.map(|i| objects[i]), ray, t, scale)
     }
 
     fn normal_is_allowed(
@@ -348,16 +275,15 @@ impl HitOf {
         ray: &RaySpan,
         t: f32,
         scale: f64,
-        is_point: bool,
     ) -> bool {
         let Some(normal) = self.normal else { return true };
         let Some(object) = object else { return normal == [0.0; 3] };
         // Scaling back is exact, but where the range ends.
         let t = Span::new(t).scaled(1.0 / scale);
-        let has = |v: Vec3<Span>| v.0.iter().zip(normal).all(|(span, x)| span.has(x));
-        object.normals(ray, is_point, t).into_iter().any(|v| {
-            let unit = facing(v, ray.direction);
-            has(unit) || !(dot3(unit, ray.direction) < Span::ZERO) && has(-unit)
+        let has = |v: V3<Span>| v.0.iter().zip(normal).all(|(span, x)| span.has(x));
+        object.normals(ray, t).into_iter().any(|v| {
+            let unit = facing(v, ray.ray.direction);
+            has(unit) || !(unit.dot(ray.ray.direction) < Span::ZERO) && has(-unit)
         })
     }
 }

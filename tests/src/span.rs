@@ -18,9 +18,9 @@
 //! What leaves f32's range, or has no result, may become anything: [`Span::ANY`].
 
 use std::cmp::Ordering;
-use std::ops::{Add, Div, Mul, MulAssign, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use kugelblitz::vec3::{Number, Real, round_down, round_up};
+use kugelblitz::num::{Real, round_down, round_up};
 
 /// Largest error of a quotient, in units of the last place.
 pub const QUOTIENT_ULP: f64 = 2.5;
@@ -41,6 +41,12 @@ pub struct Span {
 }
 
 impl Span {
+    /// 0.
+    pub const ZERO: Span = Span { low: 0.0, high: 0.0 };
+
+    /// 1.
+    pub const ONE: Span = Span { low: 1.0, high: 1.0 };
+
     /// Any number, ∞ and NaN too.
     pub const ANY: Span = Span { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
@@ -191,12 +197,6 @@ impl Neg for Span {
     }
 }
 
-impl MulAssign for Span {
-    fn mul_assign(&mut self, other: Span) {
-        *self = *self * other;
-    }
-}
-
 /// Certain orders alone.
 impl PartialOrd for Span {
     fn partial_cmp(&self, other: &Span) -> Option<Ordering> {
@@ -212,19 +212,33 @@ impl PartialOrd for Span {
     }
 }
 
-impl Number for Span {}
-
 impl Real for Span {
-    const ZERO: Span = Span { low: 0.0, high: 0.0 };
-    const ONE: Span = Span { low: 1.0, high: 1.0 };
-    const TWO: Span = Span { low: 2.0, high: 2.0 };
-    const FOUR: Span = Span { low: 4.0, high: 4.0 };
-    const INFINITY: Span = Span::ANY;
-    const LARGEST: Span = Span { low: f32::MAX as f64, high: f32::MAX as f64 };
-    const SMALL: Span = Span { low: <f64 as Real>::SMALL, high: <f64 as Real>::SMALL };
+    type One = f32;
+    type Mask = bool;
+    type Id = u32;
 
-    fn from_f64(x: f64) -> Span {
-        Span::new(x as f32)
+    fn splat(x: f32) -> Span {
+        Span::new(x)
+    }
+
+    fn splat_id(id: u32) -> u32 {
+        id
+    }
+
+    fn lt(self, other: Span) -> bool {
+        self.partial_cmp(&other) == Some(Ordering::Less)
+    }
+
+    fn le(self, other: Span) -> bool {
+        matches!(self.partial_cmp(&other), Some(Ordering::Less | Ordering::Equal))
+    }
+
+    fn select(mask: bool, yes: Span, no: Span) -> Span {
+        if mask { yes } else { no }
+    }
+
+    fn select_id(mask: bool, yes: u32, no: u32) -> u32 {
+        if mask { yes } else { no }
     }
 
     /// Of the part that is not below 0. The root of a subnormal is at most `2⁻⁶³`.

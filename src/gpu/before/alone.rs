@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use super::slabs::{SlabRoom, meets, slabs_of};
 use crate::bvh::{IS_LEAF, Leaves};
-use crate::engine::{Camera, List};
+use crate::engine::List;
 use crate::error::{Error, Result};
+use crate::num::V3;
 use crate::prepare::{InSpace, Prepared};
-use crate::rays::Rays;
+use crate::rays::{Frame, Rays};
 use crate::seen::{Nearest, Objects, Ray};
 use crate::trace::Kernel;
-use crate::vec3::Vec3;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
 /// twin that a device's proposals are compared with. [`CpuTracer`](crate::cpu::CpuTracer) may leave other rays open, but never sees
@@ -40,7 +40,7 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
     let all = (0..rays.len()).into_par_iter();
     Ok(match rays {
         Rays::Pixels(pixels) => {
-            let camera = Camera::new(pixels);
+            let camera = Frame::of_pixels(pixels);
             let ray = |index| {
                 let (x, y) = pixels.xy(index);
                 let (i, j) = pixels.offset2(x, y);
@@ -58,12 +58,11 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
 fn look_in_tree(ray: &Ray<f32>, nearest: &mut Nearest<f32>, in_space: &InSpace, leaves: &Leaves) {
     let InSpace { boxes, beside } = in_space;
     let room = SlabRoom::f32();
-    let [origin, direction] = [ray.origin, ray.direction].map(|v| Vec3(v.0));
-    let slabs = slabs_of(origin, direction, room.least_slack + beside, &room);
+    let slabs = slabs_of(ray.origin, ray.direction, room.least_slack + beside, &room);
     let mut at = 0;
     while let Some(node) = boxes.get(at) {
         let is_leaf = node.link & IS_LEAF != 0;
-        let is_met = meets(&slabs, Vec3(node.low), Vec3(node.high), nearest.high());
+        let is_met = meets(&slabs, V3(node.low), V3(node.high), nearest.high());
         at = if is_met || is_leaf { at + 1 } else { node.link as usize };
         if is_met && is_leaf {
             leaves.add(node.link & !IS_LEAF, ray, nearest);

@@ -12,9 +12,7 @@
 //! that a test finds. No slab reaches `2⁴¹·2⁸⁰·2 = 2¹²²`, so that none overflows. A `t_max` is
 //! an upper bound of the nearest `t` so far, at most `2¹⁰⁰`, which is beyond all boxes.
 
-use crate::guard::{round_down, round_up};
-use crate::num::Float;
-use crate::vec3::{Real, Vec3};
+use crate::num::{Float, Real, V3, round_down, round_up};
 
 #[cfg(doc)]
 use crate::bvh::REACH;
@@ -98,11 +96,16 @@ pub struct Stretch<R> {
 
 /// The slab of one axis.
 #[inline(always)]
-pub fn slab_of<R: Real>(origin: R, direction: R, slack: R, room: &SlabRoom<R>) -> Slab<R> {
-    let is_flat = direction.abs() < room.flat;
-    let way = if is_flat { R::ONE } else { direction };
-    let inverse = R::ONE / way;
-    let goes_down = way < R::ZERO;
+pub fn slab_of<R: Real<Mask = bool>>(
+    origin: R,
+    direction: R,
+    slack: R,
+    room: &SlabRoom<R>,
+) -> Slab<R> {
+    let is_flat = direction.abs().lt(room.flat);
+    let way = if is_flat { R::lit(1.0) } else { direction };
+    let inverse = R::lit(1.0) / way;
+    let goes_down = way.lt(R::lit(0.0));
     let aside = if goes_down { -slack } else { slack };
     Slab {
         near_origin: origin + aside,
@@ -116,13 +119,13 @@ pub fn slab_of<R: Real>(origin: R, direction: R, slack: R, room: &SlabRoom<R>) -
 
 /// The slabs of a ray that may lie `beside` the true one, at least by what [`SlabRoom::least_slack`] is for.
 #[inline(always)]
-pub fn slabs_of<R: Real>(
-    origin: Vec3<R>,
-    direction: Vec3<R>,
+pub fn slabs_of<R: Real<Mask = bool>>(
+    origin: V3<R>,
+    direction: V3<R>,
     beside: R,
     room: &SlabRoom<R>,
 ) -> Slabs<R> {
-    let Vec3([x, y, z]) = origin;
+    let V3([x, y, z]) = origin;
     let slack = x.abs().max(y.abs()).max(z.abs()) * room.aside + beside;
     Slabs {
         x: slab_of(x, direction.0[0], slack, room),
@@ -133,25 +136,25 @@ pub fn slabs_of<R: Real>(
 
 /// When a ray is between two sides.
 #[inline(always)]
-pub fn stretch<R: Real>(slab: &Slab<R>, low: R, high: R) -> Stretch<R> {
+pub fn stretch<R: Real<Mask = bool>>(slab: &Slab<R>, low: R, high: R) -> Stretch<R> {
     let near_side = if slab.goes_down { high } else { low };
     let far_side = if slab.goes_down { low } else { high };
     let near = (near_side - slab.near_origin) * slab.near_inverse;
     let far = (far_side - slab.far_origin) * slab.far_inverse;
-    let is_beside = near > R::ZERO || far < R::ZERO;
-    let never = if is_beside { R::LARGEST } else { R::ZERO };
+    let (zero, largest) = (R::lit(0.0), R::lit(f32::MAX.into()));
+    let never = if zero.lt(near) || far.lt(zero) { largest } else { zero };
     Stretch {
         enter: if slab.is_flat { never } else { near },
-        leave: if slab.is_flat { R::LARGEST } else { far },
+        leave: if slab.is_flat { largest } else { far },
     }
 }
 
 /// Whether a ray may meet a box at `0 ≤ t ≤ t_max`.
 #[inline(always)]
-pub fn meets<R: Real>(slabs: &Slabs<R>, low: Vec3<R>, high: Vec3<R>, t_max: R) -> bool {
+pub fn meets<R: Real<Mask = bool>>(slabs: &Slabs<R>, low: V3<R>, high: V3<R>, t_max: R) -> bool {
     let x = stretch(&slabs.x, low.0[0], high.0[0]);
     let y = stretch(&slabs.y, low.0[1], high.0[1]);
     let z = stretch(&slabs.z, low.0[2], high.0[2]);
-    let enter = x.enter.max(y.enter).max(z.enter).max(R::ZERO);
-    enter <= x.leave && enter <= y.leave && enter <= z.leave && enter <= t_max
+    let enter = x.enter.max(y.enter).max(z.enter).max(R::lit(0.0));
+    enter.le(x.leave) && enter.le(y.leave) && enter.le(z.leave) && enter.le(t_max)
 }

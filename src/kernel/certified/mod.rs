@@ -19,10 +19,7 @@ pub(super) const ABOUT: About = About {
     record_bytes: [size_of::<SphereCertified>(), size_of::<PlaneCertified>()],
     wgsl: Wgsl {
         records: "Certified",
-        parts: &[
-            part!("certified.wgsl", "src/seen/mod.rs"),
-            part!("slabs.wgsl", "src/gpu/before/slabs.rs"),
-        ],
+        parts: &[part!("certified.wgsl"), part!("slabs.wgsl")],
         constants,
     },
 };

@@ -8,10 +8,10 @@ use kugelblitz::Session;
 use kugelblitz::device::Device;
 use kugelblitz::explain::Lang;
 use kugelblitz::figure::{Figure, project};
+use kugelblitz::num::V3;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Scene, parse_scene};
 use kugelblitz::trace::Kernel;
-use kugelblitz::vec3::{Vec3, dot3};
 use kugelblitz_tests::{root, text_of};
 use roxmltree::{Document, Node};
 
@@ -399,12 +399,12 @@ fn the_laws_of_the_scalar_product_hold() {
     assert!(!holds("2·(1, 2, 3) ≠ (2, 4, 6)"), "and a wrong ≠");
 
     // With the program's own function: exact in whole numbers, and the law that f32 breaks.
-    let v = |x, y, z| Vec3([x, y, z]);
+    let v = |x, y, z| V3([x, y, z]);
     let (a, b, c) = (v(1.0, 2.0, 3.0), v(4.0, -5.0, 6.0), v(7.0, 8.0, -9.0));
-    assert_eq!([dot3(a, b), dot3(b, a), dot3(b, c), dot3(a, c)], [12.0, 12.0, -66.0, -4.0]);
-    assert_eq!(dot3(a, b + c), dot3(a, b) + dot3(a, c));
-    let (a, b, c): (_, Vec3<f32>, _) = (v(1.0, 1.0, 1.0), v(1e8, 1.0, 0.0), v(-1e8, 0.0, 0.0));
-    assert_eq!((dot3(a, b + c), dot3(a, b) + dot3(a, c)), (1.0, 0.0));
+    assert_eq!([a.dot(b), b.dot(a), b.dot(c), a.dot(c)], [12.0, 12.0, -66.0, -4.0]);
+    assert_eq!(a.dot(b + c), a.dot(b) + a.dot(c));
+    let (a, b, c): (_, V3<f32>, _) = (v(1.0, 1.0, 1.0), v(1e8, 1.0, 0.0), v(-1e8, 0.0, 0.0));
+    assert_eq!((a.dot(b + c), a.dot(b) + a.dot(c)), (1.0, 0.0));
 }
 
 #[test]

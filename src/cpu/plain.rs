@@ -1,0 +1,106 @@
+//! What rays see by a kernel without a proof.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::RAYS_PER_CHUNK;
+use crate::control::Control;
+use crate::error::Result;
+use crate::kernel::plain::{Plain, PlainRays};
+use crate::kernel::{Lists, Objects};
+use crate::num::{Bits, Float};
+use crate::prepare::Prepared;
+use crate::rays::Rays;
+use crate::trace::Hits;
+
+/// Finds all objects, and `t` and normals where they are wanted.
+pub fn trace(prepared: &Prepared, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<()> {
+    match &prepared.objects {
+        Objects::Lecture(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
+        Objects::Stable(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
+        Objects::Double(lists) => trace_with::<_, _, 8>(lists, prepared, rays, control, hits),
+        Objects::Certified(_) => Ok(()),
+    }
+}
+
+fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+    lists: &Lists<S, P>,
+    prepared: &Prepared,
+    rays: &Rays,
+    control: &Control,
+    hits: &mut Hits,
+) -> Result<()> {
+    // Rays of a row are in packs.
+    let n = match rays {
+        Rays::Pixels(pixels) => pixels.width as usize,
+        Rays::List(_) => RAYS_PER_CHUNK,
+    };
+    let rays = &PlainRays::new(prepared.coordinates(), rays);
+    let surfaces = hits.t.chunks_mut(n).zip(hits.normal.chunks_mut(n));
+    let surfaces: Vec<_> = surfaces
+        .map(Some)
+        .chain(std::iter::repeat_with(|| None))
+        .take(hits.id.len().div_ceil(n))
+        .collect();
+    hits.id.par_chunks_mut(n).zip(surfaces).enumerate().try_for_each(|(chunk, (ids, surface))| {
+        Arch::new().dispatch(Trace::<S, P, N> {
+            lists,
+            rays,
+            control,
+            first: chunk * n,
+            ids,
+            surface,
+        })?;
+        control.advance(n as u64);
+        Ok(())
+    })
+}
+
+/// `t` and normals.
+type Surface<'a> = (&'a mut [f32], &'a mut [[f32; 3]]);
+
+/// Consecutive rays, compiled for each instruction set that the processor may have.
+struct Trace<'a, S: Plain, P, const N: usize> {
+    lists: &'a Lists<S, P>,
+    rays: &'a PlainRays<'a, S::Float>,
+    control: &'a Control,
+    first: usize,
+    ids: &'a mut [u32],
+    surface: Option<Surface<'a>>,
+}
+
+impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_, S, P, N> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn with_simd<I: Simd>(self, _: I) -> Result<()> {
+        let Trace { lists, rays, control, first, ids, mut surface } = self;
+        // In f64 what f32 can't hold is a miss.
+        let misses_infinity = S::Float::UNIT < f32::UNIT;
+        for start in (0..ids.len()).step_by(N) {
+            // A ray may have millions of spheres to look at.
+            control.check()?;
+            let ray = rays.pack::<N>(first + start);
+            let hit = lists.closest(&ray);
+            let n = N.min(ids.len() - start);
+            let mut ts = [0.0; N];
+            for lane in 0..n {
+                ts[lane] = (hit.t.0[lane].to_f64() * rays.scale(first + start + lane)) as f32;
+                let is_miss = misses_infinity && ts[lane] == f32::INFINITY;
+                ids[start + lane] = if is_miss { 0 } else { hit.id.0[lane].to_id() };
+            }
+            let Some((t, normals)) = &mut surface else { continue };
+            t[start..start + n].copy_from_slice(&ts[..n]);
+            let found = lists.normals(&ray, &hit);
+            for lane in 0..n {
+                if ids[start + lane] != 0 {
+                    normals[start + lane] =
+                        std::array::from_fn(|axis| found.0[axis].0[lane].to_f64() as f32);
+                }
+            }
+        }
+        Ok(())
+    }
+}

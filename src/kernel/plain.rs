@@ -1,0 +1,251 @@
+//! The kernels without a proof: their rays, and how they go through a scene's objects. One text serves rays side by side, one
+//! ray whose numbers are shown, and the arithmetic of tests.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use super::Float as FloatOf;
+use super::coordinates::{Coordinates, split};
+use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
+use crate::rays;
+use crate::rays::{Bundle, Frame, Pixels, Rays};
+
+/// A ray as a kernel without a proof sees it. Twin of `Ray` in `shaders/ray.wgsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainRay<R> {
+    /// The ray, in world units for `lecture`, else relative to the reference point.
+    pub ray: Ray<R>,
+    /// The rest that the origin's rounding left; none where all rays start at the reference point.
+    pub origin_low: Option<V3<R>>,
+}
+
+/// The closest hit so far. Twin of `Hit` in `shaders/ray.wgsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit<R: Real> {
+    /// Ray parameter, +∞ for none.
+    pub t: R,
+    /// Object id, 0 for none.
+    pub id: R::Id,
+}
+
+impl<R: Real> Hit<R> {
+    /// Nothing was hit.
+    #[inline(always)]
+    pub fn miss() -> Self {
+        Hit { t: R::lit(f64::INFINITY), id: R::splat_id(0) }
+    }
+
+    /// The nearer of the hit so far and a candidate, whose `t` is 0 where there is none. Equal `t`: the lower id, which
+    /// comes first, stays.
+    #[inline(always)]
+    pub fn closer(self, t: R, id: u32) -> Self {
+        let is_closer = R::lit(0.0).lt(t).and(t.lt(self.t));
+        Hit {
+            t: R::select(is_closer, t, self.t),
+            id: R::select_id(is_closer, R::splat_id(id), self.id),
+        }
+    }
+}
+
+/// The first of two roots that is above 0, or 0.
+#[inline(always)]
+pub(super) fn first_positive<R: Real>([near, far]: [R; 2]) -> R {
+    let zero = R::lit(0.0);
+    R::select(zero.lt(near), near, R::select(zero.lt(far), far, zero))
+}
+
+/// `v / ‖v‖`, turned so that it faces against `direction`. Twin of `facing` in `shaders/vec.wgsl`.
+#[inline(always)]
+pub fn facing<R: Real>(v: V3<R>, direction: V3<R>) -> V3<R> {
+    let unit = v * (R::lit(1.0) / v.dot(v).sqrt());
+    V3::select(R::lit(0.0).lt(unit.dot(direction)), -unit, unit)
+}
+
+/// An object in the numbers of a kernel without a proof.
+pub trait Plain: Sync {
+    /// The kernel's arithmetic.
+    type Float: Float;
+    /// The smallest positive `t` at which a ray meets it, or 0 for none.
+    fn t<R: Real<One = Self::Float>>(&self, ray: &PlainRay<R>) -> R;
+    /// A vector along its normal where a ray meets it at `t`.
+    fn normal<R: Real<One = Self::Float>>(&self, ray: &PlainRay<R>, t: R) -> V3<R>;
+}
+
+/// Spheres and planes, each in id order.
+#[derive(Clone, Debug)]
+pub struct Lists<S, P> {
+    /// Spheres.
+    pub spheres: Vec<S>,
+    /// Planes.
+    pub planes: Vec<P>,
+}
+
+impl<S: bytemuck::NoUninit, P: bytemuck::NoUninit> Lists<S, P> {
+    /// The bytes of the spheres and those of the planes.
+    pub fn bytes(&self) -> (&[u8], &[u8]) {
+        (bytemuck::cast_slice(&self.spheres), bytemuck::cast_slice(&self.planes))
+    }
+}
+
+impl<S: Plain, P: Plain<Float = S::Float>> Lists<S, P> {
+    /// The closest hit of a ray. Twin of `closest` in the shaders.
+    #[inline(always)]
+    pub fn closest<R: Real<One = S::Float>>(&self, ray: &PlainRay<R>) -> Hit<R> {
+        let mut hit = Hit::miss();
+        for (sphere, id) in self.spheres.iter().zip(1..) {
+            hit = hit.closer(sphere.t(ray), id);
+        }
+        for (plane, id) in self.planes.iter().zip(self.spheres.len() as u32 + 1..) {
+            hit = hit.closer(plane.t(ray), id);
+        }
+        hit
+    }
+
+    /// The unit normals at hits, that of each lane's object. Twin of `normal_at` in the shaders.
+    #[inline(always)]
+    pub fn normals<const N: usize>(
+        &self,
+        ray: &PlainRay<Lanes<S::Float, N>>,
+        hit: &Hit<Lanes<S::Float, N>>,
+    ) -> V3<Lanes<S::Float, N>> {
+        let (mut normals, mut is_known) = (V3([Lanes::lit(0.0); 3]), [false; N]);
+        for lane in 0..N {
+            let id = hit.id.0[lane];
+            if id.to_id() == 0 || is_known[lane] {
+                continue;
+            }
+            let index = id.to_id() as usize - 1;
+            let along = match self.spheres.get(index) {
+                Some(sphere) => sphere.normal(ray, hit.t),
+                None => self.planes[index - self.spheres.len()].normal(ray, hit.t),
+            };
+            let mut is_this = hit.id;
+            for other in 0..N {
+                is_known[other] |= hit.id.0[other] == id;
+                is_this.0[other] = Bits::from_bool(hit.id.0[other] == id);
+            }
+            normals = V3::select(is_this, facing(along, ray.ray.direction), normals);
+        }
+        normals
+    }
+}
+
+/// The rays of a call, in the coordinates and the arithmetic of a kernel without a proof.
+pub enum PlainRays<'a, F: Float> {
+    /// Pixels: twice their offsets from the picture's centre are multiplied with `step` before the camera has them.
+    Pixels {
+        /// They.
+        pixels: &'a Pixels,
+        /// Their camera.
+        camera: Frame<F>,
+        /// 1 in f32, whose camera has the pixel's size already.
+        step: F,
+        /// Where the camera stands.
+        origin: V3<F>,
+    },
+    /// Any rays.
+    List {
+        /// They.
+        rays: &'a [rays::Ray],
+        /// The kernel's.
+        coordinates: Coordinates,
+    },
+}
+
+impl<'a, F: Float> PlainRays<'a, F> {
+    /// These rays.
+    pub fn new(coordinates: Coordinates, rays: &'a Rays) -> PlainRays<'a, F> {
+        match rays {
+            Rays::Pixels(pixels) => PlainRays::of_pixels(coordinates, pixels),
+            Rays::List(rays) => PlainRays::List { rays, coordinates },
+        }
+    }
+
+    /// Those of pixels.
+    pub fn of_pixels(coordinates: Coordinates, pixels: &'a Pixels) -> PlainRays<'a, F> {
+        let (in_camera, step) = match coordinates.kernel.about().float {
+            FloatOf::F32 => (pixels.step(), 1.0),
+            FloatOf::F64 => (1.0, pixels.step()),
+        };
+        PlainRays::Pixels {
+            pixels,
+            camera: Frame::new(&pixels.view, in_camera),
+            step: F::near(step),
+            origin: V3::near(coordinates.camera_origin()),
+        }
+    }
+
+    /// The ray by twice its offset from the picture's centre.
+    #[inline(always)]
+    pub fn of_pixel<R: Real<One = F>>(
+        camera: &Frame<F>,
+        origin: V3<F>,
+        [across, up]: [R; 2],
+    ) -> PlainRay<R> {
+        let (Ray { origin: aside, direction, a, inv_a }, origin) =
+            (camera.ray(across, up), V3::splat(origin));
+        let (origin, origin_low) = match camera.lens.bundle() {
+            Bundle::Point => (origin, None),
+            Bundle::Parallel | Bundle::Free => (origin + aside, Some(V3([R::lit(0.0); 3]))),
+        };
+        PlainRay { ray: Ray { origin, direction, a, inv_a }, origin_low }
+    }
+
+    /// One of the rays.
+    pub fn one<R: Real<One = F>>(&self, index: usize) -> PlainRay<R> {
+        match self {
+            PlainRays::Pixels { pixels, camera, step, origin } => {
+                let (x, y) = pixels.xy(index);
+                let (i, j) = pixels.offset2(x, y);
+                let steps = |n: i64| R::splat(*step) * R::lit(n as f64);
+                PlainRays::of_pixel(camera, *origin, [steps(i), steps(j)])
+            }
+            PlainRays::List { rays, coordinates } => {
+                let (origin, direction, _) = coordinates.ray(&rays[index]);
+                let [high, low] = split(origin).map(|part| V3::splat(V3(part)));
+                let ray = Ray::new(high, V3::splat(V3::near(direction)));
+                PlainRay { ray, origin_low: Some(low) }
+            }
+        }
+    }
+
+    /// Some rays, from the one with this index on; of a picture in its row and beyond its end, of a list the last one again.
+    #[inline(always)]
+    pub fn pack<const N: usize>(&self, first: usize) -> PlainRay<Lanes<F, N>> {
+        match self {
+            PlainRays::Pixels { pixels, camera, step, origin } => {
+                let (x, y) = pixels.xy(first);
+                let (i, j) = pixels.offset2(x, y);
+                let mut across = Lanes::lit(0.0);
+                for lane in 0..N {
+                    across.0[lane] = *step * F::near((i + 2 * lane as i64) as f64);
+                }
+                let up = Lanes::splat(*step * F::near(j as f64));
+                PlainRays::of_pixel(camera, *origin, [across, up])
+            }
+            PlainRays::List { rays, coordinates } => {
+                let none = V3([Lanes::lit(0.0); 3]);
+                let (mut origin, mut origin_low, mut direction) = (none, none, none);
+                for lane in 0..N {
+                    let ray = &rays[(first + lane).min(rays.len() - 1)];
+                    let (at, way, _) = coordinates.ray(ray);
+                    let [high, low] = split::<F>(at);
+                    for axis in 0..3 {
+                        origin.0[axis].0[lane] = high[axis];
+                        origin_low.0[axis].0[lane] = low[axis];
+                        direction.0[axis].0[lane] = F::near(way[axis]);
+                    }
+                }
+                PlainRay { ray: Ray::new(origin, direction), origin_low: Some(origin_low) }
+            }
+        }
+    }
+
+    /// What the `t` of a ray is multiplied with.
+    #[inline(always)]
+    pub fn scale(&self, index: usize) -> f64 {
+        match self {
+            PlainRays::Pixels { .. } => 1.0,
+            PlainRays::List { rays, coordinates } => 2f64.powi(-coordinates.ray(&rays[index]).2),
+        }
+    }
+}
