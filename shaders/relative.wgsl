@@ -46,7 +46,7 @@ fn sphere_from(ray: Ray, sphere: SphereRelative) -> SphereRelative {
 }
 //#end
 
-// The ray's closest approach to a centre at l = c − o, and half the chord.
+// The ray's closest approach to a centre at l = c − o.
 struct Approach {
     // Offset from the closest point of the line to the centre.
     p: Vec3,
@@ -54,16 +54,18 @@ struct Approach {
     b: Real,
     // r² − p·p
     delta: Real,
-    // √(a (r² − p·p)); negative for a miss.
-    h: Real,
 }
 
 // Discriminant as r² − ‖P‖² (Hearn & Baker; Ray Tracing Gems, ch. 7, eq. 5).
 fn approach(ray: Ray, l: Vec3, r: Real) -> Approach {
     let b = dot3(ray.direction, l);
     let p = l - ray.direction * (b * ray.inv_a);
-    let delta = r * r - dot3(p, p);
-    return Approach(p, b, delta, select(-1.0, sqrt(ray.a * delta), delta >= 0.0));
+    return Approach(p, b, r * r - dot3(p, p));
+}
+
+// Half the chord times ‖d‖²: √(a (r² − p·p)); negative for a miss.
+fn half_root(ray: Ray, delta: Real) -> Real {
+    return select(-1.0, sqrt(ray.a * delta), delta >= 0.0);
 }
 
 // Near and far root without cancellation: q and k/q (Press et al., Numerical Recipes, 5.6).
@@ -77,7 +79,7 @@ fn roots_stable(ray: Ray, b: Real, h: Real, k: Real) -> vec2<Real> {
 // Smallest positive root, or 0 for none.
 fn sphere_stable(ray: Ray, l: Vec3, r: Real, k: Real) -> Real {
     let closest_approach = approach(ray, l, r);
-    let h = closest_approach.h;
+    let h = half_root(ray, closest_approach.delta);
     let roots = roots_stable(ray, closest_approach.b, h, k);
     let t = select(select(0.0, roots.y, roots.y > 0.0), roots.x, roots.x > 0.0);
     return select(0.0, t, h >= 0.0);
@@ -144,7 +146,7 @@ fn normal_at(ray: Ray, hit: Hit) -> Vec3 {
         let sphere = spheres[hit.id - 1u];
         let l = sphere_offset(ray, sphere);
         let closest_approach = approach(ray, l, sphere.radius);
-        let half_chord = ray.direction * (closest_approach.h * ray.inv_a);
+        let half_chord = ray.direction * (half_root(ray, closest_approach.delta) * ray.inv_a);
         let outside = sphere_k(l, sphere) > 0.0;
         return facing(select(half_chord, -half_chord, outside) - closest_approach.p, ray.direction);
     }

@@ -285,7 +285,7 @@ pub fn paint_only(
     for band in bands(pixels, n_band_rows) {
         trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
         // What flat colours take is part of writing them.
-        if let Painter::Sampled(_) = painter {
+        if !painter.is_flat() {
             rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
         }
     }
@@ -314,6 +314,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::kernel::Kernel;
     use crate::memory::Limit;
     use crate::prepare::Prepared;
     use crate::rays::View;
@@ -402,7 +403,10 @@ mod tests {
     fn sums_are_of_all_bands_and_a_cancelled_run_stops_between_two() {
         let pixels = pixels(10, 25);
         let scene = Scene { planes: vec![plane()], ..Scene::default() };
-        let mut painter = Painter::Flat(Shader::new(&scene, Encoding::Srgb8));
+        let scene = Arc::new(scene);
+        let prepared = Prepared::new(scene, Kernel::Lecture, &Rays::Pixels(pixels)).unwrap();
+        let style = Style::new(Encoding::Srgb8);
+        let mut painter = Painter::new(&Arc::new(prepared), style, &pixels, None);
         let mut draw = |cancel_at| {
             let mut tracer = Wall { n_calls: 0, cancel_at };
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));

@@ -127,11 +127,6 @@ pub struct SampleIds {
 pub(crate) type Mixed = (Vec<u32>, Vec<u32>);
 
 impl SampleIds {
-    /// Pixels with one sample each.
-    pub fn of_ids(ids: &[u32]) -> SampleIds {
-        SampleIds { whole: ids.to_vec(), n_each: 1, ..SampleIds::default() }
-    }
-
     /// Takes in what all samples see, as rows of a picture that is `n` times as large as one of so many
     /// columns.
     pub fn gather(&mut self, hits: &Hits, n_columns: usize, n: usize) {

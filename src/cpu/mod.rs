@@ -39,10 +39,7 @@ impl Tracer for CpuTracer {
     fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
         let start = Instant::now();
         self.prepared.check(rays)?;
-        match self.prepared.kernel {
-            Kernel::Certified => hits.make_room(rays.len(), self.wants),
-            _ => hits.reset(rays.len(), self.wants),
-        }
+        hits.make_room(rays.len(), self.wants);
         if rays.is_empty() {
             return Ok(Timing::default());
         }

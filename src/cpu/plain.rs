@@ -84,22 +84,36 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
             control.check()?;
             let ray = rays.pack::<N>(first + start);
             let hit = lists.closest(&ray);
-            let n = N.min(ids.len() - start);
-            let mut ts = [0.0; N];
-            for lane in 0..n {
-                ts[lane] = (hit.t.0[lane].to_f64() * rays.scale(first + start + lane)) as f32;
-                let is_miss = misses_infinity && ts[lane] == f32::INFINITY;
-                ids[start + lane] = if is_miss { 0 } else { hit.id.0[lane].to_id() };
+            let (mut all, mut ts) = ([0; N], [f32::INFINITY; N]);
+            for lane in 0..N {
+                all[lane] = hit.id.0[lane].to_id();
+                ts[lane] = hit.t.0[lane].to_f64() as f32;
             }
-            let Some((t, normals)) = &mut surface else { continue };
-            t[start..start + n].copy_from_slice(&ts[..n]);
-            let found = lists.normals(&ray, &hit);
-            for lane in 0..n {
-                if ids[start + lane] != 0 {
-                    normals[start + lane] =
-                        std::array::from_fn(|axis| found.0[axis].0[lane].to_f64() as f32);
+            let here = start..ids.len().min(start + N);
+            if let PlainRays::List { .. } = rays {
+                for lane in 0..here.len() {
+                    let scale = rays.scale(first + start + lane);
+                    ts[lane] = (hit.t.0[lane].to_f64() * scale) as f32;
                 }
             }
+            if misses_infinity {
+                for lane in 0..N {
+                    all[lane] = if ts[lane] < f32::INFINITY { all[lane] } else { 0 };
+                }
+            }
+            ids[here.clone()].copy_from_slice(&all[..here.len()]);
+            let Some((t, normals)) = &mut surface else { continue };
+            t[here.clone()].copy_from_slice(&ts[..here.len()]);
+            let found = lists.normals(&ray, &hit);
+            let mut rounded = [[0.0; 3]; N];
+            for lane in 0..N {
+                for axis in 0..3 {
+                    let is_hit = all[lane] != 0;
+                    rounded[lane][axis] =
+                        if is_hit { found.0[axis].0[lane].to_f64() as f32 } else { 0.0 };
+                }
+            }
+            normals[here.clone()].copy_from_slice(&rounded[..here.len()]);
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::exact::{
 };
 use crate::kernel::lecture;
 use crate::kernel::plain::{PlainRay, PlainRays};
-use crate::kernel::relative::{PlaneStable, SphereStable, approach, roots_stable};
+use crate::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
 use crate::num::{self, V3};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
 use crate::scene::{Object, Plane, Scene, Sphere};
@@ -175,7 +175,8 @@ impl RayNumbers {
         let k = of_stable.k(&self.stable, l);
         let ray = &self.stable.ray;
         let chord = approach(ray, l, of_stable.radius);
-        let stable_roots = (chord.h >= 0.0).then(|| roots_stable(ray, chord.b, chord.h, k));
+        let h = half_root(ray, chord.delta);
+        let stable_roots = (h >= 0.0).then(|| roots_stable(ray, chord.b, h, k));
 
         let e = self.exponent;
         let stable_only =
@@ -194,8 +195,7 @@ impl RayNumbers {
             Columns { stable: None, ..Columns::all(single.discriminant, 0.0, double.discriminant) }
                 .against("D", Some(&exact.discriminant)),
             stable_only(Some(f64::from(chord.delta))).against("r²−P·P", exact.delta.as_ref()),
-            stable_only((chord.h >= 0.0).then(|| scaled(chord.h, e)))
-                .against("h", exact.half_root.as_ref()),
+            stable_only((h >= 0.0).then(|| scaled(h, e))).against("h", exact.half_root.as_ref()),
             root(0).against("t₁", roots.map(|roots| &roots[0])),
             root(1).against("t₂", roots.map(|roots| &roots[1])),
         ])

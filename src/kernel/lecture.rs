@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::about::{About, Float, Promise, Space, Wgsl, part};
 use super::plain::{Plain, PlainRay, first_positive};
-use crate::num::{Real, V3};
+use crate::num::{Mask, Real, V3};
 use crate::scene::{Plane, Sphere};
 
 /// The facts of the kernel.
@@ -97,7 +97,11 @@ pub fn quadratic_roots<R: Real>(q: Quadratic<R>) -> [R; 2] {
 #[inline(always)]
 pub fn sphere_lecture<R: Real>(o: V3<R>, d: V3<R>, c: V3<R>, r: R) -> R {
     let (q, zero) = (quadratic(o, d, c, r), R::lit(0.0));
-    R::select(zero.le(q.discriminant), first_positive(quadratic_roots(q)), zero)
+    let is_hit = zero.le(q.discriminant);
+    if !is_hit.any() {
+        return zero;
+    }
+    R::select(is_hit, first_positive(quadratic_roots(q)), zero)
 }
 
 /// Lecture, section 5.2: `t = ((a − o)·n) / (d·n)`. The positive `t`, or 0 for none.
@@ -128,7 +132,7 @@ impl Plain for PlaneLecture {
 
     #[inline(always)]
     fn t<R: Real<One = f32>>(&self, PlainRay { ray, .. }: &PlainRay<R>) -> R {
-        let [point, normal] = [self.point, self.normal].map(|v| V3::splat(V3(v)));
+        let (point, normal) = (V3::splat(V3(self.point)), V3::splat(V3(self.normal)));
         plane_lecture(ray.origin, ray.direction, point, normal)
     }
 

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::about::{About, Float, Part, Promise, Space, Wgsl, part};
 use super::coordinates::split;
 use super::plain::{Plain, PlainRay, first_positive};
-use crate::num::{self, Float as _, Ray, Real, Scaled, V3};
+use crate::num::{self, Float as _, Mask, Ray, Real, Scaled, V3};
 use crate::scene::{Plane, Sphere};
 
 /// The facts of the kernel `stable`.
@@ -37,7 +37,7 @@ pub(super) const DOUBLE: About = About {
 
 const PARTS: &[Part] = &[part!("relative.wgsl")];
 
-/// The ray's closest approach to a centre at `l = c − o`, and half the chord.
+/// The ray's closest approach to a centre at `l = c − o`.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach<R> {
     /// Offset from the closest point of the line to the centre.
@@ -46,8 +46,6 @@ pub struct Approach<R> {
     pub b: R,
     /// `r² − p·p`
     pub delta: R,
-    /// `√(a·(r² − p·p))`; negative for a miss.
-    pub h: R,
 }
 
 /// Discriminant as `r² − ‖P‖²` (Hearn & Baker; Ray Tracing Gems, ch. 7, eq. 5).
@@ -55,9 +53,13 @@ pub struct Approach<R> {
 pub fn approach<R: Real>(ray: &Ray<R>, l: V3<R>, r: R) -> Approach<R> {
     let b = ray.direction.dot(l);
     let p = l - ray.direction * (b * ray.inv_a);
-    let delta = r * r - p.dot(p);
-    let is_hit = R::lit(0.0).le(delta);
-    Approach { p, b, delta, h: R::select(is_hit, (ray.a * delta).sqrt(), R::lit(-1.0)) }
+    Approach { p, b, delta: r * r - p.dot(p) }
+}
+
+/// Half the chord times `‖d‖²`: `√(a·(r² − p·p))`; negative for a miss.
+#[inline(always)]
+pub fn half_root<R: Real>(ray: &Ray<R>, delta: R) -> R {
+    R::select(R::lit(0.0).le(delta), (ray.a * delta).sqrt(), R::lit(-1.0))
 }
 
 /// Near and far root without cancellation: `q` and `k/q` (Press et al., Numerical Recipes, 5.6),
@@ -73,7 +75,11 @@ pub fn roots_stable<R: Real>(ray: &Ray<R>, b: R, h: R, k: R) -> [R; 2] {
 /// The smallest positive root, or 0 for none.
 #[inline(always)]
 pub fn sphere_stable<R: Real>(ray: &Ray<R>, l: V3<R>, r: R, k: R) -> R {
-    let (Approach { b, h, .. }, zero) = (approach(ray, l, r), R::lit(0.0));
+    let (Approach { b, delta, .. }, zero) = (approach(ray, l, r), R::lit(0.0));
+    if !zero.le(delta).any() {
+        return zero;
+    }
+    let h = half_root(ray, delta);
     R::select(zero.le(h), first_positive(roots_stable(ray, b, h, k)), zero)
 }
 
@@ -87,8 +93,8 @@ pub fn plane_stable<R: Real>(d: V3<R>, n_offset: R, n: V3<R>) -> R {
 /// The way from half the chord to the normal's end, times the radius: `o + t·d − c` cancels far away.
 #[inline(always)]
 pub fn from_center<R: Real>(ray: &Ray<R>, l: V3<R>, r: R, k: R) -> V3<R> {
-    let Approach { p, h, .. } = approach(ray, l, r);
-    let half_chord = ray.direction * (h * ray.inv_a);
+    let Approach { p, delta, .. } = approach(ray, l, r);
+    let half_chord = ray.direction * (half_root(ray, delta) * ray.inv_a);
     let is_outside = R::lit(0.0).lt(k);
     V3::select(is_outside, -half_chord, half_chord) - p
 }

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
+use super::exactly::{add_light, beam};
 use super::lamp::{Lamp, Origin};
 use super::lit::Job;
 use super::mean::ExactMean;
@@ -10,7 +11,7 @@ use super::occluders::Occluders;
 use super::pass::Open;
 use super::written::Written;
 use crate::certify::{Pack, Surfaces};
-use crate::exact::{ExactPoint, Shape, exact, integer};
+use crate::exact::{ExactBeam, ExactPoint, Shape};
 use crate::num::Lanes;
 use crate::rays::Pixels;
 use crate::seen::Surface;
@@ -108,7 +109,7 @@ impl Decider<'_> {
         };
         counts.exact += 1;
         let Some((point, _)) = sample.exactly(self.occluders) else { return true };
-        let Some(ray) = self.occluders.exact_ray(lamp, point) else { return true };
+        let Some(ray) = beam(point, self.occluders.prepared.reference, lamp) else { return true };
         !open.into_iter().any(|id| {
             let object = self.occluders.scene.object(id);
             object.is_some_and(|object| ray.is_blocked_by(&object.into()))
@@ -164,29 +165,12 @@ impl Decider<'_> {
         let lighting = &self.job.lit.lighting;
         let n_counted = self.job.n_counted(open.pixel);
         let mut mean = ExactMean::new(n_counted * u64::from(lighting.n_shares));
-        let shares = integer(lighting.n_shares.into());
+        let eye = self.occluders.prepared.reference;
         for sample in samples {
-            let color = self.job.color(sample.id).map(exact);
-            let Some((point, shape)) = sample.exactly(self.occluders) else {
-                for (channel, part) in color.iter().enumerate() {
-                    mean.add(channel, &(part * &shares));
-                }
-                continue;
-            };
-            for (channel, part) in color.iter().enumerate() {
-                let ambient = exact(lighting.ambient[channel]) * &shares;
-                mean.add(channel, &(ambient * part));
-            }
-            for (index, lamp) in lighting.lamps.iter().enumerate() {
-                if let Some(ray) = self.occluders.exact_ray(lamp, point)
-                    && let Some(cosine) = ray.cosine(shape)
-                    && self.is_seen((index, lamp), sample, counts)
-                {
-                    let weight = &lamp.exact_weight;
-                    let weights = std::array::from_fn(|k| &weight[k] * &color[k]);
-                    mean.add_light(cosine, weights);
-                }
-            }
+            let point = sample.exactly(self.occluders);
+            let at = point.map(|(point, shape)| (point, shape, eye));
+            let is_seen = |lamp: (usize, &Lamp), _: &ExactBeam| self.is_seen(lamp, sample, counts);
+            add_light(&mut mean, self.job.color(sample.id), Some(lighting), at, is_seen);
         }
         T::of_exact(&mean, &open.bounds)
     }

@@ -37,11 +37,7 @@ impl LitPoint {
 
     /// The way to a lamp.
     pub fn beam(&self, lamp: &Lamp) -> Option<ExactBeam<'_>> {
-        match lamp.origin {
-            Origin::Eye => ExactBeam::to_position(&self.exact, self.eye),
-            Origin::Point(position) => ExactBeam::to_position(&self.exact, position),
-            Origin::Sun(direction) => ExactBeam::against(&self.exact, direction),
-        }
+        beam(&self.exact, self.eye, lamp)
     }
 
     /// Ids and shapes of the objects that are in the way of a lamp's light, its own among them.
@@ -72,6 +68,15 @@ impl LitPoint {
         let turned = GRANTED * (1.0 + reach / way.length());
         let way = Scaled::new(way).rounded();
         Line { eye: self.eye, from_eye: self.from_eye, way, turned }
+    }
+}
+
+/// The way from a point that is seen from `eye` to a lamp.
+pub(super) fn beam<'a>(point: &'a ExactPoint, eye: DVec3, lamp: &Lamp) -> Option<ExactBeam<'a>> {
+    match lamp.origin {
+        Origin::Eye => ExactBeam::to_position(point, eye),
+        Origin::Point(position) => ExactBeam::to_position(point, position),
+        Origin::Sun(direction) => ExactBeam::against(point, direction),
     }
 }
 
@@ -119,9 +124,25 @@ pub(crate) fn add_sample<'a>(
     id: u32,
     point: Option<&'a LitPoint>,
 ) {
-    let color = scene.color(id).0.map(exact);
+    let at = point.map(|point| (&point.exact, &point.shape, point.eye));
+    let is_seen = |(_, lamp): (usize, &Lamp), beam: &ExactBeam| {
+        point.is_none_or(|point| point.in_the_way(scene, lamp, beam).next().is_none())
+    };
+    add_light(mean, scene.color(id).0, lighting, at, is_seen);
+}
+
+/// The same of a sample with this colour, at a point of an object that is seen from a place; `is_seen` says whether a lamp's
+/// light reaches the point.
+pub(super) fn add_light<'a>(
+    mean: &mut ExactMean<'a>,
+    color: [f64; 3],
+    lighting: Option<&Lighting>,
+    at: Option<(&'a ExactPoint, &Shape, DVec3)>,
+    mut is_seen: impl FnMut((usize, &Lamp), &ExactBeam) -> bool,
+) {
+    let color = color.map(exact);
     let shares = integer(lighting.map_or(1, |lighting| lighting.n_shares).into());
-    let (Some(lighting), Some(point)) = (lighting, point) else {
+    let (Some(lighting), Some((point, shape, eye))) = (lighting, at) else {
         for (channel, part) in color.iter().enumerate() {
             mean.add(channel, &(part * &shares));
         }
@@ -130,10 +151,10 @@ pub(crate) fn add_sample<'a>(
     for (channel, part) in color.iter().enumerate() {
         mean.add(channel, &(exact(lighting.ambient[channel]) * &shares * part));
     }
-    for lamp in &lighting.lamps {
-        if let Some(beam) = point.beam(lamp)
-            && let Some(cosine) = beam.cosine(&point.shape)
-            && point.in_the_way(scene, lamp, &beam).next().is_none()
+    for (index, lamp) in lighting.lamps.iter().enumerate() {
+        if let Some(beam) = beam(point, eye, lamp)
+            && let Some(cosine) = beam.cosine(shape)
+            && is_seen((index, lamp), &beam)
         {
             let weights =
                 std::array::from_fn(|channel| &lamp.exact_weight[channel] * &color[channel]);

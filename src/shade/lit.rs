@@ -9,6 +9,7 @@ use super::decide::{Decider, Known};
 use super::lamp::{Lighting, MOST_IN_F32};
 use super::occluders::Occluders;
 use super::pass::{Open, Part, Pass, Scratch};
+use super::unlit::color;
 use super::written::{Interval, Written};
 use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
 use crate::control::Control;
@@ -17,7 +18,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
-use crate::scene::{Color, Scene};
+use crate::scene::Scene;
 use crate::trace::{Coverage, Rays, StageCounts};
 use crate::tracer::Tracer;
 
@@ -47,11 +48,6 @@ impl Lit {
                 && ids.into_par_iter().all(|id| is_small(&self.scene.color(id).0))
         };
         *self.suits_f32.get_or_init(look)
-    }
-
-    /// How pixels get their colours.
-    pub fn style(&self) -> &Style {
-        &self.style
     }
 
     /// How many samples of each pixel hit an object; `samples` and `ids` are those of [`Lit::shade`].
@@ -195,10 +191,7 @@ impl Job<'_> {
     }
 
     pub fn color(&self, id: u32) -> [f64; 3] {
-        match id == 0 && self.lit.style.background != Background::Shown {
-            true => Color::BLACK.0,
-            false => self.lit.scene.color(id).0,
-        }
+        color(&self.lit.scene, self.lit.style.background, id)
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::lamp::{Lamp, Lighting, Origin};
 use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
-use crate::exact::{ExactBeam, ExactPoint, is_outside, slope_of};
+use crate::exact::{is_outside, slope_of};
 use crate::guard::host::Bounded;
 use crate::num::{Float, Lanes, Real, V3};
 use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
@@ -258,15 +258,6 @@ impl<'a> Occluders<'a> {
             }
         }
         if open.is_empty() { Ok(true) } else { Err(open) }
-    }
-
-    /// The way from a point to a lamp, exactly.
-    pub fn exact_ray<'p>(&self, lamp: &Lamp, point: &'p ExactPoint) -> Option<ExactBeam<'p>> {
-        match lamp.origin {
-            Origin::Eye => ExactBeam::to_position(point, self.prepared.reference),
-            Origin::Point(position) => ExactBeam::to_position(point, position),
-            Origin::Sun(direction) => ExactBeam::against(point, direction),
-        }
     }
 
     /// Whether an object is a plane.

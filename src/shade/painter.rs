@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::lit::Lit;
-use super::unlit::Unlit;
-use super::{Colors, Encoding, Lighting, Shader};
+use super::unlit::Shader;
+use super::{Colors, Encoding, Lighting};
 use crate::control::Control;
 use crate::error::Result;
 use crate::prepare::Prepared;
@@ -81,37 +81,22 @@ pub struct Painted {
 }
 
 /// Makes the colours of a picture.
-pub enum Painter<'a> {
-    /// Each object has its own, and each pixel one sample.
-    Flat(Shader),
-    /// The scene has light, or each pixel several samples, or the background is left out.
-    Sampled(Box<SamplePainter<'a>>),
-}
-
-/// See [`Painter::Sampled`].
-pub struct SamplePainter<'a> {
-    colorist: Colorist,
-    coverage: Option<Coverage>,
+pub struct Painter<'a> {
+    style: Style,
+    look: Look,
     /// Of the picture whose pixels are the samples.
     prepared: Arc<Prepared>,
     /// Traces it, where it is not the picture itself.
     tracer: Option<&'a mut (dyn Tracer + 'static)>,
     hits: Hits,
+    samples: SampleIds,
+    coverage: Option<Coverage>,
 }
 
-/// Makes colours of what samples see.
-enum Colorist {
+/// How a scene looks.
+enum Look {
     Lit(Lit),
-    Unlit(Unlit, SampleIds),
-}
-
-impl Colorist {
-    fn style(&self) -> &Style {
-        match self {
-            Colorist::Lit(lit) => lit.style(),
-            Colorist::Unlit(unlit, _) => unlit.style(),
-        }
-    }
+    Unlit(Shader),
 }
 
 impl<'a> Painter<'a> {
@@ -125,38 +110,35 @@ impl<'a> Painter<'a> {
         tracer: Option<&'a mut (dyn Tracer + 'static)>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
-        let is_shown = style.background == Background::Shown;
-        let colorist = match Lighting::new(scene, &pixels.view) {
-            None if style.n_samples.across() == 1 && is_shown => {
-                return Painter::Flat(Shader::new(scene, style.encoding));
-            }
-            None => Colorist::Unlit(Unlit::new(Arc::clone(scene), style), SampleIds::default()),
-            Some(lighting) => Colorist::Lit(Lit::new(Arc::clone(scene), lighting, style)),
+        let look = match Lighting::new(scene, &pixels.view) {
+            None => Look::Unlit(Shader::new(scene, &style)),
+            Some(lighting) => Look::Lit(Lit::new(Arc::clone(scene), lighting, style)),
         };
-        Painter::Sampled(Box::new(SamplePainter {
-            colorist,
-            coverage: (!is_shown).then(Coverage::default),
+        Painter {
+            style,
+            look,
             prepared: Arc::clone(prepared),
             tracer,
             hits: Hits::default(),
-        }))
+            samples: SampleIds::default(),
+            coverage: (style.background != Background::Shown).then(Coverage::default),
+        }
     }
 
     /// The numbers that it writes colours as.
     pub fn encoding(&self) -> Encoding {
-        match self {
-            Painter::Flat(shader) => shader.encoding(),
-            Painter::Sampled(painter) => painter.colorist.style().encoding,
-        }
+        self.style.encoding
+    }
+
+    /// True where each object has its own colour, and each pixel one sample.
+    pub fn is_flat(&self) -> bool {
+        matches!(self.look, Look::Unlit(_)) && self.tracer.is_none() && self.coverage.is_none()
     }
 
     /// How many samples of each pixel that was painted last hit an object, where those that don't are not
     /// [`Background::Shown`].
     pub fn coverage(&self) -> Option<&Coverage> {
-        match self {
-            Painter::Flat(_) => None,
-            Painter::Sampled(painter) => painter.coverage.as_ref(),
-        }
+        self.coverage.as_ref()
     }
 
     /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays.
@@ -185,61 +167,40 @@ impl<'a> Painter<'a> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
-        match self {
-            Painter::Flat(shader) => {
-                let start = Instant::now();
-                shader.shade(hits, colors)?;
-                Ok(Painted { shade: start.elapsed(), ..Painted::default() })
-            }
-            Painter::Sampled(painter) => {
-                let encoding = painter.colorist.style().encoding;
-                if colors.encoding() != encoding {
-                    *colors = Colors::new(encoding);
-                }
-                painter.paint(of_pixels, band, hits, control, colors)
-            }
+        let Painter { style, look, prepared, tracer, hits: of_samples, samples, coverage } = self;
+        let n_samples = style.n_samples.across();
+        if colors.encoding() != style.encoding {
+            *colors = Colors::new(style.encoding);
         }
-    }
-}
-
-impl SamplePainter<'_> {
-    fn paint(
-        &mut self,
-        of_pixels: Option<&mut dyn Tracer>,
-        band: &Pixels,
-        hits: &Hits,
-        control: &Control,
-        colors: &mut Colors,
-    ) -> Result<Painted> {
-        let SamplePainter { colorist, coverage, prepared, tracer, hits: of_samples } = self;
-        let n_samples = colorist.style().n_samples.across();
         let mut painted = Painted::default();
         let start;
-        match colorist {
-            Colorist::Unlit(unlit, samples) => {
-                match tracer {
-                    None => *samples = SampleIds::of_ids(&hits.id),
-                    Some(tracer) => {
-                        painted.timing =
-                            tracer.trace_samples(band, n_samples, control, of_samples, samples)?;
-                        painted.counts = samples.counts;
-                    }
-                }
+        match (look, tracer) {
+            (Look::Unlit(shader), None) => {
                 start = Instant::now();
-                unlit.shade(samples, control, colors)?;
+                shader.shade(&hits.id, colors)?;
+                if let Some(coverage) = coverage {
+                    *coverage = Coverage::of_ids(&hits.id);
+                }
+            }
+            (Look::Unlit(shader), Some(tracer)) => {
+                painted.timing =
+                    tracer.trace_samples(band, n_samples, control, of_samples, samples)?;
+                painted.counts = samples.counts;
+                start = Instant::now();
+                shader.mix(&prepared.scene, samples, control, colors)?;
                 if let Some(coverage) = coverage {
                     *coverage = samples.coverage();
                 }
             }
-            Colorist::Lit(lit) => {
-                let (samples, ids, device) = match tracer {
-                    None => (*band, &hits.id, of_pixels),
+            (Look::Lit(lit), tracer) => {
+                let samples = band.samples(n_samples);
+                let (ids, device) = match tracer {
+                    None => (&hits.id, of_pixels),
                     Some(tracer) => {
-                        let samples = band.samples(n_samples);
                         painted.timing =
                             tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
                         painted.counts = of_samples.counts;
-                        (samples, &of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
+                        (&of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
                     }
                 };
                 start = Instant::now();

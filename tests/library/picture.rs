@@ -12,7 +12,7 @@ use kugelblitz::picture::{Bits, Format, PictureOptions, PictureWriter};
 use kugelblitz::rays::write_hits;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::scene::{Camera, Color, Plane, Scene};
-use kugelblitz::shade::{Colors, Encoding, Shader};
+use kugelblitz::shade::{Colors, Encoding, Shader, Style};
 use kugelblitz::trace::{Coverage, Hits};
 use kugelblitz::{Error, Result};
 use rand::{Rng, RngExt, SeedableRng};
@@ -81,7 +81,7 @@ fn shaded(
     let scene = Scene { background: palette[0], planes, ..Scene::default() };
     let encoding = format.encoding(options.bits);
     let mut colors = Colors::new(encoding);
-    Shader::new(&scene, encoding).shade(hits, &mut colors)?;
+    Shader::new(&scene, &Style::new(encoding)).shade(&hits.id, &mut colors)?;
     Ok(colors)
 }
 

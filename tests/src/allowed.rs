@@ -151,18 +151,17 @@ impl Seen for PlaneLecture {
     }
 }
 
-/// The closest approach, where there may be a chord.
-fn approach(sphere: &SphereStable, ray: &RaySpan, l: V3<Span>) -> Option<Approach<Span>> {
+/// The closest approach and half the chord, where there may be one.
+fn approach(sphere: &SphereStable, ray: &RaySpan, l: V3<Span>) -> Option<(Approach<Span>, Span)> {
     let found = relative::approach(&ray.ray, l, Span::new(sphere.radius));
-    let h = (ray.ray.a * found.delta.not_below_zero()?).sqrt();
-    Some(Approach { h, ..found })
+    Some((found, (ray.ray.a * found.delta.not_below_zero()?).sqrt()))
 }
 
 impl Seen for SphereStable {
     fn chance(&self, ray: &RaySpan) -> Chance {
         let l = self.offset(ray);
         let k = self.k(ray, l);
-        let Some(Approach { b, h, delta, .. }) = approach(self, ray, l) else {
+        let Some((Approach { b, delta, .. }, h)) = approach(self, ray, l) else {
             return Chance::MISSED;
         };
         let of_part = |b: Span| Chance::of_roots(relative::roots_stable(&ray.ray, b, h, k));
@@ -184,7 +183,7 @@ impl Seen for SphereStable {
     fn normals(&self, ray: &RaySpan, _: Span) -> [V3<Span>; 2] {
         let l = self.offset(ray);
         let k = self.k(ray, l);
-        let Some(Approach { p, h, .. }) = approach(self, ray, l) else {
+        let Some((Approach { p, .. }, h)) = approach(self, ray, l) else {
             return [V3([Span::ANY; 3]); 2];
         };
         let half_chord = ray.ray.direction * (h * ray.ray.inv_a);
