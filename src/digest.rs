@@ -35,9 +35,12 @@ use std::fmt::Write;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
+use crate::error::Result;
 use crate::rays::Pixels;
+use crate::render::Sink;
 use crate::scene::{Color, Light, Samples, Scene, Source};
-use crate::trace::Hits;
+use crate::shade::{Colors, Pixel as _};
+use crate::trace::{Coverage, Hits};
 
 /// The text before the digits: it tells the version.
 pub const PREFIX: &str = "kb2:";
@@ -78,6 +81,14 @@ impl Digest {
     /// The digest in words.
     pub fn finish(self) -> String {
         in_words(PREFIX, self.0)
+    }
+}
+
+impl Sink for Digest {
+    /// Colours in sRGB with 8 bits a channel.
+    fn band(&mut self, colors: &Colors, _: Option<&Coverage>, hits: &Hits, _: u32) -> Result<()> {
+        self.rows(hits, &<[u8; 3]>::all(colors.clone())?);
+        Ok(())
     }
 }
 

@@ -94,6 +94,20 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     n_rays.saturating_mul(ray_bytes as u64)
 }
 
+/// Bytes for `n_pixels` pixels of a scene of `n_objects` objects: their hits, those of their samples, and colours.
+pub(crate) fn band_bytes(
+    n_pixels: u64,
+    n_samples: Samples,
+    wants: Wants,
+    encoding: Encoding,
+    n_objects: usize,
+) -> u64 {
+    let n_each = if n_samples > Samples::ONE { n_samples.of_pixel().into() } else { 0 };
+    hits_bytes(n_pixels, wants)
+        .saturating_add(hits_bytes(n_pixels.saturating_mul(n_each), Wants::default()))
+        .saturating_add(Shader::bytes(encoding, n_objects, n_pixels))
+}
+
 /// Plans the bands of a picture of `n_objects` objects so that they fit the memory that is
 /// `available`. Allocates nothing.
 ///
@@ -109,15 +123,14 @@ pub fn plan(
 ) -> Result<Plan> {
     let wants = format.wants(options.certificates);
     let mut n_band_rows = sampled_band_rows(pixels, n_samples, wants);
-    let n_rays_each = if n_samples > Samples::ONE { n_samples.of_pixel().into() } else { 0 };
     loop {
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
         let writer = writer_bytes(format, options, pixels, n_band_rows)?;
-        let colors = Shader::bytes(format.encoding(options.bits), n_objects, n_rays);
-        let samples = hits_bytes(n_rays.saturating_mul(n_rays_each), Wants::default());
         let coverage = if options.transparent { n_rays.saturating_mul(2) } else { 0 };
-        let hits = hits_bytes(n_rays, wants).saturating_add(samples).saturating_add(coverage);
-        let bytes = writer.saturating_add(colors).saturating_add(hits);
+        let encoding = format.encoding(options.bits);
+        let bytes = band_bytes(n_rays, n_samples, wants, encoding, n_objects)
+            .saturating_add(writer)
+            .saturating_add(coverage);
         if bytes <= available.bytes {
             let epsilon = 0.0;
             return Ok(Plan { format, options, n_samples, epsilon, n_band_rows, bytes });

@@ -14,10 +14,10 @@ use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Kept, Plan, Rendered, bands, hits_bytes, paint_only, plan, render, sampled_band_rows,
+    Kept, Plan, Rendered, band_bytes, hits_bytes, paint_only, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
-use crate::shade::{Colors, Encoding, Painter, Pixel, Shader, Style};
+use crate::shade::{Colors, Encoding, Painter, Pixel, Style};
 use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 use crate::tracer::Tracer;
 
@@ -221,13 +221,14 @@ impl Session {
         wants: Wants,
         control: &Control,
     ) -> Result<(Kept, Rendered)> {
-        let n_pixels = pixels.len() as u64;
-        let colors = Shader::bytes(style.encoding, self.scene.n_objects(), n_pixels);
         let n_band_rows = sampled_band_rows(pixels, style.n_samples, wants);
-        let band = bands(pixels, n_band_rows).next().unwrap_or(*pixels);
-        let of_band =
-            hits_bytes(band.samples(style.n_samples.across()).len() as u64, Wants::default());
-        let bytes = hits_bytes(n_pixels, wants).saturating_add(colors).saturating_add(of_band);
+        let n_objects = self.scene.n_objects();
+        let bytes = |n_rows: u32, n_samples: Samples| {
+            let n_pixels = u64::from(pixels.width) * u64::from(n_rows);
+            band_bytes(n_pixels, n_samples, wants, style.encoding, n_objects)
+        };
+        let bytes = bytes(pixels.height, Samples::ONE)
+            .saturating_add(bytes(n_band_rows.min(pixels.height), style.n_samples));
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut kept = Kept::new(style.encoding);
@@ -357,26 +358,13 @@ impl Session {
     ) -> Result<String> {
         let wants = Wants { surface: true, level: false };
         let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
-        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let of_samples = n_rays.saturating_mul(u64::from(n_samples.of_pixel()));
-        let colors = Shader::bytes(Encoding::Srgb8, self.scene.n_objects(), n_rays);
-        let bytes = hits_bytes(n_rays, wants)
-            .saturating_add(hits_bytes(of_samples, Wants::default()))
-            .saturating_add(colors);
-        memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
-
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
+        let bytes = band_bytes(n_rays, n_samples, wants, style.encoding, self.scene.n_objects());
+        memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
         let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
-        let mut hits = Hits::default();
         let mut digest = Digest::new(pixels, n_samples);
-        for band in bands(pixels, n_band_rows) {
-            control.check()?;
-            tracer.trace(&Rays::Pixels(band), control, &mut hits)?;
-            let mut colors = Colors::new(Encoding::Srgb8);
-            painter.paint(&band, &hits, control, &mut colors)?;
-            digest.rows(&hits, &<[u8; 3]>::all(colors)?);
-        }
-        control.check()?;
+        render(tracer, &mut painter, pixels, n_band_rows, &mut digest, control)?;
         Ok(digest.finish())
     }
 

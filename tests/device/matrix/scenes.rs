@@ -915,7 +915,9 @@ fn text(rng: &mut Rng, draft: &Draft, place: Place, lens: Lens, gain: f64) -> St
     );
     let _ = write!(text, "{}", lights.1);
     for (center, radius) in &draft.spheres {
-        let (center, radius) = (numbers(place.point(*center)), radius * place.scale);
+        let center = numbers(place.point(*center));
+        // The least that is a radius, where it would be none.
+        let radius = (radius * place.scale).max(f64::from_bits(1));
         let color = color(rng);
         let _ =
             writeln!(text, "\n[[sphere]]\ncenter = {center}\nradius = {radius:?}\ncolor = {color}");
