@@ -5,11 +5,11 @@ use std::sync::Arc;
 use criterion::Throughput;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::device::Device;
+use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Rays, Wants};
-use kugelblitz::tracer::Tracer;
 
 use kugelblitz_benches::{Candidate, compare, criterion, figure};
 
@@ -21,7 +21,8 @@ fn candidate<'a>(
     rays: &'a Rays,
 ) -> Result<Candidate<'a>> {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
-    let mut tracer = GpuTracer::new(Arc::clone(gpu), prepared, Wants::default())?;
+    let device = Device::Gpu(Arc::clone(gpu));
+    let mut tracer = device.tracer(&prepared, Wants::default())?.tracer;
     let mut hits = Hits::default();
     let n_rays = Throughput::Elements(rays.len() as u64);
     let work = move || tracer.trace(rays, &Control::default(), &mut hits);

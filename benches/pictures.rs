@@ -6,7 +6,6 @@ use std::sync::Arc;
 use criterion::Throughput;
 use kugelblitz::Result;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::picture::{Format, PictureOptions, PictureWriter};
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::Pixels;
@@ -33,7 +32,7 @@ fn main() -> Result<()> {
     let (scene, rays) = (Arc::new(scene), Rays::Pixels(pixels));
     let prepared = Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &rays)?);
     let (wants, mut hits) = (Wants { surface: true, level: false }, Hits::default());
-    CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits)?;
+    Tracer::on_cpu(prepared, wants).trace(&rays, &Control::default(), &mut hits)?;
 
     let (pixels, scene, hits) = (&pixels, &*scene, &hits);
     let candidate = |format: Format| -> Result<Candidate> {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use criterion::Throughput;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, StageCounts, Wants};
@@ -24,7 +23,7 @@ fn candidate<'a>(
     expected: StageCounts,
 ) -> Result<Candidate<'a>> {
     let prepared = Arc::new(Prepared::new(Arc::clone(scene), Kernel::Certified, rays)?);
-    let mut tracer = CpuTracer::new(prepared, Wants::default());
+    let mut tracer = Tracer::on_cpu(prepared, Wants::default());
     let mut hits = Hits::default();
     tracer.trace(rays, &Control::default(), &mut hits)?;
     if hits.counts != expected {

@@ -7,7 +7,6 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::memory::Available;
 use crate::picture::{Format, PictureOptions};
@@ -15,8 +14,7 @@ use crate::prepare::{Hierarchy, Prepared, record_bytes};
 use crate::rays::{Pixels, Ray, Rays};
 use crate::render::plan;
 use crate::scene::{Cloud, Samples, Scene};
-use crate::trace::{Kernel, Wants};
-use crate::tracer::Tracer;
+use crate::trace::Kernel;
 
 /// What a scene holds and costs.
 #[derive(Clone, Debug, Serialize)]
@@ -115,9 +113,8 @@ impl Cost {
         });
         let samples = scene.samples.unwrap_or_default();
         let held = held_bytes(scene, prepared.hierarchy.as_ref(), samples);
-        let tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
-        bytes_device.insert(Kernel::Certified.name(), tracer.bytes_device());
-        drop(tracer);
+        bytes_device.insert(Kernel::Certified.name(), prepared.bytes());
+        drop(prepared);
         let file = |cloud: &Cloud| CloudFile {
             file: cloud.path.display().to_string(),
             spheres: cloud.n_spheres,

@@ -6,7 +6,6 @@ mod choice;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::cpu::CpuTracer;
 use crate::error::Result;
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterFacts, Gpu, GpuTracer};
@@ -32,7 +31,7 @@ pub enum Device {
 /// A tracer and what it took to make it.
 pub struct Made {
     /// The tracer.
-    pub tracer: Box<dyn Tracer>,
+    pub tracer: Tracer,
     /// Time to put together and compile the shader; zero on the CPU.
     pub compile: Duration,
     /// Time to hand the scene to the device; zero on the CPU.
@@ -59,12 +58,12 @@ impl Device {
         match self {
             #[cfg(feature = "gpu")]
             Device::Gpu(gpu) => {
-                let tracer = GpuTracer::new(Arc::clone(gpu), prepared, wants)?;
-                let (compile, upload) = (tracer.compile_time, tracer.upload_time);
-                Ok(Made { tracer: Box::new(tracer), compile, upload })
+                let backend = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), wants)?;
+                let (compile, upload) = (backend.compile_time, backend.upload_time);
+                Ok(Made { tracer: Tracer::on(backend, prepared, wants), compile, upload })
             }
             Device::Cpu => Ok(Made {
-                tracer: Box::new(CpuTracer::new(prepared, wants)),
+                tracer: Tracer::on_cpu(prepared, wants),
                 compile: Duration::ZERO,
                 upload: Duration::ZERO,
             }),

@@ -361,6 +361,13 @@ impl Prepared {
         }
     }
 
+    /// Bytes of what the CPU looks at: the objects' records, and the hierarchy.
+    pub fn bytes(&self) -> u64 {
+        let (spheres, planes) = self.objects.bytes();
+        let hierarchy = self.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
+        (spheres.len() + planes.len()) as u64 + hierarchy
+    }
+
     /// Time that building the hierarchy took; zero where there is none.
     pub fn build_time(&self) -> Duration {
         self.hierarchy.as_ref().map_or(Duration::ZERO, |hierarchy| hierarchy.build_time)

@@ -260,7 +260,7 @@ impl Sink for Kept {
 /// Those of [`Tracer::trace`], [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
 /// well.
 pub fn render(
-    tracer: &mut dyn Tracer,
+    tracer: &mut Tracer,
     painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
@@ -286,7 +286,7 @@ pub fn render(
 /// # Errors
 /// Those of [`render`], but for the writer's.
 pub fn paint_only(
-    tracer: &mut dyn Tracer,
+    tracer: &mut Tracer,
     painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
@@ -306,7 +306,7 @@ pub fn paint_only(
 }
 
 fn trace_band(
-    tracer: &mut dyn Tracer,
+    tracer: &mut Tracer,
     band: &Pixels,
     control: &Control,
     hits: &mut Hits,
@@ -332,6 +332,7 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
+    use crate::tracer::Backend;
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let camera = Camera::new(DVec3::ZERO, DVec3::NEG_Z);
@@ -348,24 +349,25 @@ mod tests {
         cancel_at: u64,
     }
 
-    impl Tracer for Wall {
-        fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+    impl Backend for Wall {
+        fn propose(
+            &mut self,
+            rays: &Rays,
+            control: &Control,
+            hits: &mut Hits,
+        ) -> Result<Option<Timing>> {
             self.n_calls += 1;
             hits.reset(rays.len(), Wants::default());
             hits.id.fill(1);
-            hits.counts.f32 = rays.len() as u64;
             if self.n_calls == self.cancel_at {
                 control.cancel();
             }
-            Ok(Timing { trace: Duration::from_micros(1), ..Timing::default() })
+            Ok(Some(Timing { trace: Duration::from_micros(1), ..Timing::default() }))
         }
-        fn target(&self) -> Option<(&Prepared, Wants)> {
-            None
-        }
-        fn retarget(&mut self, _: Arc<Prepared>) -> Result<()> {
+        fn retarget(&mut self, _: &Arc<Prepared>) -> Result<()> {
             Ok(())
         }
-        fn bytes_device(&self) -> u64 {
+        fn bytes(&self) -> u64 {
             0
         }
     }
@@ -419,9 +421,11 @@ mod tests {
         let scene = Arc::new(scene);
         let prepared = Prepared::new(scene, Kernel::Lecture, &Rays::Pixels(pixels)).unwrap();
         let style = Style::new(Encoding::Srgb8);
-        let mut painter = Painter::new(&Arc::new(prepared), style, &pixels, None);
+        let prepared = Arc::new(prepared);
+        let mut painter = Painter::new(&prepared, style, &pixels, None);
         let mut draw = |cancel_at| {
-            let mut tracer = Wall { n_calls: 0, cancel_at };
+            let wall = Wall { n_calls: 0, cancel_at };
+            let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Wants::default());
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
             let control = Control::default();

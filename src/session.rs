@@ -37,18 +37,11 @@ pub struct Session {
     camera: Option<Camera>,
     device: Device,
     kernel: Kernel,
-    ready: Option<Ready>,
+    ready: Option<Tracer>,
     /// For the samples of pixels, where there are several.
-    of_samples: Option<Ready>,
+    of_samples: Option<Tracer>,
     /// The hash of the last scene that was drawn into a file.
     hashed: Option<(Arc<Scene>, String)>,
-}
-
-/// The tracer, and what it was made for.
-struct Ready {
-    prepared: Arc<Prepared>,
-    wants: Wants,
-    tracer: Box<dyn Tracer>,
 }
 
 /// Time that it took to make a session ready for rays.
@@ -151,10 +144,10 @@ impl Session {
         rays: &Rays,
         wants: Wants,
         control: &Control,
-    ) -> Result<(&mut Ready, Making)> {
+    ) -> Result<(&mut Tracer, Making)> {
         let source = (&self.scene, &self.device, self.kernel);
-        let (ready, making) = Ready::renewed(&mut self.ready, None, source, rays, wants, control)?;
-        Ok((self.ready.insert(ready), making))
+        let (tracer, making) = renewed(&mut self.ready, None, source, rays, wants, control)?;
+        Ok((self.ready.insert(tracer), making))
     }
 
     /// A tracer of pixels' centre rays, and a painter that has what their samples need.
@@ -164,22 +157,22 @@ impl Session {
         style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<(&mut dyn Tracer, Painter<'_>)> {
+    ) -> Result<(&mut Tracer, Painter<'_>)> {
         let source = (&self.scene, &self.device, self.kernel);
         let rays = Rays::Pixels(*pixels);
-        let (ready, _) = Ready::renewed(&mut self.ready, None, source, &rays, wants, control)?;
-        let Ready { prepared, tracer, .. } = self.ready.insert(ready);
+        let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
+        let tracer = self.ready.insert(tracer);
+        let prepared = Arc::clone(tracer.prepared());
         if style.n_samples == Samples::ONE {
-            return Ok((&mut **tracer, Painter::new(prepared, style, pixels, None)));
+            return Ok((tracer, Painter::new(&prepared, style, pixels, None)));
         }
         let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
-        let (slot, tree, wants) = (&mut self.of_samples, Some(&**prepared), Wants::default());
-        let (of_samples, _) = Ready::renewed(slot, tree, source, &rays, wants, control)?;
+        let (slot, tree, wants) = (&mut self.of_samples, Some(&*prepared), Wants::default());
+        let (of_samples, _) = renewed(slot, tree, source, &rays, wants, control)?;
         let of_samples = self.of_samples.insert(of_samples);
-        let of_pixels = Some(&mut *of_samples.tracer);
-        let painter = Painter::new(&of_samples.prepared, style, pixels, of_pixels);
-        Ok((&mut **tracer, painter))
+        let prepared = Arc::clone(of_samples.prepared());
+        Ok((tracer, Painter::new(&prepared, style, pixels, Some(of_samples))))
     }
 
     /// Traces any rays, or pixels of a picture.
@@ -193,8 +186,8 @@ impl Session {
         control: &Control,
         hits: &mut Hits,
     ) -> Result<Timing> {
-        let (ready, _) = self.ready(rays, wants, control)?;
-        ready.tracer.trace(rays, control, hits)
+        let (tracer, _) = self.ready(rays, wants, control)?;
+        tracer.trace(rays, control, hits)
     }
 
     /// Draws a picture into memory, as its scene asks for.
@@ -384,52 +377,49 @@ impl Session {
 
     /// What the last rays were prepared as.
     pub fn prepared(&self) -> Option<&Prepared> {
-        self.ready.as_ref().map(|ready| &*ready.prepared)
+        self.ready.as_ref().map(|tracer| &**tracer.prepared())
     }
 
     /// Bytes held on the device for the scene; 0 before anything was made.
     pub fn bytes_device(&self) -> u64 {
-        self.ready.as_ref().map_or(0, |ready| ready.tracer.bytes_device())
+        self.ready.as_ref().map_or(0, Tracer::bytes_device)
     }
 }
 
-impl Ready {
-    /// Takes what there is where it suits, else makes another: with the tree of `tree` or of the old one
-    /// where these are of the same scene.
-    fn renewed(
-        old: &mut Option<Ready>,
-        tree: Option<&Prepared>,
-        (scene, device, kernel): (&Arc<Scene>, &Device, Kernel),
-        rays: &Rays,
-        wants: Wants,
-        control: &Control,
-    ) -> Result<(Ready, Making)> {
-        if let Some(ready) = old.take_if(|ready| ready.suits(scene, kernel, rays, wants)) {
-            return Ok((ready, Making::default()));
-        }
+/// What there is where it suits, else another tracer: with the tree of `tree` or of the old one where these are of the same
+/// scene.
+fn renewed(
+    old: &mut Option<Tracer>,
+    tree: Option<&Prepared>,
+    (scene, device, kernel): (&Arc<Scene>, &Device, Kernel),
+    rays: &Rays,
+    wants: Wants,
+    control: &Control,
+) -> Result<(Tracer, Making)> {
+    let suits = |tracer: &mut Tracer| {
+        let prepared = tracer.prepared();
+        tracer.wants() == wants
+            && prepared.kernel == kernel
+            && Arc::ptr_eq(&prepared.scene, scene)
+            && prepared.is_for(rays)
+    };
+    if let Some(tracer) = old.take_if(suits) {
+        return Ok((tracer, Making::default()));
+    }
+    let start = Instant::now();
+    let tree = tree.or(old.as_ref().map(|old| &**old.prepared()));
+    let prepared = Prepared::renewed(tree, Arc::clone(scene), kernel, rays, control)?;
+    let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
+    control.check()?;
+    let build = prepared.build_time();
+    let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
+    if let Some(mut tracer) = old.take_if(|old| old.wants() == wants) {
         let start = Instant::now();
-        let tree = tree.or(old.as_ref().map(|old| &*old.prepared));
-        let prepared = Prepared::renewed(tree, Arc::clone(scene), kernel, rays, control)?;
-        let (prepared, prepare) = (Arc::new(prepared), start.elapsed());
-        control.check()?;
-        let build = prepared.build_time();
-        let making = Making { prepare: prepare.saturating_sub(build), build, ..Making::default() };
-        if let Some(Ready { mut tracer, .. }) = old.take_if(|old| old.wants == wants) {
-            let start = Instant::now();
-            tracer.retarget(Arc::clone(&prepared))?;
-            let upload = start.elapsed();
-            return Ok((Ready { prepared, wants, tracer }, Making { upload, ..making }));
-        }
-        let Made { tracer, compile, upload } = device.tracer(&prepared, wants)?;
-        Ok((Ready { prepared, wants, tracer }, Making { compile, upload, ..making }))
+        tracer.retarget(prepared)?;
+        return Ok((tracer, Making { upload: start.elapsed(), ..making }));
     }
-
-    fn suits(&self, scene: &Arc<Scene>, kernel: Kernel, rays: &Rays, wants: Wants) -> bool {
-        self.wants == wants
-            && self.prepared.kernel == kernel
-            && Arc::ptr_eq(&self.prepared.scene, scene)
-            && self.prepared.is_for(rays)
-    }
+    let Made { tracer, compile, upload } = device.tracer(&prepared, wants)?;
+    Ok((tracer, Making { compile, upload, ..making }))
 }
 
 #[cfg(test)]

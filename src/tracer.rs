@@ -1,97 +1,37 @@
-//! The one interface of all backends.
+//! A scene ready to be traced: by the CPU, or with a device before it.
 
 use std::sync::Arc;
 
 use crate::certify;
 use crate::control::Control;
+use crate::cpu;
 use crate::error::Result;
+#[cfg(feature = "view")]
+use crate::gpu::Words;
 use crate::prepare::{PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
-/// [`Tracer::trace_samples`] of a backend that traces each sample.
-///
-/// # Errors
-/// Those of [`Tracer::trace`].
-pub fn trace_all_samples<T: Tracer + ?Sized>(
-    tracer: &mut T,
-    pixels: &Pixels,
-    n: u32,
-    control: &Control,
-    hits: &mut Hits,
-    samples: &mut SampleIds,
-) -> Result<Timing> {
-    let timing = tracer.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
-    samples.gather(hits, pixels.width as usize, n as usize);
-    Ok(timing)
-}
-
-/// A backend with a scene, made for certain [`Wants`]: takes rays, gives hits.
-pub trait Tracer: Send {
-    /// Writes what the kernel itself sees of all `rays` into `hits`. The kernel `certified` proposes ids
-    /// alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and
-    /// normals mean nothing yet. Levels and counts are not yet filled in.
+/// What a device does of tracing a scene. The CPU does the rest, and all that a device leaves to it.
+pub trait Backend: Send {
+    /// [`Tracer::propose`]; `None` where the CPU has to.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
-    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing>;
-
-    /// The scene and the outputs that [`Tracer::certify`] decides for; without them, what is proposed is
-    /// the result.
-    fn target(&self) -> Option<(&Prepared, Wants)>;
-
-    /// Decides what [`Tracer::propose`] left open in `hits`, and completes them. Adds its time to
-    /// `timing`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled.
-    fn certify(
+    fn propose(
         &mut self,
         rays: &Rays,
         control: &Control,
         hits: &mut Hits,
-        timing: Timing,
-    ) -> Result<Timing> {
-        match self.target() {
-            Some((prepared, wants)) => {
-                certify::resolve(prepared, rays, wants, control, hits, timing)
-            }
-            None => Ok(timing),
-        }
-    }
+    ) -> Result<Option<Timing>>;
 
-    /// Traces all `rays` into `hits`, whose values mean nothing after an error. Nothing is proposed where
-    /// [`Prepared::starts_in_f64`].
-    ///
-    /// # Errors
-    /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the
-    /// device failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
-    /// [`crate::Error::Usage`] when the scene was prepared for other rays.
-    fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        let timing = match self.target() {
-            Some((prepared, wants)) if prepared.starts_in_f64() => {
-                certify::leave_open(prepared, rays, wants, control, hits)?;
-                Timing::default()
-            }
-            _ => self.propose(rays, control, hits)?,
-        };
-        self.certify(rays, control, hits, timing)
-    }
-
-    /// What the samples of `pixels` see, `n` × `n` of each. The scene is prepared for the picture of the samples,
-    /// [`Pixels::samples`]; `hits` are room for them.
+    /// The same with the ids alone, which stay on the device; false where the CPU has to.
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
-    fn trace_samples(
-        &mut self,
-        pixels: &Pixels,
-        n: u32,
-        control: &Control,
-        hits: &mut Hits,
-        samples: &mut SampleIds,
-    ) -> Result<Timing> {
-        trace_all_samples(self, pixels, n, control, hits, samples)
+    #[cfg(feature = "view")]
+    fn propose_resident(&mut self, _: &Rays, _: &Control, _: &Words) -> Result<bool> {
+        Ok(false)
     }
 
     /// Replaces `lights` by the light that each of a picture's rays finds on what it hits, in the arithmetic of the
@@ -110,15 +50,177 @@ pub trait Tracer: Send {
     }
 
     /// Takes another prepared scene, with the same [`Wants`]. After an
-    /// error it can trace no more.
+    /// error it is for the one before.
+    ///
+    /// # Errors
+    /// Those of making a backend.
+    fn retarget(&mut self, prepared: &Arc<Prepared>) -> Result<()>;
+
+    /// Bytes held on the device for the scene.
+    fn bytes(&self) -> u64;
+
+    /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
+    fn use_clock(&mut self) {}
+}
+
+/// Traces a scene for certain [`Wants`]: takes rays, gives hits.
+pub struct Tracer {
+    prepared: Arc<Prepared>,
+    wants: Wants,
+    backend: Option<Box<dyn Backend>>,
+}
+
+impl Tracer {
+    /// One that needs no device.
+    pub fn on_cpu(prepared: Arc<Prepared>, wants: Wants) -> Tracer {
+        Tracer { prepared, wants, backend: None }
+    }
+
+    /// One with a device, which was made for the same.
+    pub fn on(backend: impl Backend + 'static, prepared: Arc<Prepared>, wants: Wants) -> Tracer {
+        Tracer { prepared, wants, backend: Some(Box::new(backend)) }
+    }
+
+    /// The scene.
+    pub fn prepared(&self) -> &Arc<Prepared> {
+        &self.prepared
+    }
+
+    /// The outputs.
+    pub fn wants(&self) -> Wants {
+        self.wants
+    }
+
+    /// Writes what the kernel itself sees of all `rays` into `hits`. The kernel `certified` proposes ids
+    /// alone, in f32: an object, 0, or [`OPEN`](crate::num::OPEN); its `t` and
+    /// normals mean nothing yet. Levels and counts are not yet filled in.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        if let Some(backend) = &mut self.backend
+            && let Some(timing) = backend.propose(rays, control, hits)?
+        {
+            return Ok(timing);
+        }
+        cpu::propose(&self.prepared, self.wants, rays, control, hits)
+    }
+
+    /// The same with the ids alone, into words on a device.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    #[cfg(feature = "view")]
+    pub(crate) fn propose_resident(
+        &mut self,
+        rays: &Rays,
+        control: &Control,
+        ids: &Words,
+    ) -> Result<()> {
+        if let Some(backend) = &mut self.backend
+            && backend.propose_resident(rays, control, ids)?
+        {
+            return Ok(());
+        }
+        let mut hits = Hits::default();
+        cpu::propose(&self.prepared, self.wants, rays, control, &mut hits)?;
+        ids.write(0, &hits.id);
+        Ok(())
+    }
+
+    /// Traces all `rays` into `hits`, whose values mean nothing after an error. Nothing is proposed where
+    /// [`Prepared::starts_in_f64`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled, [`crate::Error::Device`] when the
+    /// device failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
+    /// [`crate::Error::Usage`] when the scene was prepared for other rays.
+    pub fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
+        let timing = match self.prepared.starts_in_f64() {
+            true => certify::leave_open(&self.prepared, rays, self.wants, control, hits)?,
+            false => self.propose(rays, control, hits)?,
+        };
+        certify::resolve(&self.prepared, rays, self.wants, control, hits, timing)
+    }
+
+    /// What the samples of `pixels` see, `n` × `n` of each. The scene is prepared for the picture of the samples,
+    /// [`Pixels::samples`]; `hits` are room for them.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn trace_samples(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        control: &Control,
+        hits: &mut Hits,
+        samples: &mut SampleIds,
+    ) -> Result<Timing> {
+        let squares = match self.backend {
+            Some(_) => None,
+            None => cpu::Squares::new(&self.prepared, pixels, n),
+        };
+        match squares {
+            Some(squares) => squares.trace(control, samples),
+            None => self.trace_all_samples(pixels, n, control, hits, samples),
+        }
+    }
+
+    /// The same by tracing each sample.
+    pub(crate) fn trace_all_samples(
+        &mut self,
+        pixels: &Pixels,
+        n: u32,
+        control: &Control,
+        hits: &mut Hits,
+        samples: &mut SampleIds,
+    ) -> Result<Timing> {
+        let timing = self.trace(&Rays::Pixels(pixels.samples(n)), control, hits)?;
+        samples.gather(hits, pixels.width as usize, n as usize);
+        Ok(timing)
+    }
+
+    /// [`Backend::light_plainly`]
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn light_plainly(
+        &mut self,
+        lighting: &PlainLighting,
+        samples: &Pixels,
+        control: &Control,
+        lights: &mut Vec<[f64; 3]>,
+    ) -> Result<bool> {
+        match &mut self.backend {
+            Some(backend) => backend.light_plainly(lighting, samples, control, lights),
+            None => Ok(false),
+        }
+    }
+
+    /// Takes another prepared scene, with the same [`Wants`]. After an error it is for the one before.
     ///
     /// # Errors
     /// Those of making a tracer.
-    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()>;
+    pub fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+        if let Some(backend) = &mut self.backend {
+            backend.retarget(&prepared)?;
+        }
+        self.prepared = prepared;
+        Ok(())
+    }
 
-    /// Bytes held on the device for the scene.
-    fn bytes_device(&self) -> u64;
+    /// Bytes held for the scene where its rays are traced.
+    pub fn bytes_device(&self) -> u64 {
+        match &self.backend {
+            Some(backend) => backend.bytes(),
+            None => self.prepared.bytes(),
+        }
+    }
 
     /// Asks for [`Timing::on_device`] from now on; a device without a clock leaves it out.
-    fn use_device_clock(&mut self) {}
+    pub fn use_device_clock(&mut self) {
+        if let Some(backend) = &mut self.backend {
+            backend.use_clock();
+        }
+    }
 }

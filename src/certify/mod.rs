@@ -107,12 +107,12 @@ pub fn leave_open(
     wants: Wants,
     control: &Control,
     hits: &mut Hits,
-) -> Result<()> {
+) -> Result<Timing> {
     prepared.check(rays)?;
     hits.make_room(rays.len(), wants);
     hits.id.fill(OPEN);
     control.advance(rays.len() as u64);
-    Ok(())
+    Ok(Timing::default())
 }
 
 /// The rays that f64 or exact arithmetic must decide, ascending: those that the backend left open,

@@ -3,7 +3,6 @@
 mod plain;
 mod squares;
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -13,73 +12,35 @@ use crate::engine::{LARGEST, List, ListSearch, Room, Search};
 use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
-use crate::prepare::{Hierarchy, Prepared};
+use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray, Rays};
-use crate::trace::{Hits, SampleIds, Timing, Wants};
-use crate::tracer::{Tracer, trace_all_samples};
-use squares::Squares;
+use crate::trace::{Hits, Timing, Wants};
+pub use squares::Squares;
 
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_CHUNK: usize = 4096;
 
-/// Traces on the CPU.
-pub struct CpuTracer {
-    prepared: Arc<Prepared>,
+/// What a kernel itself sees: [`Tracer::propose`](crate::tracer::Tracer::propose).
+///
+/// # Errors
+/// Those of [`Prepared::check`]; [`crate::Error::Interrupted`].
+pub fn propose(
+    prepared: &Prepared,
     wants: Wants,
-}
-
-impl CpuTracer {
-    /// A tracer for a prepared scene.
-    pub fn new(prepared: Arc<Prepared>, wants: Wants) -> CpuTracer {
-        CpuTracer { prepared, wants }
+    rays: &Rays,
+    control: &Control,
+    hits: &mut Hits,
+) -> Result<Timing> {
+    let start = Instant::now();
+    prepared.check(rays)?;
+    hits.make_room(rays.len(), wants);
+    match (prepared.kernel, rays) {
+        _ if rays.is_empty() => {}
+        (Kernel::Certified, Rays::Pixels(pixels)) => search(prepared, pixels, control, hits)?,
+        (Kernel::Certified, Rays::List(rays)) => search_list(prepared, rays, control, hits)?,
+        _ => plain::trace(prepared, rays, control, hits)?,
     }
-}
-
-impl Tracer for CpuTracer {
-    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        let start = Instant::now();
-        self.prepared.check(rays)?;
-        hits.make_room(rays.len(), self.wants);
-        if rays.is_empty() {
-            return Ok(Timing::default());
-        }
-        let prepared = &*self.prepared;
-        match (prepared.kernel, rays) {
-            (Kernel::Certified, Rays::Pixels(pixels)) => search(prepared, pixels, control, hits)?,
-            (Kernel::Certified, Rays::List(rays)) => search_list(prepared, rays, control, hits)?,
-            _ => plain::trace(prepared, rays, control, hits)?,
-        }
-        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
-    }
-
-    fn target(&self) -> Option<(&Prepared, Wants)> {
-        Some((&self.prepared, self.wants))
-    }
-
-    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
-        self.prepared = prepared;
-        Ok(())
-    }
-
-    fn trace_samples(
-        &mut self,
-        pixels: &Pixels,
-        n: u32,
-        control: &Control,
-        hits: &mut Hits,
-        samples: &mut SampleIds,
-    ) -> Result<Timing> {
-        match Squares::new(&self.prepared, pixels, n) {
-            Some(squares) => squares.trace(control, samples),
-            None => trace_all_samples(self, pixels, n, control, hits, samples),
-        }
-    }
-
-    fn bytes_device(&self) -> u64 {
-        let (spheres, planes) = self.prepared.objects.bytes();
-        let hierarchy = self.prepared.hierarchy.as_ref().map_or(0, Hierarchy::bytes);
-        (spheres.len() + planes.len()) as u64 + hierarchy
-    }
+    Ok(Timing { trace: start.elapsed(), ..Timing::default() })
 }
 
 /// The certified kernel's f32 stage for pixels.

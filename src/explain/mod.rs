@@ -30,7 +30,6 @@ pub use numbers::{Approximation, Exact, Quantity, Short};
 pub use words::{Lang, Remark};
 
 use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::exact::{
     ExactHit, Root, Shape, Side, nearest, plane_numbers, signum_of_discriminant, visible_root,
@@ -337,7 +336,7 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
         let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
         seen.add(kernel, &prepared, lighting.as_ref());
         let wants = Wants { surface: true, level: true };
-        let mut tracer = CpuTracer::new(prepared, wants);
+        let mut tracer = Tracer::on_cpu(prepared, wants);
         let level = explanation.add_seen(scene, rays, kernel, "cpu", &mut tracer)?;
         if kernel == Kernel::Certified {
             explanation.level = level;
@@ -360,12 +359,12 @@ impl Explanation {
         &mut self,
         scene: &Arc<Scene>,
         rays: &Rays,
-        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Box<dyn Tracer>>>,
+        mut make: impl FnMut(&Arc<Prepared>, Wants) -> Result<Option<Tracer>>,
     ) -> Result<()> {
         for kernel in Kernel::ALL {
             let prepared = Arc::new(Prepared::new(Arc::clone(scene), kernel, rays)?);
             if let Some(mut tracer) = make(&prepared, Wants { surface: true, level: false })? {
-                self.add_seen(scene, rays, kernel, "gpu", &mut *tracer)?;
+                self.add_seen(scene, rays, kernel, "gpu", &mut tracer)?;
             }
         }
         Ok(())
@@ -377,7 +376,7 @@ impl Explanation {
         rays: &Rays,
         kernel: Kernel,
         device: &'static str,
-        tracer: &mut dyn Tracer,
+        tracer: &mut Tracer,
     ) -> Result<&'static str> {
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits)?;

@@ -9,11 +9,7 @@ use super::device::OpenDevice;
 use super::open::Gpu;
 use super::pipeline::{Bindings, pipeline};
 use crate::certify::Decided;
-use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::error::Result;
-use crate::trace::{Hits, Rays};
-use crate::tracer::Tracer;
 
 /// Reading back a list takes milliseconds; longer than this, the device is given up.
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -50,26 +46,8 @@ struct Room {
     staging: wgpu::Buffer,
 }
 
-/// A backend whose proposals stay on the device.
-pub(crate) trait ProposeResident: Tracer {
-    /// As [`Tracer::propose`], with the ids alone, into `ids`.
-    ///
-    /// # Errors
-    /// Those of [`Tracer::trace`].
-    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()>;
-}
-
-impl ProposeResident for CpuTracer {
-    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()> {
-        let mut hits = Hits::default();
-        self.propose(rays, control, &mut hits)?;
-        ids.write(0, &hits.id);
-        Ok(())
-    }
-}
-
 /// Words on the device: ids or colours, one a pixel.
-pub(crate) struct Words {
+pub struct Words {
     queue: wgpu::Queue,
     buffer: wgpu::Buffer,
     n: usize,
@@ -232,11 +210,14 @@ impl Undecided {
 mod tests {
     use super::*;
     use crate::certify;
-    use crate::gpu::{GpuTracer, Pick};
+    use crate::control::Control;
+    use crate::device::Device;
+    use crate::gpu::Pick;
     use crate::num::OPEN;
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, View};
     use crate::scene::parse_scene;
+    use crate::trace::{Hits, Rays};
     use crate::trace::{Kernel, Wants};
 
     /// A picture of two spheres at nearly one place: f32 can't tell which is hit.
@@ -266,10 +247,9 @@ mod tests {
             let (rays, prepared) = twins(fov, eye);
             assert_eq!(prepared.in_range, in_range);
             let wants = Wants::default();
-            let tracers: [Box<dyn ProposeResident>; 2] = [
-                Box::new(GpuTracer::new(Arc::clone(&gpu), Arc::clone(&prepared), wants).unwrap()),
-                Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
-            ];
+            let device = Device::Gpu(Arc::clone(&gpu));
+            let tracers =
+                [device, Device::Cpu].map(|device| device.tracer(&prepared, wants).unwrap().tracer);
             for mut tracer in tracers {
                 let mut hits = Hits::default();
                 tracer.propose(&rays, &control, &mut hits).unwrap();

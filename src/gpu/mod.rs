@@ -28,7 +28,9 @@ pub use adapter::{AdapterFacts, Pick, has_software_alone, list_adapters};
 pub use compile::{Shader, compile};
 pub use layout::Params;
 #[cfg(feature = "view")]
-pub(crate) use live::{Pool, ProposeResident, Undecided, Words};
+pub use live::Words;
+#[cfg(feature = "view")]
+pub(crate) use live::{Pool, Undecided};
 pub use open::Gpu;
 #[cfg(feature = "view")]
 pub(crate) use present::{Layer, Present, Presenter};

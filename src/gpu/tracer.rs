@@ -8,7 +8,7 @@ use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
 use super::layout::{Params, ParamsDouble};
 #[cfg(feature = "view")]
-use super::live::{ProposeResident, Words};
+use super::live::Words;
 use super::objects::{bytes, check_limits, check_memory, object_bytes, params_buffer, storage};
 use super::open::Gpu;
 use super::pipeline::{Named, whole};
@@ -17,14 +17,13 @@ use super::program::Program;
 use super::results::Results;
 use super::tiles::{Tile, TileSize};
 use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::error::{Error, Result};
 use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
 use crate::kernel::{Float, Kernel};
 use crate::prepare::{PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Ray, Rays, Timing, Wants};
-use crate::tracer::Tracer;
+use crate::tracer::Backend;
 
 /// A dispatch that takes longer than this is given up.
 const TILE_TIMEOUT: Duration = Duration::from_secs(60);
@@ -45,7 +44,7 @@ pub struct GpuTracer {
     clock: Option<Clock>,
     /// Takes the kernel's stage where the device can't: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
-    cpu_fallback: Option<CpuTracer>,
+    leaves_to_cpu: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<Box<PlainLight>>,
     /// Time to put together and compile the shader.
@@ -76,11 +75,11 @@ impl GpuTracer {
         let hierarchy = DeviceHierarchy::new(&gpu, &prepared)?;
         let upload_time = start.elapsed();
 
-        let cpu_fallback = cpu_fallback(&gpu, &prepared, hierarchy.as_ref(), wants)?;
+        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
         let key = prepared.shader_key(wants);
         let start = Instant::now();
         // Where nothing is proposed, no shader is needed.
-        let needs_none = prepared.starts_in_f64() || cpu_fallback.is_some();
+        let needs_none = prepared.starts_in_f64() || leaves_to_cpu;
         let program = if needs_none { None } else { Some(gpu.program(&key)?) };
         let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
@@ -97,7 +96,7 @@ impl GpuTracer {
             room: None,
             tile_size,
             clock: None,
-            cpu_fallback,
+            leaves_to_cpu,
             plain_light: None,
             compile_time: Duration::ZERO,
             upload_time,
@@ -108,30 +107,18 @@ impl GpuTracer {
     }
 }
 
-fn cpu_fallback(
+fn leaves_to_cpu(
     gpu: &Gpu,
-    prepared: &Arc<Prepared>,
+    prepared: &Prepared,
     hierarchy: Option<&DeviceHierarchy>,
     wants: Wants,
-) -> Result<Option<CpuTracer>> {
+) -> Result<bool> {
     let has_no_way = prepared.hierarchy.is_some() && hierarchy.is_none();
     let is_stopped = gpu.facts.is_software()
         && turns_of_ray(&prepared.shader_key(wants)) > MOST_TURNS_IN_SOFTWARE;
-    let unsuited = is_stopped
+    Ok(is_stopped
         || prepared.kernel == Kernel::Certified
-            && (has_no_way || !gpu.arithmetic()?.suits_filter());
-    Ok(unsuited.then(|| CpuTracer::new(Arc::clone(prepared), wants)))
-}
-
-#[cfg(feature = "view")]
-impl ProposeResident for GpuTracer {
-    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<()> {
-        match &mut self.cpu_fallback {
-            Some(cpu) => cpu.propose_resident(rays, control, ids)?,
-            None => drop(self.propose_into(rays, control, Target::Resident(ids))?),
-        }
-        self.gpu.check()
-    }
+            && (has_no_way || !gpu.arithmetic()?.suits_filter()))
 }
 
 /// Where a device's results go.
@@ -143,16 +130,26 @@ enum Target<'a> {
     Resident(&'a Words),
 }
 
-impl Tracer for GpuTracer {
-    fn propose(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        if let Some(cpu) = &mut self.cpu_fallback {
-            return cpu.propose(rays, control, hits);
+impl Backend for GpuTracer {
+    fn propose(
+        &mut self,
+        rays: &Rays,
+        control: &Control,
+        hits: &mut Hits,
+    ) -> Result<Option<Timing>> {
+        match self.leaves_to_cpu {
+            true => Ok(None),
+            false => self.propose_into(rays, control, Target::Hits(hits)).map(Some),
         }
-        self.propose_into(rays, control, Target::Hits(hits))
     }
 
-    fn target(&self) -> Option<(&Prepared, Wants)> {
-        Some((&self.prepared, self.wants))
+    #[cfg(feature = "view")]
+    fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<bool> {
+        if !self.leaves_to_cpu {
+            self.propose_into(rays, control, Target::Resident(ids))?;
+        }
+        self.gpu.check()?;
+        Ok(!self.leaves_to_cpu)
     }
 
     fn light_plainly(
@@ -162,8 +159,8 @@ impl Tracer for GpuTracer {
         control: &Control,
         lights: &mut Vec<[f64; 3]>,
     ) -> Result<bool> {
-        let GpuTracer { gpu, prepared, objects, plain_light: kept, cpu_fallback, .. } = self;
-        if cpu_fallback.is_some() || !PlainLight::is_wanted(gpu, prepared, lighting) {
+        let GpuTracer { gpu, prepared, objects, plain_light: kept, leaves_to_cpu, .. } = self;
+        if *leaves_to_cpu || !PlainLight::is_wanted(gpu, prepared, lighting) {
             return Ok(false);
         }
         let made = match kept.take().filter(|made| made.is_for(lighting)) {
@@ -180,15 +177,15 @@ impl Tracer for GpuTracer {
 
     /// All that may fail comes first, so that a tracer that can't be retargeted stays what it was. A moved camera
     /// costs no new shader.
-    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
+    fn retarget(&mut self, prepared: &Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
-        check_limits(&self.gpu, &prepared)?;
-        check_memory(&self.gpu, &prepared)?;
-        let hierarchy = DeviceHierarchy::new(&self.gpu, &prepared)?;
-        let cpu_fallback = cpu_fallback(&self.gpu, &prepared, hierarchy.as_ref(), self.wants)?;
+        check_limits(&self.gpu, prepared)?;
+        check_memory(&self.gpu, prepared)?;
+        let hierarchy = DeviceHierarchy::new(&self.gpu, prepared)?;
+        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
         let key = prepared.shader_key(self.wants);
         let is_new = key != self.key;
-        let program = match is_new && cpu_fallback.is_none() {
+        let program = match is_new && !leaves_to_cpu {
             true => Some(self.gpu.program(&key)?),
             false => None,
         };
@@ -200,7 +197,7 @@ impl Tracer for GpuTracer {
         match of_new {
             Some((params, objects)) => {
                 (self.program, self.params, self.objects) = (program, params, objects);
-                self.tile_size = TileSize::first(&prepared);
+                self.tile_size = TileSize::first(prepared);
             }
             None => {
                 let bytes = object_bytes(prepared.objects.bytes());
@@ -213,14 +210,14 @@ impl Tracer for GpuTracer {
             self.room = None;
         }
         self.key = key;
-        self.cpu_fallback = cpu_fallback;
+        self.leaves_to_cpu = leaves_to_cpu;
         self.plain_light = None;
         self.hierarchy = hierarchy;
-        self.prepared = prepared;
+        self.prepared = Arc::clone(prepared);
         Ok(())
     }
 
-    fn bytes_device(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.objects.iter().map(|(_, buffer)| buffer.size()).sum::<u64>()
             + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
             + self.params.size()
@@ -228,7 +225,7 @@ impl Tracer for GpuTracer {
             + self.plain_light.as_ref().map_or(0, |light| light.bytes())
     }
 
-    fn use_device_clock(&mut self) {
+    fn use_clock(&mut self) {
         self.clock = Clock::new(&self.gpu);
     }
 }
@@ -415,6 +412,7 @@ mod tests {
     use crate::prepare::FEW_SPHERES;
     use crate::rays::{Pixels, View};
     use crate::scene::{Camera, Projection, Scene, Sphere};
+    use crate::tracer::Tracer;
     use glam::DVec3;
 
     fn row_of_spheres(n: usize) -> Arc<Scene> {
@@ -443,12 +441,10 @@ mod tests {
     }
 
     fn hits_of(gpu: Gpu, is_suited: bool, rays: &Rays, prepared: &Arc<Prepared>) -> Hits {
-        let mut tracer =
-            GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), Wants::default()).unwrap();
-        assert_eq!(tracer.cpu_fallback.is_none(), is_suited);
-        let mut hits = Hits::default();
-        tracer.trace(rays, &Control::default(), &mut hits).unwrap();
-        hits
+        let wants = Wants::default();
+        let backend = GpuTracer::new(Arc::new(gpu), Arc::clone(prepared), wants).unwrap();
+        assert_eq!(backend.leaves_to_cpu, !is_suited);
+        traced(&mut Tracer::on(backend, Arc::clone(prepared), wants), rays)
     }
 
     /// No device here orders sums anew, so one is told that it does.
@@ -499,7 +495,7 @@ mod tests {
         (rays, Arc::new(prepared))
     }
 
-    fn traced(tracer: &mut GpuTracer, rays: &Rays) -> Hits {
+    fn traced(tracer: &mut Tracer, rays: &Rays) -> Hits {
         let mut hits = Hits::default();
         tracer.trace(rays, &Control::default(), &mut hits).unwrap();
         hits
@@ -541,7 +537,8 @@ mod tests {
         });
         let (rays, prepared) = ball_and_plane(1);
         let wants = Wants { surface: true, level: false };
-        let mut tracer = GpuTracer::new(Arc::new(gpu), prepared, wants).unwrap();
+        let backend = GpuTracer::new(Arc::new(gpu), Arc::clone(&prepared), wants).unwrap();
+        let mut tracer = Tracer::on(backend, prepared, wants);
         let expected = traced(&mut tracer, &rays);
         is_refused.store(true, Ordering::Relaxed);
         let (others, other) = ball_and_plane(3);

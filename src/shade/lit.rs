@@ -72,7 +72,7 @@ impl Lit {
     pub fn shade<T: Written>(
         &self,
         (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
-        device: Option<&mut (dyn Tracer + '_)>,
+        device: Option<&mut Tracer>,
         control: &Control,
         colors: &mut Vec<T>,
     ) -> Result<(ColorCounts, StageCounts)> {

@@ -87,7 +87,7 @@ pub struct Painter<'a> {
     /// Of the picture whose pixels are the samples.
     prepared: Arc<Prepared>,
     /// Traces it, where it is not the picture itself.
-    tracer: Option<&'a mut (dyn Tracer + 'static)>,
+    tracer: Option<&'a mut Tracer>,
     hits: Hits,
     samples: SampleIds,
     coverage: Option<Coverage>,
@@ -107,7 +107,7 @@ impl<'a> Painter<'a> {
         prepared: &Arc<Prepared>,
         style: Style,
         pixels: &Pixels,
-        tracer: Option<&'a mut (dyn Tracer + 'static)>,
+        tracer: Option<&'a mut Tracer>,
     ) -> Painter<'a> {
         let scene = &prepared.scene;
         let look = match Lighting::new(scene, &pixels.view) {
@@ -161,7 +161,7 @@ impl<'a> Painter<'a> {
     /// Those of [`Painter::paint`].
     pub fn paint_with(
         &mut self,
-        of_pixels: Option<&mut dyn Tracer>,
+        of_pixels: Option<&mut Tracer>,
         band: &Pixels,
         hits: &Hits,
         control: &Control,
@@ -200,7 +200,7 @@ impl<'a> Painter<'a> {
                         painted.timing =
                             tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
                         painted.counts = of_samples.counts;
-                        (&of_samples.id, Some(&mut **tracer as &mut dyn Tracer))
+                        (&of_samples.id, Some(&mut **tracer))
                     }
                 };
                 start = Instant::now();

@@ -27,7 +27,7 @@ const SAMPLES_AT_ONCE: u32 = 1 << 18;
 pub(super) fn shade<T: Written>(
     job: &Job,
     (prepared, samples): (&Prepared, &Pixels),
-    mut device: Option<&mut (dyn Tracer + '_)>,
+    mut device: Option<&mut Tracer>,
     control: &Control,
     colors: &mut [T],
 ) -> Result<bool> {

@@ -276,7 +276,6 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::cpu::CpuTracer;
     use crate::scene::parse_scene;
     use crate::trace::{Rays, Wants};
     use crate::tracer::Tracer;
@@ -299,7 +298,7 @@ mod tests {
         let prepared = Prepared::new(scene, kernel, &rays).unwrap();
         let wants = Wants { surface: true, level: true };
         let mut hits = Hits::default();
-        let mut tracer = CpuTracer::new(Arc::new(prepared.clone()), wants);
+        let mut tracer = Tracer::on_cpu(Arc::new(prepared.clone()), wants);
         tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
         (prepared, hits)
     }

@@ -44,8 +44,8 @@ impl Shown {
         band: &Pixels,
         n_samples: Samples,
         hits: &Hits,
-        of_pixels: &mut dyn Tracer,
-        mut tracer: Option<&mut (dyn Tracer + 'static)>,
+        of_pixels: &mut Tracer,
+        mut tracer: Option<&mut Tracer>,
         control: &Control,
     ) -> Result<Shown> {
         let mut shown = Shown::default();
@@ -263,7 +263,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::cpu::CpuTracer;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
     use crate::trace::{Rays, Wants};
@@ -303,11 +302,11 @@ mod tests {
         };
         let control = Control::default();
         let mut hits = Hits::default();
-        let mut of_pixels = CpuTracer::new(make(pixels), Wants::default());
+        let mut of_pixels = Tracer::on_cpu(make(pixels), Wants::default());
         of_pixels.trace(&Rays::Pixels(*pixels), &control, &mut hits).unwrap();
         let of_samples = make(&pixels.samples(n_samples));
-        let mut tracer = CpuTracer::new(Arc::clone(&of_samples), Wants::default());
-        let tracer: Option<&mut dyn Tracer> = (n_samples > 1).then_some(&mut tracer);
+        let mut tracer = Tracer::on_cpu(Arc::clone(&of_samples), Wants::default());
+        let tracer: Option<&mut Tracer> = (n_samples > 1).then_some(&mut tracer);
         let n = Samples::nearest(n_samples);
         Shown::painted(&of_samples, pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
     }

@@ -213,8 +213,8 @@ struct Work<'a> {
 
 /// The tracers of a device: of the pixels, and of their samples where there are several.
 struct Tracers {
-    pixels: Box<dyn Tracer>,
-    samples: Option<Box<dyn Tracer>>,
+    pixels: Tracer,
+    samples: Option<Tracer>,
 }
 
 impl Tracers {
@@ -262,8 +262,8 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
         if let (Some(shown), Some(truth), Some(colors)) = (&mut shown, true_colors, colors) {
             let painted = |hits: &Hits, tracers: &mut Tracers| {
                 let Tracers { pixels, samples } = tracers;
-                let (n, samples) = (colors.n_samples, samples.as_deref_mut());
-                Shown::painted(&of_samples, band, n, hits, &mut **pixels, samples, control)
+                let (n, samples) = (colors.n_samples, samples.as_mut());
+                Shown::painted(&of_samples, band, n, hits, pixels, samples, control)
             };
             let of_cpu = painted(&on_cpu, &mut cpu)?;
             let against = compare_colors_to_exact(&of_cpu, truth);

@@ -6,15 +6,15 @@ use std::time::{Duration, Instant};
 use super::worker::{Turn, Worker};
 use crate::certify::{self, Decided};
 use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, GpuTracer, Pool, ProposeResident, Undecided, Words};
+use crate::gpu::{Gpu, Pool, Undecided, Words};
 use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
+use crate::tracer::Tracer;
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
 const BEFORE_SHOWING: Duration = Duration::from_millis(8);
@@ -29,17 +29,6 @@ pub struct Backend {
     pub screen: Arc<Gpu>,
     /// Rays are traced here.
     pub device: Device,
-}
-
-impl Backend {
-    /// A tracer that leaves its proposals on the device that shows them.
-    fn tracer(&self, prepared: &Arc<Prepared>) -> Result<Box<dyn ProposeResident>> {
-        let (prepared, wants) = (Arc::clone(prepared), Wants::default());
-        Ok(match &self.device {
-            Device::Gpu(gpu) => Box::new(GpuTracer::new(Arc::clone(gpu), prepared, wants)?),
-            Device::Cpu => Box::new(CpuTracer::new(prepared, wants)),
-        })
-    }
 }
 
 /// A picture that is wanted.
@@ -123,7 +112,7 @@ struct Tracing {
     undecided: Undecided,
     pool: Pool,
     /// One for each place in the window.
-    tracers: Vec<Box<dyn ProposeResident>>,
+    tracers: Vec<Tracer>,
     /// Has the tree over many spheres.
     last_prepared: Option<Arc<Prepared>>,
 }
@@ -203,7 +192,10 @@ impl Tracing {
         }
         match self.tracers.get_mut(place) {
             Some(tracer) => tracer.retarget(Arc::clone(&prepared))?,
-            None => self.tracers.push(self.backend.tracer(&prepared)?),
+            None => {
+                let made = self.backend.device.tracer(&prepared, Wants::default())?;
+                self.tracers.push(made.tracer);
+            }
         }
         let ids = self.pool.take(&self.backend.screen, pixels.len());
         let start = Instant::now();

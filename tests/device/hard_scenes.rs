@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::num::OPEN;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
@@ -105,7 +104,7 @@ fn scenes_whose_rays_f32_leaves_open_begin_in_f64() {
         let (scene, rays) = scene(name);
         let prepared = Prepared::new(scene, Kernel::Certified, &rays).unwrap();
         let starts_in_f64 = prepared.starts_in_f64();
-        let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+        let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
         tracer.propose(&rays, &control, &mut hits).unwrap();
         let n_open = hits.id.iter().filter(|&&id| id == OPEN).count();
         assert_eq!(starts_in_f64, 2 * n_open > rays.len(), "{name}: {n_open} open");

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
 use kugelblitz::prepare::Prepared;
@@ -45,9 +44,9 @@ fn every_ray_is_counted_at_the_level_of_its_kernel() {
     let wants = Wants { surface: false, level: true };
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| runs(kernel)) {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
-        let mut tracers: [Box<dyn Tracer>; 2] = [
-            Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
-            Box::new(GpuTracer::new(gpu(), prepared, wants).unwrap()),
+        let mut tracers = [
+            Tracer::on_cpu(Arc::clone(&prepared), wants),
+            Device::Gpu(gpu()).tracer(&prepared, wants).unwrap().tracer,
         ];
         for tracer in &mut tracers {
             let mut hits = Hits::default();
@@ -134,9 +133,9 @@ fn rays_that_the_scene_was_not_prepared_for_are_refused() {
         let prepared =
             Arc::new(Prepared::new(Arc::clone(&scene), Kernel::Certified, &made_for).unwrap());
         let wants = Wants::default();
-        let mut tracers: [Box<dyn Tracer>; 2] = [
-            Box::new(CpuTracer::new(Arc::clone(&prepared), wants)),
-            Box::new(GpuTracer::new(gpu(), prepared, wants).unwrap()),
+        let mut tracers = [
+            Tracer::on_cpu(Arc::clone(&prepared), wants),
+            Device::Gpu(gpu()).tracer(&prepared, wants).unwrap().tracer,
         ];
         for tracer in &mut tracers {
             let mut trace = |rays| tracer.trace(rays, &Control::default(), &mut Hits::default());
@@ -246,7 +245,7 @@ fn a_spoiled_shader_breaks_the_promise() {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         tracer.trace(&rays, &control, &mut hits).unwrap();
-        Shown::painted(&prepared, &pixels, Samples::ONE, &hits, &mut *tracer, None, &control)
+        Shown::painted(&prepared, &pixels, Samples::ONE, &hits, &mut tracer, None, &control)
             .unwrap()
     };
     let on_cpu = shown(Device::Cpu);

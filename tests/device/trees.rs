@@ -8,7 +8,6 @@ use glam::DVec3;
 use kugelblitz::bvh::{Beam, Enter, IS_LEAF, Node, Visitor, Walk};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
 use kugelblitz::gpu::before::slabs::{SlabRoom, meets, slabs_of};
 use kugelblitz::num::V3;
@@ -40,7 +39,7 @@ fn a_flight_through_a_cloud_needs_few_shaders() {
     };
     let seen = |prepared: Prepared, rays: &Rays| {
         let mut hits = Hits::default();
-        let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+        let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
         tracer.propose(rays, &Control::default(), &mut hits).unwrap();
         hits.id
     };

@@ -10,7 +10,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::bvh::REACH;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::gpu::before::propose_alone;
 use kugelblitz::gpu::before::slabs::SlabRoom;
 use kugelblitz::gpu::compile;
@@ -379,6 +378,6 @@ fn zero_directions_and_radii_are_missed() {
     let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
     let mut hits = Hits::default();
     let wants = Wants { surface: true, level: true };
-    CpuTracer::new(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();
+    Tracer::on_cpu(prepared, wants).trace(&rays, &Control::default(), &mut hits).unwrap();
     assert_eq!((hits.id, hits.t), (vec![0, 2, 2, 2], vec![f32::INFINITY, 1.75, 2.75, 2.5]));
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::host;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::scene::Scene;
@@ -56,7 +55,7 @@ fn prepare(kernel: Kernel) -> Result<Arc<Prepared>> {
 
 fn trace(prepared: Arc<Prepared>) -> Result<Hits> {
     let mut hits = Hits::default();
-    CpuTracer::new(prepared, Wants::default()).trace(&rays(), &Control::default(), &mut hits)?;
+    Tracer::on_cpu(prepared, Wants::default()).trace(&rays(), &Control::default(), &mut hits)?;
     Ok(hits)
 }
 

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::kernel::Lists;
 use kugelblitz::kernel::plain::{Hit, Plain, PlainRays, facing};
 use kugelblitz::num::Real;
@@ -133,7 +132,7 @@ fn the_cpu_is_within_the_bounds() {
             let prepared = prepared(&scene, kernel, &rays);
             let wants = Wants { surface: true, level: false };
             let mut hits = Hits::default();
-            CpuTracer::new(Arc::clone(&prepared), wants)
+            Tracer::on_cpu(Arc::clone(&prepared), wants)
                 .trace(&rays, &Control::default(), &mut hits)
                 .unwrap();
             assert_eq!(outside(&prepared, &rays, &hits).outside, 0);

@@ -13,7 +13,7 @@ use kugelblitz::report::{
     LightPicture, LightRow, Report, Subject, default_cases, page, plot, text,
 };
 use kugelblitz::trace::{Hits, Kernel, Rays, Timing, Wants};
-use kugelblitz::tracer::Tracer;
+use kugelblitz::tracer::{Backend, Tracer};
 
 const EFFORT: Effort = Effort {
     size: [96, 54],
@@ -122,8 +122,8 @@ struct FlippedSign {
     wants: Wants,
 }
 
-impl Tracer for FlippedSign {
-    fn propose(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Timing> {
+impl Backend for FlippedSign {
+    fn propose(&mut self, rays: &Rays, _: &Control, hits: &mut Hits) -> Result<Option<Timing>> {
         let start = Instant::now();
         let Rays::Pixels(pixels) = rays else { unreachable!("only pictures are traced here") };
         hits.reset(rays.len(), self.wants);
@@ -148,19 +148,15 @@ impl Tracer for FlippedSign {
             }
         }
         hits.counts.f32 = rays.len() as u64;
-        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
+        Ok(Some(Timing { trace: start.elapsed(), ..Timing::default() }))
     }
 
-    fn target(&self) -> Option<(&Prepared, Wants)> {
-        None
-    }
-
-    fn retarget(&mut self, prepared: Arc<Prepared>) -> Result<()> {
-        self.prepared = prepared;
+    fn retarget(&mut self, prepared: &Arc<Prepared>) -> Result<()> {
+        self.prepared = Arc::clone(prepared);
         Ok(())
     }
 
-    fn bytes_device(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         0
     }
 }
@@ -171,7 +167,8 @@ fn with_a_flipped_sign() -> Report {
         contestant: Contestant { kernel: "flipped".into(), device: "CPU".into() },
         kernel: Kernel::Lecture,
         make: Box::new(|prepared, wants| {
-            let tracer = Box::new(FlippedSign { prepared: Arc::clone(prepared), wants });
+            let backend = FlippedSign { prepared: Arc::clone(prepared), wants };
+            let tracer = Tracer::on(backend, Arc::clone(prepared), wants);
             Ok(Made { tracer, compile: Default::default(), upload: Default::default() })
         }),
     };

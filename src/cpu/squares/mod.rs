@@ -17,7 +17,7 @@ use crate::rays::{Pixels, Rays};
 use crate::trace::{Level, Mixed, SampleIds, StageCounts, Timing, resize};
 
 /// Pixels that are looked at before their samples.
-pub(super) struct Squares<'a> {
+pub struct Squares<'a> {
     /// Of the picture of the samples.
     prepared: &'a Prepared,
     pixels: &'a Pixels,
@@ -105,12 +105,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::cpu::CpuTracer;
     use crate::random::SplitMix;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Projection, Scene, Sphere};
     use crate::trace::{Hits, Wants};
-    use crate::tracer::{Tracer, trace_all_samples};
+    use crate::tracer::Tracer;
 
     /// Fewer spheres of all sizes than this before a camera, of which some hide parts of others or hold the eye,
     /// and planes through them.
@@ -157,10 +156,10 @@ mod tests {
         (Arc::new(Scene { spheres, planes, ..Scene::default() }), pixels)
     }
 
-    fn tracer(scene: &Arc<Scene>, pixels: &Pixels, n: u32) -> CpuTracer {
+    fn tracer(scene: &Arc<Scene>, pixels: &Pixels, n: u32) -> Tracer {
         let rays = Rays::Pixels(pixels.samples(n));
         let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
-        CpuTracer::new(Arc::new(prepared), Wants::default())
+        Tracer::on_cpu(Arc::new(prepared), Wants::default())
     }
 
     /// Samples of pixels that are said to show one object by bounds for this part of their reach, and that don't
@@ -171,7 +170,7 @@ mod tests {
             let (scene, pixels) = case(seed);
             let mut tracer = tracer(&scene, &pixels, n);
             let mut whole = vec![OPEN; pixels.len()];
-            let search = Search::with_reach(&tracer.prepared, &pixels, n, part);
+            let search = Search::with_reach(tracer.prepared(), &pixels, n, part);
             search.look(0, &mut whole, &mut Room::default());
             let mut hits = Hits::default();
             tracer.trace(&Rays::Pixels(pixels.samples(n)), &Control::default(), &mut hits).unwrap();
@@ -210,13 +209,13 @@ mod tests {
             let tracer = tracer(&scene, &pixels, 1);
             for (n_wrong, part) in n_wrong.iter_mut().zip([1.0, 0.5]) {
                 let mut ids = vec![OPEN; pixels.len()];
-                let search = Search::with_reach(&tracer.prepared, &pixels, 1, part);
+                let search = Search::with_reach(tracer.prepared(), &pixels, 1, part);
                 search.look(0, &mut ids, &mut Room::default());
                 for (at, id) in ids.into_iter().enumerate() {
                     let (x, y) = pixels.xy(at);
                     let one = Pixels { x, y, width: 1, height: 1, ..pixels };
                     let mut alone = [OPEN];
-                    let search = Search::new(&tracer.prepared, &one, 1);
+                    let search = Search::new(tracer.prepared(), &one, 1);
                     search.look(0, &mut alone, &mut Room::default());
                     let is_known = id != OPEN && alone[0] != OPEN;
                     *n_wrong += usize::from(is_known && id != alone[0]);
@@ -239,7 +238,7 @@ mod tests {
             let (control, mut hits) = (Control::default(), Hits::default());
             let [mut found, mut all] = [SampleIds::default(), SampleIds::default()];
             tracer.trace_samples(&pixels, n, &control, &mut hits, &mut found).unwrap();
-            trace_all_samples(&mut tracer, &pixels, n, &control, &mut hits, &mut all).unwrap();
+            tracer.trace_all_samples(&pixels, n, &control, &mut hits, &mut all).unwrap();
             let ids = |samples: &SampleIds| {
                 let mut ids: Vec<Vec<u32>> =
                     samples.whole.iter().map(|&id| vec![id; samples.n_each]).collect();

@@ -13,8 +13,8 @@ use crate::seen::{Nearest, Objects, Ray};
 use crate::trace::Kernel;
 
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
-/// twin that a device's proposals are compared with. [`CpuTracer`](crate::cpu::CpuTracer) may leave other rays open, but never sees
-/// another object.
+/// twin that a device's proposals are compared with. [`Tracer::propose`](crate::tracer::Tracer::propose) on the CPU may leave
+/// other rays open, but never sees another object.
 ///
 /// # Errors
 /// [`Error::Usage`] for another kernel's scene, and for one that a device finds no way through.

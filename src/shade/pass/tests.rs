@@ -11,7 +11,6 @@ use super::super::mean::ExactMean;
 use super::super::{Encoding, Lighting, Style};
 use super::*;
 use crate::control::Control;
-use crate::cpu::CpuTracer;
 use crate::kernel::Kernel;
 use crate::prepare::Prepared;
 use crate::rays::{Rays, View};
@@ -76,7 +75,7 @@ fn with_lights(scene: &Arc<Scene>, n_samples: u32, run: &mut dyn FnMut(&Lights))
     let prepared = Prepared::new(Arc::clone(scene), Kernel::Certified, &rays).unwrap();
     let prepared = Arc::new(prepared);
     let mut hits = Hits::default();
-    let mut tracer = CpuTracer::new(Arc::clone(&prepared), Wants::default());
+    let mut tracer = Tracer::on_cpu(Arc::clone(&prepared), Wants::default());
     tracer.trace(&rays, &Control::default(), &mut hits).unwrap();
     let lighting = Lighting::new(scene, &pixels.view).unwrap();
     let style = Style { n_samples: Samples::nearest(n_samples), ..Style::new(Encoding::Srgb8) };

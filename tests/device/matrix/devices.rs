@@ -6,10 +6,9 @@ use std::sync::{Arc, OnceLock};
 
 use kugelblitz::Session;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::before::propose_alone;
-use kugelblitz::gpu::{Gpu, GpuTracer, Pick};
+use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::guard::LARGEST_EXPONENT;
 use kugelblitz::num::OPEN;
 use kugelblitz::prepare::{Prepared, exponent_of};
@@ -49,7 +48,7 @@ fn replay(case: &Case) -> String {
 // Proposals
 
 /// Ids before anything is repaired.
-fn proposed(tracer: &mut dyn Tracer, rays: &Rays) -> Vec<u32> {
+fn proposed(tracer: &mut Tracer, rays: &Rays) -> Vec<u32> {
     let mut hits = Hits::default();
     tracer.propose(rays, &Control::default(), &mut hits).unwrap();
     hits.id
@@ -71,7 +70,7 @@ fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> {
 /// What a device proposes by its Rust twin; where it finds no way, what the CPU does in its stead.
 fn of_twin(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
     if prepared.hierarchy.is_some() && prepared.in_space().unwrap().is_none() {
-        return proposed(&mut CpuTracer::new(Arc::clone(prepared), Wants::default()), rays);
+        return proposed(&mut Tracer::on_cpu(Arc::clone(prepared), Wants::default()), rays);
     }
     propose_alone(prepared, rays).unwrap()
 }
@@ -119,8 +118,9 @@ fn propose(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
         let scene = Arc::clone(&case.scene);
         let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &rays).unwrap());
         let wants = Wants::default();
-        let on_cpu = proposed(&mut CpuTracer::new(Arc::clone(&prepared), wants), &rays);
-        let mut tracer = GpuTracer::new(Arc::clone(gpu), Arc::clone(&prepared), wants).unwrap();
+        let on_cpu = proposed(&mut Tracer::on_cpu(Arc::clone(&prepared), wants), &rays);
+        let device = Device::Gpu(Arc::clone(gpu));
+        let mut tracer = device.tracer(&prepared, wants).unwrap().tracer;
         let [twin, on_cpu, found] =
             [of_twin(&prepared, &rays), on_cpu, proposed(&mut tracer, &rays)]
                 .map(|ids| counted(&prepared, &rays, ids));

@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use kugelblitz::Error;
 use kugelblitz::control::Control;
-use kugelblitz::cpu::CpuTracer;
 use kugelblitz::prepare::Prepared;
 use kugelblitz::rays::{Pixels, View};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
@@ -280,7 +279,7 @@ fn the_library_stops_amid_a_row_and_between_the_steps_of_preparing() {
         for kernel in [Kernel::Lecture, Kernel::Double] {
             let control = Arc::new(Control::default());
             let prepared = Prepared::new_with(Arc::clone(&scene), kernel, &rays, &control).unwrap();
-            let mut tracer = CpuTracer::new(Arc::new(prepared), Wants::default());
+            let mut tracer = Tracer::on_cpu(Arc::new(prepared), Wants::default());
             let later = Arc::clone(&control);
             let cancel = std::thread::spawn(move || {
                 std::thread::sleep(Duration::from_millis(200));
