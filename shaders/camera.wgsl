@@ -1,4 +1,4 @@
-// Twin of Frame::ray in src/rays/camera.rs.
+// Twin of Frame in src/rays/camera.rs, with the origin that PlainRays in src/kernel/plain.rs adds.
 
 // Of the pixel at twice the offset (i, j) from the picture's centre; both are integers, exact in f32
 // up to 2^24. right_step and true_up_step hold h/H already.

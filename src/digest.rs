@@ -35,11 +35,11 @@ use std::fmt::Write;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::rays::Pixels;
 use crate::render::Sink;
 use crate::scene::{Color, Light, Samples, Scene, Source};
-use crate::shade::{Colors, Pixel as _};
+use crate::shade::Colors;
 use crate::trace::{Coverage, Hits};
 
 /// The text before the digits: it tells the version.
@@ -87,7 +87,10 @@ impl Digest {
 impl Sink for Digest {
     /// Colours in sRGB with 8 bits a channel.
     fn band(&mut self, colors: &Colors, _: Option<&Coverage>, hits: &Hits, _: u32) -> Result<()> {
-        self.rows(hits, &<[u8; 3]>::all(colors.clone())?);
+        let Colors::Srgb8(srgb8) = colors else {
+            return Err(Error::Usage("a digest is of colours in sRGB with 8 bits".into()));
+        };
+        self.rows(hits, srgb8);
         Ok(())
     }
 }

@@ -70,21 +70,21 @@
 //! | --- | --- |
 //! | [`scene`] | what the user wrote, in f64, checked; the reader of TOML and clouds, its errors |
 //! | [`generate`] | clouds of spheres made up from a seed |
-//! | [`rays`] | bundles of rays: a camera's pixels, lists from `.npy`, and hits into `.npy` |
-//! | [`trace`] | what every backend takes and gives |
-//! | [`tracer`] | [`tracer::Tracer`], the one interface of both backends |
-//! | [`prepare`] | scene → the plain numbers that a backend traces |
+//! | [`rays`] | bundles of rays: a camera's pixels, and lists |
+//! | [`trace`] | what a tracer takes and gives |
+//! | [`tracer`] | [`tracer::Tracer`] of a prepared scene, and [`tracer::Backend`], what a device does for it |
+//! | [`prepare`] | scene → the plain numbers that are traced |
 //! | [`bvh`] | the tree over many spheres, and one walk through it |
 //! | [`guard`] | the error bounds of the certified kernel, with their derivation |
 //! | [`host`] | what the proofs ask of this processor, and a check |
-//! | [`kernel`] | the intersection kernels, a folder each, and the registry of them |
+//! | [`kernel`] | the intersection kernels, and how those without a proof go through the objects |
 //! | [`num`] | numbers that a formula is written in: one by one or in lanes, with masks and no order |
 //! | [`seen`] | objects as rays see them: their numbers and formulas, a file a shape |
 //! | [`engine`] | what rays see of few objects, in squares, pixels and samples |
-//! | [`gpu`] | the Vulkan backend |
-//! | [`cpu`] | the CPU backend |
+//! | [`gpu`] | Vulkan devices: the [`tracer::Backend`] |
+//! | [`cpu`] | what the CPU finds of a kernel's stage |
 //! | [`Session`] | the facade that all others call |
-//! | [`device`] | one of the two backends, and a tracer of it |
+//! | [`device`] | a Vulkan device or the CPU, and a tracer for it |
 //! | [`shape`] | the geometry of objects: their exact roots and normals |
 //! | [`exact`] | exact arithmetic, and the visible object |
 //! | [`input`] | whole files of others, within one limit |
@@ -96,7 +96,7 @@
 //! | [`control`] | cancelling and progress |
 //! | [`output`] | files that appear whole or not at all |
 //! | `system` | what kinds of systems do differently |
-//! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself |
+//! | [`picture`] | PNG, EXR, PPM and NPY, written and read; what a picture says of itself; files of rays and of what they hit |
 //! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
@@ -120,9 +120,9 @@
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
 //! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
 //!    `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of pixels, large ones first, with the
-//!    formulas of [`seen`] in lanes of f32, or through the tree, and the folder of the [`kernel`] for
-//!    kernels without a proof.
-//! 5. [`tracer::Tracer::certify`] calls `certify::resolve`, which runs on the CPU: f64 decides what was left open, by the same
+//!    formulas of [`seen`] in lanes of f32, or through the tree, and `cpu/plain.rs` goes
+//!    through the objects of kernels without a proof.
+//! 5. [`tracer::Tracer::trace`] then calls `certify::resolve`, which runs on the CPU: f64 decides what was left open, by the same
 //!    formulas in lanes of f64 ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/surfaces.rs` fills
 //!    in `t` and normals by the formulas of [`seen`]; what f64 cannot round goes through numbers of 100 bits
 //!    (`certify/in_balls.rs`) before exact ones.

@@ -338,7 +338,7 @@ impl Session {
     }
 
     /// The [`Digest`] of a picture with `n_samples` × `n_samples` samples a pixel, made band by band. It is the
-    /// same on every device with [`Kernel::Certified`].
+    /// same on every device with [`Kernel::Certified`]; of other kernels it is of the light that the device makes.
     ///
     /// # Errors
     /// Those of [`Session::trace`] and [`Painter::paint`]; [`TooLarge`](crate::Error::TooLarge) where a band does not fit the

@@ -13,7 +13,8 @@ use kugelblitz::export::{self, Language};
 use kugelblitz::generate::{Distribution, Recipe};
 use kugelblitz::judge::Conventions;
 use kugelblitz::output::{self, OutputFile};
-use kugelblitz::rays::{Pixels, hit_records};
+use kugelblitz::picture::hit_records;
+use kugelblitz::rays::Pixels;
 use kugelblitz::render::n_steps;
 use kugelblitz::scene::{
     self, Color, Coloring, DataWishes, ImageSize, Samples, Wishes, compose_scene, is_cloud_file,

@@ -1,4 +1,4 @@
-//! The CPU as a backend: rows in parallel.
+//! What the CPU finds of a kernel's stage: rows in parallel.
 
 mod plain;
 mod squares;

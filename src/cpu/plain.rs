@@ -45,6 +45,7 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
         .take(hits.id.len().div_ceil(n))
         .collect();
     hits.id.par_chunks_mut(n).zip(surfaces).enumerate().try_for_each(|(chunk, (ids, surface))| {
+        let n_rays = ids.len() as u64;
         Arch::new().dispatch(Trace::<S, P, N> {
             lists,
             rays,
@@ -53,7 +54,7 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
             ids,
             surface,
         })?;
-        control.advance(n as u64);
+        control.advance(n_rays);
         Ok(())
     })
 }
@@ -85,17 +86,12 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
             let ray = rays.pack::<N>(first + start);
             let hit = lists.closest(&ray);
             let (mut all, mut ts) = ([0; N], [f32::INFINITY; N]);
+            let scales = rays.scales::<N>(first + start);
             for lane in 0..N {
                 all[lane] = hit.id.0[lane].to_id();
-                ts[lane] = hit.t.0[lane].to_f64() as f32;
+                ts[lane] = (hit.t.0[lane].to_f64() * scales[lane]) as f32;
             }
             let here = start..ids.len().min(start + N);
-            if let PlainRays::List { .. } = rays {
-                for lane in 0..here.len() {
-                    let scale = rays.scale(first + start + lane);
-                    ts[lane] = (hit.t.0[lane].to_f64() * scale) as f32;
-                }
-            }
             if misses_infinity {
                 for lane in 0..N {
                     all[lane] = if ts[lane] < f32::INFINITY { all[lane] } else { 0 };

@@ -42,7 +42,7 @@ pub struct GpuTracer {
     room: Option<Room>,
     tile_size: TileSize,
     clock: Option<Clock>,
-    /// Takes the kernel's stage where the device can't: its arithmetic doesn't suit the proof of `certified`, there
+    /// Whether the device can't take the kernel's stage: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
@@ -145,11 +145,11 @@ impl Backend for GpuTracer {
 
     #[cfg(feature = "view")]
     fn propose_resident(&mut self, rays: &Rays, control: &Control, ids: &Words) -> Result<bool> {
-        if !self.leaves_to_cpu {
-            self.propose_into(rays, control, Target::Resident(ids))?;
+        if self.leaves_to_cpu {
+            return Ok(false);
         }
-        self.gpu.check()?;
-        Ok(!self.leaves_to_cpu)
+        self.propose_into(rays, control, Target::Resident(ids))?;
+        self.gpu.check().map(|()| true)
     }
 
     fn light_plainly(

@@ -1,5 +1,6 @@
-//! The intersection kernels, a file each: the facts, the records of the objects, and the formulas, name by name those of a
-//! file in `shaders/`. [`Kernel`] lists them all.
+//! The intersection kernels: `lecture`, `relative` (the kernels `stable` and `double`) and `certified` have the facts, the records
+//! of the objects and, but for the last one, the formulas, each with a file in `shaders/`. Those of `certified` are
+//! [`crate::seen`]'s. [`Kernel`] lists them all; [`plain`] goes through the objects of those without a proof.
 
 mod about;
 pub mod certified;

@@ -176,7 +176,7 @@ impl<'a, F: Float> PlainRays<'a, F> {
 
     /// The ray by twice its offset from the picture's centre.
     #[inline(always)]
-    pub fn of_pixel<R: Real<One = F>>(
+    fn of_pixel<R: Real<One = F>>(
         camera: &Frame<F>,
         origin: V3<F>,
         [across, up]: [R; 2],
@@ -240,12 +240,16 @@ impl<'a, F: Float> PlainRays<'a, F> {
         }
     }
 
-    /// What the `t` of a ray is multiplied with.
+    /// What the `t` of the rays of a pack is multiplied with.
     #[inline(always)]
-    pub fn scale(&self, index: usize) -> f64 {
-        match self {
-            PlainRays::Pixels { .. } => 1.0,
-            PlainRays::List { rays, coordinates } => 2f64.powi(-coordinates.ray(&rays[index]).2),
+    pub fn scales<const N: usize>(&self, first: usize) -> [f64; N] {
+        let mut scales = [1.0; N];
+        if let PlainRays::List { rays, coordinates } = self {
+            for lane in 0..N {
+                let (_, _, exponent) = coordinates.ray(&rays[(first + lane).min(rays.len() - 1)]);
+                scales[lane] = 2f64.powi(-exponent);
+            }
         }
+        scales
     }
 }

@@ -109,7 +109,7 @@ macro_rules! records {
             pub center: [$float; 3],
             /// Radius.
             pub radius: $float,
-            /// Centre relative to the reference point, low part.
+            /// Centre relative to the reference point, low part; −0 in f64, whose shader leaves it out.
             pub center_low: [$float; 3],
             /// `l·l − r²` for the reference point, rounded from f64.
             pub k: $float,
@@ -123,7 +123,7 @@ macro_rules! records {
             pub offset: [$float; 3],
             /// `(a − o)·n` for the reference point, rounded from f64.
             pub n_offset: $float,
-            /// Point of the plane relative to the reference point, low part.
+            /// Point of the plane relative to the reference point, low part; −0 in f64, whose shader leaves it out.
             pub offset_low: [$float; 3],
             /// Fills WGSL's alignment of vectors.
             pub pad0: $float,

@@ -12,6 +12,7 @@ mod metadata;
 mod npy;
 mod png;
 mod ppm;
+mod rays;
 mod read;
 
 use std::borrow::Cow;
@@ -26,6 +27,7 @@ use crate::trace::{Coverage, Hits, Wants};
 pub use format::{Bits, Format};
 pub use metadata::{Metadata, Origin};
 pub use png::rgb8_file;
+pub use rays::{STDIN, hit_records, read_rays, write_hits};
 pub use read::{Channel, Image, Samples, read_bytes, read_image};
 
 /// The maker that every file names.

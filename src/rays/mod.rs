@@ -1,13 +1,11 @@
 //! The rays of one call, and how they lie to each other: those of a picture's pixels, and lists.
 
 mod camera;
-mod list;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub use camera::{Frame, Lens, Pixels, View};
-pub(crate) use list::look_at_all;
-pub use list::{STDIN, hit_records, read_rays, write_hits};
 
 /// A ray `origin + t·direction`; the direction is not normalised and not zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,4 +63,22 @@ impl Rays {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+}
+
+/// Fewer rays than this are looked at sooner than other threads are asked to.
+const MANY: usize = 1 << 14;
+
+/// Puts together what `look` finds of each ray, in any order; `nothing` is what is found of none. Of
+/// few rays without a thread pool: the first who asks for it would give its workers the floating-point
+/// environment of the calling thread.
+pub(crate) fn look_at_all<T: Copy + Send + Sync>(
+    rays: &[Ray],
+    nothing: T,
+    look: impl Fn(&Ray) -> T + Sync + Send,
+    join: impl Fn(T, T) -> T + Sync + Send,
+) -> T {
+    if rays.len() < MANY {
+        return rays.iter().map(look).fold(nothing, join);
+    }
+    rays.par_iter().map(look).reduce(|| nothing, join)
 }

@@ -1,6 +1,8 @@
 //! Objects as rays see them: a file a shape, with the numbers that it becomes and the formula of where a ray meets it.
 //! Each formula is written once, and runs in f32, f64 and lanes of both.
 //!
+//! Rays are relative to the eye's reference point, and no direction is shorter than 1.
+//!
 //! # Out of range
 //! A record of an object that is farther away than [`Float::FARTHEST`], or whose size is out of range, lies at the reference
 //! point with errors that leave all questions open: where it is met, from which side, and every point and normal on it. As

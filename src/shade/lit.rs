@@ -97,11 +97,11 @@ impl Lit {
     }
 }
 
-/// Rows whose parts follow each other: what is in the way of one row is in the cache for the next one.
+/// Rows whose pixels are painted together: what one point sees of the lamps, those beside and below it mostly see as well.
 const STRIP_ROWS: usize = 8;
 
-/// Most pixels of a row that are painted before the next row.
-const MOST_COLUMNS: usize = 128;
+/// Pixels of a row that stay together.
+const CELL: usize = LANES_F32;
 
 /// Most samples that go from stage to stage together, so that what is known of them stays in the cache.
 const MOST_SAMPLES: usize = 512;
@@ -122,7 +122,8 @@ impl Job<'_> {
         out: &mut [T],
         pixel: impl Fn(usize) -> T + Sync,
     ) -> Result<()> {
-        let part = self.part();
+        let [cells, rows] = self.block();
+        let part = cells * rows * CELL;
         out.par_chunks_mut(part).enumerate().try_for_each(|(number, out)| {
             control.check()?;
             host::check()?;
@@ -169,12 +170,19 @@ impl Job<'_> {
         control.advance(n_pixels as u64 * u64::from(self.lit.style.n_samples.across()).pow(2));
     }
 
-    /// Pixels of a row that take a moment, between which Ctrl-C is looked at.
-    pub fn part(&self) -> usize {
+    /// Pixels that take a moment, between which Ctrl-C is looked at: cells in a row, and rows.
+    pub fn block(&self) -> [usize; 2] {
         let n_samples = self.n_samples().pow(2);
         let n_questions = n_samples * (self.lit.lighting.lamps.len() + 1);
         let n_pixels = (PIXELS_AT_ONCE / n_questions).min(MOST_SAMPLES / n_samples);
-        (n_pixels / LANES_F32 * LANES_F32).clamp(LANES_F32, MOST_COLUMNS)
+        let n_cells = (n_pixels / CELL).max(1);
+        let rows = n_cells.min(STRIP_ROWS);
+        [n_cells / rows, rows]
+    }
+
+    /// Whether so many pixels from this one on are in one row.
+    pub fn is_in_row(&self, pixel: usize, n_pixels: usize) -> bool {
+        pixel % self.n_columns() + n_pixels <= self.n_columns()
     }
 
     /// Index of a pixel's first sample.
@@ -213,6 +221,7 @@ pub(super) struct Certified<'a> {
 pub(super) struct Work<T> {
     in_f32: Scratch<f32, LANES_F32>,
     in_f64: Scratch<f64, LANES_F64>,
+    block: Vec<usize>,
     pixels: Vec<usize>,
     open: Vec<Open>,
     pub known: Known<T>,
@@ -239,7 +248,7 @@ impl<'a> Certified<'a> {
         (first, out): (usize, &mut [T]),
         work: &mut Work<T>,
     ) {
-        let Work { in_f32, in_f64, pixels: some, open, known, counts } = work;
+        let Work { in_f32, in_f64, pixels: some, open, known, counts, .. } = work;
         some.clear();
         some.extend(pixels);
         open.clear();
@@ -261,28 +270,36 @@ impl<'a> Certified<'a> {
     /// Fills `out` with the colours of all pixels.
     fn run<T: Written>(&self, control: &Control, out: &mut [T]) -> Result<StageCounts> {
         let job = &self.job;
-        let (row, part) = (job.n_columns(), job.part());
+        let ([cells, rows], width) = (job.block(), job.n_columns().max(1));
         let background = T::of_bounds(&job.color(0).map(Interval::of)).unwrap_or_default();
         let paint = |work: &mut Work<T>, first: usize, out: &mut [T]| -> Result<()> {
-            control.check()?;
-            host::check()?;
-            job.advance(control, out.len());
-            match job.is_background(first, out.len()) {
-                true => out.fill(background),
-                false => self.find(first..first + out.len(), (first, out), work),
+            let mut pixels = std::mem::take(&mut work.block);
+            for top in (0..out.len()).step_by(rows * width) {
+                for left in (0..width).step_by(cells * CELL) {
+                    control.check()?;
+                    host::check()?;
+                    pixels.clear();
+                    // Cells that lie below each other follow each other.
+                    for column in (left..width.min(left + cells * CELL)).step_by(CELL) {
+                        for start in (top..out.len().min(top + rows * width)).step_by(width) {
+                            let cell = start + column..start + width.min(column + CELL);
+                            job.advance(control, cell.len());
+                            match job.is_background(first + cell.start, cell.len()) {
+                                true => out[cell].fill(background),
+                                false => pixels.extend(first + cell.start..first + cell.end),
+                            }
+                        }
+                    }
+                    self.find(pixels.iter().copied(), (first, out), work);
+                }
             }
+            work.block = pixels;
             Ok(())
         };
-        out.par_chunks_mut(row.max(1) * STRIP_ROWS)
+        out.par_chunks_mut(width * STRIP_ROWS)
             .enumerate()
             .try_fold(Work::default, |mut work, (strip, out)| {
-                for column in (0..row).step_by(part) {
-                    for (y, out) in out.chunks_mut(row).enumerate() {
-                        let first = (strip * STRIP_ROWS + y) * row + column;
-                        let out = &mut out[column..(column + part).min(row)];
-                        paint(&mut work, first, out)?;
-                    }
-                }
+                paint(&mut work, strip * STRIP_ROWS * width, out)?;
                 Ok(work)
             })
             .map(|work: Result<Work<T>>| work.map(|work| work.counts))

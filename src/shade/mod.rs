@@ -1,4 +1,4 @@
-//! [`Hits`] → colours: the only place that knows what colour a hit has.
+//! [`crate::trace::Hits`] → colours: the only place that knows what colour a hit has.
 
 mod decide;
 mod exactly;

@@ -130,7 +130,7 @@ impl<'a> Painter<'a> {
         self.style.encoding
     }
 
-    /// True where each object has its own colour, and each pixel one sample.
+    /// True where each object has its own colour, each pixel one sample, and the background is shown.
     pub fn is_flat(&self) -> bool {
         matches!(self.look, Look::Unlit(_)) && self.tracer.is_none() && self.coverage.is_none()
     }
@@ -172,6 +172,7 @@ impl<'a> Painter<'a> {
         if colors.encoding() != style.encoding {
             *colors = Colors::new(style.encoding);
         }
+        control.check()?;
         let mut painted = Painted::default();
         let start;
         match (look, tracer) {
@@ -193,14 +194,14 @@ impl<'a> Painter<'a> {
                 }
             }
             (Look::Lit(lit), tracer) => {
-                let samples = band.samples(n_samples);
-                let (ids, device) = match tracer {
-                    None => (&hits.id, of_pixels),
+                let (samples, ids, device) = match tracer {
+                    None => (*band, &hits.id, of_pixels),
                     Some(tracer) => {
+                        let samples = band.samples(n_samples);
                         painted.timing =
                             tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
                         painted.counts = of_samples.counts;
-                        (&of_samples.id, Some(&mut **tracer))
+                        (samples, &of_samples.id, Some(&mut **tracer))
                     }
                 };
                 start = Instant::now();

@@ -144,6 +144,10 @@ impl<F: Float, const N: usize> Shade<F, N> {
     }
 }
 
+/// Packs at least whose points of an object share a walk through the tree, which lie below each other: with more the beams
+/// get wide, with fewer there are more of them.
+const TOGETHER: usize = 4;
+
 /// Points of one object, lane by lane.
 #[derive(Clone, Copy)]
 struct Extent<F: Float, const N: usize> {
@@ -336,7 +340,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         }
     }
 
-    /// Finds the colours of some pixels of a row, `N` of them together.
+    /// Finds the colours of some pixels, `N` of them together.
     pub fn find<T: Written, const N: usize>(&self, mut part: Part<T>, scratch: &mut Scratch<F, N>) {
         if part.pixels.is_empty() {
             return;
@@ -379,32 +383,37 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         packs.resize_with(packs.len().max(n_packs), Pack::default);
         packs.truncate(n_packs);
         let n_spheres = self.occluders.scene.spheres.len() as u32;
-        let first = self.job.first_sample(pixels[0]);
-        let (x, y) = self.samples.xy(first);
-        let (i, j) = self.samples.offset2(x, y);
         for (some, packs) in pixels.chunks(N).zip(packs.chunks_mut(n * n)) {
-            // Samples from the first one to these pixels'.
-            let mut columns = [0; N];
+            // Of each pixel's first sample its index and twice its offset from the picture's centre.
+            let (mut at, mut across, mut up) = ([0; N], [0.0; N], [0.0; N]);
+            let is_stretch = is_stretch::<N>(some) && self.job.is_in_row(some[0], N);
             for lane in 0..N {
-                columns[lane] = (some[lane.min(some.len() - 1)] - pixels[0]) * n;
+                if is_stretch && lane > 0 {
+                    at[lane] = at[0] + lane * n;
+                    (across[lane], up[lane]) = (across[0] + 2.0 * (lane * n) as f64, up[0]);
+                    continue;
+                }
+                at[lane] = self.job.first_sample(some[lane.min(some.len() - 1)]);
+                let (x, y) = self.samples.xy(at[lane]);
+                let (i, j) = self.samples.offset2(x, y);
+                (across[lane], up[lane]) = (i as f64, j as f64);
             }
-            let is_stretch = n == 1 && is_stretch::<N>(some);
             for (sample, pack) in packs.iter_mut().enumerate() {
-                let (across, down) = (sample % n, sample / n);
-                let ids = &ids[first + down * row + across..];
-                if is_stretch {
-                    pack.see(&ids[columns[0]..][..N], n_spheres);
+                let (right, down) = (sample % n, sample / n);
+                let ids = &ids[down * row + right..];
+                if is_stretch && n == 1 {
+                    pack.see(&ids[at[0]..][..N], n_spheres);
                 } else {
                     let mut seen = [0; N];
                     for lane in 0..N {
-                        seen[lane] = ids[columns[lane]];
+                        seen[lane] = ids[at[lane]];
                     }
                     pack.see(&seen, n_spheres);
                 }
-                let (i, j) = ((i + 2 * across as i64) as f64, (j - 2 * down as i64) as f64);
-                pack.offset[1] = Lanes::lit(j);
+                let (right, down) = (2.0 * right as f64, 2.0 * down as f64);
                 for lane in 0..N {
-                    pack.offset[0].0[lane] = F::near(i + 2.0 * f64::from(columns[lane] as u32));
+                    pack.offset[0].0[lane] = F::near(across[lane] + right);
+                    pack.offset[1].0[lane] = F::near(up[lane] - down);
                 }
             }
         }
@@ -539,8 +548,8 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         let Scratch { packs, given, walk, left, ways, .. } = scratch;
         let given = &mut given[index * packs.len()..][..packs.len()];
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let n_each = self.job.n_samples() * self.job.n_samples();
-        for (packs, given) in packs.chunks(n_each).zip(given.chunks_mut(n_each)) {
+        let together = self.job.n_samples().pow(2).max(TOGETHER);
+        for (packs, given) in packs.chunks(together).zip(given.chunks_mut(together)) {
             ways.clear();
             left.clear();
             for (pack, given) in packs.iter().zip(&*given) {

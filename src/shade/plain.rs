@@ -11,6 +11,7 @@ use super::lit::Job;
 use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
+use crate::host;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, Objects};
@@ -20,19 +21,49 @@ use crate::rays::Pixels;
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::Tracer;
 
-/// Samples whose light is found at a time; bounds the memory for it.
+/// Samples whose light comes from a device at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
 /// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where `device` lit them.
 pub(super) fn shade<T: Written>(
     job: &Job,
     (prepared, samples): (&Prepared, &Pixels),
-    mut device: Option<&mut Tracer>,
+    device: Option<&mut Tracer>,
     control: &Control,
     colors: &mut [T],
 ) -> Result<bool> {
-    let lighting = lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
-    let n_samples = job.lit.style.n_samples.across();
+    let lighting = &lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
+    if let Some(device) = device
+        && shade_with(device, job, lighting, samples, control, colors)?
+    {
+        return Ok(true);
+    }
+    let here = (job, prepared, samples);
+    match &prepared.objects {
+        Objects::Lecture(lists) => {
+            shade_here::<_, _, _, 16>(Scene { lists, lighting }, here, control, colors)?;
+        }
+        Objects::Stable(lists) => {
+            shade_here::<_, _, _, 16>(Scene { lists, lighting }, here, control, colors)?;
+        }
+        Objects::Double(lists) => {
+            shade_here::<_, _, _, 8>(Scene { lists, lighting }, here, control, colors)?;
+        }
+        Objects::Certified(_) => {}
+    }
+    Ok(false)
+}
+
+/// The same with a device's light, some rows at a time. False where the device leaves it to the CPU.
+fn shade_with<T: Written>(
+    device: &mut Tracer,
+    job: &Job,
+    lighting: &PlainLighting,
+    samples: &Pixels,
+    control: &Control,
+    colors: &mut [T],
+) -> Result<bool> {
+    let n_samples = job.n_samples() as u32;
     let columns = (samples.width / n_samples).max(1) as usize;
     let n_rows = (SAMPLES_AT_ONCE / (samples.width * n_samples).max(1)).max(1) as usize;
     let mut lights = Vec::new();
@@ -40,20 +71,56 @@ pub(super) fn shade<T: Written>(
         let first_row = number * n_rows;
         let height = colors.len() / columns;
         let rows = samples.rows(first_row as u32 * n_samples, height as u32 * n_samples);
-        let is_lit = match &mut device {
-            Some(device) => device.light_plainly(&lighting, &rows, control, &mut lights)?,
-            None => false,
-        };
-        if !is_lit {
-            device = None;
-            light(&lighting, prepared, &rows, control, &mut lights)?;
+        if !device.light_plainly(lighting, &rows, control, &mut lights)? {
+            return Ok(false);
         }
         let (first_pixel, first_sample) =
             (first_row * columns, first_row * n_samples as usize * job.row);
         let light = |sample: usize| lights[sample - first_sample];
         job.run(control, colors, |at| T::of_plain(mean(job, first_pixel + at, light)))?;
     }
-    Ok(device.is_some())
+    Ok(true)
+}
+
+/// Pixels of a row whose samples are lit together.
+const AT_ONCE: usize = 128;
+
+/// The same on the CPU.
+fn shade_here<T: Written, S: Plain, P: Plain<Float = S::Float>, const N: usize>(
+    scene: Scene<S, P>,
+    (job, prepared, samples): (&Job, &Prepared, &Pixels),
+    control: &Control,
+    colors: &mut [T],
+) -> Result<()> {
+    let (scene, rays) = (&scene, &PlainRays::of_pixels(prepared.coordinates(), samples));
+    let (n, columns) = (job.n_samples(), job.n_columns().max(1));
+    let light_part = |(number, colors): (usize, &mut [T]),
+                      row: usize,
+                      lights: &mut Vec<[f64; 3]>| {
+        host::check()?;
+        job.advance(control, colors.len());
+        let (pixel, width) = (row * columns + number * AT_ONCE, colors.len() * n);
+        let first = job.first_sample(pixel);
+        lights.clear();
+        lights.resize(n * width, [0.0; 3]);
+        for (row, lights) in lights.chunks_mut(width).enumerate() {
+            let first = first + row * job.row;
+            let ids = &job.ids[first..first + width];
+            Arch::new().dispatch(Light::<S, P, N> { scene, rays, control, first, ids, lights })?;
+        }
+        let light = |sample: usize| {
+            let sample = sample - first;
+            lights[sample / job.row * width + sample % job.row]
+        };
+        for (at, color) in (pixel..).zip(colors) {
+            *color = T::of_plain(mean(job, at, light));
+        }
+        Ok(())
+    };
+    colors.par_chunks_mut(columns).enumerate().try_for_each(|(row, colors)| {
+        let parts = colors.par_chunks_mut(AT_ONCE).enumerate();
+        parts.try_for_each_init(Vec::new, |lights, part| light_part(part, row, lights))
+    })
 }
 
 /// The lamps in the coordinates of a kernel.
@@ -88,52 +155,14 @@ fn mean(job: &Job, pixel: usize, light: impl Fn(usize) -> [f64; 3]) -> [f64; 3] 
     sum.map(|part| part / n)
 }
 
-/// Replaces `lights` by the light on what each of some pixels sees.
-fn light(
-    lighting: &PlainLighting,
-    prepared: &Prepared,
-    pixels: &Pixels,
-    control: &Control,
-    lights: &mut Vec<[f64; 3]>,
-) -> Result<()> {
-    lights.clear();
-    lights.resize(pixels.len(), [0.0; 3]);
-    match &prepared.objects {
-        Objects::Lecture(lists) => {
-            light_with::<_, _, 16>(lists, lighting, prepared, pixels, control, lights)
-        }
-        Objects::Stable(lists) => {
-            light_with::<_, _, 16>(lists, lighting, prepared, pixels, control, lights)
-        }
-        Objects::Double(lists) => {
-            light_with::<_, _, 8>(lists, lighting, prepared, pixels, control, lights)
-        }
-        Objects::Certified(_) => Ok(()),
-    }
-}
-
-fn light_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
-    lists: &Lists<S, P>,
-    lighting: &PlainLighting,
-    prepared: &Prepared,
-    pixels: &Pixels,
-    control: &Control,
-    lights: &mut [[f64; 3]],
-) -> Result<()> {
-    let rays = &PlainRays::of_pixels(prepared.coordinates(), pixels);
-    let row = (pixels.width as usize).max(1);
-    lights.par_chunks_mut(row).enumerate().try_for_each(|(y, lights)| {
-        let scene = Lit { lists, lighting };
-        Arch::new().dispatch(Light::<S, P, N> { scene, rays, control, first: y * row, lights })
-    })
-}
-
-/// Consecutive pixels of a row, compiled for each instruction set that the processor may have.
+/// Consecutive samples of a row, compiled for each instruction set that the processor may have.
 struct Light<'a, S: Plain, P, const N: usize> {
-    scene: Lit<'a, S, P>,
+    scene: &'a Scene<'a, S, P>,
     rays: &'a PlainRays<'a, S::Float>,
     control: &'a Control,
     first: usize,
+    /// What they see.
+    ids: &'a [u32],
     lights: &'a mut [[f64; 3]],
 }
 
@@ -142,10 +171,14 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
 
     #[inline(always)]
     fn with_simd<I: Simd>(self, _: I) -> Result<()> {
-        let Light { scene, rays, control, first, lights } = self;
-        for (start, lights) in (first..).step_by(N).zip(lights.chunks_mut(N)) {
+        let Light { scene, rays, control, first, ids, lights } = self;
+        let packs = ids.chunks(N).zip(lights.chunks_mut(N));
+        for (start, (ids, lights)) in (first..).step_by(N).zip(packs) {
             // A ray may have millions of spheres to look at.
             control.check()?;
+            if ids.iter().all(|&id| id == 0) {
+                continue;
+            }
             let found = scene.light(&rays.pack::<N>(start));
             for (lane, light) in lights.iter_mut().enumerate() {
                 *light = std::array::from_fn(|channel| found.0[channel].0[lane].to_f64());
@@ -156,12 +189,12 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Light<'_
 }
 
 /// A kernel's objects, with what lights them.
-struct Lit<'a, S, P> {
+struct Scene<'a, S, P> {
     lists: &'a Lists<S, P>,
     lighting: &'a PlainLighting,
 }
 
-impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Lit<'_, S, P> {
+impl<F: Float, S: Plain<Float = F>, P: Plain<Float = F>> Scene<'_, S, P> {
     /// The light that rays' hits get; where there is none, what is from nowhere.
     #[inline(always)]
     fn light<const N: usize>(&self, ray: &PlainRay<Lanes<F, N>>) -> V3<Lanes<F, N>> {
@@ -259,28 +292,28 @@ pub(crate) struct PlainWay {
 pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> Option<PlainPoint> {
     let lighting = &lighting_of(prepared.coordinates(), lighting, 0.0);
     match &prepared.objects {
-        Objects::Lecture(lists) => point(&Lit { lists, lighting }, prepared, rays),
-        Objects::Stable(lists) => point(&Lit { lists, lighting }, prepared, rays),
-        Objects::Double(lists) => point(&Lit { lists, lighting }, prepared, rays),
+        Objects::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
+        Objects::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
+        Objects::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
         Objects::Certified(_) => None,
     }
 }
 
 fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
-    lit: &Lit<S, P>,
+    scene: &Scene<S, P>,
     prepared: &Prepared,
     rays: &Rays,
 ) -> Option<PlainPoint> {
     let ray = PlainRays::new(prepared.coordinates(), rays).pack::<1>(0);
-    let hit = lit.lists.closest(&ray);
+    let hit = scene.lists.closest(&ray);
     let id = hit.id.0[0].to_id();
     if id == 0 {
         return None;
     }
-    let normal = lit.lists.normals(&ray, &hit);
+    let normal = scene.lists.normals(&ray, &hit);
     let to_f64 = |v: V3<Lanes<F, 1>>| v.0.map(|x| x.0[0].to_f64());
     let way = |lamp| {
-        let Way { way, cosine, first, is_blocked } = lit.way_to(&ray, &hit, normal, lamp);
+        let Way { way, cosine, first, is_blocked } = scene.way_to(&ray, &hit, normal, lamp);
         let first = (first.id.0[0].to_id(), first.t.0[0].to_f64());
         let in_the_way = is_blocked.any().then_some(first);
         PlainWay { way: to_f64(way), cosine: cosine.0[0].to_f64(), in_the_way }
@@ -290,8 +323,8 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
         t: hit.t.0[0].to_f64(),
         at: to_f64(ray.ray.origin + ray.ray.direction * hit.t),
         normal: to_f64(normal),
-        ways: lit.lighting.lamps.par_iter().map(way).collect(),
-        light: to_f64(lit.light(&ray)),
+        ways: scene.lighting.lamps.par_iter().map(way).collect(),
+        light: to_f64(scene.light(&ray)),
     })
 }
 

@@ -48,7 +48,7 @@ impl Device<'_> {
                 None => lists.planes[at - lists.spheres.len()].normal(&ray, t),
             };
             hits.id[index] = id;
-            hits.t[index] = (f64::from(t.0) * rays.scale(index)) as f32;
+            hits.t[index] = (f64::from(t.0) * rays.scales::<1>(index)[0]) as f32;
             hits.normal[index] = facing(along, ray.ray.direction).0.map(|x| x.0);
         }
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kugelblitz::control::Control;
-use kugelblitz::rays::read_rays;
+use kugelblitz::picture::read_rays;
 use kugelblitz::{Error, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

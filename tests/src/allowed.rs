@@ -221,7 +221,7 @@ impl<'a> Allowed<'a> {
     }
 
     fn has(&self, hits: &Hits, index: usize) -> bool {
-        let (ray, scale) = (self.rays.one(index), self.rays.scale(index));
+        let (ray, scale) = (self.rays.one(index), self.rays.scales::<1>(index)[0]);
         let Some(&id) = hits.id.get(index) else { return false };
         let hit =
             HitOf { id, t: hits.t.get(index).copied(), normal: hits.normal.get(index).copied() };

@@ -10,9 +10,9 @@ use kugelblitz::judge::{
 };
 use kugelblitz::memory;
 use kugelblitz::output;
-use kugelblitz::picture::{Image, read_image};
+use kugelblitz::picture::{Image, read_image, read_rays};
 use kugelblitz::plain::Shown as _;
-use kugelblitz::rays::{Pixels, read_rays};
+use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
 use kugelblitz::{Error, Result, Session};

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use kugelblitz::memory;
 use kugelblitz::output::{self, OutputFile};
+use kugelblitz::picture::{STDIN, read_rays, write_hits};
 use kugelblitz::plain::Shown;
-use kugelblitz::rays::{STDIN, read_rays, write_hits};
 use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
 use kugelblitz::{Error, Result, Session};

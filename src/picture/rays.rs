@@ -5,14 +5,13 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::Ray;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::npy::{Array, Record};
 use crate::output::OutputFile;
 use crate::plain::Shown;
+use crate::rays::Ray;
 use crate::scene::Watched;
 use crate::system;
 use crate::trace::Hits;
@@ -77,24 +76,6 @@ fn open(path: &Path) -> io::Result<(PathBuf, File, Option<u64>)> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     Ok((path.into(), file, metadata.is_file().then_some(metadata.len())))
-}
-
-/// Fewer rays than this are looked at sooner than other threads are asked to.
-const MANY: usize = 1 << 14;
-
-/// Puts together what `look` finds of each ray, in any order; `nothing` is what is found of none. Of
-/// few rays without a thread pool: the first who asks for it would give its workers the floating-point
-/// environment of the calling thread.
-pub fn look_at_all<T: Copy + Send + Sync>(
-    rays: &[Ray],
-    nothing: T,
-    look: impl Fn(&Ray) -> T + Sync + Send,
-    join: impl Fn(T, T) -> T + Sync + Send,
-) -> T {
-    if rays.len() < MANY {
-        return rays.iter().map(look).fold(nothing, join);
-    }
-    rays.par_iter().map(look).reduce(|| nothing, join)
 }
 
 /// Hits that are encoded at once; keeps the memory small.
