@@ -94,9 +94,8 @@ fn in_words(error: &csv::Error) -> String {
 /// [`Error::Usage`] names the frame.
 pub fn check_reach(cameras: &[Camera], scene: &Scene) -> Result<()> {
     let largest = |place: DVec3| place.abs().max_element();
-    let of_spheres = scene.spheres.iter().map(|s| largest(s.center) + s.radius).fold(0.0, f64::max);
-    let of_planes = scene.planes.iter().map(|p| largest(p.point)).fold(0.0, f64::max);
-    let reach = of_spheres.max(of_planes);
+    let extents = scene.objects().map(|(_, object)| object.extent());
+    let reach = extents.map(|(at, radius)| largest(at) + radius).fold(0.0, f64::max);
     let is_far = |camera: &Camera| !(largest(camera.position) + reach).is_finite();
     match cameras.iter().position(is_far) {
         None => Ok(()),

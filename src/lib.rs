@@ -118,17 +118,16 @@
 //!    and, over many spheres, the tree of [`bvh`]. [`device::Device::tracer`] makes a
 //!    [`tracer::Tracer`] of it; on a device, `gpu/compile.rs` puts the shader together.
 //! 3. [`Session::draw`] calls [`render::render`], which goes through the picture band by band.
-//! 4. [`tracer::Tracer::propose`] finds an id or "undecided": on a device `render` in
-//!    `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of pixels, large ones first, with the
-//!    formulas of [`seen`] in lanes of f32, or through the tree, and `cpu/plain.rs` goes
-//!    through the objects of kernels without a proof.
-//! 5. [`tracer::Tracer::trace`] then calls `certify::resolve`, which runs on the CPU: f64 decides what was left open, by the same
-//!    formulas in lanes of f64 ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the rest; `certify/surfaces.rs` fills
-//!    in `t` and normals by the formulas of [`seen`]; what f64 cannot round goes through numbers of 100 bits
+//! 4. [`tracer::Tracer::trace`] takes strips of 16 rows through all stages (`cpu/mod.rs`), side by side. f32 finds an id or
+//!    "undecided": on a device beforehand, `render` in `shaders/render.wgsl`; on the CPU [`engine::Search`] looks at squares of
+//!    pixels, large ones first, with the formulas of [`seen`] in lanes, or through the tree, and `cpu/plain.rs` goes through the
+//!    objects of kernels without a proof.
+//! 5. f64 decides what was left open, by the same formulas ([`engine::Find64`]), and exact arithmetic ([`exact::nearest`]) the
+//!    rest; `certify/surfaces.rs` fills in `t` and normals; what f64 cannot round goes through numbers of 100 bits
 //!    (`certify/in_balls.rs`) before exact ones.
 //! 6. [`shade::Painter::paint`] makes colours of the hits: flat ones by a table, means of unlit samples by
-//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine or `cpu/squares/` has proven
-//!    which pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes
+//!    `shade/unlit.rs`, which [`tracer::Tracer::trace_samples`] finds, on the CPU after the engine has proven which
+//!    pixels show one object alone. Lit ones come of `shade/lit.rs`: `shade/pass.rs` finds bounds of their colours, of bytes
 //!    first in f32, in f64 what that leaves open and all others, both with the points of `certify/surfaces.rs` and the shadow
 //!    rays of [`seen::shadow`]; the rest is decided exactly (`shade/decide.rs`, `exact/light.rs`, `shade/mean.rs`). Kernels without a
 //!    proof shade plainly: `shade/plain.rs`, on a device its twin `shaders/plain_light.wgsl`, which `gpu/plain_light.rs`

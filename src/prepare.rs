@@ -197,6 +197,14 @@ impl Prepared {
         spheres.map(|(id, sphere)| (id, Object::Sphere(sphere))).chain(self.beside(&[]))
     }
 
+    /// Those of them that are in no tree.
+    pub(crate) fn listed(&self) -> Vec<(u32, Object<'_>)> {
+        match &self.hierarchy {
+            Some(hierarchy) => self.beside(&hierarchy.bvh.outside).collect(),
+            None => self.seen_objects().collect(),
+        }
+    }
+
     /// The planes that a ray may see, and the spheres with these ids.
     pub(crate) fn beside<'a>(
         &'a self,
@@ -256,7 +264,7 @@ impl Prepared {
 
     /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
     /// it is in the way of nothing that the earlier one is not in.
-    pub(crate) fn repeats_a_plane(&self, index: usize) -> bool {
+    fn repeats_a_plane(&self, index: usize) -> bool {
         let planes = &self.scene.planes;
         if planes.len() < 2 {
             return false;

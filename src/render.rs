@@ -11,7 +11,6 @@ use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::shade::{Background, ColorCounts, Colors, Encoding, Painted, Painter, Shader, Style};
 use crate::trace::{Coverage, Hits, Rays, StageCounts, Timing, Wants};
-use crate::tracer::Tracer;
 
 /// Bytes of [`Hits`] of a band. With ids alone that is twice a picture of 1920 × 1080; with `t` and
 /// normals it is 0.8 million rays, so that the slowest format, EXR, is not busy with one band for
@@ -94,18 +93,14 @@ pub fn hits_bytes(n_rays: u64, wants: Wants) -> u64 {
     n_rays.saturating_mul(ray_bytes as u64)
 }
 
-/// Bytes for `n_pixels` pixels of a scene of `n_objects` objects: their hits, those of their samples, and colours.
-pub(crate) fn band_bytes(
-    n_pixels: u64,
-    n_samples: Samples,
-    wants: Wants,
-    encoding: Encoding,
-    n_objects: usize,
-) -> u64 {
-    let n_each = if n_samples > Samples::ONE { n_samples.of_pixel().into() } else { 0 };
+/// Bytes for `n_pixels` pixels of a scene of `n_objects` objects: their hits, those of their samples, colours and coverage.
+pub(crate) fn band_bytes(n_pixels: u64, style: &Style, wants: Wants, n_objects: usize) -> u64 {
+    let n_each = if style.n_samples > Samples::ONE { style.n_samples.of_pixel().into() } else { 0 };
+    let coverage = if style.background == Background::Shown { 0 } else { size_of::<u16>() as u64 };
     hits_bytes(n_pixels, wants)
         .saturating_add(hits_bytes(n_pixels.saturating_mul(n_each), Wants::default()))
-        .saturating_add(Shader::bytes(encoding, n_objects, n_pixels))
+        .saturating_add(Shader::bytes(style.encoding, n_objects, n_pixels))
+        .saturating_add(n_pixels.saturating_mul(coverage))
 }
 
 /// Plans the bands of a picture of `n_objects` objects so that they fit the memory that is
@@ -121,31 +116,27 @@ pub fn plan(
     n_objects: usize,
     available: Available,
 ) -> Result<Plan> {
-    let wants = format.wants(options.certificates);
-    let mut n_band_rows = sampled_band_rows(pixels, n_samples, wants);
+    let mut plan = Plan { format, options, n_samples, epsilon: 0.0, n_band_rows: 0, bytes: 0 };
+    let (style, wants) = (plan.style(), plan.wants());
+    plan.n_band_rows = sampled_band_rows(pixels, n_samples, wants);
     loop {
-        let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let writer = writer_bytes(format, options, pixels, n_band_rows)?;
-        let coverage = if options.transparent { n_rays.saturating_mul(2) } else { 0 };
-        let encoding = format.encoding(options.bits);
-        let bytes = band_bytes(n_rays, n_samples, wants, encoding, n_objects)
-            .saturating_add(writer)
-            .saturating_add(coverage);
-        if bytes <= available.bytes {
-            let epsilon = 0.0;
-            return Ok(Plan { format, options, n_samples, epsilon, n_band_rows, bytes });
+        let n_pixels = u64::from(pixels.width) * u64::from(plan.n_band_rows);
+        let writer = writer_bytes(format, options, pixels, plan.n_band_rows)?;
+        plan.bytes = band_bytes(n_pixels, &style, wants, n_objects).saturating_add(writer);
+        if plan.bytes <= available.bytes {
+            return Ok(plan);
         }
-        if n_band_rows == 1 {
+        if plan.n_band_rows == 1 {
             return Err(Error::TooLarge(format!(
                 "writing a {format} picture {} pixels wide needs {} KiB of memory, but only {} \
                  KiB are available {}; free some, or render narrower parts with --crop",
                 pixels.width,
-                bytes.div_ceil(1 << 10),
+                plan.bytes.div_ceil(1 << 10),
                 available.bytes >> 10,
                 available.limit
             )));
         }
-        n_band_rows /= 2;
+        plan.n_band_rows /= 2;
     }
 }
 
@@ -253,14 +244,20 @@ impl Sink for Kept {
     }
 }
 
+/// Forgets what it takes: for measuring.
+impl Sink for () {
+    fn band(&mut self, _: &Colors, _: Option<&Coverage>, _: &Hits, _: u32) -> Result<()> {
+        Ok(())
+    }
+}
+
 /// Traces and shades `pixels` band by band and hands over each band as soon as it is there. The caller
 /// ends a file with [`PictureWriter::finish`].
 ///
 /// # Errors
-/// Those of [`Tracer::trace`], [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
+/// Those of [`Tracer::trace`](crate::tracer::Tracer::trace), [`Painter::paint`] and the sink; [`Error::Interrupted`] between bands as
 /// well.
 pub fn render(
-    tracer: &mut Tracer,
     painter: &mut Painter,
     pixels: &Pixels,
     n_band_rows: u32,
@@ -271,53 +268,18 @@ pub fn render(
     let mut hits = Hits::default();
     let mut colors = Colors::new(painter.encoding());
     for band in bands(pixels, n_band_rows) {
-        trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
+        control.check()?;
+        let timing = painter.tracer().trace(&Rays::Pixels(band), control, &mut hits)?;
+        rendered.timing.add(timing);
+        rendered.counts.add(hits.counts);
+        rendered.hits += hits.n_hits();
+        rendered.add(painter.paint(&band, &hits, control, &mut colors)?);
         let start = Instant::now();
         sink.band(&colors, painter.coverage(), &hits, band.height)?;
         rendered.write += start.elapsed();
     }
     control.check()?;
     Ok(rendered)
-}
-
-/// Traces and shades `pixels` as [`render`] does, and forgets the result: for measuring.
-///
-/// # Errors
-/// Those of [`render`], but for the writer's.
-pub fn paint_only(
-    tracer: &mut Tracer,
-    painter: &mut Painter,
-    pixels: &Pixels,
-    n_band_rows: u32,
-    control: &Control,
-) -> Result<Rendered> {
-    let mut rendered = Rendered::default();
-    let mut hits = Hits::default();
-    let mut colors = Colors::new(painter.encoding());
-    for band in bands(pixels, n_band_rows) {
-        trace_band(tracer, &band, control, &mut hits, &mut rendered)?;
-        // What flat colours take is part of writing them.
-        if !painter.is_flat() {
-            rendered.add(painter.paint_with(Some(tracer), &band, &hits, control, &mut colors)?);
-        }
-    }
-    Ok(rendered)
-}
-
-fn trace_band(
-    tracer: &mut Tracer,
-    band: &Pixels,
-    control: &Control,
-    hits: &mut Hits,
-    rendered: &mut Rendered,
-) -> Result<()> {
-    control.check()?;
-    let timing = tracer.trace(&Rays::Pixels(*band), control, hits)?;
-    rendered.timing.add(timing);
-    rendered.counts.add(hits.counts);
-    rendered.hits += hits.n_hits();
-    Ok(())
 }
 
 #[cfg(test)]
@@ -332,7 +294,7 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Plane, Scene};
-    use crate::tracer::Backend;
+    use crate::tracer::{Backend, Tracer};
 
     fn pixels(width: u32, height: u32) -> Pixels {
         let camera = Camera::new(DVec3::ZERO, DVec3::NEG_Z);
@@ -422,14 +384,14 @@ mod tests {
         let prepared = Prepared::new(scene, Kernel::Lecture, &Rays::Pixels(pixels)).unwrap();
         let style = Style::new(Encoding::Srgb8);
         let prepared = Arc::new(prepared);
-        let mut painter = Painter::new(&prepared, style, &pixels, None);
-        let mut draw = |cancel_at| {
+        let draw = |cancel_at| {
             let wall = Wall { n_calls: 0, cancel_at };
             let mut tracer = Tracer::on(wall, Arc::clone(&prepared), Wants::default());
+            let mut painter = Painter::new(style, &pixels, &mut tracer, None);
             let (options, sink) = (PictureOptions::default(), std::io::Cursor::new(Vec::new()));
             let mut writer = PictureWriter::create(Format::Ppm, options, &pixels, sink, "memory")?;
             let control = Control::default();
-            let rendered = render(&mut tracer, &mut painter, &pixels, 10, &mut writer, &control)?;
+            let rendered = render(&mut painter, &pixels, 10, &mut writer, &control)?;
             writer.finish()?;
             Ok(rendered)
         };

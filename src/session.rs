@@ -14,7 +14,7 @@ use crate::picture::{Format, Metadata, Origin, PictureOptions, PictureWriter};
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, View};
 use crate::render::{
-    Kept, Plan, Rendered, band_bytes, hits_bytes, paint_only, plan, render, sampled_band_rows,
+    Kept, Plan, Rendered, Sink, band_bytes, hits_bytes, plan, render, sampled_band_rows,
 };
 use crate::scene::{Camera, Samples, Scene};
 use crate::shade::{Colors, Encoding, Painter, Pixel, Style};
@@ -150,29 +150,38 @@ impl Session {
         Ok((self.ready.insert(tracer), making))
     }
 
-    /// A tracer of pixels' centre rays, and a painter that has what their samples need.
+    /// A painter that has what pixels and their samples need.
     fn painter(
         &mut self,
         pixels: &Pixels,
         style: Style,
         wants: Wants,
         control: &Control,
-    ) -> Result<(&mut Tracer, Painter<'_>)> {
+    ) -> Result<Painter<'_>> {
         let source = (&self.scene, &self.device, self.kernel);
         let rays = Rays::Pixels(*pixels);
         let (tracer, _) = renewed(&mut self.ready, None, source, &rays, wants, control)?;
         let tracer = self.ready.insert(tracer);
-        let prepared = Arc::clone(tracer.prepared());
         if style.n_samples == Samples::ONE {
-            return Ok((tracer, Painter::new(&prepared, style, pixels, None)));
+            return Ok(Painter::new(style, pixels, tracer, None));
         }
         let rays = Rays::Pixels(pixels.samples(style.n_samples.across()));
         // The tree is there already.
-        let (slot, tree, wants) = (&mut self.of_samples, Some(&*prepared), Wants::default());
-        let (of_samples, _) = renewed(slot, tree, source, &rays, wants, control)?;
-        let of_samples = self.of_samples.insert(of_samples);
-        let prepared = Arc::clone(of_samples.prepared());
-        Ok((tracer, Painter::new(&prepared, style, pixels, Some(of_samples))))
+        let (slot, tree) = (&mut self.of_samples, Some(&**tracer.prepared()));
+        let (of_samples, _) = renewed(slot, tree, source, &rays, Wants::default(), control)?;
+        Ok(Painter::new(style, pixels, tracer, Some(self.of_samples.insert(of_samples))))
+    }
+
+    /// Draws pixels band by band.
+    fn run(
+        &mut self,
+        pixels: &Pixels,
+        (style, wants, n_band_rows): (Style, Wants, u32),
+        sink: &mut impl Sink,
+        control: &Control,
+    ) -> Result<Rendered> {
+        let mut painter = self.painter(pixels, style, wants, control)?;
+        render(&mut painter, pixels, n_band_rows, sink, control)
     }
 
     /// Traces any rays, or pixels of a picture.
@@ -218,14 +227,13 @@ impl Session {
         let n_objects = self.scene.n_objects();
         let bytes = |n_rows: u32, n_samples: Samples| {
             let n_pixels = u64::from(pixels.width) * u64::from(n_rows);
-            band_bytes(n_pixels, n_samples, wants, style.encoding, n_objects)
+            band_bytes(n_pixels, &Style { n_samples, ..style }, wants, n_objects)
         };
         let bytes = bytes(pixels.height, Samples::ONE)
             .saturating_add(bytes(n_band_rows.min(pixels.height), style.n_samples));
         memory::require("a picture in memory", bytes, "draw it into a file, or a smaller one")?;
-        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut kept = Kept::new(style.encoding);
-        let rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut kept, control)?;
+        let rendered = self.run(pixels, (style, wants, n_band_rows), &mut kept, control)?;
         Ok((kept, rendered))
     }
 
@@ -262,9 +270,8 @@ impl Session {
             self.trace(&Rays::Pixels(*pixels), wants, control, &mut hits)?;
         }
         let style = Style { n_samples, ..Style::new(P::ENCODING) };
-        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut colors = Colors::new(P::ENCODING);
-        painter.paint_with(Some(tracer), pixels, &hits, control, &mut colors)?;
+        self.painter(pixels, style, wants, control)?.paint(pixels, &hits, control, &mut colors)?;
         P::all(colors)
     }
 
@@ -306,13 +313,13 @@ impl Session {
     ) -> Result<(Rendered, OutputFile)> {
         let Plan { format, options, n_band_rows, .. } = *plan;
         let metadata = self.metadata(pixels, plan);
-        let (tracer, mut painter) = self.painter(pixels, plan.style(), plan.wants(), control)?;
+        let mut painter = self.painter(pixels, plan.style(), plan.wants(), control)?;
         let path = file.path().to_owned();
         let start = Instant::now();
         let mut writer =
             PictureWriter::create_with(format, options, pixels, &metadata, file, path)?;
         let begin = start.elapsed();
-        let mut rendered = render(tracer, &mut painter, pixels, n_band_rows, &mut writer, control)?;
+        let mut rendered = render(&mut painter, pixels, n_band_rows, &mut writer, control)?;
         let start = Instant::now();
         let file = writer.finish()?;
         rendered.write += begin + start.elapsed();
@@ -353,11 +360,10 @@ impl Session {
         let n_band_rows = sampled_band_rows(pixels, n_samples, wants);
         let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
         let n_rays = u64::from(pixels.width) * u64::from(n_band_rows);
-        let bytes = band_bytes(n_rays, n_samples, wants, style.encoding, self.scene.n_objects());
+        let bytes = band_bytes(n_rays, &style, wants, self.scene.n_objects());
         memory::require("rows of the picture", bytes, "take a narrower part with --crop")?;
-        let (tracer, mut painter) = self.painter(pixels, style, wants, control)?;
         let mut digest = Digest::new(pixels, n_samples);
-        render(tracer, &mut painter, pixels, n_band_rows, &mut digest, control)?;
+        self.run(pixels, (style, wants, n_band_rows), &mut digest, control)?;
         Ok(digest.finish())
     }
 
@@ -371,8 +377,8 @@ impl Session {
         plan: &Plan,
         control: &Control,
     ) -> Result<Rendered> {
-        let (tracer, mut painter) = self.painter(pixels, plan.style(), plan.wants(), control)?;
-        paint_only(tracer, &mut painter, pixels, plan.n_band_rows, control)
+        let how = (plan.style(), plan.wants(), plan.n_band_rows);
+        self.run(pixels, how, &mut (), control)
     }
 
     /// What the last rays were prepared as.

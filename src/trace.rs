@@ -42,6 +42,17 @@ pub struct StageCounts {
 }
 
 impl StageCounts {
+    /// So many rays that one stage decided.
+    pub fn of(n_rays: u64, level: Level) -> StageCounts {
+        let mut counts = StageCounts::default();
+        match level {
+            Level::F32 => counts.f32 = n_rays,
+            Level::F64 => counts.f64 = n_rays,
+            Level::Exact => counts.exact = n_rays,
+        }
+        counts
+    }
+
     /// All rays counted.
     pub fn total(&self) -> u64 {
         self.f32 + self.f64 + self.exact
@@ -237,6 +248,14 @@ impl Timing {
     /// All stages but the read-back.
     pub fn deciding(&self) -> Duration {
         self.trace + self.refine + self.decide
+    }
+
+    /// Of the time of threads that worked side by side: the same shares of what went by meanwhile.
+    pub(crate) fn within(self, wall: Duration) -> Timing {
+        let share = wall.as_secs_f64() / self.deciding().as_secs_f64().max(f64::MIN_POSITIVE);
+        let [trace, refine, decide] =
+            [self.trace, self.refine, self.decide].map(|time| time.mul_f64(share));
+        Timing { trace, refine, decide, ..self }
     }
 
     /// Adds another part of the same picture.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::certify;
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
@@ -106,7 +105,7 @@ impl Tracer {
         cpu::propose(&self.prepared, self.wants, rays, control, hits)
     }
 
-    /// The same with the ids alone, into words on a device.
+    /// The same with the ids alone, into words on a device; nothing is proposed where [`Prepared::starts_in_f64`].
     ///
     /// # Errors
     /// Those of [`Tracer::trace`].
@@ -117,6 +116,10 @@ impl Tracer {
         control: &Control,
         ids: &Words,
     ) -> Result<()> {
+        if self.prepared.starts_in_f64() {
+            ids.write(0, &vec![crate::num::OPEN; rays.len()]);
+            return Ok(());
+        }
         if let Some(backend) = &mut self.backend
             && backend.propose_resident(rays, control, ids)?
         {
@@ -136,11 +139,13 @@ impl Tracer {
     /// device failed or timed out, [`crate::Error::TooLarge`] when the rays don't fit its limits,
     /// [`crate::Error::Usage`] when the scene was prepared for other rays.
     pub fn trace(&mut self, rays: &Rays, control: &Control, hits: &mut Hits) -> Result<Timing> {
-        let timing = match self.prepared.starts_in_f64() {
-            true => certify::leave_open(&self.prepared, rays, self.wants, control, hits)?,
-            false => self.propose(rays, control, hits)?,
+        let proposed = match &mut self.backend {
+            Some(backend) if !self.prepared.starts_in_f64() => {
+                backend.propose(rays, control, hits)?
+            }
+            _ => None,
         };
-        certify::resolve(&self.prepared, rays, self.wants, control, hits, timing)
+        cpu::trace(&self.prepared, self.wants, rays, proposed, control, hits)
     }
 
     /// What the samples of `pixels` see, `n` × `n` of each. The scene is prepared for the picture of the samples,
@@ -156,14 +161,12 @@ impl Tracer {
         hits: &mut Hits,
         samples: &mut SampleIds,
     ) -> Result<Timing> {
-        let squares = match self.backend {
-            Some(_) => None,
-            None => cpu::Squares::new(&self.prepared, pixels, n),
-        };
-        match squares {
-            Some(squares) => squares.trace(control, samples),
-            None => self.trace_all_samples(pixels, n, control, hits, samples),
+        if self.backend.is_none()
+            && let Some(timing) = cpu::trace_samples(&self.prepared, pixels, n, control, samples)?
+        {
+            return Ok(timing);
         }
+        self.trace_all_samples(pixels, n, control, hits, samples)
     }
 
     /// The same by tracing each sample.

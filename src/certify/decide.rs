@@ -4,69 +4,48 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::surfaces::MISS;
-use super::{Settled, Stage};
+use super::{Decided, Stage};
 use crate::control::Control;
 use crate::engine::{Candidates, Said, Tile};
 use crate::error::Result;
 use crate::exact::{Shape, nearest};
 use crate::host;
 use crate::num::OPEN;
-use crate::scene::Object;
-use crate::trace::{Level, Timing, Wants};
-use glam::DVec3;
-
-/// Undecided rays that are looked at before they are settled.
-const RAYS_AT_ONCE: usize = 1 << 16;
+use crate::trace::{Level, Timing};
 
 /// Rays that one thread decides at a time.
 const RAYS_PER_PART: usize = 1 << 10;
 
-impl Settled {
-    /// A ray's object that f64 decided; its hit is not complete yet.
-    pub fn in_f64(id: u32) -> Settled {
-        Settled { id, t: 0.0, normal: [0.0; 3], level: Level::F64 }
-    }
-}
-
 impl Stage<'_> {
-    /// Decides `undecided` rays: in f64, and what is left exactly.
+    /// Decides rays that f32 left open: in f64, and what is left exactly.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when `control` was cancelled.
     pub fn decide(
         &self,
-        undecided: &[u32],
-        wants: Wants,
+        rays: &[u32],
         control: &Control,
         timing: &mut Timing,
-        mut store: impl FnMut(u32, Settled),
-    ) -> Result<()> {
-        let (mut ids, mut open) = (Vec::new(), Vec::new());
-        for rays in undecided.chunks(RAYS_AT_ONCE) {
-            let start = Instant::now();
-            ids.resize(rays.len(), OPEN);
-            self.decide_f64(rays, control, &mut ids)?;
-            open.clear();
-            for (&ray, &id) in rays.iter().zip(&ids) {
-                match id {
-                    OPEN => open.push(ray),
-                    id => store(ray, Settled::in_f64(id)),
-                }
-            }
-            timing.refine += start.elapsed();
+    ) -> Result<Vec<Decided>> {
+        let start = Instant::now();
+        let mut ids = vec![OPEN; rays.len()];
+        self.decide_f64(rays, control, &mut ids)?;
+        timing.refine += start.elapsed();
 
-            let start = Instant::now();
-            let begin = || (host::check(), Candidates::default());
-            let one = |(checked, candidates): &mut (Result<()>, Candidates), &ray: &u32| {
-                std::mem::replace(checked, Ok(()))?;
+        let start = Instant::now();
+        let one = |candidates: &mut Candidates, (&ray, &id): (&u32, &u32)| match id {
+            OPEN => {
+                host::check()?;
                 control.check()?;
-                Ok(self.settle(ray as usize, candidates, wants))
-            };
-            let settled = open.par_iter().map_init(begin, one).collect::<Result<Vec<Settled>>>()?;
-            for (&ray, settled) in open.iter().zip(settled) {
-                store(ray, settled);
+                let (id, level) = self.settle(ray as usize, candidates);
+                Ok(Decided { ray, id, level })
             }
-            timing.decide += start.elapsed();
-        }
-        Ok(())
+            id => Ok(Decided { ray, id, level: Level::F64 }),
+        };
+        let both = rays.par_iter().zip(&ids);
+        let decided = both.map_init(Candidates::default, one).collect::<Result<Vec<_>>>()?;
+        timing.decide += start.elapsed();
+        Ok(decided)
     }
 
     /// The ids of some rays in f64, [`OPEN`] where they are left open.
@@ -93,35 +72,13 @@ impl Stage<'_> {
     }
 
     /// What a ray sees, exactly where f64 leaves it open.
-    fn settle(&self, index: usize, candidates: &mut Candidates, wants: Wants) -> Settled {
+    fn settle(&self, index: usize, candidates: &mut Candidates) -> (u32, Level) {
         let found = match self.find.look(index, candidates) {
-            Said::Sees(id) => return Settled::in_f64(id),
+            Said::Sees(id) => return (id, Level::F64),
             Said::Open(found) => found,
         };
-        let (t, normal) = MISS;
-        let level = Level::Exact;
-        let miss = Settled { id: 0, t, normal, level };
-        let ray = self.exact_ray(index);
         let shape = |&(id, _): &(u32, f64)| Some((id, Shape::from(self.scene.object(id)?)));
-        match nearest(&ray, found.iter().filter_map(shape)) {
-            None => miss,
-            Some(hit) if !wants.surface => Settled { id: hit.id, ..miss },
-            // As for the rays that f64 decides, so that a hit's numbers don't tell its stage.
-            Some(hit) => {
-                let (t, normal) = self.surface(index, hit.id).unwrap_or(MISS);
-                Settled { id: hit.id, t, normal, level }
-            }
-        }
+        let seen = nearest(&self.exact_ray(index), found.iter().filter_map(shape));
+        (seen.map_or(0, |hit| hit.id), Level::Exact)
     }
-}
-
-/// The numbers of an object, the same for equal ones; a plane's radius is one that no sphere has.
-pub fn bits(object: Object) -> [u64; 7] {
-    let (at, normal, radius) = match object {
-        Object::Sphere(sphere) => (sphere.center, DVec3::ZERO, sphere.radius),
-        Object::Plane(plane) => (plane.point, plane.normal, f64::NAN),
-    };
-    let [x, y, z] = at.to_array().map(f64::to_bits);
-    let [nx, ny, nz] = normal.to_array().map(f64::to_bits);
-    [x, y, z, nx, ny, nz, radius.to_bits()]
 }

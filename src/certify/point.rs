@@ -70,11 +70,14 @@ mod tests {
                 })
                 .collect();
             let (surfaces, mut packs) = (Surfaces::in_f64(&stage), Vec::new());
-            surfaces.load(0, &ids, &mut packs);
-            surfaces.solve(&mut packs);
-            for (at, &id) in ids.iter().enumerate().filter(|(_, id)| **id != 0) {
-                let seen = packs[at / LANES].surface.lane(at % LANES);
-                if !seen.is_known() {
+            for (at, &id) in ids.iter().enumerate() {
+                let column = at % width as usize;
+                if column == 0 {
+                    surfaces.load(at, &ids[at..][..width as usize], &mut packs);
+                    surfaces.solve(&mut packs);
+                }
+                let seen = packs[column / LANES].surface.lane(column % LANES);
+                if id == 0 || !seen.is_known() {
                     continue;
                 }
                 n_known += 1;

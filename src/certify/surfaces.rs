@@ -44,8 +44,6 @@ pub struct PlaneF64 {
     pub normal: DVec3,
     /// The exact one, each component rounded to the nearest f32.
     pub unit_f32: [f32; 3],
-    /// Whether an earlier plane is the same: then nothing sees this one.
-    pub is_repeated: bool,
 }
 
 impl PlaneF64 {
@@ -53,7 +51,7 @@ impl PlaneF64 {
         let normal = Scaled::new(plane.normal).rounded();
         let unit = normal * (1.0 / normal.length());
         let unit_f32 = unit_f32(plane, unit.to_array());
-        PlaneF64 { point: plane.point, normal, unit_f32, is_repeated: false }
+        PlaneF64 { point: plane.point, normal, unit_f32 }
     }
 }
 
@@ -107,6 +105,9 @@ pub struct Pack<F: Float, const N: usize> {
     /// What is found.
     pub surface: Surface<Lanes<F, N>>,
 }
+
+/// Those that go side by side in f64.
+pub type PackF64 = Pack<f64, LANES>;
 
 impl<F: Float, const N: usize> Default for Pack<F, N> {
     fn default() -> Pack<F, N> {
@@ -190,16 +191,25 @@ impl<'a> Surfaces<'a, f64> {
         &self,
         first: usize,
         ids: &[u32],
-        room: &mut Vec<Pack<f64, LANES>>,
+        room: &mut Vec<PackF64>,
         t: &mut [f32],
         normal: &mut [[f32; 3]],
     ) {
-        pulp::Arch::new().dispatch(Round { surfaces: self, first, ids, packs: room, t, normal });
+        let row = match &self.rays {
+            SurfaceRays::Pixels(pixels, _) => pixels.width as usize,
+            SurfaceRays::List(_) => ids.len(),
+        };
+        let rows = ids.chunks(row).zip(t.chunks_mut(row)).zip(normal.chunks_mut(row));
+        for (first, ((ids, t), normal)) in (first..).step_by(row).zip(rows) {
+            let packs = &mut *room;
+            pulp::Arch::new().dispatch(Round { surfaces: self, first, ids, packs, t, normal });
+        }
     }
 
-    /// Puts the rays from `first` on, which see these objects, into packs; the last lanes may repeat one.
+    /// Puts the rays from `first` on, which are of one row and see these objects, into packs. The last lanes are of a list's last
+    /// ray, or go on beside the row.
     #[inline(always)]
-    pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<Pack<f64, LANES>>) {
+    pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<PackF64>) {
         let n_spheres = self.scene.spheres.len() as u32;
         let n_packs = ids.len().div_ceil(LANES);
         packs.resize_with(packs.len().max(n_packs), Pack::default);
@@ -209,27 +219,11 @@ impl<'a> Surfaces<'a, f64> {
         }
         match &self.rays {
             SurfaceRays::Pixels(pixels, _) => {
-                let (mut x, mut y) = pixels.xy(first);
-                let end = pixels.x + pixels.width;
+                let (x, y) = pixels.xy(first);
+                let (i, j) = pixels.offset2(x, y);
                 let columns = Lanes(std::array::from_fn(|lane| 2.0 * lane as f64));
-                for pack in packs {
-                    let (i, j) = pixels.offset2(x, y);
+                for (i, pack) in (i..).step_by(2 * LANES).zip(packs) {
                     pack.offset = [Lanes::lit(i as f64) + columns, Lanes::lit(j as f64)];
-                    x += LANES as u32;
-                    if x < end {
-                        continue;
-                    }
-                    // The row ends here.
-                    let n_here = LANES as u32 - (x - end);
-                    (x, y) = (pixels.x, y + 1);
-                    for lane in n_here as usize..LANES {
-                        let (i, j) = pixels.offset2(x, y);
-                        (pack.offset[0].0[lane], pack.offset[1].0[lane]) = (i as f64, j as f64);
-                        x += 1;
-                        if x == end {
-                            (x, y) = (pixels.x, y + 1);
-                        }
-                    }
                 }
             }
             SurfaceRays::List(rays) => {
@@ -464,7 +458,7 @@ struct Round<'a> {
     surfaces: &'a Surfaces<'a, f64>,
     first: usize,
     ids: &'a [u32],
-    packs: &'a mut Vec<Pack<f64, LANES>>,
+    packs: &'a mut Vec<PackF64>,
     t: &'a mut [f32],
     normal: &'a mut [[f32; 3]],
 }
@@ -501,7 +495,7 @@ impl WithSimd for Round<'_> {
 
 /// Rounds what is found of the first lanes of a pack; `t` is 0 where two numbers are as near.
 #[inline(always)]
-fn round_pack(pack: &Pack<f64, LANES>, t: &mut [f32], normal: &mut [[f32; 3]]) {
+fn round_pack(pack: &PackF64, t: &mut [f32], normal: &mut [[f32; 3]]) {
     let Surface { t: bounds, normal: found, component_error, .. } = &pack.surface;
     let (low, high) = (bounds.low * pack.scale, bounds.high * pack.scale);
     let mut ts = [0.0; LANES];

@@ -3,10 +3,13 @@
 use super::surfaces::{LONGEST_SCALED, MISS, Surfaces, TAndNormal, exact_surface};
 use super::*;
 use crate::exact::{ExactHit, Shape, nearest, visible_root};
+use crate::kernel::Kernel;
+use crate::num::OPEN;
 use crate::prepare::Scaled;
 use crate::random::SplitMix;
 use crate::rays::{Bundle, View};
 use crate::scene::{Camera, Color, Plane, Projection, Sphere};
+use crate::trace::{Hits, Timing, Wants};
 use std::sync::Arc;
 
 /// Spheres that differ in the last bits and lie in no order: f64 leaves all of them open.
@@ -26,14 +29,9 @@ fn pixels(width: u32, height: u32) -> Pixels {
     Pixels::whole(View::new(&camera), width, height)
 }
 
-fn decide(stage: &Stage, n_rays: u32) -> Vec<(u32, f32, Level)> {
-    let wants = Wants { surface: true, level: true };
-    let mut all = Vec::new();
-    let rays: Vec<u32> = (0..n_rays).collect();
-    let put = |_, settled: Settled| all.push((settled.id, settled.t, settled.level));
-    let control = Control::default();
-    stage.decide(&rays, wants, &control, &mut Timing::default(), put).unwrap();
-    all
+fn decide(stage: &Stage, n_rays: usize) -> Vec<Decided> {
+    let rays: Vec<u32> = (0..n_rays as u32).collect();
+    stage.decide(&rays, &Control::default(), &mut Timing::default()).unwrap()
 }
 
 /// However many planes and spheres coincide, one of them needs no exact arithmetic.
@@ -55,7 +53,7 @@ fn of_equal_objects_the_first_is_the_only_candidate() {
         let rays = Rays::Pixels(pixels(8, 6));
         let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
         let all = decide(&Stage::new(&prepared, &rays), 48);
-        assert!(all.iter().all(|(id, _, level)| *id == 1 && *level == Level::F64));
+        assert!(all.iter().all(|one| one.id == 1 && one.level == Level::F64));
     }
 }
 
@@ -144,14 +142,13 @@ fn case_of(n_spheres: usize, seed: u64, bundle: Bundle) -> (Scene, Rays) {
     (Scene { spheres: spheres.into(), planes, ..Scene::default() }, rays)
 }
 
-/// `hits` with the object of each ray, and without `t` and normals.
+/// The object of each ray, and room for `t` and normals.
 fn decided(stage: &Stage, n_rays: usize) -> Hits {
     let mut hits = Hits::default();
     hits.make_room(n_rays, Wants { surface: true, level: false });
-    let rays: Vec<u32> = (0..n_rays as u32).collect();
-    let store = |ray: u32, settled: Settled| hits.id[ray as usize] = settled.id;
-    let control = Control::default();
-    stage.decide(&rays, Wants::default(), &control, &mut Timing::default(), store).unwrap();
+    for Decided { ray, id, .. } in decide(stage, n_rays) {
+        hits.id[ray as usize] = id;
+    }
     hits
 }
 
@@ -183,7 +180,9 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
             let prepared = Prepared::new(Arc::new(scene), Kernel::Certified, &rays).unwrap();
             let stage = Stage::new(&prepared, &rays);
             let mut hits = decided(&stage, rays.len());
-            stage.fill_surfaces(&Control::default(), &mut hits).unwrap();
+            let (surfaces, control) = (Surfaces::to_be_rounded(&stage), Control::default());
+            let Hits { id, t, normal, .. } = &mut hits;
+            stage.complete(&surfaces, (0, id), (t, normal), &control, &mut Vec::new()).unwrap();
             assert_eq!(n_different(&stage, &hits), 0, "{bundle:?}, seed {seed}");
             let hit = hits.id.iter().position(|&id| id != 0);
             if let Some(ray) = hit {
@@ -192,7 +191,6 @@ fn surfaces_side_by_side_are_those_of_one_ray() {
             }
 
             let (mut t, mut normal) = (hits.t.clone(), hits.normal.clone());
-            let surfaces = Surfaces::to_be_rounded(&stage);
             surfaces.round(0, &hits.id, &mut Vec::new(), &mut t, &mut normal);
             let open: Vec<usize> = (0..t.len()).filter(|&ray| t[ray] == 0.0).collect();
             n_hits[kind] += hits.n_hits();

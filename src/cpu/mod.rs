@@ -1,24 +1,95 @@
-//! What the CPU finds of a kernel's stage: rows in parallel.
+//! What the CPU finds: parts of a picture's rays, or of a list's, go through all stages, side by side.
 
 mod plain;
-mod squares;
+#[cfg(test)]
+mod tests;
 
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use crate::certify::{Decided, PackF64, Stage, Surfaces, is_ordinary};
 use crate::control::Control;
-use crate::engine::{LARGEST, List, ListSearch, Room, Search};
+use crate::engine::{self, LARGEST, ListSearch, Search};
 use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
+use crate::num::OPEN;
 use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray, Rays};
-use crate::trace::{Hits, Timing, Wants};
-pub use squares::Squares;
+use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, resize};
 
 /// Rays that one thread takes at a time from a list.
-const RAYS_PER_CHUNK: usize = 4096;
+const RAYS_PER_PART: usize = 4096;
+
+/// Consecutive rays, and where what they see goes; nothing where it is not wanted.
+struct Part<'a> {
+    /// Index of the first.
+    first: usize,
+    ids: &'a mut [u32],
+    t: &'a mut [f32],
+    normal: &'a mut [[f32; 3]],
+    level: &'a mut [u8],
+}
+
+/// All rays, in parts of so many rows of a picture.
+fn parts<'a>(rays: &Rays, n_rows: u32, hits: &'a mut Hits) -> Vec<Part<'a>> {
+    let n = match rays {
+        Rays::Pixels(pixels) => (n_rows * pixels.width) as usize,
+        Rays::List(_) => RAYS_PER_PART,
+    };
+    let n = n.max(1);
+    let mut t = hits.t.chunks_mut(n);
+    let mut normal = hits.normal.chunks_mut(n);
+    let mut level = hits.level.chunks_mut(n);
+    let part = |(number, ids)| Part {
+        first: number * n,
+        ids,
+        t: t.next().unwrap_or_default(),
+        normal: normal.next().unwrap_or_default(),
+        level: level.next().unwrap_or_default(),
+    };
+    hits.id.chunks_mut(n).enumerate().map(part).collect()
+}
+
+/// The rows of so many pixels from the one with index `first` on.
+fn rows_of(pixels: &Pixels, first: usize, n_pixels: usize) -> Pixels {
+    let [first, n_rows] = [first, n_pixels].map(|n| n as u32 / pixels.width);
+    pixels.rows(first, n_rows)
+}
+
+/// The certified kernel's f32 stage.
+enum First<'a> {
+    Pixels(Box<Search<'a>>, &'a Pixels),
+    List(ListSearch<'a>, &'a [Ray]),
+    /// A device's proposals are there already.
+    Proposed,
+    /// All is left open.
+    Skipped,
+}
+
+impl<'a> First<'a> {
+    fn new(prepared: &'a Prepared, rays: &'a Rays) -> First<'a> {
+        match rays {
+            _ if rays.is_empty() => First::Skipped,
+            Rays::Pixels(pixels) => {
+                First::Pixels(Box::new(Search::new(prepared, pixels, 1)), pixels)
+            }
+            Rays::List(rays) => First::List(ListSearch::new(prepared), rays),
+        }
+    }
+
+    fn look(&self, first: usize, ids: &mut [u32], room: &mut engine::Room) {
+        match self {
+            First::Pixels(search, pixels) => {
+                search.look(&rows_of(pixels, first, ids.len()), ids, room);
+            }
+            First::List(search, all) => search.look(&all[first..][..ids.len()], ids),
+            First::Proposed => {}
+            First::Skipped => ids.fill(OPEN),
+        }
+    }
+}
 
 /// What a kernel itself sees: [`Tracer::propose`](crate::tracer::Tracer::propose).
 ///
@@ -34,42 +105,203 @@ pub fn propose(
     let start = Instant::now();
     prepared.check(rays)?;
     hits.make_room(rays.len(), wants);
-    match (prepared.kernel, rays) {
-        _ if rays.is_empty() => {}
-        (Kernel::Certified, Rays::Pixels(pixels)) => search(prepared, pixels, control, hits)?,
-        (Kernel::Certified, Rays::List(rays)) => search_list(prepared, rays, control, hits)?,
-        _ => plain::trace(prepared, rays, control, hits)?,
+    if prepared.kernel == Kernel::Certified {
+        let first = First::new(prepared, rays);
+        let parts = parts(rays, LARGEST, hits).into_par_iter();
+        parts.try_for_each_init(engine::Room::default, |room, part| -> Result<()> {
+            control.check()?;
+            host::check()?;
+            first.look(part.first, part.ids, room);
+            control.advance(part.ids.len() as u64);
+            Ok(())
+        })?;
+    } else {
+        plain::trace(prepared, rays, control, hits)?;
     }
     Ok(Timing { trace: start.elapsed(), ..Timing::default() })
 }
 
-/// The certified kernel's f32 stage for pixels.
-fn search(prepared: &Prepared, pixels: &Pixels, control: &Control, hits: &mut Hits) -> Result<()> {
-    let search = Search::new(prepared, pixels, 1);
-    let strips = hits.id.par_chunks_mut(LARGEST as usize * pixels.width as usize).enumerate();
-    strips.try_for_each_init(Room::default, |room, (strip, ids)| {
-        control.check()?;
-        host::check()?;
-        search.look(strip as u32 * LARGEST, ids, room);
-        control.advance(ids.len() as u64);
-        Ok(())
-    })
-}
-
-/// The certified kernel's f32 stage for a list of rays.
-fn search_list(
+/// What is known of all rays, after a device has `proposed` their ids, or without one: [`Tracer::trace`](crate::tracer::Tracer::trace).
+///
+/// # Errors
+/// Those of [`propose`].
+pub fn trace(
     prepared: &Prepared,
-    rays: &[Ray],
+    wants: Wants,
+    rays: &Rays,
+    proposed: Option<Timing>,
     control: &Control,
     hits: &mut Hits,
-) -> Result<()> {
-    let search = ListSearch::new(prepared);
-    let chunks = rays.par_chunks(RAYS_PER_CHUNK).zip(hits.id.par_chunks_mut(RAYS_PER_CHUNK));
-    chunks.try_for_each(|(rays, ids)| {
+) -> Result<Timing> {
+    if prepared.kernel != Kernel::Certified {
+        let timing = match proposed {
+            Some(timing) => timing,
+            None => propose(prepared, wants, rays, control, hits)?,
+        };
+        let level = if prepared.kernel == Kernel::Double { Level::F64 } else { Level::F32 };
+        hits.level.fill(level as u8);
+        hits.counts = StageCounts::of(rays.len() as u64, level);
+        return Ok(timing);
+    }
+    if proposed.is_none() {
+        prepared.check(rays)?;
+        hits.make_room(rays.len(), wants);
+    }
+    let start = Instant::now();
+    let stage = Stage::new(prepared, rays);
+    let stages = Stages {
+        first: match proposed {
+            Some(_) => First::Proposed,
+            None if prepared.starts_in_f64() => First::Skipped,
+            None => First::new(prepared, rays),
+        },
+        surfaces: wants.surface.then(|| Surfaces::to_be_rounded(&stage)),
+        stage: &stage,
+        rays,
+        control,
+    };
+    let parts = parts(rays, LARGEST, hits).into_par_iter();
+    let done = parts.map_init(Room::default, |room, part| stages.run(part, room));
+    let done = done.try_reduce(Done::default, Done::and)?;
+    hits.counts = done.counts;
+    let mut timing = proposed.unwrap_or_default();
+    timing.add(done.timing.within(start.elapsed()));
+    Ok(timing)
+}
+
+/// How many rays of a part each stage decided, and the time of its thread.
+#[derive(Default)]
+struct Done {
+    counts: StageCounts,
+    timing: Timing,
+}
+
+impl Done {
+    fn and(mut self, other: Done) -> Result<Done> {
+        self.counts.add(other.counts);
+        self.timing.add(other.timing);
+        Ok(self)
+    }
+}
+
+/// What a thread works in, from part to part.
+#[derive(Default)]
+struct Room {
+    search: engine::Room,
+    /// Rays that are left open.
+    open: Vec<u32>,
+    packs: Vec<PackF64>,
+}
+
+/// The stages that rays go through.
+struct Stages<'a> {
+    first: First<'a>,
+    stage: &'a Stage<'a>,
+    /// Where `t` and normals are wanted.
+    surfaces: Option<Surfaces<'a, f64>>,
+    rays: &'a Rays,
+    control: &'a Control,
+}
+
+impl Stages<'_> {
+    fn run(&self, part: Part, room: &mut Room) -> Result<Done> {
+        let Part { first, ids, t, normal, level } = part;
+        let Room { search, open, packs } = room;
+        let (mut timing, control) = (Timing::default(), self.control);
         control.check()?;
         host::check()?;
-        search.look(List::new(rays, prepared.reference), ids);
-        control.advance(ids.len() as u64);
-        Ok(())
-    })
+        let start = Instant::now();
+        self.first.look(first, ids, search);
+        timing.trace = start.elapsed();
+
+        open.clear();
+        // Hardly a part of a picture has one. All are looked at, which several at a time can be.
+        if ids.iter().fold(false, |any, &id| any | (id == OPEN)) {
+            open.extend(
+                (first as u32..).zip(&*ids).filter(|&(_, &id)| id == OPEN).map(|(ray, _)| ray),
+            );
+        }
+        if let Rays::List(all) = self.rays {
+            let (start, counted) = (first as u32, &all[first..][..ids.len()]);
+            let left = (start..).zip(counted).filter(|(_, ray)| !is_ordinary(ray));
+            open.extend(left.map(|(ray, _)| ray));
+            open.sort_unstable();
+            open.dedup();
+        }
+        let mut counts = StageCounts::of((ids.len() - open.len()) as u64, Level::F32);
+        if !open.is_empty() {
+            for Decided { ray, id, level: by } in self.stage.decide(open, control, &mut timing)? {
+                let at = ray as usize - first;
+                ids[at] = id;
+                if let Some(level) = level.get_mut(at) {
+                    *level = by as u8;
+                }
+                counts.add(StageCounts::of(1, by));
+            }
+        }
+        if let Some(surfaces) = &self.surfaces {
+            let start = Instant::now();
+            self.stage.complete(surfaces, (first, ids), (t, normal), control, packs)?;
+            timing.refine += start.elapsed();
+        }
+        if !matches!(self.first, First::Proposed) {
+            control.advance(ids.len() as u64);
+        }
+        Ok(Done { counts, timing })
+    }
+}
+
+/// What samples of pixels see, `n` × `n` of each: pixels that show one object alone are proven to be such (see
+/// [`crate::guard::Reach`]), and only those that are left are sampled. `None` where samples are better traced each.
+///
+/// # Errors
+/// Those of [`propose`].
+pub fn trace_samples(
+    prepared: &Prepared,
+    pixels: &Pixels,
+    n: u32,
+    control: &Control,
+    samples: &mut SampleIds,
+) -> Result<Option<Timing>> {
+    let is_proven = prepared.kernel == Kernel::Certified && !prepared.starts_in_f64();
+    if n == 1 || pixels.is_empty() || !is_proven {
+        return Ok(None);
+    }
+    let all = Rays::Pixels(pixels.samples(n));
+    prepared.check(&all)?;
+    let start = Instant::now();
+    let (search, stage) = (Search::new(prepared, pixels, n), Stage::new(prepared, &all));
+    let (width, n) = (pixels.width as usize, n as usize);
+    let of_part = |room: &mut engine::Room, (part, whole): (usize, &mut [u32])| {
+        control.check()?;
+        host::check()?;
+        let mut timing = Timing::default();
+        let start = Instant::now();
+        let first = part * LARGEST as usize * width;
+        let (mut mixed, mut ids) = search.look(&rows_of(pixels, first, whole.len()), whole, room);
+        timing.trace = start.elapsed();
+        mixed.iter_mut().for_each(|pixel| *pixel += first as u32);
+        let places: Vec<usize> = (0..ids.len()).filter(|&at| ids[at] == OPEN).collect();
+        let ray = |&at: &usize| {
+            let (pixel, sample) = (mixed[at / (n * n)] as usize, at % (n * n));
+            let (x, y) = (pixel % width * n + sample % n, pixel / width * n + sample / n);
+            (y * width * n + x) as u32
+        };
+        let open: Vec<u32> = places.iter().map(ray).collect();
+        let mut counts = StageCounts::of((whole.len() * n * n - open.len()) as u64, Level::F32);
+        for (at, decided) in places.into_iter().zip(stage.decide(&open, control, &mut timing)?) {
+            ids[at] = decided.id;
+            counts.add(StageCounts::of(1, decided.level));
+        }
+        control.advance((whole.len() * n * n) as u64);
+        Ok(((mixed, ids), Done { counts, timing }))
+    };
+    resize(&mut samples.whole, pixels.len());
+    let parts = samples.whole.par_chunks_mut(LARGEST as usize * width).enumerate();
+    let parts = parts.map_init(engine::Room::default, of_part).collect::<Result<Vec<_>>>()?;
+    let (mixed, done): (Vec<Mixed>, Vec<Done>) = parts.into_iter().unzip();
+    samples.set_mixed(mixed, n);
+    let done = done.into_iter().try_fold(Done::default(), Done::and)?;
+    samples.counts = done.counts;
+    Ok(Some(done.timing.within(start.elapsed())))
 }

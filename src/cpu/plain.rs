@@ -5,7 +5,7 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::RAYS_PER_CHUNK;
+use super::{Part, parts};
 use crate::control::Control;
 use crate::error::Result;
 use crate::kernel::plain::{Plain, PlainRays};
@@ -33,43 +33,22 @@ fn trace_with<S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     hits: &mut Hits,
 ) -> Result<()> {
     // Rays of a row are in packs.
-    let n = match rays {
-        Rays::Pixels(pixels) => pixels.width as usize,
-        Rays::List(_) => RAYS_PER_CHUNK,
-    };
+    let parts = parts(rays, 1, hits).into_par_iter();
     let rays = &PlainRays::new(prepared.coordinates(), rays);
-    let surfaces = hits.t.chunks_mut(n).zip(hits.normal.chunks_mut(n));
-    let surfaces: Vec<_> = surfaces
-        .map(Some)
-        .chain(std::iter::repeat_with(|| None))
-        .take(hits.id.len().div_ceil(n))
-        .collect();
-    hits.id.par_chunks_mut(n).zip(surfaces).enumerate().try_for_each(|(chunk, (ids, surface))| {
-        let n_rays = ids.len() as u64;
-        Arch::new().dispatch(Trace::<S, P, N> {
-            lists,
-            rays,
-            control,
-            first: chunk * n,
-            ids,
-            surface,
-        })?;
+    parts.try_for_each(|part| {
+        let n_rays = part.ids.len() as u64;
+        Arch::new().dispatch(Trace::<S, P, N> { lists, rays, control, part })?;
         control.advance(n_rays);
         Ok(())
     })
 }
-
-/// `t` and normals.
-type Surface<'a> = (&'a mut [f32], &'a mut [[f32; 3]]);
 
 /// Consecutive rays, compiled for each instruction set that the processor may have.
 struct Trace<'a, S: Plain, P, const N: usize> {
     lists: &'a Lists<S, P>,
     rays: &'a PlainRays<'a, S::Float>,
     control: &'a Control,
-    first: usize,
-    ids: &'a mut [u32],
-    surface: Option<Surface<'a>>,
+    part: Part<'a>,
 }
 
 impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_, S, P, N> {
@@ -77,7 +56,8 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
 
     #[inline(always)]
     fn with_simd<I: Simd>(self, _: I) -> Result<()> {
-        let Trace { lists, rays, control, first, ids, mut surface } = self;
+        let Trace { lists, rays, control, part } = self;
+        let Part { first, ids, t, normal, .. } = part;
         // In f64 what f32 can't hold is a miss.
         let misses_infinity = S::Float::UNIT < f32::UNIT;
         for start in (0..ids.len()).step_by(N) {
@@ -98,7 +78,9 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
                 }
             }
             ids[here.clone()].copy_from_slice(&all[..here.len()]);
-            let Some((t, normals)) = &mut surface else { continue };
+            if t.is_empty() {
+                continue;
+            }
             t[here.clone()].copy_from_slice(&ts[..here.len()]);
             let found = lists.normals(&ray, &hit);
             let mut rounded = [[0.0; 3]; N];
@@ -109,7 +91,7 @@ impl<S: Plain, P: Plain<Float = S::Float>, const N: usize> WithSimd for Trace<'_
                         if is_hit { found.0[axis].0[lane].to_f64() as f32 } else { 0.0 };
                 }
             }
-            normals[here.clone()].copy_from_slice(&rounded[..here.len()]);
+            normal[here.clone()].copy_from_slice(&rounded[..here.len()]);
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ use crate::bvh::{Beam, Bvh, Cut, Enter, Leaves, Node, Visitor, WIDTH, Walk};
 use crate::guard::{LARGEST_TURN, Reach};
 use crate::num::{Bits, Float, Lanes, OPEN, Real, V3};
 use crate::prepare::Prepared;
-use crate::rays::{Frame, Lens, Pixels};
+use crate::rays::{self, Frame, Lens, Pixels};
 use crate::seen::{Eye, Nearest, Objects, Ray};
 use crate::trace::Mixed;
 
@@ -278,10 +278,8 @@ type Seen = (Arc<Leaves>, Objects<f32>);
 
 /// Pixels of a picture of many spheres.
 pub struct CloudSearch<'a> {
-    pixels: &'a Pixels,
     /// Samples across and down a pixel.
     n: u32,
-    samples: Pixels,
     bvh: &'a Bvh,
     aim: Aim,
     camera: Frame<f32>,
@@ -295,7 +293,7 @@ impl<'a> CloudSearch<'a> {
     /// are; `None` where spheres are few.
     pub fn of(
         prepared: &'a Prepared,
-        pixels: &'a Pixels,
+        pixels: &Pixels,
         n: u32,
         share: f64,
     ) -> Option<CloudSearch<'a>> {
@@ -313,9 +311,7 @@ impl<'a> CloudSearch<'a> {
             sight(leaves, reach)
         });
         Some(CloudSearch {
-            pixels,
             n,
-            samples,
             bvh,
             aim: Aim::new(bvh, &samples),
             camera: Frame::of_pixels(&samples),
@@ -330,20 +326,19 @@ impl<'a> CloudSearch<'a> {
     }
 
     /// [`Search::look`](super::Search::look)
-    pub fn look(&self, first_row: u32, whole: &mut [u32], room: &mut Room) -> Mixed {
-        let width = self.pixels.width;
-        let n_rows = whole.len() as u32 / width;
+    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Room) -> Mixed {
+        let &Pixels { width, height, .. } = pixels;
         let (mut mixed, mut ids) = Mixed::default();
         // Squares in which pixels are not worth a look before their samples.
         let mut n_passed = 0;
         // A square has about as many rays as one of single samples.
         let [columns, rows] =
             [COLUMNS, ROWS].map(|side| (side / self.n).next_multiple_of(8).max(8));
-        for y in (0..n_rows).step_by(rows as usize) {
+        for y in (0..height).step_by(rows as usize) {
             for x in (0..width).step_by(columns as usize) {
-                let size = [columns.min(width - x), rows.min(n_rows - y)];
+                let size = [columns.min(width - x), rows.min(height - y)];
                 let of_pixels = self.of_pixels.as_ref().filter(|_| n_passed == 0);
-                self.look_at_square([x, y], size, first_row, of_pixels, whole, room);
+                self.look_at_square(pixels, [x, y], size, of_pixels, whole, room);
                 let n_open = room.index.len() as u32;
                 let n_decided = size[0] * size[1] - n_open;
                 n_passed = match n_passed {
@@ -352,7 +347,7 @@ impl<'a> CloudSearch<'a> {
                     n => n - 1,
                 };
                 if self.n > 1 && !room.index.is_empty() {
-                    self.sample(first_row, whole, room, &mut mixed, &mut ids);
+                    self.sample(pixels, whole, room, &mut mixed, &mut ids);
                 }
             }
         }
@@ -369,17 +364,17 @@ impl<'a> CloudSearch<'a> {
     /// Finds what the pixels of a square see; of several samples those that are left are in [`Room::index`].
     fn look_at_square(
         &self,
+        pixels: &Pixels,
         corner: [u32; 2],
         size: [u32; 2],
-        first_row: u32,
         of_pixels: Option<&Seen>,
         whole: &mut [u32],
         room: &mut Room,
     ) {
-        let ([left, top], [columns, rows], width) = (corner, size, self.pixels.width as usize);
+        let ([left, top], [columns, rows], width) = (corner, size, pixels.width as usize);
         let reach = (self.n - 1) as f32;
         let [(across, up), (right, bottom)] = [[left, top], [left + columns - 1, top + rows - 1]]
-            .map(|[x, y]| self.middle(x, y + first_row));
+            .map(|[x, y]| self.middle(pixels, x, y));
         let beam = self.aim.beam(wider([across, right], reach), wider([bottom, up], reach));
         pulp::Arch::new().dispatch(MakeCut { bvh: self.bvh, beam, cut: &mut room.cut });
         let (_, beside) = &self.of_rays;
@@ -390,7 +385,7 @@ impl<'a> CloudSearch<'a> {
             }
             return;
         }
-        self.place(corner, size, first_row, room);
+        self.place(pixels, corner, size, room);
         let sight = match of_pixels {
             Some(of_pixels) => self.sight(of_pixels, reach),
             None if self.n == 1 => self.sight(&self.of_rays, 0.0),
@@ -405,9 +400,8 @@ impl<'a> CloudSearch<'a> {
 
     /// Twice the offset of a pixel's middle from the picture's, in samples, right and up.
     #[inline(always)]
-    fn middle(&self, x: u32, y: u32) -> (f32, f32) {
-        let Pixels { x: left, y: top, .. } = *self.pixels;
-        let (i, j) = self.pixels.offset2(left + x, top + y);
+    fn middle(&self, pixels: &Pixels, x: u32, y: u32) -> (f32, f32) {
+        let (i, j) = pixels.offset2(pixels.x + x, pixels.y + y);
         let n = i64::from(self.n);
         ((n * i) as f32, (n * j) as f32)
     }
@@ -415,13 +409,13 @@ impl<'a> CloudSearch<'a> {
     /// Puts the pixels of a square into the tile, pack by pack.
     fn place(
         &self,
+        pixels: &Pixels,
         [left, top]: [u32; 2],
         [columns, rows]: [u32; 2],
-        first_row: u32,
         room: &mut Room,
     ) {
         let Room { tile, index, .. } = room;
-        let (width, step) = (self.pixels.width, 2.0 * self.n as f32);
+        let (width, step) = (pixels.width, 2.0 * self.n as f32);
         tile.clear();
         let mut packs: [[u32; 2]; TOGETHER] = [[0; 2]; TOGETHER];
         for (k, pack) in (0..).zip(&mut packs) {
@@ -434,7 +428,7 @@ impl<'a> CloudSearch<'a> {
                     if x >= columns || y >= rows {
                         continue;
                     }
-                    let (across, up) = self.middle(left + x, top + y + first_row);
+                    let (across, up) = self.middle(pixels, left + x, top + y);
                     let first = (top + y) * width + left + x;
                     let (n_columns, n_rows) = (SIDE.min(columns - x), SIDE.min(rows - y));
                     let (mut places, mut i, mut j) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
@@ -459,20 +453,20 @@ impl<'a> CloudSearch<'a> {
     /// Finds what the samples of the pixels that are left see.
     fn sample(
         &self,
-        first_row: u32,
+        pixels: &Pixels,
         whole: &mut [u32],
         room: &mut Room,
         mixed: &mut Vec<u32>,
         ids: &mut Vec<u32>,
     ) {
-        let (n, width) = (self.n, self.pixels.width);
+        let (n, samples) = (self.n, pixels.samples(self.n));
         let Room { tile, index, .. } = &mut *room;
         tile.clear();
         for &at in &*index {
-            let (x, y) = (at % width + self.pixels.x, at / width + first_row + self.pixels.y);
+            let (x, y) = pixels.xy(at as usize);
             for y in y * n..(y + 1) * n {
                 for x in x * n..(x + 1) * n {
-                    tile.push(self.samples.offset2(x, y));
+                    tile.push(samples.offset2(x, y));
                 }
             }
         }
@@ -484,7 +478,7 @@ impl<'a> CloudSearch<'a> {
             if first != OPEN && seen.iter().all(|&id| id == first) {
                 whole[at as usize] = first;
             } else {
-                mixed.push(first_row * width + at);
+                mixed.push(at);
                 ids.extend_from_slice(seen);
             }
         }
@@ -493,6 +487,7 @@ impl<'a> CloudSearch<'a> {
 
 /// The objects as the rays of a list see them in f32.
 pub struct ListSearch<'a> {
+    reference: DVec3,
     /// Those beside the tree.
     beside: Objects<f32>,
     /// The tree over many spheres, and its leaves.
@@ -503,17 +498,19 @@ impl<'a> ListSearch<'a> {
     /// For the rays that a scene is prepared for.
     pub fn new(prepared: &'a Prepared) -> ListSearch<'a> {
         let eye = Eye::of_list(prepared.reference, prepared.farthest_origin());
-        match &prepared.hierarchy {
-            None => ListSearch { beside: Objects::new(prepared.seen_objects(), &eye), tree: None },
-            Some(hierarchy) => ListSearch {
-                beside: Objects::new(prepared.beside(&hierarchy.rest), &eye),
-                tree: Some((&hierarchy.bvh, &hierarchy.leaves)),
-            },
-        }
+        let (beside, tree) = match &prepared.hierarchy {
+            None => (Objects::new(prepared.seen_objects(), &eye), None),
+            Some(hierarchy) => (
+                Objects::new(prepared.beside(&hierarchy.rest), &eye),
+                Some((&*hierarchy.bvh, &*hierarchy.leaves)),
+            ),
+        };
+        ListSearch { reference: prepared.reference, beside, tree }
     }
 
     /// Finds what rays see in f32: ids, or [`OPEN`].
-    pub fn look(&self, list: List, ids: &mut [u32]) {
+    pub fn look(&self, rays: &[rays::Ray], ids: &mut [u32]) {
+        let list = List::new(rays, self.reference);
         pulp::Arch::new().dispatch(FindList { search: self, list, ids });
     }
 }
@@ -530,7 +527,7 @@ impl WithSimd for FindList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let FindList { search: ListSearch { beside, tree }, list, ids } = self;
+        let FindList { search: ListSearch { beside, tree, .. }, list, ids } = self;
         match tree {
             None => {
                 for (first, ids) in (0..).step_by(LANES).zip(ids.chunks_mut(LANES)) {

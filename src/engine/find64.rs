@@ -9,8 +9,8 @@ use crate::guard::{self, Reach};
 use crate::num::{Float, V3};
 use crate::prepare::{Prepared, Scaled, power_of_two};
 use crate::rays::{self, Frame, Pixels, Rays};
-use crate::scene::{Object, Sphere};
-use crate::seen::{Bounds, Eye, Objects, PlaneSeen, Ray, Seen, SphereLeaf};
+use crate::scene::Object;
+use crate::seen::{Bounds, Eye, Objects, Ray, bounds_from};
 
 /// Finds what rays see in f64, or the objects that may be the nearest.
 pub struct Find64<'a> {
@@ -18,8 +18,7 @@ pub struct Find64<'a> {
     rays: Rays64<'a>,
     tree: Option<&'a Bvh>,
     /// Of lists, whose rays have eyes of their own: the objects beside the tree.
-    spheres: Vec<(u32, &'a Sphere)>,
-    planes: Vec<(u32, DVec3, DVec3)>,
+    listed: Vec<(u32, Object<'a>)>,
 }
 
 /// The rays in f64.
@@ -102,7 +101,7 @@ impl<'a> Find64<'a> {
     pub fn new(prepared: &'a Prepared, rays: &'a Rays) -> Find64<'a> {
         let scene = &*prepared.scene;
         let tree = prepared.hierarchy.as_ref().map(|hierarchy| &*hierarchy.bvh);
-        let (mut spheres, mut planes) = (Vec::new(), Vec::new());
+        let mut listed = Vec::new();
         let rays = match rays {
             Rays::Pixels(pixels) if !pixels.is_in_range() || pixels.spread() > f64::FARTHEST => {
                 Rays64::Unknown
@@ -121,23 +120,11 @@ impl<'a> Find64<'a> {
                 Rays64::Pixels(Box::new(OfPixels { pixels, camera, eye, objects, aim }))
             }
             Rays::List(rays) => {
-                let listed: Vec<(u32, Object)> = match tree {
-                    Some(bvh) => prepared.beside(&bvh.outside).collect(),
-                    None => prepared.seen_objects().collect(),
-                };
-                for (id, object) in listed {
-                    match object {
-                        Object::Sphere(sphere) => spheres.push((id, sphere)),
-                        Object::Plane(plane) => {
-                            let normal = Scaled::new(plane.normal).rounded();
-                            planes.push((id, plane.point, normal));
-                        }
-                    }
-                }
+                listed = prepared.listed();
                 Rays64::List(rays)
             }
         };
-        Find64 { prepared, rays, tree, spheres, planes }
+        Find64 { prepared, rays, tree, listed }
     }
 
     /// Whether [`Find64::decide`] finds rays side by side.
@@ -196,13 +183,8 @@ impl<'a> Find64<'a> {
                     unit: f64::UNIT,
                 };
                 let ray = Ray::new(V3([0.0; 3]), V3(scaled.rounded().to_array()));
-                for &(id, sphere) in &self.spheres {
-                    candidates.add(id, leaf_of(sphere, &eye).bounds(&ray));
-                }
-                for &(id, point, normal) in &self.planes {
-                    let l = V3((point - origin).to_array());
-                    let seen = PlaneSeen::of::<f64>(normal, l, &eye);
-                    candidates.add(id, PlaneSeen::bounds(&seen, &ray));
+                for &(id, object) in &self.listed {
+                    candidates.add(id, bounds_from(&eye, object, &ray));
                 }
                 if let Some(bvh) = self.tree {
                     let beam = beam_of(bvh, origin, scaled.rounded());
@@ -226,12 +208,6 @@ impl<'a> Find64<'a> {
         while walk.step(bvh, &mut seek) {}
         seek.candidates.walk = walk;
     }
-}
-
-#[inline(always)]
-fn leaf_of(sphere: &Sphere, eye: &Eye) -> SphereLeaf<f64> {
-    let center = V3((sphere.center - eye.reference).to_array());
-    SphereLeaf::at::<f64>(center, sphere.radius.abs(), eye)
 }
 
 /// Looks for the candidates of a ray in the tree.
@@ -260,7 +236,8 @@ impl Visitor for Seek<'_> {
                 if self.beside.binary_search(&self.bvh.ids[place]).is_ok() {
                     continue;
                 }
-                let bounds = leaf_of(&self.bvh.spheres[place], &self.eye).bounds(&self.ray);
+                let sphere = Object::Sphere(&self.bvh.spheres[place]);
+                let bounds = bounds_from(&self.eye, sphere, &self.ray);
                 self.candidates.add(self.bvh.ids[place], bounds);
             }
         }

@@ -24,7 +24,6 @@ struct Level {
 
 /// Pixels of a picture of few objects, that are looked at in squares before each by itself.
 pub struct Search<'a> {
-    pixels: &'a Pixels,
     /// Samples across and down a pixel.
     n: u32,
     /// From large squares to small ones.
@@ -47,28 +46,21 @@ pub struct Room {
 
 impl<'a> Search<'a> {
     /// For `n` × `n` samples of each of these pixels; `prepared` is of the picture of the samples.
-    pub fn new(prepared: &'a Prepared, pixels: &'a Pixels, n: u32) -> Search<'a> {
+    pub fn new(prepared: &'a Prepared, pixels: &Pixels, n: u32) -> Search<'a> {
         Search::with_reach(prepared, pixels, n, 1.0)
     }
 
     /// With squares whose rays are said to be this share as far apart as they are.
     pub(crate) fn with_reach(
         prepared: &'a Prepared,
-        pixels: &'a Pixels,
+        pixels: &Pixels,
         n: u32,
         share: f64,
     ) -> Search<'a> {
         let samples = pixels.samples(n);
         if let Some(cloud) = CloudSearch::of(prepared, pixels, n, share) {
             let (camera, none) = (Frame::of_pixels(&samples), Objects::none());
-            return Search {
-                pixels,
-                n,
-                levels: Vec::new(),
-                camera,
-                objects: none,
-                cloud: Some(cloud),
-            };
+            return Search { n, levels: Vec::new(), camera, objects: none, cloud: Some(cloud) };
         }
         let level = |side| {
             let Reach { apart, turned } = Reach::of_samples(pixels, side, n);
@@ -80,7 +72,6 @@ impl<'a> Search<'a> {
         // With one sample a square of one pixel is that.
         let sides = [LARGEST, LARGEST / 4, 1].into_iter().filter(|&side| side * n > 1);
         Search {
-            pixels,
             n,
             levels: sides.filter_map(level).collect(),
             camera: Frame::of_pixels(&samples),
@@ -92,37 +83,35 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Finds what the pixels of some rows see, from `first_row` on, in f32: of each the object that all its samples see, or
-    /// [`OPEN`]; and of those with several samples that are left, these.
-    pub fn look(&self, first_row: u32, whole: &mut [u32], room: &mut Room) -> Mixed {
+    /// Finds what some of the pixels see in f32: of each the object that all its samples see, or [`OPEN`]; and of those with
+    /// several samples that are left, these.
+    pub fn look(&self, pixels: &Pixels, whole: &mut [u32], room: &mut Room) -> Mixed {
         if let Some(cloud) = &self.cloud {
-            return cloud.look(first_row, whole, &mut room.cloud);
+            return cloud.look(pixels, whole, &mut room.cloud);
         }
-        let n_rows = whole.len() as u32 / self.pixels.width;
         whole.fill(OPEN);
-        for y in (0..n_rows).step_by(LARGEST as usize) {
-            for x in (0..self.pixels.width).step_by(COLUMNS as usize) {
-                let columns = COLUMNS.min(self.pixels.width - x);
-                let rows = LARGEST.min(n_rows - y);
-                self.look_at_block([x, y], [columns, rows], first_row, whole, room);
+        for y in (0..pixels.height).step_by(LARGEST as usize) {
+            for x in (0..pixels.width).step_by(COLUMNS as usize) {
+                let size = [COLUMNS.min(pixels.width - x), LARGEST.min(pixels.height - y)];
+                self.look_at_block(pixels, [x, y], size, whole, room);
             }
         }
         match self.n {
             1 => Mixed::default(),
-            _ => self.sample(first_row, whole, room),
+            _ => self.sample(pixels, whole, room),
         }
     }
 
     /// What a block of pixels sees. `corner` is its left upper one.
     fn look_at_block(
         &self,
+        pixels: &Pixels,
         [left, top]: [u32; 2],
         [columns, rows]: [u32; 2],
-        first_row: u32,
         whole: &mut [u32],
         room: &mut Room,
     ) {
-        let width = self.pixels.width;
+        let width = pixels.width;
         let Room { open, next, tile, .. } = room;
         let (right, bottom) = (left + columns, top + rows);
         let split = |[x, y]: [u32; 2], [columns, rows]: [u32; 2], step: u32, to: &mut Vec<_>| {
@@ -145,7 +134,7 @@ impl<'a> Search<'a> {
                 }
                 is_inside
             });
-            self.aim(open, first_row, side, tile);
+            self.aim(pixels, open, side, tile);
             tile.find_f32(&self.camera, &level.objects);
             for (&[x, y], &id) in open.iter().zip(&tile.ids) {
                 if id == OPEN && side > 1 {
@@ -160,7 +149,7 @@ impl<'a> Search<'a> {
             std::mem::swap(open, next);
         }
         if self.n == 1 {
-            self.aim(open, first_row, 1, tile);
+            self.aim(pixels, open, 1, tile);
             tile.find_f32(&self.camera, &self.objects);
             for (&[x, y], &id) in open.iter().zip(&tile.ids) {
                 whole[(y * width + x) as usize] = id;
@@ -169,12 +158,12 @@ impl<'a> Search<'a> {
     }
 
     /// The rays through the middles of squares.
-    fn aim(&self, squares: &[[u32; 2]], first_row: u32, side: u32, tile: &mut Tile) {
-        let Pixels { x, y, image_width, image_height, .. } = *self.pixels;
+    fn aim(&self, pixels: &Pixels, squares: &[[u32; 2]], side: u32, tile: &mut Tile) {
+        let Pixels { x, y, image_width, image_height, .. } = *pixels;
         let n = i64::from(self.n);
         tile.clear();
         for [column, row] in squares {
-            let (x, y) = (x + column, y + first_row + row);
+            let (x, y) = (x + column, y + row);
             // As `Pixels::offset2` has it of a pixel's.
             let i = i64::from(2 * x + side) - i64::from(image_width);
             let j = i64::from(image_height) - i64::from(2 * y + side);
@@ -183,17 +172,14 @@ impl<'a> Search<'a> {
     }
 
     /// What f32 sees of the samples of those pixels of some rows that are left.
-    fn sample(&self, first_row: u32, whole: &[u32], room: &mut Room) -> Mixed {
-        let samples = self.pixels.samples(self.n);
+    fn sample(&self, pixels: &Pixels, whole: &[u32], room: &mut Room) -> Mixed {
+        let samples = pixels.samples(self.n);
         let tile = &mut room.tile;
         tile.clear();
-        let first = (first_row * self.pixels.width) as usize;
-        let mixed: Vec<u32> = (0..whole.len())
-            .filter(|&at| whole[at] == OPEN)
-            .map(|at| (first + at) as u32)
-            .collect();
+        let places = 0..whole.len() as u32;
+        let mixed: Vec<u32> = places.filter(|&at| whole[at as usize] == OPEN).collect();
         for &pixel in &mixed {
-            let (x, y) = self.pixels.xy(pixel as usize);
+            let (x, y) = pixels.xy(pixel as usize);
             for y in y * self.n..(y + 1) * self.n {
                 for x in x * self.n..(x + 1) * self.n {
                     tile.push(samples.offset2(x, y));

@@ -105,9 +105,8 @@ pub fn write(
 /// The largest distance from `eye` to what is in the scene, the far sides of spheres and the points of
 /// planes; at least 1.
 fn reach(scene: &Scene, eye: DVec3) -> f64 {
-    let spheres = scene.spheres.iter().map(|s| s.center.distance(eye) + s.radius);
-    let planes = scene.planes.iter().map(|p| p.point.distance(eye));
-    spheres.chain(planes).fold(1.0, f64::max)
+    let extents = scene.objects().map(|(_, object)| object.extent());
+    extents.map(|(at, radius)| at.distance(eye) + radius).fold(1.0, f64::max)
 }
 
 /// The texts of a language. `ambient` is light from nowhere; `None` where colours are as they are.

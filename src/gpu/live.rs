@@ -209,7 +209,7 @@ impl Undecided {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::certify;
+    use crate::certify::Stage;
     use crate::control::Control;
     use crate::device::Device;
     use crate::gpu::Pick;
@@ -217,8 +217,7 @@ mod tests {
     use crate::prepare::Prepared;
     use crate::rays::{Pixels, View};
     use crate::scene::parse_scene;
-    use crate::trace::{Hits, Rays};
-    use crate::trace::{Kernel, Wants};
+    use crate::trace::{Hits, Kernel, Rays, Timing, Wants};
 
     /// A picture of two spheres at nearly one place: f32 can't tell which is hit.
     fn twins(fov: f64, eye: f64) -> (Rays, Arc<Prepared>) {
@@ -253,15 +252,16 @@ mod tests {
             for mut tracer in tracers {
                 let mut hits = Hits::default();
                 tracer.propose(&rays, &control, &mut hits).unwrap();
-                let is_open = |ray: &u32| hits.id[*ray as usize] == OPEN || !prepared.in_range;
+                let is_open =
+                    |ray: &u32| hits.id[*ray as usize] == OPEN || prepared.starts_in_f64();
                 let expected: Vec<u32> = (0..rays.len() as u32).filter(is_open).collect();
                 assert!(expected.len() > 200);
                 let ids = Words::new(&gpu, rays.len());
                 tracer.propose_resident(&rays, &control, &ids).unwrap();
-                let find = || undecided.find(&ids);
-                let found = certify::undecided(&prepared, &rays, find).unwrap();
+                let found = undecided.find(&ids).unwrap();
                 assert_eq!(found, expected, "{fov}");
-                let decided = certify::decide(&prepared, &rays, &found, &control).unwrap();
+                let stage = Stage::new(&prepared, &rays);
+                let decided = stage.decide(&found, &control, &mut Timing::default()).unwrap();
                 undecided.decide(&ids, &decided).unwrap();
                 assert_eq!(undecided.find(&ids).unwrap(), Vec::<u32>::new());
                 tracer.trace(&rays, &control, &mut hits).unwrap();

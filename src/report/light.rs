@@ -21,6 +21,7 @@ use crate::rays::Pixels;
 use crate::scene::{Color, Light, Plane, Scene};
 use crate::shade::{Colors, Encoding, Painter, Style};
 use crate::trace::{Hits, Rays};
+use crate::tracer::Tracer;
 use crate::verify::{ColorTruth, sample};
 
 /// Size of the pictures, px.
@@ -235,15 +236,12 @@ impl Scenes {
         let mut hits = Hits::default();
         subject.tracer(&self.own, &rays, IDS)?.tracer.trace(&rays, control, &mut hits)?;
         let paint = |scene: &Arc<Scene>, encoding, epsilon| {
-            let prepared = Arc::new(Prepared::new(Arc::clone(scene), subject.kernel, &rays)?);
+            let prepared = Prepared::new(Arc::clone(scene), subject.kernel, &rays)?;
+            let mut tracer = Tracer::on_cpu(Arc::new(prepared), IDS);
             let style = Style { epsilon, ..Style::new(encoding) };
             let mut colors = Colors::new(encoding);
-            Painter::new(&prepared, style, pixels, None).paint(
-                pixels,
-                &hits,
-                control,
-                &mut colors,
-            )?;
+            let mut painter = Painter::new(style, pixels, &mut tracer, None);
+            painter.paint(pixels, &hits, control, &mut colors)?;
             Ok::<_, Error>(colors)
         };
         let shown = |epsilon: Option<f64>| {

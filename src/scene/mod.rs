@@ -234,3 +234,13 @@ pub enum Object<'a> {
     /// A plane.
     Plane(&'a Plane),
 }
+
+impl Object<'_> {
+    /// A point and how far from it the object goes; of one without an end any of its points.
+    pub fn extent(self) -> (DVec3, f64) {
+        match self {
+            Object::Sphere(sphere) => (sphere.center, sphere.radius.abs()),
+            Object::Plane(plane) => (plane.point, 0.0),
+        }
+    }
+}

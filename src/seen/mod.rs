@@ -16,12 +16,12 @@ mod sphere;
 use glam::DVec3;
 
 pub use plane::{PlaneMet, PlaneSeen, quotient_width};
-pub use shadow::{Occluder, ShadowRay, Verdict};
+pub use shadow::{Met, Occluder, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
-use crate::num::{Float, Lanes, Mask, OPEN, Real, V3};
+use crate::num::{Float, Lanes, Mask, OPEN, Real, Scaled, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
 
@@ -314,6 +314,22 @@ pub trait Seen: Record {
         lengths: &Lengths<R>,
     ) -> Surface<R> {
         Self::surface(seen, ray, lengths)
+    }
+}
+
+/// Where a ray of an eye meets an object that has no record yet, in f64.
+#[inline(always)]
+pub fn bounds_from(eye: &Eye, object: Object, ray: &Ray<f64>) -> Option<Bounds<f64>> {
+    match object {
+        Object::Sphere(sphere) => {
+            let center = V3((sphere.center - eye.reference).to_array());
+            SphereLeaf::at::<f64>(center, sphere.radius.abs(), eye).bounds(ray)
+        }
+        Object::Plane(plane) => {
+            let l = V3((plane.point - eye.reference).to_array());
+            let seen = PlaneSeen::of::<f64>(Scaled::new(plane.normal).rounded(), l, eye);
+            PlaneSeen::bounds(&seen, ray)
+        }
     }
 }
 

@@ -45,10 +45,11 @@
 
 use glam::DVec3;
 
-use super::{In, Record};
+use super::{In, PlaneMet, Record, SphereMet};
 use crate::guard::host::Bounded;
 use crate::guard::{ROOM, length_bound, steps};
-use crate::num::{Float, Mask, Real, V3};
+use crate::num::{Float, Mask, Real, Scaled, V3};
+use crate::scene::{Object, Plane};
 
 /// What a squared distance and the square that it is compared with are off by together, in units. No test sees it cut: as a
 /// length it is less than a third of what [`OF_OFFSET`] grants, as no object is nearer to a ray than to the ray's start.
@@ -211,6 +212,37 @@ impl Verdict<f64> {
 pub trait Occluder: Record {
     /// Whether it is in the way of one that does not start on it.
     fn occlude<R: Real<One: Bounded>>(met: &In<Self, R>, ray: &ShadowRay<R>) -> Verdict<R>;
+}
+
+/// Any object as shadow rays meet it.
+#[derive(Clone, Copy)]
+pub enum Met<F: Copy> {
+    /// A sphere.
+    Sphere(SphereMet<F>),
+    /// A plane.
+    Plane(PlaneMet<F>),
+}
+
+impl<F: Bounded> Met<F> {
+    /// For arithmetic of `F`, from a reference point.
+    pub fn new(object: Object, reference: DVec3) -> Met<F> {
+        match object {
+            Object::Sphere(sphere) => Met::Sphere(SphereMet::seen_from::<F>(sphere, reference)),
+            Object::Plane(Plane { point, normal, .. }) => {
+                let normal = Scaled::new(*normal).rounded();
+                Met::Plane(PlaneMet::new(*point - reference, normal).round())
+            }
+        }
+    }
+
+    /// Whether it is in the way of rays that don't start on it.
+    #[inline(always)]
+    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
+        match self {
+            Met::Sphere(met) => SphereMet::occlude(&<SphereMet<f64> as Record>::splat(met), ray),
+            Met::Plane(met) => PlaneMet::occlude(&<PlaneMet<f64> as Record>::splat(met), ray),
+        }
+    }
 }
 
 impl<R: Real<One: Bounded>> ShadowRay<R> {

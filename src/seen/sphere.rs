@@ -2,7 +2,7 @@
 //! as it is moved across the way to the centre. [`crate::guard`] has the bounds.
 
 use super::shadow::{OF_OFFSET, OF_PLACE, OF_SQUARES, Occluder, ShadowRay, Verdict};
-use super::{Bounds, Eye, Lengths, Ray, Seen, Surface, record};
+use super::{Bounds, Eye, Lengths, Ray, Record, Seen, Surface, record};
 use glam::DVec3;
 
 use crate::exact::{ExactRay, sphere_numbers};
@@ -503,6 +503,12 @@ impl SphereMet<f64> {
             r,
             place: if in_range { place } else { f64::INFINITY },
         }
+    }
+
+    /// A sphere of a scene from a reference point, in numbers of `F`.
+    #[inline(always)]
+    pub fn seen_from<F: Bounded>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
+        SphereMet::new::<F>(sphere.center - reference, sphere.radius).round()
     }
 }
 

@@ -8,7 +8,7 @@ use super::lamp::{Lamp, Origin};
 use super::lit::Job;
 use super::mean::ExactMean;
 use super::occluders::Occluders;
-use super::pass::Open;
+use super::pass::{Open, Visibility};
 use super::written::Written;
 use crate::certify::{Pack, Surfaces};
 use crate::exact::{ExactBeam, ExactPoint, Shape};
@@ -33,9 +33,11 @@ pub struct Decider<'a> {
 pub type Known<T> = HashMap<Vec<u32>, T>;
 
 /// The point that a sample sees, as well as it is known so far.
-struct SamplePoint {
+struct SamplePoint<'a> {
     /// Index of its ray.
     at: usize,
+    /// Of each lamp.
+    visibility: &'a [Visibility],
     /// The object's id.
     id: u32,
     /// In f64; `None` where nothing is known.
@@ -43,7 +45,7 @@ struct SamplePoint {
     exact: OnceCell<Option<(ExactPoint, Shape)>>,
 }
 
-impl SamplePoint {
+impl SamplePoint<'_> {
     /// The point exactly, found when it is first asked for, and the shape of its object.
     fn exactly(&self, occluders: &Occluders) -> Option<&(ExactPoint, Shape)> {
         self.exact.get_or_init(|| occluders.stage.exact_point(self.at, self.id)).as_ref()
@@ -58,8 +60,10 @@ impl Decider<'_> {
         known: &mut Known<T>,
         counts: &mut StageCounts,
     ) -> T {
-        let samples: Vec<SamplePoint> =
-            self.job.samples(open.pixel).map(|at| self.sample(at)).collect();
+        let visibility = open.visibility.chunks(self.job.lit.lighting.lamps.len().max(1));
+        let visibility = visibility.chain(std::iter::repeat(&[][..]));
+        let samples = self.job.samples(open.pixel).zip(visibility);
+        let samples: Vec<SamplePoint> = samples.map(|(at, known)| self.sample(at, known)).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
             return self.exact_mean(open, &samples, counts);
         };
@@ -74,7 +78,7 @@ impl Decider<'_> {
         color
     }
 
-    fn sample(&self, at: usize) -> SamplePoint {
+    fn sample<'a>(&self, at: usize, visibility: &'a [Visibility]) -> SamplePoint<'a> {
         let id = self.job.ids[at];
         let mut surface = None;
         if self.surfaces.are_known() {
@@ -86,11 +90,11 @@ impl Decider<'_> {
             self.surfaces.solve(&mut packs);
             surface = Some(packs[0].surface.lane(0)).filter(Surface::is_known);
         }
-        SamplePoint { at, id, surface, exact: OnceCell::new() }
+        SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
-    /// Whether the light of the lamp with index `index` reaches a point that faces it: in f64, and exactly where that does not
-    /// tell.
+    /// Whether the light of the lamp with index `index` reaches a point that faces it: as bounds have it already, in f64 for this
+    /// ray alone, and exactly where that does not tell.
     fn is_seen(
         &self,
         (index, lamp): (usize, &Lamp),
@@ -100,7 +104,13 @@ impl Decider<'_> {
         if !lamp.casts_shadows() {
             return true;
         }
-        let open = match self.occluders.look((index, lamp), sample.id, sample.surface.as_ref()) {
+        let known = match sample.visibility[index] {
+            Visibility::Unknown => {
+                self.occluders.look((index, lamp), sample.id, sample.surface.as_ref())
+            }
+            known => Ok(known == Visibility::Seen),
+        };
+        let open = match known {
             Ok(is_seen) => {
                 counts.f64 += 1;
                 return is_seen;
@@ -120,11 +130,7 @@ impl Decider<'_> {
     /// in which suns' light. On one side of a plane each sun's is the same everywhere. `None` for others.
     fn seen_evenly(&self, samples: &[SamplePoint], counts: &mut StageCounts) -> Option<Vec<u32>> {
         let (lamps, occluders) = (&self.job.lit.lighting.lamps, self.occluders);
-        let is_even = |sample: &SamplePoint| {
-            sample.id == 0 || sample.surface.is_some() && occluders.is_plane(sample.id)
-        };
-        let are_suns = lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_)));
-        if !(are_suns && samples.iter().all(is_even)) {
+        if !lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_))) {
             return None;
         }
         // For each kind of sample its object, its side with its suns, and how often it is there.
@@ -135,10 +141,11 @@ impl Decider<'_> {
             one.resize(n_words, 0);
             one[0] = sample.id;
             if sample.id != 0 {
-                let faces_front = occluders.faces_front(sample.id, sample.surface.as_ref()?);
+                let faces_front = occluders.faces_front(sample.id, sample.surface.as_ref()?)?;
                 one[1] = u32::from(faces_front);
                 for (index, lamp) in lamps.iter().enumerate() {
-                    let gives = occluders.lights_plane(index, sample.id, faces_front)
+                    let gives = (sample.visibility[index] != Visibility::Unknown
+                        || occluders.lights_plane(index, sample.id, faces_front))
                         && self.is_seen((index, lamp), sample, counts);
                     let bit = index + 1;
                     one[1 + bit / 32] |= u32::from(gives) << (bit % 32);

@@ -16,7 +16,6 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
-use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::trace::{Coverage, Rays, StageCounts};
@@ -62,17 +61,15 @@ impl Lit {
 
     /// Replaces `colors` by those of pixels. `samples` are the rays of their samples, a rectangle of
     /// whole pixels of a picture that is [`Lit`]'s number of samples times as large, `ids` what they
-    /// see, and `prepared` is of that picture.
-    ///
-    /// `device` traces them; it may light what a kernel without a proof sees. Returns where the colours are from,
-    /// and how many ways to lamps each stage decided.
+    /// see, and `tracer` traces that picture; its device may light what a kernel without a proof sees. Returns where the colours
+    /// are from, and how many ways to lamps each stage decided.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled; those of [`Tracer::trace`].
     pub fn shade<T: Written>(
         &self,
-        (prepared, samples, ids): (&Prepared, &Pixels, &[u32]),
-        device: Option<&mut Tracer>,
+        (samples, ids): (&Pixels, &[u32]),
+        tracer: &mut Tracer,
         control: &Control,
         colors: &mut Vec<T>,
     ) -> Result<(ColorCounts, StageCounts)> {
@@ -80,8 +77,9 @@ impl Lit {
         let job = Job { lit: self, ids, row: samples.width as usize };
         colors.clear();
         colors.resize(n_pixels, T::default());
+        let prepared = &*Arc::clone(tracer.prepared());
         if prepared.kernel != Kernel::Certified {
-            let is_lit_there = plain::shade(&job, (prepared, samples), device, control, colors)?;
+            let is_lit_there = plain::shade(&job, (prepared, samples), tracer, control, colors)?;
             let colors = match is_lit_there {
                 true => ColorCounts { device: n_pixels as u64, ..ColorCounts::default() },
                 false => ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() },
@@ -223,7 +221,8 @@ pub(super) struct Work<T> {
     in_f64: Scratch<f64, LANES_F64>,
     block: Vec<usize>,
     pixels: Vec<usize>,
-    open: Vec<Open>,
+    /// What f32 leaves open, and f64.
+    open: [Vec<Open>; 2],
     pub known: Known<T>,
     pub counts: StageCounts,
 }
@@ -248,22 +247,23 @@ impl<'a> Certified<'a> {
         (first, out): (usize, &mut [T]),
         work: &mut Work<T>,
     ) {
-        let Work { in_f32, in_f64, pixels: some, open, known, counts, .. } = work;
+        let Work { in_f32, in_f64, pixels: some, open: [known, open], .. } = work;
         some.clear();
         some.extend(pixels);
+        known.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
-            let (pixels, n_rays) = (&some[..], &mut counts.f32);
-            pass.find(Part { pixels, first, out, open, n_rays }, in_f32);
+            let (pixels, n_rays) = (&some[..], &mut work.counts.f32);
+            pass.find(Part { pixels, known: &[], first, out, open: known, n_rays }, in_f32);
             some.clear();
-            some.extend(open.drain(..).map(|open| open.pixel));
+            some.extend(known.iter().map(|open| open.pixel));
         }
-        let (pixels, n_rays) = (&some[..], &mut counts.f64);
-        self.in_f64.find(Part { pixels, first, out, open, n_rays }, in_f64);
+        let (pixels, n_rays) = (&some[..], &mut work.counts.f64);
+        self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, in_f64);
         let &Certified { job, occluders, samples, .. } = self;
         let decider = Decider { job, occluders, samples, surfaces: &self.in_f64.surfaces };
         for open in open {
-            out[open.pixel - first] = decider.decide(open, known, counts);
+            out[open.pixel - first] = decider.decide(open, &mut work.known, &mut work.counts);
         }
     }
 

@@ -1,7 +1,5 @@
 //! What may be in the way of light: in f64 for one ray or a ball of them, and exactly.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
 
 use super::lamp::{Lamp, Lighting, Origin};
@@ -9,11 +7,11 @@ use crate::bvh::{Beam, Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::Stage;
 use crate::exact::{is_outside, slope_of};
 use crate::guard::host::Bounded;
-use crate::num::{Float, Lanes, Real, V3};
+use crate::num::{Lanes, V3};
 use crate::prepare::{Prepared, Scaled, exponent_of, power_of_two};
 use crate::rays::Rays;
 use crate::scene::{Object, Scene, Sphere};
-use crate::seen::{In, Occluder, PlaneMet, Record, ShadowRay, SphereMet, Surface, Verdict, shadow};
+use crate::seen::{Met, Occluder, Record, ShadowRay, SphereMet, Surface, Verdict, shadow};
 
 /// Spheres that a ball is compared with at a time.
 const LANES: usize = 8;
@@ -27,8 +25,8 @@ pub struct Occluders<'a> {
     pub stage: Stage<'a>,
     pub prepared: &'a Prepared,
     pub scene: &'a Scene,
-    /// The objects that are not in the tree, without those that equal an earlier one.
-    pub listed: Vec<Listed>,
+    /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
+    pub listed: Vec<(u32, Met<f64>)>,
     /// The spheres of these side by side, with their places among them.
     spheres: Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)>,
     /// The places of the planes.
@@ -43,63 +41,17 @@ pub struct Occluders<'a> {
     suns: Vec<Option<DVec3>>,
 }
 
-/// An object outside of the tree.
-pub struct Listed {
-    pub id: u32,
-    pub met: Met<f64>,
-}
-
-/// An object as shadow rays meet it.
-#[derive(Clone, Copy)]
-pub enum Met<R: Copy> {
-    Sphere(SphereMet<R>),
-    Plane(PlaneMet<R>),
-}
-
-impl<F: Bounded> Met<F> {
-    /// Whether it is in the way of rays that don't start on it.
-    #[inline(always)]
-    pub fn occlude<R: Real<One = F>>(&self, ray: &ShadowRay<R>) -> Verdict<R> {
-        match self {
-            Met::Sphere(met) => SphereMet::occlude(&<SphereMet<f64> as Record>::splat(met), ray),
-            Met::Plane(met) => PlaneMet::occlude(&<PlaneMet<f64> as Record>::splat(met), ray),
-        }
-    }
-}
-
 impl<'a> Occluders<'a> {
     pub fn new(prepared: &'a Prepared, rays: &'a Rays, lighting: &Lighting) -> Occluders<'a> {
         let (scene, stage) = (&*prepared.scene, Stage::new(prepared, rays));
         let relative = |point: DVec3| point - prepared.reference;
-        let planes = scene.spheres.len() as u32 + 1..=scene.n_objects() as u32;
-        let (ids, to_tree): (Vec<u32>, _) = match &prepared.hierarchy {
-            Some(hierarchy) => {
-                let bvh = &hierarchy.bvh;
-                let outside = bvh.outside.iter().copied();
-                (outside.chain(planes).collect(), prepared.reference - bvh.reference)
-            }
-            None => ((1..=scene.n_objects() as u32).collect(), DVec3::ZERO),
+        let to_tree = match &prepared.hierarchy {
+            Some(hierarchy) => prepared.reference - hierarchy.bvh.reference,
+            None => DVec3::ZERO,
         };
-        let mut seen = HashSet::new();
-        let listed = ids.into_iter().filter_map(|id| {
-            let object = scene.object(id)?;
-            let (is_first, met) = match object {
-                Object::Sphere(sphere) if sphere.radius == 0.0 => return None,
-                Object::Plane(plane) if plane.normal == DVec3::ZERO => return None,
-                Object::Sphere(sphere) => {
-                    let met = SphereMet::new::<f64>(relative(sphere.center), sphere.radius);
-                    (seen.insert(crate::certify::bits(object)), Met::Sphere(met))
-                }
-                Object::Plane(plane) => {
-                    let here = stage.plane(id);
-                    let met = PlaneMet::new(relative(plane.point), here.normal);
-                    (!here.is_repeated, Met::Plane(met))
-                }
-            };
-            is_first.then_some(Listed { id, met })
-        });
-        let listed: Vec<Listed> = listed.collect();
-        let is_plane = |place: &usize| matches!(listed[*place].met, Met::Plane(_));
+        let met = |(id, object)| (id, Met::new(object, prepared.reference));
+        let listed: Vec<(u32, Met<f64>)> = prepared.listed().into_iter().map(met).collect();
+        let is_plane = |place: &usize| matches!(listed[*place].1, Met::Plane(_));
         let planes = (0..listed.len()).filter(is_plane).collect();
         let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
             let spheres = &hierarchy.bvh.spheres;
@@ -138,7 +90,7 @@ impl<'a> Occluders<'a> {
         places.clear();
         let mut is_dark = false;
         let mut take = |place: usize, verdict: Verdict<f64>| {
-            if !verdict.is_clear() && self.listed[place].id != own {
+            if !verdict.is_clear() && self.listed[place].0 != own {
                 is_dark |= verdict.is_blocked();
                 places.push(place);
             }
@@ -150,23 +102,22 @@ impl<'a> Occluders<'a> {
             }
         }
         for &place in &self.planes {
-            take(place, self.listed[place].met.occlude(ball));
+            take(place, self.listed[place].1.occlude(ball));
         }
         is_dark
     }
 
-    /// A listed object in numbers of `F`.
-    pub fn met_listed<F: Bounded>(&self, listed: &Listed) -> Met<F> {
-        match listed.met {
-            Met::Sphere(_) => Met::Sphere(self.met(&self.scene.spheres[listed.id as usize - 1])),
-            Met::Plane(met) => Met::Plane(met.round()),
-        }
+    /// The listed objects in numbers of `F`.
+    pub fn listed_in<F: Bounded>(&self) -> Vec<Met<F>> {
+        let object = |&(id, _): &(u32, Met<f64>)| self.scene.object(id);
+        let objects = self.listed.iter().filter_map(object);
+        objects.map(|object| Met::new(object, self.prepared.reference)).collect()
     }
 
     /// A sphere in numbers of `F`.
     #[inline(always)]
-    pub fn met<F: Bounded>(&self, &Sphere { center, radius }: &Sphere) -> In<SphereMet<f64>, F> {
-        SphereMet::new::<F>(center - self.prepared.reference, radius).round()
+    pub fn met<F: Bounded>(&self, sphere: &Sphere) -> SphereMet<F> {
+        SphereMet::seen_from::<F>(sphere, self.prepared.reference)
     }
 
     /// The tree over many spheres.
@@ -229,7 +180,7 @@ impl<'a> Occluders<'a> {
     ) -> Result<bool, Vec<u32>> {
         let Some(surface) = surface else {
             let n_in_tree = if self.tree().is_some() { self.scene.spheres.len() as u32 } else { 0 };
-            let listed = self.listed.iter().map(|listed| listed.id);
+            let listed = self.listed.iter().map(|&(id, _)| id);
             return Err(listed.chain(1..=n_in_tree).chain([own]).collect());
         };
         if !surface.front && self.own_is_in_the_way(lamp, own) {
@@ -238,13 +189,13 @@ impl<'a> Occluders<'a> {
         let aim = shadow::Aim::new(self.origins[index]);
         let ray = ShadowRay::new(&aim, surface.point, surface.point_error);
         let mut open = Vec::new();
-        for listed in self.listed.iter().filter(|listed| listed.id != own) {
-            let verdict = listed.met.occlude(&ray);
+        for &(id, met) in self.listed.iter().filter(|&&(id, _)| id != own) {
+            let verdict = met.occlude(&ray);
             if verdict.is_blocked() {
                 return Ok(false);
             }
             if !verdict.is_clear() {
-                open.push(listed.id);
+                open.push(id);
             }
         }
         if let Some(bvh) = self.tree() {
@@ -260,33 +211,22 @@ impl<'a> Occluders<'a> {
         if open.is_empty() { Ok(true) } else { Err(open) }
     }
 
-    /// Whether an object is a plane.
-    pub fn is_plane(&self, id: u32) -> bool {
-        id as usize > self.scene.spheres.len()
-    }
-
-    /// Whether a plane is seen from the side that its normal points to, as this surface of it is.
-    pub fn faces_front(&self, id: u32, surface: &Surface<f64>) -> bool {
-        surface.normal.dot(V3(self.stage.plane(id).normal.to_array())) > 0.0
+    /// Whether a plane's normal points to the ray that sees this surface of it; `None` where an object has no normal that is the
+    /// same everywhere.
+    pub fn faces_front(&self, id: u32, surface: &Surface<f64>) -> Option<bool> {
+        let Object::Plane(plane) = self.scene.object(id)? else { return None };
+        let normal = Scaled::new(plane.normal).rounded();
+        Some(surface.normal.dot(V3(normal.to_array())) > 0.0)
     }
 
     /// Whether the sun with index `index` shines on that side of a plane, or on the other one: the same for all of it.
     pub fn lights_plane(&self, index: usize, id: u32, faces_front: bool) -> bool {
-        let (shadow::Origin::Sun(way), Some(Object::Plane(plane))) =
-            (self.origins[index], self.scene.object(id))
+        let (Some(direction), Some(Object::Plane(plane))) =
+            (self.suns[index], self.scene.object(id))
         else {
             return false;
         };
-        let slope = -self.stage.plane(id).normal.dot(way);
-        // The vectors' lengths are below 4, their product's rounding is 3 units. No test sees the
-        // 64 halved: 18 would do.
-        let is_known = slope.abs() > 64.0 * f64::UNIT;
-        let sign = match (is_known, self.suns[index]) {
-            (false, Some(direction)) => -slope_of(plane.normal, direction),
-            _ if slope > 0.0 => 1,
-            _ => -1,
-        };
-        sign == if faces_front { 1 } else { -1 }
+        slope_of(plane.normal, direction) == if faces_front { -1 } else { 1 }
     }
 }
 
@@ -335,8 +275,8 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// The spheres among some objects, some at a time, with their places.
-fn side_by_side(listed: &[Listed]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)> {
-    let spheres = listed.iter().enumerate().filter_map(|(place, object)| match object.met {
+fn side_by_side(listed: &[(u32, Met<f64>)]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)> {
+    let spheres = listed.iter().enumerate().filter_map(|(place, &(_, object))| match object {
         Met::Sphere(met) => Some((place, met)),
         Met::Plane(_) => None,
     });

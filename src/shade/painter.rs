@@ -8,7 +8,6 @@ use super::unlit::Shader;
 use super::{Colors, Encoding, Lighting};
 use crate::control::Control;
 use crate::error::Result;
-use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::Samples;
 use crate::trace::{Coverage, Hits, Rays, SampleIds, StageCounts, Timing};
@@ -84,10 +83,10 @@ pub struct Painted {
 pub struct Painter<'a> {
     style: Style,
     look: Look,
-    /// Of the picture whose pixels are the samples.
-    prepared: Arc<Prepared>,
-    /// Traces it, where it is not the picture itself.
-    tracer: Option<&'a mut Tracer>,
+    /// Of the pixels' centre rays.
+    tracer: &'a mut Tracer,
+    /// Of the samples, where there are several.
+    of_samples: Option<&'a mut Tracer>,
     hits: Hits,
     samples: SampleIds,
     coverage: Option<Coverage>,
@@ -100,16 +99,15 @@ enum Look {
 }
 
 impl<'a> Painter<'a> {
-    /// Paints pixels. `prepared` is of the picture whose pixels are their samples, [`Pixels::samples`],
-    /// and `tracer` traces it; with one sample a pixel it is the picture itself, which needs no second
-    /// tracer.
+    /// Paints pixels, whose centre rays `tracer` traces, and `of_samples` their samples where these are several:
+    /// [`Pixels::samples`].
     pub fn new(
-        prepared: &Arc<Prepared>,
         style: Style,
         pixels: &Pixels,
-        tracer: Option<&'a mut Tracer>,
+        tracer: &'a mut Tracer,
+        of_samples: Option<&'a mut Tracer>,
     ) -> Painter<'a> {
-        let scene = &prepared.scene;
+        let scene = &tracer.prepared().scene;
         let look = match Lighting::new(scene, &pixels.view) {
             None => Look::Unlit(Shader::new(scene, &style)),
             Some(lighting) => Look::Lit(Lit::new(Arc::clone(scene), lighting, style)),
@@ -117,22 +115,22 @@ impl<'a> Painter<'a> {
         Painter {
             style,
             look,
-            prepared: Arc::clone(prepared),
             tracer,
+            of_samples,
             hits: Hits::default(),
             samples: SampleIds::default(),
             coverage: (style.background != Background::Shown).then(Coverage::default),
         }
     }
 
+    /// Of the pixels' centre rays.
+    pub(crate) fn tracer(&mut self) -> &mut Tracer {
+        self.tracer
+    }
+
     /// The numbers that it writes colours as.
     pub fn encoding(&self) -> Encoding {
         self.style.encoding
-    }
-
-    /// True where each object has its own colour, each pixel one sample, and the background is shown.
-    pub fn is_flat(&self) -> bool {
-        matches!(self.look, Look::Unlit(_)) && self.tracer.is_none() && self.coverage.is_none()
     }
 
     /// How many samples of each pixel that was painted last hit an object, where those that don't are not
@@ -141,7 +139,8 @@ impl<'a> Painter<'a> {
         self.coverage.as_ref()
     }
 
-    /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays.
+    /// Replaces `colors` by those of a band of pixels. `hits` are of its pixels' centre rays. What kernels without a proof see
+    /// is lit by a tracer's device, where it has one that does.
     ///
     /// # Errors
     /// Those of [`Tracer::trace_samples`] and [`Shader::shade`]; [`crate::Error::Interrupted`].
@@ -152,22 +151,7 @@ impl<'a> Painter<'a> {
         control: &Control,
         colors: &mut Colors,
     ) -> Result<Painted> {
-        self.paint_with(None, band, hits, control, colors)
-    }
-
-    /// The same; the pixels' tracer `of_pixels` may have a device that lights what kernels without a proof see.
-    ///
-    /// # Errors
-    /// Those of [`Painter::paint`].
-    pub fn paint_with(
-        &mut self,
-        of_pixels: Option<&mut Tracer>,
-        band: &Pixels,
-        hits: &Hits,
-        control: &Control,
-        colors: &mut Colors,
-    ) -> Result<Painted> {
-        let Painter { style, look, prepared, tracer, hits: of_samples, samples, coverage } = self;
+        let Painter { style, look, tracer, of_samples, hits: room, samples, coverage } = self;
         let n_samples = style.n_samples.across();
         if colors.encoding() != style.encoding {
             *colors = Colors::new(style.encoding);
@@ -175,7 +159,7 @@ impl<'a> Painter<'a> {
         control.check()?;
         let mut painted = Painted::default();
         let start;
-        match (look, tracer) {
+        match (look, of_samples) {
             (Look::Unlit(shader), None) => {
                 start = Instant::now();
                 shader.shade(&hits.id, colors)?;
@@ -184,32 +168,30 @@ impl<'a> Painter<'a> {
                 }
             }
             (Look::Unlit(shader), Some(tracer)) => {
-                painted.timing =
-                    tracer.trace_samples(band, n_samples, control, of_samples, samples)?;
+                painted.timing = tracer.trace_samples(band, n_samples, control, room, samples)?;
                 painted.counts = samples.counts;
                 start = Instant::now();
-                shader.mix(&prepared.scene, samples, control, colors)?;
+                shader.mix(&tracer.prepared().scene, samples, control, colors)?;
                 if let Some(coverage) = coverage {
                     *coverage = samples.coverage();
                 }
             }
-            (Look::Lit(lit), tracer) => {
-                let (samples, ids, device) = match tracer {
-                    None => (*band, &hits.id, of_pixels),
+            (Look::Lit(lit), of_samples) => {
+                let (samples, ids, tracer) = match of_samples {
+                    None => (*band, &hits.id, &mut **tracer),
                     Some(tracer) => {
                         let samples = band.samples(n_samples);
-                        painted.timing =
-                            tracer.trace(&Rays::Pixels(samples), control, of_samples)?;
-                        painted.counts = of_samples.counts;
-                        (samples, &of_samples.id, Some(&mut **tracer))
+                        painted.timing = tracer.trace(&Rays::Pixels(samples), control, room)?;
+                        painted.counts = room.counts;
+                        (samples, &room.id, &mut **tracer)
                     }
                 };
                 start = Instant::now();
-                let at = (&**prepared, &samples, &ids[..]);
+                let at = (&samples, &ids[..]);
                 (painted.colors, painted.shadow_rays) = match colors {
-                    Colors::Srgb8(out) => lit.shade(at, device, control, out)?,
-                    Colors::Srgb16(out) => lit.shade(at, device, control, out)?,
-                    Colors::Linear(out) => lit.shade(at, device, control, out)?,
+                    Colors::Srgb8(out) => lit.shade(at, tracer, control, out)?,
+                    Colors::Srgb16(out) => lit.shade(at, tracer, control, out)?,
+                    Colors::Linear(out) => lit.shade(at, tracer, control, out)?,
                 };
                 if let Some(coverage) = coverage {
                     *coverage = lit.coverage(&samples, ids);

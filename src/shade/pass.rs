@@ -19,7 +19,7 @@ use pulp::{Simd, WithSimd};
 
 use super::Background;
 use super::lit::Job;
-use super::occluders::{Met, Occluders};
+use super::occluders::Occluders;
 use super::written::{Interval, Written};
 use crate::bvh::{Bvh, Corners, Enter, Node, Visitor, Walk};
 use crate::certify::{Pack, Surfaces, is_id};
@@ -29,7 +29,7 @@ use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, ShadowRay, SphereMet, Surface, Verdict};
+use crate::seen::{Bounds, Met, ShadowRay, SphereMet, Surface, Verdict};
 use crate::seen::{Occluder, Record};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
@@ -51,6 +51,19 @@ pub struct Open {
     pub pixel: usize,
     /// Bounds of its colour.
     pub bounds: [Interval; 3],
+    /// Of its samples in turn, for each lamp in turn.
+    pub visibility: Vec<Visibility>,
+}
+
+/// What is surely known of a lamp's light on a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visibility {
+    /// Nothing.
+    Unknown,
+    /// It gives nothing: something is in its way, or it comes from behind.
+    Hidden,
+    /// Nothing is in its way.
+    Seen,
 }
 
 /// A lamp's light.
@@ -66,7 +79,7 @@ pub struct Pass<'a, F: Float> {
     occluders: &'a Occluders<'a>,
     samples: &'a Pixels,
     pub surfaces: Surfaces<'a, F>,
-    /// [`Occluders::listed`]
+    /// [`Occluders::listed_in`]
     listed: Vec<Met<F>>,
     lights: Vec<Light<F>>,
     /// Bounds of the light from nowhere.
@@ -80,9 +93,9 @@ pub struct Pass<'a, F: Float> {
 struct Given<F: Float, const N: usize> {
     low: Lanes<F, N>,
     high: Lanes<F, N>,
-    /// 1 where a shadow ray is looked along, else 0.
+    /// 1 where a shadow ray is looked along, −1 where nothing is known to be in its way, else 0.
     asked: Lanes<F, N>,
-    /// Whether it may give anything to any.
+    /// Whether something may be in the way of what it gives to any.
     is_lit: bool,
 }
 
@@ -96,8 +109,17 @@ impl<F: Float, const N: usize> Given<F, N> {
     #[inline(always)]
     fn take(&mut self, verdict: &Verdict<Lanes<F, N>>) {
         let zero = Lanes::lit(0.0);
-        self.low = Lanes::select(zero.lt(verdict.clear), self.low, zero);
+        self.low = Lanes::select(zero.lt(verdict.clear.max(-self.asked)), self.low, zero);
         self.high = Lanes::select(zero.lt(verdict.blocked), zero, self.high);
+    }
+
+    fn visibility(&self, lane: usize) -> Visibility {
+        let zero = F::default();
+        match zero.lt(self.high.0[lane]) {
+            false => Visibility::Hidden,
+            true if zero.lt(self.low.0[lane]) => Visibility::Seen,
+            true => Visibility::Unknown,
+        }
     }
 }
 
@@ -268,8 +290,10 @@ impl<F: Float, const N: usize> Default for Scratch<F, N> {
 
 /// The pixels of a call, and where what is found of them goes.
 pub struct Part<'a, T> {
-    /// Indices of pixels.
+    /// Indices of pixels,
     pub pixels: &'a [usize],
+    /// and what is known of them already; nothing, or of each.
+    pub known: &'a [Open],
     /// Takes the colours of pixels from this index on.
     pub first: usize,
     pub out: &'a mut [T],
@@ -330,7 +354,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         };
         Pass {
             lights: lights.collect(),
-            listed: occluders.listed.iter().map(|listed| occluders.met_listed(listed)).collect(),
+            listed: occluders.listed_in(),
             ambient: Bounds { low: ambient(-1.0), high: ambient(1.0) },
             width: of_roundings(n_terms + OF_COLOR, F::ROUNDING).unwrap_or(f64::INFINITY),
             job,
@@ -351,6 +375,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         self.run::<N, { stage::GATHER }>(pixels, scratch, 0);
         for (index, light) in self.lights.iter().enumerate() {
             self.run::<N, { stage::AIM }>(pixels, scratch, index);
+            self.remember(index, part.known, scratch);
             if light.casts_shadows && scratch.is_lit {
                 self.run::<N, { stage::DARKEN }>(pixels, scratch, index);
                 if self.occluders.tree().is_some() {
@@ -460,6 +485,33 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         }
     }
 
+    /// Takes over what is known of a light already.
+    fn remember<const N: usize>(&self, index: usize, known: &[Open], scratch: &mut Scratch<F, N>) {
+        if known.is_empty() {
+            return;
+        }
+        let (n_lights, n_samples) = (self.lights.len(), self.job.n_samples().pow(2));
+        let Scratch { given, packs, is_lit, .. } = scratch;
+        let given = &mut given[index * packs.len()..][..packs.len()];
+        for (given, known) in given.chunks_mut(n_samples).zip(known.chunks(N)) {
+            for (sample, given) in given.iter_mut().enumerate() {
+                given.is_lit = false;
+                for lane in 0..N {
+                    let known = known.get(lane).map(|known| &known.visibility);
+                    // The last pixel is in all lanes behind it.
+                    match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + index]) {
+                        Visibility::Unknown => given.is_lit = true,
+                        Visibility::Hidden => {
+                            (given.low.0[lane], given.high.0[lane]) = Default::default();
+                        }
+                        Visibility::Seen => given.asked.0[lane] = -given.asked.0[lane],
+                    }
+                }
+            }
+        }
+        *is_lit = given.iter().any(|given| given.is_lit);
+    }
+
     /// The points that samples see, by objects.
     #[inline(always)]
     fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
@@ -554,7 +606,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             left.clear();
             for (pack, given) in packs.iter().zip(&*given) {
                 let rays = self.shadow_rays(&aim, pack);
-                let is_asked = pack.surface.is_known().and(zero.lt(given.high));
+                let is_asked = pack.surface.is_known().and(zero.lt(given.high.min(given.asked)));
                 let asked = Lanes::select(is_asked, given.high, zero);
                 ways.push(Way { rays, verdict: Verdict::none(), asked });
                 left.push(Lanes::select(is_asked, one, zero));
@@ -613,7 +665,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 let weight = V3::<Lanes<F, N>>::splat(light.weight);
                 low = low + weight * given.low;
                 high = high + weight * given.high;
-                n_rays = n_rays + given.asked;
+                n_rays = n_rays + given.asked.abs();
             }
             let nothing = is_id(&pack.ids, 0);
             (shade.n_rays, shade.n_hits) = (n_rays, Lanes::select(nothing, zero, Lanes::lit(1.0)));
@@ -625,13 +677,13 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     /// Writes means of samples.
     #[inline(always)]
     fn write<T: Written, const N: usize>(&self, part: &mut Part<T>, scratch: &Scratch<F, N>) {
-        let Part { pixels, first, out, open, n_rays } = part;
+        let Part { pixels, first, out, open, n_rays, .. } = part;
         let n = self.job.n_samples();
         let background = T::of_bounds(&self.job.color(0).map(Interval::of)).unwrap_or_default();
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
         let [narrower, wider] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
         let all = pixels.chunks(N).zip(scratch.shades.chunks(n * n));
-        for (pixels, shades) in one_by_one(all) {
+        for (number, (pixels, shades)) in one_by_one(all).enumerate() {
             let mut sum = shades[0];
             for shade in &shades[1..] {
                 sum.add(shade);
@@ -664,7 +716,12 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                         low: low.0[channel].0[lane].to_f64(),
                         high: high.0[channel].0[lane].to_f64(),
                     });
-                    open.push(Open { pixel, bounds });
+                    let samples = number * n * n..(number + 1) * n * n;
+                    let of_lights =
+                        |pack: usize| scratch.given[pack..].iter().step_by(scratch.packs.len());
+                    let visibility =
+                        samples.flat_map(of_lights).map(|given| given.visibility(lane));
+                    open.push(Open { pixel, bounds, visibility: visibility.collect() });
                 }
             }
         }

@@ -18,24 +18,22 @@ use crate::kernel::{Lists, Objects};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::Pixels;
-use crate::trace::{Rays, StageCounts};
+use crate::trace::{Level, Rays, StageCounts};
 use crate::tracer::Tracer;
 
 /// Samples whose light comes from a device at a time; bounds the memory for it.
 const SAMPLES_AT_ONCE: u32 = 1 << 18;
 
-/// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where `device` lit them.
+/// Fills `colors` with those of all pixels, whose samples are the rays `samples`. True where the device of `tracer` lit them.
 pub(super) fn shade<T: Written>(
     job: &Job,
     (prepared, samples): (&Prepared, &Pixels),
-    device: Option<&mut Tracer>,
+    tracer: &mut Tracer,
     control: &Control,
     colors: &mut [T],
 ) -> Result<bool> {
     let lighting = &lighting_of(prepared.coordinates(), &job.lit.lighting, job.lit.style.epsilon);
-    if let Some(device) = device
-        && shade_with(device, job, lighting, samples, control, colors)?
-    {
+    if shade_with(tracer, job, lighting, samples, control, colors)? {
         return Ok(true);
     }
     let here = (job, prepared, samples);
@@ -54,9 +52,9 @@ pub(super) fn shade<T: Written>(
     Ok(false)
 }
 
-/// The same with a device's light, some rows at a time. False where the device leaves it to the CPU.
+/// The same with a device's light, some rows at a time. False where that is left to the CPU.
 fn shade_with<T: Written>(
-    device: &mut Tracer,
+    tracer: &mut Tracer,
     job: &Job,
     lighting: &PlainLighting,
     samples: &Pixels,
@@ -71,7 +69,7 @@ fn shade_with<T: Written>(
         let first_row = number * n_rows;
         let height = colors.len() / columns;
         let rows = samples.rows(first_row as u32 * n_samples, height as u32 * n_samples);
-        if !device.light_plainly(lighting, &rows, control, &mut lights)? {
+        if !tracer.light_plainly(lighting, &rows, control, &mut lights)? {
             return Ok(false);
         }
         let (first_pixel, first_sample) =
@@ -333,8 +331,5 @@ pub(super) fn counts(job: &Job, n_pixels: usize, is_f64: bool) -> StageCounts {
     let n_lamps = job.lit.lighting.lamps.len();
     let n_hits = |pixel| job.samples(pixel).filter(|&at| job.ids[at] != 0).count();
     let n = ((0..n_pixels).map(n_hits).sum::<usize>() * n_lamps) as u64;
-    match is_f64 {
-        true => StageCounts { f64: n, ..StageCounts::default() },
-        false => StageCounts { f32: n, ..StageCounts::default() },
-    }
+    StageCounts::of(n, if is_f64 { Level::F64 } else { Level::F32 })
 }

@@ -1,7 +1,5 @@
 //! Colours of lit or sampled pictures against exact arithmetic and against each other.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::{Near, hit_of};
@@ -9,7 +7,6 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::exact::ExactPixels;
 use crate::kernel::Kernel;
-use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray};
 use crate::scene::{Edges, Samples, Scene};
 use crate::shade::{
@@ -34,26 +31,25 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays, which
-    /// `of_pixels` traces; `prepared` and `tracer` are those of [`Painter::new`].
+    /// The colours of a band of pixels, as a picture gets them. `hits` are of the pixels' centre rays; the tracers are those of
+    /// [`Painter::new`].
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
     pub fn painted(
-        prepared: &Arc<Prepared>,
         band: &Pixels,
         n_samples: Samples,
         hits: &Hits,
-        of_pixels: &mut Tracer,
-        mut tracer: Option<&mut Tracer>,
+        tracer: &mut Tracer,
+        mut of_samples: Option<&mut Tracer>,
         control: &Control,
     ) -> Result<Shown> {
         let mut shown = Shown::default();
         for encoding in [Encoding::Srgb8, Encoding::Srgb16, Encoding::Linear] {
             let style = Style { n_samples, ..Style::new(encoding) };
-            let mut painter = Painter::new(prepared, style, band, tracer.as_deref_mut());
+            let mut painter = Painter::new(style, band, tracer, of_samples.as_deref_mut());
             let mut colors = Colors::new(encoding);
-            painter.paint_with(Some(&mut *of_pixels), band, hits, control, &mut colors)?;
+            painter.paint(band, hits, control, &mut colors)?;
             match colors {
                 Colors::Srgb8(pixels) => shown.srgb8 = pixels,
                 Colors::Srgb16(pixels) => shown.srgb16 = pixels,
@@ -262,7 +258,10 @@ pub fn broken_color_promises(
 mod tests {
     use glam::DVec3;
 
+    use std::sync::Arc;
+
     use super::*;
+    use crate::prepare::Prepared;
     use crate::rays::View;
     use crate::scene::{Camera, Color, Light, Plane, Sky, Source, Sphere};
     use crate::trace::{Rays, Wants};
@@ -305,10 +304,10 @@ mod tests {
         let mut of_pixels = Tracer::on_cpu(make(pixels), Wants::default());
         of_pixels.trace(&Rays::Pixels(*pixels), &control, &mut hits).unwrap();
         let of_samples = make(&pixels.samples(n_samples));
-        let mut tracer = Tracer::on_cpu(Arc::clone(&of_samples), Wants::default());
+        let mut tracer = Tracer::on_cpu(of_samples, Wants::default());
         let tracer: Option<&mut Tracer> = (n_samples > 1).then_some(&mut tracer);
         let n = Samples::nearest(n_samples);
-        Shown::painted(&of_samples, pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
+        Shown::painted(pixels, n, &hits, &mut of_pixels, tracer, &control).unwrap()
     }
 
     fn truth(scene: &Scene, pixels: &Pixels, n_samples: u32) -> ColorTruth {

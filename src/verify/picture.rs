@@ -263,7 +263,7 @@ fn of_kernel(work: &Work, kernel: Kernel, device: &Device, control: &Control) ->
             let painted = |hits: &Hits, tracers: &mut Tracers| {
                 let Tracers { pixels, samples } = tracers;
                 let (n, samples) = (colors.n_samples, samples.as_mut());
-                Shown::painted(&of_samples, band, n, hits, pixels, samples, control)
+                Shown::painted(band, n, hits, pixels, samples, control)
             };
             let of_cpu = painted(&on_cpu, &mut cpu)?;
             let against = compare_colors_to_exact(&of_cpu, truth);

@@ -31,10 +31,12 @@ pub struct Extent {
 impl Extent {
     /// Around the spheres; planes have no end, so they count only where there is nothing else.
     pub fn new(scene: &Scene) -> Extent {
-        let balls: Vec<(DVec3, f64)> = match scene.spheres.is_empty() {
-            false => scene.spheres.iter().map(|s| (s.center, s.radius.abs())).collect(),
-            true => scene.planes.iter().map(|plane| (plane.point, 0.0)).collect(),
+        let n_counted = match scene.spheres.len() {
+            0 => scene.n_objects(),
+            n_spheres => n_spheres,
         };
+        let balls: Vec<(DVec3, f64)> =
+            scene.objects().take(n_counted).map(|(_, object)| object.extent()).collect();
         let low = balls.iter().map(|(c, r)| *c - *r).reduce(DVec3::min).unwrap_or(DVec3::ZERO);
         let high = balls.iter().map(|(c, r)| *c + *r).reduce(DVec3::max).unwrap_or(DVec3::ZERO);
         let center = low / 2.0 + high / 2.0;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::worker::{Turn, Worker};
-use crate::certify::{self, Decided};
+use crate::certify::{Decided, Stage};
 use crate::control::Control;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -13,7 +13,7 @@ use crate::prepare::Prepared;
 use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::session::Session;
-use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Wants};
+use crate::trace::{Hits, Kernel, Level, Rays, StageCounts, Timing, Wants};
 use crate::tracer::Tracer;
 
 /// The CPU decides this long before the picture is shown without what is still undecided.
@@ -142,7 +142,8 @@ impl Tracing {
         let mut picture =
             DevicePicture { order, ids, time: Duration::ZERO, progress: Mutex::new(progress) };
         let decide = |some: &[u32], layer: &OpenLayer, picture: &DevicePicture| -> Result<()> {
-            let decided = certify::decide(&layer.prepared, &rays, some, &turn.control)?;
+            let stage = Stage::new(&layer.prepared, &rays);
+            let decided = stage.decide(some, &turn.control, &mut Timing::default())?;
             self.undecided.decide(&layer.ids, &decided)?;
             count(&mut picture.lock(), &decided);
             Ok(())
@@ -200,7 +201,7 @@ impl Tracing {
         let ids = self.pool.take(&self.backend.screen, pixels.len());
         let start = Instant::now();
         self.tracers[place].propose_resident(&rays, &self.closing, &ids)?;
-        let rays = certify::undecided(&prepared, &rays, || self.undecided.find(&ids))?;
+        let rays = self.undecided.find(&ids)?;
         *time += start.elapsed();
         Ok(OpenLayer { prepared, ids, rays })
     }

@@ -245,8 +245,7 @@ fn a_spoiled_shader_breaks_the_promise() {
         let prepared = Arc::new(Prepared::new(Arc::clone(&scene), kernel, &rays).unwrap());
         let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
         tracer.trace(&rays, &control, &mut hits).unwrap();
-        Shown::painted(&prepared, &pixels, Samples::ONE, &hits, &mut tracer, None, &control)
-            .unwrap()
+        Shown::painted(&pixels, Samples::ONE, &hits, &mut tracer, None, &control).unwrap()
     };
     let on_cpu = shown(Device::Cpu);
     let [right, wrong] = ["hit.id != 0u && (is_endless", "hit.id == 0u && (is_endless"];

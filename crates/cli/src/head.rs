@@ -239,10 +239,10 @@ impl From<&Rendered> for MsStages {
 }
 
 impl MsStages {
-    /// Of another picture after the first one.
-    pub fn again(done: &Rendered) -> MsStages {
+    /// Of another picture after the first one, whose colours may be flat.
+    pub fn again(done: &Rendered, is_flat: bool) -> MsStages {
         let stages = MsStages::from(done);
-        MsStages { shade: stages.shade.filter(|&shade| shade > 0.0), ..stages }
+        MsStages { shade: stages.shade.filter(|_| !is_flat), ..stages }
     }
 }
 

@@ -69,8 +69,12 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
     };
     drop(progress);
 
-    let again =
-        || session.draw_nothing(&pixels, &plan, &run.control).map(|done| MsStages::again(&done));
+    let is_flat =
+        plan.n_samples == Samples::ONE && !begun.scene.is_lit() && !plan.options.transparent;
+    let again = || {
+        let done = session.draw_nothing(&pixels, &plan, &run.control)?;
+        Ok(MsStages::again(&done, is_flat))
+    };
     let ms_runs = args
         .repeat
         .map(|n| std::iter::repeat_with(again).take(n as usize).collect::<Result<Vec<_>>>())

@@ -111,7 +111,8 @@ fn bounds<F: Bounded + Linear, const N: usize>(
 ) -> Vec<Open> {
     let (mut open, mut n_rays, first) = (Vec::new(), 0, pixels[0]);
     let mut out = vec![Untold; pixels[pixels.len() - 1] + 1 - first];
-    let part = Part { pixels, first, out: &mut out, open: &mut open, n_rays: &mut n_rays };
+    let part =
+        Part { pixels, known: &[], first, out: &mut out, open: &mut open, n_rays: &mut n_rays };
     pass.find(part, scratch);
     open
 }
