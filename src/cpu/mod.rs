@@ -215,8 +215,8 @@ impl Stages<'_> {
         timing.trace = start.elapsed();
 
         open.clear();
-        // Hardly a part of a picture has one. All are looked at, which several at a time can be.
-        if ids.iter().fold(false, |any, &id| any | (id == OPEN)) {
+        // Hardly a part of a picture has one.
+        if ids.contains(&OPEN) {
             open.extend(
                 (first as u32..).zip(&*ids).filter(|&(_, &id)| id == OPEN).map(|(ray, _)| ray),
             );
