@@ -5,6 +5,7 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
+use crate::kernel::Float;
 pub use crate::kernel::Kernel;
 use crate::num::OPEN;
 pub use crate::rays::{Ray, Rays};
@@ -28,6 +29,16 @@ pub enum Level {
     F64 = 1,
     /// Exact arithmetic.
     Exact = 2,
+}
+
+impl Level {
+    /// The stage that decides all rays of a kernel without a proof.
+    pub fn of(kernel: Kernel) -> Level {
+        match kernel.about().float {
+            Float::F32 => Level::F32,
+            Float::F64 => Level::F64,
+        }
+    }
 }
 
 /// How many rays each stage decided.
@@ -195,9 +206,16 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// That of pixels with one sample each, which saw the objects with these ids.
-    pub fn of_ids(ids: &[u32]) -> Coverage {
-        Coverage { n_hits: ids.iter().map(|&id| u16::from(id != 0)).collect(), n_samples: 1 }
+    /// That of pixels with `n` × `n` samples each, which saw the objects with these ids: rows of so many columns of samples.
+    pub fn of_ids(ids: &[u32], n_columns: usize, n: usize) -> Coverage {
+        let mut n_hits = vec![0; ids.len() / (n * n)];
+        let rows = n_hits.par_chunks_mut((n_columns / n).max(1));
+        rows.zip(ids.par_chunks((n_columns * n).max(1))).for_each(|(n_hits, ids)| {
+            for (at, &id) in ids.iter().enumerate() {
+                n_hits[at % n_columns / n] += u16::from(id != 0);
+            }
+        });
+        Coverage { n_hits, n_samples: (n * n) as u16 }
     }
 
     /// Adds further pixels, with as many samples each.
@@ -252,7 +270,10 @@ impl Timing {
 
     /// Of the time of threads that worked side by side: the same shares of what went by meanwhile.
     pub(crate) fn within(self, wall: Duration) -> Timing {
-        let share = wall.as_secs_f64() / self.deciding().as_secs_f64().max(f64::MIN_POSITIVE);
+        if self.deciding().is_zero() {
+            return self;
+        }
+        let share = wall.as_secs_f64() / self.deciding().as_secs_f64();
         let [trace, refine, decide] =
             [self.trace, self.refine, self.decide].map(|time| time.mul_f64(share));
         Timing { trace, refine, decide, ..self }

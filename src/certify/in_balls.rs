@@ -6,7 +6,7 @@
 
 use std::array::from_fn;
 
-use super::surfaces::TAndNormal;
+use super::surfaces::{TAndNormal, unit_f32};
 use super::{Stage, StageRays};
 use crate::exact::Ball;
 use crate::rays::{Lens, Pixels, Ray};
@@ -93,7 +93,7 @@ impl Sight {
 }
 
 impl Stage<'_> {
-    pub fn surface_in_balls(&self, index: usize, id: u32, object: Object) -> Option<TAndNormal> {
+    pub fn surface_in_balls(&self, index: usize, object: Object) -> Option<TAndNormal> {
         let sight = |point: DVec3| match &self.rays {
             StageRays::Pixels { pixels, .. } => Sight::of_pixel(pixels, index, point),
             StageRays::List(rays) => Sight::of_ray(&rays[index], point),
@@ -114,7 +114,7 @@ impl Stage<'_> {
                     return None;
                 }
                 let t = sight.t_f32(dot(&n, &sight.to_point).over(slope))?;
-                let unit = self.plane(id).unit_f32;
+                let unit = unit_f32(plane);
                 Some((t, unit.map(|x| if is_along { 0.0 - x } else { x })))
             }
         }

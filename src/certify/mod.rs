@@ -7,18 +7,18 @@ mod point;
 mod surfaces;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::engine::Find64;
 use crate::error::Result;
 use crate::exact::{ExactPixels, ExactRay};
 use crate::guard;
-use crate::num::Float;
 use crate::prepare::{Hierarchy, Prepared, exponent_of};
 use crate::rays::Pixels;
 use crate::scene::Scene;
 use crate::trace::{Level, Ray, Rays};
-use surfaces::{MISS, PlaneF64};
+use surfaces::MISS;
 pub(crate) use surfaces::{Pack, PackF64, Surfaces, is_id};
 
 /// Whether the `t` of a ray's hits surely stays in f32's range.
@@ -49,9 +49,6 @@ pub(crate) struct Stage<'a> {
     rays: StageRays<'a>,
     /// Has the spheres that are not listed.
     hierarchy: Option<&'a Hierarchy>,
-    /// Whether the bounds hold for these rays.
-    usable: bool,
-    planes: Vec<PlaneF64>,
     /// What f64 says of them.
     find: Find64<'a>,
 }
@@ -60,21 +57,14 @@ impl<'a> Stage<'a> {
     pub(crate) fn new(prepared: &'a Prepared, rays: &'a Rays) -> Stage<'a> {
         let scene = &*prepared.scene;
         let find = Find64::new(prepared, rays);
-        let (rays, usable) = match rays {
-            Rays::Pixels(pixels) => (
-                StageRays::Pixels { pixels, exact: Box::new(ExactPixels::new(pixels)) },
-                pixels.is_in_range() && pixels.spread() <= f64::FARTHEST,
-            ),
-            Rays::List(rays) => (StageRays::List(rays), true),
+        let rays = match rays {
+            Rays::Pixels(pixels) => {
+                StageRays::Pixels { pixels, exact: Box::new(ExactPixels::new(pixels)) }
+            }
+            Rays::List(rays) => StageRays::List(rays),
         };
-        let planes = scene.planes.iter().map(PlaneF64::new).collect();
         let hierarchy = prepared.hierarchy.as_ref();
-        Stage { scene, rays, hierarchy, usable, planes, find }
-    }
-
-    /// The numbers of the plane with this id.
-    fn plane(&self, id: u32) -> &PlaneF64 {
-        &self.planes[id as usize - 1 - self.scene.spheres.len()]
+        Stage { scene, rays, hierarchy, find }
     }
 
     /// Fills in `t` and normals of the rays from `first` on, which see these objects: in f64, with more digits, and exactly.
@@ -93,11 +83,14 @@ impl<'a> Stage<'a> {
             false => t.fill(0.0),
         }
         if t.contains(&0.0) {
-            for at in 0..t.len() {
-                if t[at] == 0.0 {
-                    control.check()?;
-                    (t[at], normal[at]) = self.surface(first + at, ids[at]).unwrap_or(MISS);
-                }
+            let open: Vec<usize> = (0..t.len()).filter(|&at| t[at] == 0.0).collect();
+            let surface = |&at: &usize| {
+                control.check()?;
+                Ok(self.surface(first + at, ids[at]).unwrap_or(MISS))
+            };
+            let found = open.par_iter().map(surface).collect::<Result<Vec<_>>>()?;
+            for (at, found) in open.into_iter().zip(found) {
+                (t[at], normal[at]) = found;
             }
         }
         Ok(())
@@ -105,7 +98,7 @@ impl<'a> Stage<'a> {
 
     fn exact_ray(&self, index: usize) -> ExactRay {
         match &self.rays {
-            StageRays::Pixels { pixels, exact, .. } => {
+            StageRays::Pixels { pixels, exact } => {
                 let (x, y) = pixels.xy(index);
                 exact.ray(x, y)
             }

@@ -1,4 +1,4 @@
-//! Where rays meet their objects, in f64 with bounds of the errors.
+//! Where rays meet their objects, exactly.
 
 use super::Stage;
 use crate::exact::{ExactHit, ExactPoint, Shape, visible_root};

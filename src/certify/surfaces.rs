@@ -25,8 +25,10 @@ pub type TAndNormal = (f32, [f32; 3]);
 /// Those of a ray that hits nothing.
 pub const MISS: TAndNormal = (f32::INFINITY, [0.0; 3]);
 
-/// The exact unit normal of a plane, each component rounded to the nearest f32. `unit` is the same in f64.
-pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
+/// The exact unit normal of a plane, each component rounded to the nearest f32.
+pub fn unit_f32(plane: &Plane) -> [f32; 3] {
+    let normal = Scaled::new(plane.normal).rounded();
+    let unit = (normal * (1.0 / normal.length())).to_array();
     let error = guard::steps::NORMALIZED * f64::UNIT;
     let [low, high] = [-error, error].map(|error| unit.map(|x| (x + error) as f32));
     if low == high {
@@ -34,25 +36,6 @@ pub fn unit_f32(plane: &Plane, unit: [f64; 3]) -> [f32; 3] {
         return low.map(|x| x + 0.0);
     }
     plane_normal(plane.normal).map_or([0.0; 3], |normal| normal.map(|x| x.to_f32()))
-}
-
-/// A plane's numbers for all rays.
-#[derive(Clone)]
-pub struct PlaneF64 {
-    pub point: DVec3,
-    /// Scaled by a power of two to a largest component in `1..2`.
-    pub normal: DVec3,
-    /// The exact one, each component rounded to the nearest f32.
-    pub unit_f32: [f32; 3],
-}
-
-impl PlaneF64 {
-    pub fn new(plane: &Plane) -> PlaneF64 {
-        let normal = Scaled::new(plane.normal).rounded();
-        let unit = normal * (1.0 / normal.length());
-        let unit_f32 = unit_f32(plane, unit.to_array());
-        PlaneF64 { point: plane.point, normal, unit_f32 }
-    }
 }
 
 /// No direction is longer whose components are below 2.
@@ -69,7 +52,8 @@ pub struct Surfaces<'a, F: Float> {
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
     /// By index; none for lists.
     planes: Vec<PlaneSeen<F>>,
-    planes_f64: Vec<PlaneF64>,
+    /// Those of `t` and normals that are to be rounded.
+    units: Vec<[f32; 3]>,
 }
 
 /// The same rays as [`StageRays`].
@@ -177,8 +161,9 @@ impl<'a> Surfaces<'a, f64> {
     /// For `t` and normals in f32: a plane's is the nearest one already.
     pub fn to_be_rounded(stage: &Stage<'a>) -> Surfaces<'a, f64> {
         let mut found = Surfaces::in_f64(stage);
-        for (seen, plane) in found.planes.iter_mut().zip(&stage.planes) {
-            *seen = rounded(*seen, plane, |x| x);
+        found.units = stage.scene.planes.iter().map(unit_f32).collect();
+        for (seen, unit) in found.planes.iter_mut().zip(&found.units) {
+            *seen = rounded(*seen, unit, |x| x);
         }
         found
     }
@@ -206,8 +191,7 @@ impl<'a> Surfaces<'a, f64> {
         }
     }
 
-    /// Puts the rays from `first` on, which are of one row and see these objects, into packs. The last lanes are of a list's last
-    /// ray, or go on beside the row.
+    /// Puts the rays from `first` on, which are of one row and see these objects, into packs; the last lanes may repeat one.
     #[inline(always)]
     pub(super) fn load(&self, first: usize, ids: &[u32], packs: &mut Vec<PackF64>) {
         let n_spheres = self.scene.spheres.len() as u32;
@@ -222,8 +206,10 @@ impl<'a> Surfaces<'a, f64> {
                 let (x, y) = pixels.xy(first);
                 let (i, j) = pixels.offset2(x, y);
                 let columns = Lanes(std::array::from_fn(|lane| 2.0 * lane as f64));
+                let last = Lanes::lit((i + 2 * (ids.len() as i64 - 1)) as f64);
                 for (i, pack) in (i..).step_by(2 * LANES).zip(packs) {
-                    pack.offset = [Lanes::lit(i as f64) + columns, Lanes::lit(j as f64)];
+                    let across = (Lanes::lit(i as f64) + columns).min(last);
+                    pack.offset = [across, Lanes::lit(j as f64)];
                 }
             }
             SurfaceRays::List(rays) => {
@@ -269,13 +255,13 @@ impl<'a, F: Float> Surfaces<'a, F> {
         };
         let mut found = Surfaces {
             scene: stage.scene,
-            are_known: stage.usable,
+            are_known: stage.find.are_known(),
             eye,
             lengths: Lengths::new(&eye, longest),
             rays,
             spheres: Vec::new(),
             planes: Vec::new(),
-            planes_f64: stage.planes.clone(),
+            units: Vec::new(),
         };
         if let StageRays::Pixels { .. } = &stage.rays {
             let spheres = &stage.scene.spheres[..];
@@ -417,7 +403,7 @@ impl<'a, F: Float> Surfaces<'a, F> {
     #[inline(always)]
     fn on_plane<const N: usize>(&self, id: u32, pack: &Pack<F, N>) -> Surface<Lanes<F, N>> {
         let index = id as usize - 1 - self.scene.spheres.len();
-        let seen = match (self.planes.get(index), self.planes_f64.get(index)) {
+        let seen = match (self.planes.get(index), self.scene.planes.get(index)) {
             (Some(seen), _) => PlaneSeen::splat(seen),
             (None, Some(plane)) => {
                 let mut l = V3([Lanes::<f64, N>::lit(0.0); 3]);
@@ -427,8 +413,12 @@ impl<'a, F: Float> Surfaces<'a, F> {
                         l.0[axis].0[lane] = plane.point[axis] - origin;
                     }
                 }
-                let seen = PlaneSeen::of::<F>(plane.normal, l, &self.eye);
-                PlaneSeen::round_lanes(&rounded(seen, plane, Lanes::lit))
+                let normal = Scaled::new(plane.normal).rounded();
+                let mut seen = PlaneSeen::of::<F>(normal, l, &self.eye);
+                if let Some(unit) = self.units.get(index) {
+                    seen = rounded(seen, unit, Lanes::lit);
+                }
+                PlaneSeen::round_lanes(&seen)
             }
             // Undecided.
             (None, None) => return Surface::unknown(),
@@ -438,8 +428,8 @@ impl<'a, F: Float> Surfaces<'a, F> {
 }
 
 /// With the unit normal whose components are nearest in f32.
-fn rounded<R: Copy>(seen: PlaneSeen<R>, plane: &PlaneF64, lit: impl Fn(f64) -> R) -> PlaneSeen<R> {
-    let unit = V3(plane.unit_f32.map(|x| lit(f64::from(x))));
+fn rounded<R: Copy>(seen: PlaneSeen<R>, unit: &[f32; 3], lit: impl Fn(f64) -> R) -> PlaneSeen<R> {
+    let unit = V3(unit.map(|x| lit(f64::from(x))));
     PlaneSeen { unit, unit_error: lit(0.0), ..seen }
 }
 
@@ -542,7 +532,7 @@ impl Stage<'_> {
     /// `t` and normal of a hit that is known to exist: with some 100 bits, else exactly.
     pub fn surface(&self, index: usize, id: u32) -> Option<TAndNormal> {
         let object = self.scene.object(id)?;
-        if let Some(surface) = self.surface_in_balls(index, id, object) {
+        if let Some(surface) = self.surface_in_balls(index, object) {
             return Some(surface);
         }
         let ray = self.exact_ray(index);

@@ -213,7 +213,7 @@ fn surfaces_in_balls_are_exact() {
             let hits = decided(&stage, rays.len());
             for (index, &id) in hits.id.iter().enumerate() {
                 let Some(object) = stage.scene.object(id) else { continue };
-                let Some(found) = stage.surface_in_balls(index, id, object) else {
+                let Some(found) = stage.surface_in_balls(index, object) else {
                     n_open += 1;
                     continue;
                 };

@@ -35,7 +35,7 @@ struct Part<'a> {
 /// All rays, in parts of so many rows of a picture.
 fn parts<'a>(rays: &Rays, n_rows: u32, hits: &'a mut Hits) -> Vec<Part<'a>> {
     let n = match rays {
-        Rays::Pixels(pixels) => (n_rows * pixels.width) as usize,
+        Rays::Pixels(pixels) => n_rows as usize * pixels.width as usize,
         Rays::List(_) => RAYS_PER_PART,
     };
     let n = n.max(1);
@@ -138,7 +138,7 @@ pub fn trace(
             Some(timing) => timing,
             None => propose(prepared, wants, rays, control, hits)?,
         };
-        let level = if prepared.kernel == Kernel::Double { Level::F64 } else { Level::F32 };
+        let level = Level::of(prepared.kernel);
         hits.level.fill(level as u8);
         hits.counts = StageCounts::of(rays.len() as u64, level);
         return Ok(timing);
@@ -212,7 +212,10 @@ impl Stages<'_> {
         host::check()?;
         let start = Instant::now();
         self.first.look(first, ids, search);
-        timing.trace = start.elapsed();
+        let is_proposed = matches!(self.first, First::Proposed);
+        if !is_proposed {
+            timing.trace = start.elapsed();
+        }
 
         open.clear();
         // Hardly a part of a picture has one.
@@ -244,7 +247,7 @@ impl Stages<'_> {
             self.stage.complete(surfaces, (first, ids), (t, normal), control, packs)?;
             timing.refine += start.elapsed();
         }
-        if !matches!(self.first, First::Proposed) {
+        if !is_proposed {
             control.advance(ids.len() as u64);
         }
         Ok(Done { counts, timing })

@@ -127,6 +127,11 @@ impl<'a> Find64<'a> {
         Find64 { prepared, rays, tree, listed }
     }
 
+    /// Whether the bounds hold for these rays.
+    pub fn are_known(&self) -> bool {
+        !matches!(self.rays, Rays64::Unknown)
+    }
+
     /// Whether [`Find64::decide`] finds rays side by side.
     pub fn is_listed(&self) -> bool {
         matches!(&self.rays, Rays64::Pixels(rays) if rays.aim.is_none())

@@ -227,7 +227,7 @@ impl<F: Bounded> Met<F> {
     /// For arithmetic of `F`, from a reference point.
     pub fn new(object: Object, reference: DVec3) -> Met<F> {
         match object {
-            Object::Sphere(sphere) => Met::Sphere(SphereMet::seen_from::<F>(sphere, reference)),
+            Object::Sphere(sphere) => Met::Sphere(SphereMet::met_from::<F>(sphere, reference)),
             Object::Plane(Plane { point, normal, .. }) => {
                 let normal = Scaled::new(*normal).rounded();
                 Met::Plane(PlaneMet::new(*point - reference, normal).round())

@@ -507,7 +507,7 @@ impl SphereMet<f64> {
 
     /// A sphere of a scene from a reference point, in numbers of `F`.
     #[inline(always)]
-    pub fn seen_from<F: Bounded>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
+    pub fn met_from<F: Bounded>(sphere: &Sphere, reference: DVec3) -> SphereMet<F> {
         SphereMet::new::<F>(sphere.center - reference, sphere.radius).round()
     }
 }

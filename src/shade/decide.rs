@@ -60,10 +60,11 @@ impl Decider<'_> {
         known: &mut Known<T>,
         counts: &mut StageCounts,
     ) -> T {
-        let visibility = open.visibility.chunks(self.job.lit.lighting.lamps.len().max(1));
-        let visibility = visibility.chain(std::iter::repeat(&[][..]));
-        let samples = self.job.samples(open.pixel).zip(visibility);
-        let samples: Vec<SamplePoint> = samples.map(|(at, known)| self.sample(at, known)).collect();
+        let n_lamps = self.job.lit.lighting.lamps.len();
+        let visibility = |sample: usize| &open.visibility[sample * n_lamps..][..n_lamps];
+        let samples = self.job.samples(open.pixel).enumerate();
+        let samples: Vec<SamplePoint> =
+            samples.map(|(sample, at)| self.sample(at, visibility(sample))).collect();
         let Some(seen) = self.seen_evenly(&samples, counts) else {
             return self.exact_mean(open, &samples, counts);
         };
@@ -93,8 +94,8 @@ impl Decider<'_> {
         SamplePoint { at, visibility, id, surface, exact: OnceCell::new() }
     }
 
-    /// Whether the light of the lamp with index `index` reaches a point that faces it: as bounds have it already, in f64 for this
-    /// ray alone, and exactly where that does not tell.
+    /// Whether the light of the lamp with index `index` reaches a point that faces it: as bounds have it, and exactly where they
+    /// don't tell.
     fn is_seen(
         &self,
         (index, lamp): (usize, &Lamp),
@@ -104,26 +105,21 @@ impl Decider<'_> {
         if !lamp.casts_shadows() {
             return true;
         }
-        let known = match sample.visibility[index] {
-            Visibility::Unknown => {
-                self.occluders.look((index, lamp), sample.id, sample.surface.as_ref())
-            }
-            known => Ok(known == Visibility::Seen),
-        };
-        let open = match known {
-            Ok(is_seen) => {
-                counts.f64 += 1;
-                return is_seen;
-            }
-            Err(open) => open,
-        };
+        let known = sample.visibility[index];
+        if known != Visibility::Unknown {
+            counts.f64 += 1;
+            return known == Visibility::Seen;
+        }
+        let ids = self.occluders.candidates(index, sample.id, sample.surface.as_ref());
+        if ids.is_empty() {
+            counts.f64 += 1;
+            return true;
+        }
         counts.exact += 1;
         let Some((point, _)) = sample.exactly(self.occluders) else { return true };
         let Some(ray) = beam(point, self.occluders.prepared.reference, lamp) else { return true };
-        !open.into_iter().any(|id| {
-            let object = self.occluders.scene.object(id);
-            object.is_some_and(|object| ray.is_blocked_by(&object.into()))
-        })
+        let mut objects = ids.into_iter().filter_map(|id| self.occluders.scene.object(id));
+        !objects.any(|object| ray.is_blocked_by(&object.into()))
     }
 
     /// What says all of the colour of samples that see planes in the light of suns, or nothing: how many of them see which plane
@@ -133,18 +129,22 @@ impl Decider<'_> {
         if !lamps.iter().all(|lamp| matches!(lamp.origin, Origin::Sun(_))) {
             return None;
         }
+        let side = |sample: &SamplePoint| match sample.id {
+            0 => Some(false),
+            id => occluders.faces_front(id, sample.surface.as_ref()?),
+        };
+        let sides: Vec<bool> = samples.iter().map(side).collect::<Option<_>>()?;
         // For each kind of sample its object, its side with its suns, and how often it is there.
         let n_words = 3 + lamps.len() / 32;
         let (mut seen, mut one): (Vec<u32>, Vec<u32>) = Default::default();
-        for sample in samples {
+        for (sample, faces_front) in samples.iter().zip(sides) {
             one.clear();
             one.resize(n_words, 0);
             one[0] = sample.id;
             if sample.id != 0 {
-                let faces_front = occluders.faces_front(sample.id, sample.surface.as_ref()?)?;
                 one[1] = u32::from(faces_front);
                 for (index, lamp) in lamps.iter().enumerate() {
-                    let gives = (sample.visibility[index] != Visibility::Unknown
+                    let gives = (sample.visibility[index] == Visibility::Seen
                         || occluders.lights_plane(index, sample.id, faces_front))
                         && self.is_seen((index, lamp), sample, counts);
                     let bit = index + 1;

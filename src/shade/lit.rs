@@ -18,7 +18,7 @@ use crate::host;
 use crate::kernel::Kernel;
 use crate::rays::Pixels;
 use crate::scene::Scene;
-use crate::trace::{Coverage, Rays, StageCounts};
+use crate::trace::{Rays, StageCounts};
 use crate::tracer::Tracer;
 
 /// Shades the pictures of one scene and one camera.
@@ -49,16 +49,6 @@ impl Lit {
         *self.suits_f32.get_or_init(look)
     }
 
-    /// How many samples of each pixel hit an object; `samples` and `ids` are those of [`Lit::shade`].
-    pub fn coverage(&self, samples: &Pixels, ids: &[u32]) -> Coverage {
-        let job = Job { lit: self, ids, row: samples.width as usize };
-        let n_hits = |pixel| job.samples(pixel).filter(|&at| ids[at] != 0).count() as u16;
-        let n_samples = self.style.n_samples.across().pow(2);
-        let n_pixels = ids.len() / n_samples as usize;
-        let n_hits = (0..n_pixels).into_par_iter().map(n_hits).collect();
-        Coverage { n_hits, n_samples: n_samples as u16 }
-    }
-
     /// Replaces `colors` by those of pixels. `samples` are the rays of their samples, a rectangle of
     /// whole pixels of a picture that is [`Lit`]'s number of samples times as large, `ids` what they
     /// see, and `tracer` traces that picture; its device may light what a kernel without a proof sees. Returns where the colours
@@ -84,7 +74,7 @@ impl Lit {
                 true => ColorCounts { device: n_pixels as u64, ..ColorCounts::default() },
                 false => ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() },
             };
-            return Ok((colors, plain::counts(&job, n_pixels, prepared.kernel == Kernel::Double)));
+            return Ok((colors, plain::counts(&job, prepared.kernel)));
         }
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
@@ -114,25 +104,6 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    pub fn run<T: Send>(
-        &self,
-        control: &Control,
-        out: &mut [T],
-        pixel: impl Fn(usize) -> T + Sync,
-    ) -> Result<()> {
-        let [cells, rows] = self.block();
-        let part = cells * rows * CELL;
-        out.par_chunks_mut(part).enumerate().try_for_each(|(number, out)| {
-            control.check()?;
-            host::check()?;
-            self.advance(control, out.len());
-            for (at, out) in (number * part..).zip(out) {
-                *out = pixel(at);
-            }
-            Ok(())
-        })
-    }
-
     /// Samples across a pixel.
     pub fn n_samples(&self) -> usize {
         self.lit.style.n_samples.across() as usize
@@ -223,7 +194,7 @@ pub(super) struct Work<T> {
     pixels: Vec<usize>,
     /// What f32 leaves open, and f64.
     open: [Vec<Open>; 2],
-    pub known: Known<T>,
+    pub colors: Known<T>,
     pub counts: StageCounts,
 }
 
@@ -240,30 +211,31 @@ impl<'a> Certified<'a> {
         Certified { job, in_f32, in_f64, occluders, samples }
     }
 
-    /// Finds the colours of some pixels of a row, which begin at `first`: in f32, f64, and exactly.
+    /// Finds the colours of some pixels in f32, f64, and exactly, and puts them into `out`, which begins at the pixel `first`.
     pub fn find<T: Written>(
         &self,
         pixels: impl Iterator<Item = usize>,
         (first, out): (usize, &mut [T]),
         work: &mut Work<T>,
     ) {
-        let Work { in_f32, in_f64, pixels: some, open: [known, open], .. } = work;
+        let Work { in_f32, in_f64, pixels: some, open: [after_f32, open], .. } = work;
         some.clear();
         some.extend(pixels);
-        known.clear();
+        after_f32.clear();
         open.clear();
         if let Some(pass) = &self.in_f32 {
             let (pixels, n_rays) = (&some[..], &mut work.counts.f32);
-            pass.find(Part { pixels, known: &[], first, out, open: known, n_rays }, in_f32);
+            pass.find(Part { pixels, known: &[], first, out, open: after_f32, n_rays }, in_f32);
             some.clear();
-            some.extend(known.iter().map(|open| open.pixel));
+            some.extend(after_f32.iter().map(|open| open.pixel));
         }
         let (pixels, n_rays) = (&some[..], &mut work.counts.f64);
+        let known = &after_f32[..];
         self.in_f64.find(Part { pixels, known, first, out, open, n_rays }, in_f64);
         let &Certified { job, occluders, samples, .. } = self;
         let decider = Decider { job, occluders, samples, surfaces: &self.in_f64.surfaces };
         for open in open {
-            out[open.pixel - first] = decider.decide(open, &mut work.known, &mut work.counts);
+            out[open.pixel - first] = decider.decide(open, &mut work.colors, &mut work.counts);
         }
     }
 

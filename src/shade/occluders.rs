@@ -26,7 +26,9 @@ pub struct Occluders<'a> {
     pub prepared: &'a Prepared,
     pub scene: &'a Scene,
     /// The objects that are not in the tree, without those that equal an earlier one, and their ids.
-    pub listed: Vec<(u32, Met<f64>)>,
+    listed: Vec<(u32, Object<'a>)>,
+    /// The same as shadow rays meet them.
+    met: Vec<Met<f64>>,
     /// The spheres of these side by side, with their places among them.
     spheres: Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)>,
     /// The places of the planes.
@@ -49,9 +51,9 @@ impl<'a> Occluders<'a> {
             Some(hierarchy) => prepared.reference - hierarchy.bvh.reference,
             None => DVec3::ZERO,
         };
-        let met = |(id, object)| (id, Met::new(object, prepared.reference));
-        let listed: Vec<(u32, Met<f64>)> = prepared.listed().into_iter().map(met).collect();
-        let is_plane = |place: &usize| matches!(listed[*place].1, Met::Plane(_));
+        let listed = prepared.listed();
+        let met = met_from(&listed, prepared.reference);
+        let is_plane = |place: &usize| matches!(met[*place], Met::Plane(_));
         let planes = (0..listed.len()).filter(is_plane).collect();
         let some = prepared.hierarchy.as_ref().map_or(Vec::new(), |hierarchy| {
             let spheres = &hierarchy.bvh.spheres;
@@ -70,12 +72,13 @@ impl<'a> Occluders<'a> {
             Origin::Eye | Origin::Point(_) => None,
         };
         Occluders {
-            spheres: side_by_side(&listed),
+            spheres: side_by_side(&met),
             planes,
             stage,
             prepared,
             scene,
             listed,
+            met,
             to_tree,
             are_large,
             origins: lighting.lamps.iter().map(origin).collect(),
@@ -102,22 +105,20 @@ impl<'a> Occluders<'a> {
             }
         }
         for &place in &self.planes {
-            take(place, self.listed[place].1.occlude(ball));
+            take(place, self.met[place].occlude(ball));
         }
         is_dark
     }
 
     /// The listed objects in numbers of `F`.
     pub fn listed_in<F: Bounded>(&self) -> Vec<Met<F>> {
-        let object = |&(id, _): &(u32, Met<f64>)| self.scene.object(id);
-        let objects = self.listed.iter().filter_map(object);
-        objects.map(|object| Met::new(object, self.prepared.reference)).collect()
+        met_from(&self.listed, self.prepared.reference)
     }
 
     /// A sphere in numbers of `F`.
     #[inline(always)]
     pub fn met<F: Bounded>(&self, sphere: &Sphere) -> SphereMet<F> {
-        SphereMet::seen_from::<F>(sphere, self.prepared.reference)
+        SphereMet::met_from::<F>(sphere, self.prepared.reference)
     }
 
     /// The tree over many spheres.
@@ -170,45 +171,28 @@ impl<'a> Occluders<'a> {
         }
     }
 
-    /// Whether the light of the lamp with index `index` reaches a point that faces it, in f64; and the ids of what leaves that
-    /// open.
-    pub fn look(
-        &self,
-        (index, lamp): (usize, &Lamp),
-        own: u32,
-        surface: Option<&Surface<f64>>,
-    ) -> Result<bool, Vec<u32>> {
+    /// The ids of what f64 does not rule out to be in the way of the lamp with index `index` to a point of the object `own`.
+    pub fn candidates(&self, index: usize, own: u32, surface: Option<&Surface<f64>>) -> Vec<u32> {
         let Some(surface) = surface else {
-            let n_in_tree = if self.tree().is_some() { self.scene.spheres.len() as u32 } else { 0 };
-            let listed = self.listed.iter().map(|&(id, _)| id);
-            return Err(listed.chain(1..=n_in_tree).chain([own]).collect());
+            return (1..=self.scene.n_objects() as u32).collect();
         };
-        if !surface.front && self.own_is_in_the_way(lamp, own) {
-            return Ok(false);
-        }
         let aim = shadow::Aim::new(self.origins[index]);
         let ray = ShadowRay::new(&aim, surface.point, surface.point_error);
-        let mut open = Vec::new();
-        for &(id, met) in self.listed.iter().filter(|&&(id, _)| id != own) {
-            let verdict = met.occlude(&ray);
-            if verdict.is_blocked() {
-                return Ok(false);
-            }
-            if !verdict.is_clear() {
-                open.push(id);
-            }
+        let listed = self.listed.iter().zip(&self.met);
+        let may_be = |((id, _), met): (&(u32, Object), &Met<f64>)| {
+            (*id != own && !met.occlude(&ray).is_clear()).then_some(*id)
+        };
+        let mut ids: Vec<u32> = listed.filter_map(may_be).collect();
+        if !surface.front {
+            ids.push(own);
         }
         if let Some(bvh) = self.tree() {
             let [point, room] = [surface.point.0, [surface.point_error; 3]].map(DVec3::from_array);
             let beam = self.beam(bvh, self.origins[index], [point - room, point + room]);
-            let mut look =
-                Look { occluders: self, bvh, own, ray: &ray, open: &mut open, is_dark: false };
+            let mut look = Look { occluders: self, bvh, own, ray: &ray, ids: &mut ids };
             Walk::default().all(bvh, bvh.root(), beam, &mut look);
-            if look.is_dark {
-                return Ok(false);
-            }
         }
-        if open.is_empty() { Ok(true) } else { Err(open) }
+        ids
     }
 
     /// Whether a plane's normal points to the ray that sees this surface of it; `None` where an object has no normal that is the
@@ -233,38 +217,36 @@ impl<'a> Occluders<'a> {
 /// Times the size of a tree: a light within is one that ways part at.
 const NEAR: f64 = 4.0;
 
-/// Looks for what is in the way of a shadow ray.
+/// Looks for what may be in the way of a shadow ray.
 struct Look<'a> {
     occluders: &'a Occluders<'a>,
     bvh: &'a Bvh,
     /// The object that it starts on.
     own: u32,
     ray: &'a ShadowRay<f64>,
-    /// The ids of what leaves it open.
-    open: &'a mut Vec<u32>,
-    is_dark: bool,
+    ids: &'a mut Vec<u32>,
 }
 
 impl Visitor for Look<'_> {
     fn last(&self) -> f32 {
-        if self.is_dark { -1.0 } else { f32::INFINITY }
+        f32::INFINITY
     }
 
     fn visit(&mut self, node: &Node, leaves: u32, _: &Enter) {
         for lane in (0..u32::BITS).filter(|lane| leaves >> lane & 1 == 1) {
             let place = node.place(lane) as usize;
             let id = self.bvh.ids[place];
-            if id == self.own {
-                continue;
-            }
             let met = self.occluders.met::<f64>(&self.bvh.spheres[place]);
-            let verdict = SphereMet::occlude(&met, self.ray);
-            self.is_dark |= verdict.is_blocked();
-            if !verdict.is_clear() {
-                self.open.push(id);
+            if id != self.own && !SphereMet::occlude(&met, self.ray).is_clear() {
+                self.ids.push(id);
             }
         }
     }
+}
+
+/// Some objects as shadow rays meet them.
+fn met_from<F: Bounded>(objects: &[(u32, Object)], reference: DVec3) -> Vec<Met<F>> {
+    objects.iter().map(|&(_, object)| Met::new(object, reference)).collect()
 }
 
 /// The middle one of some numbers.
@@ -275,8 +257,8 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// The spheres among some objects, some at a time, with their places.
-fn side_by_side(listed: &[(u32, Met<f64>)]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)> {
-    let spheres = listed.iter().enumerate().filter_map(|(place, &(_, object))| match object {
+fn side_by_side(met: &[Met<f64>]) -> Vec<(SphereMet<Lanes<f64, LANES>>, Vec<usize>)> {
+    let spheres = met.iter().enumerate().filter_map(|(place, met)| match *met {
         Met::Sphere(met) => Some((place, met)),
         Met::Plane(_) => None,
     });

@@ -107,6 +107,7 @@ impl<'a> Painter<'a> {
         tracer: &'a mut Tracer,
         of_samples: Option<&'a mut Tracer>,
     ) -> Painter<'a> {
+        debug_assert_eq!(style.n_samples > Samples::ONE, of_samples.is_some());
         let scene = &tracer.prepared().scene;
         let look = match Lighting::new(scene, &pixels.view) {
             None => Look::Unlit(Shader::new(scene, &style)),
@@ -164,7 +165,7 @@ impl<'a> Painter<'a> {
                 start = Instant::now();
                 shader.shade(&hits.id, colors)?;
                 if let Some(coverage) = coverage {
-                    *coverage = Coverage::of_ids(&hits.id);
+                    *coverage = Coverage::of_ids(&hits.id, band.width as usize, 1);
                 }
             }
             (Look::Unlit(shader), Some(tracer)) => {
@@ -194,7 +195,8 @@ impl<'a> Painter<'a> {
                     Colors::Linear(out) => lit.shade(at, tracer, control, out)?,
                 };
                 if let Some(coverage) = coverage {
-                    *coverage = lit.coverage(&samples, ids);
+                    let width = samples.width as usize;
+                    *coverage = Coverage::of_ids(ids, width, n_samples as usize);
                 }
             }
         }

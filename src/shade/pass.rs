@@ -93,7 +93,7 @@ pub struct Pass<'a, F: Float> {
 struct Given<F: Float, const N: usize> {
     low: Lanes<F, N>,
     high: Lanes<F, N>,
-    /// 1 where a shadow ray is looked along, −1 where nothing is known to be in its way, else 0.
+    /// 1 where a shadow ray is to be looked along, −1 where it is known that nothing is in its way, else 0.
     asked: Lanes<F, N>,
     /// Whether something may be in the way of what it gives to any.
     is_lit: bool,
@@ -254,6 +254,7 @@ fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
 }
 
 /// What the pixels of a part go through, from part to part.
+#[derive(Default)]
 pub struct Scratch<F: Float, const N: usize> {
     packs: Vec<Pack<F, N>>,
     /// Of each light in turn for all packs.
@@ -269,23 +270,6 @@ pub struct Scratch<F: Float, const N: usize> {
     walk: Walk,
     /// Whether the light shines on anything.
     is_lit: bool,
-}
-
-impl<F: Float, const N: usize> Default for Scratch<F, N> {
-    fn default() -> Self {
-        Scratch {
-            packs: Vec::new(),
-            given: Vec::new(),
-            shades: Vec::new(),
-            boxes: Vec::new(),
-            balls: Vec::new(),
-            places: Vec::new(),
-            left: Vec::new(),
-            ways: Vec::new(),
-            walk: Walk::default(),
-            is_lit: false,
-        }
-    }
 }
 
 /// The pixels of a call, and where what is found of them goes.
@@ -718,7 +702,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     });
                     let samples = number * n * n..(number + 1) * n * n;
                     let of_lights =
-                        |pack: usize| scratch.given[pack..].iter().step_by(scratch.packs.len());
+                        |pack| scratch.given.iter().skip(pack).step_by(scratch.packs.len());
                     let visibility =
                         samples.flat_map(of_lights).map(|given| given.visibility(lane));
                     open.push(Open { pixel, bounds, visibility: visibility.collect() });

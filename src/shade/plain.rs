@@ -11,14 +11,13 @@ use super::lit::Job;
 use super::written::Written;
 use crate::control::Control;
 use crate::error::Result;
-use crate::host;
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::plain::{Hit, Plain, PlainRay, PlainRays};
 use crate::kernel::{Lists, Objects};
 use crate::num::{Bits, Float, Lanes, Mask, Ray, Real, V3};
 use crate::prepare::{PlainLamp, PlainLighting, Prepared, lamp_kind};
 use crate::rays::Pixels;
-use crate::trace::{Level, Rays, StageCounts};
+use crate::trace::{Kernel, Level, Rays, StageCounts};
 use crate::tracer::Tracer;
 
 /// Samples whose light comes from a device at a time; bounds the memory for it.
@@ -75,7 +74,14 @@ fn shade_with<T: Written>(
         let (first_pixel, first_sample) =
             (first_row * columns, first_row * n_samples as usize * job.row);
         let light = |sample: usize| lights[sample - first_sample];
-        job.run(control, colors, |at| T::of_plain(mean(job, first_pixel + at, light)))?;
+        colors.par_chunks_mut(columns).enumerate().try_for_each(|(row, colors)| -> Result<()> {
+            control.check()?;
+            job.advance(control, colors.len());
+            for (pixel, color) in (first_pixel + row * columns..).zip(colors) {
+                *color = T::of_plain(mean(job, pixel, light));
+            }
+            Ok(())
+        })?;
     }
     Ok(true)
 }
@@ -95,7 +101,6 @@ fn shade_here<T: Written, S: Plain, P: Plain<Float = S::Float>, const N: usize>(
     let light_part = |(number, colors): (usize, &mut [T]),
                       row: usize,
                       lights: &mut Vec<[f64; 3]>| {
-        host::check()?;
         job.advance(control, colors.len());
         let (pixel, width) = (row * columns + number * AT_ONCE, colors.len() * n);
         let first = job.first_sample(pixel);
@@ -327,9 +332,7 @@ fn point<F: Float, S: Plain<Float = F>, P: Plain<Float = F>>(
 }
 
 /// All ways to lamps are looked at in the kernel's own arithmetic.
-pub(super) fn counts(job: &Job, n_pixels: usize, is_f64: bool) -> StageCounts {
-    let n_lamps = job.lit.lighting.lamps.len();
-    let n_hits = |pixel| job.samples(pixel).filter(|&at| job.ids[at] != 0).count();
-    let n = ((0..n_pixels).map(n_hits).sum::<usize>() * n_lamps) as u64;
-    StageCounts::of(n, if is_f64 { Level::F64 } else { Level::F32 })
+pub(super) fn counts(job: &Job, kernel: Kernel) -> StageCounts {
+    let n_hits = job.ids.iter().filter(|&&id| id != 0).count() as u64;
+    StageCounts::of(n_hits * job.lit.lighting.lamps.len() as u64, Level::of(kernel))
 }

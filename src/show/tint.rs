@@ -10,7 +10,7 @@ use crate::exact;
 use crate::prepare::Prepared;
 use crate::rays::{Lens, Pixels, View};
 use crate::scene::{Color, Object, Scene};
-use crate::trace::{Hits, Kernel, Level};
+use crate::trace::{Hits, Level};
 use crate::verify::{TError, Truth};
 
 /// Red, green and blue bytes, sRGB.
@@ -169,10 +169,7 @@ pub fn tints(
             normals.map(|(&normal, &id)| Tint::free(normal_color(normal, id))).collect()
         }
         Show::Stage => {
-            let stage = |&level: &u8| match prepared.kernel {
-                Kernel::Double => Level::F64 as usize,
-                _ => usize::from(level).min(Level::Exact as usize),
-            };
+            let stage = |&level: &u8| usize::from(level).min(Level::Exact as usize);
             hits.level.iter().map(|level| Tint::of(&STAGES, stage(level))).collect()
         }
         Show::Discriminant => {
@@ -277,7 +274,7 @@ mod tests {
 
     use super::*;
     use crate::scene::parse_scene;
-    use crate::trace::{Rays, Wants};
+    use crate::trace::{Kernel, Rays, Wants};
     use crate::tracer::Tracer;
 
     const FIGURE5: &str = include_str!("../../scenes/figure5.toml");

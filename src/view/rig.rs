@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::rays::{Lens, View};
-use crate::scene::{Camera, Projection, Scene};
+use crate::scene::{Camera, Object, Projection, Scene};
 
 /// How close to straight up or down orbiting comes, radians: there "up" in the picture would turn
 /// around.
@@ -31,12 +31,10 @@ pub struct Extent {
 impl Extent {
     /// Around the spheres; planes have no end, so they count only where there is nothing else.
     pub fn new(scene: &Scene) -> Extent {
-        let n_counted = match scene.spheres.len() {
-            0 => scene.n_objects(),
-            n_spheres => n_spheres,
-        };
-        let balls: Vec<(DVec3, f64)> =
-            scene.objects().take(n_counted).map(|(_, object)| object.extent()).collect();
+        let has_end = |object: &Object| matches!(object, Object::Sphere(_));
+        let objects = scene.objects().map(|(_, object)| object);
+        let counted = objects.filter(|object| scene.spheres.is_empty() || has_end(object));
+        let balls: Vec<(DVec3, f64)> = counted.map(Object::extent).collect();
         let low = balls.iter().map(|(c, r)| *c - *r).reduce(DVec3::min).unwrap_or(DVec3::ZERO);
         let high = balls.iter().map(|(c, r)| *c + *r).reduce(DVec3::max).unwrap_or(DVec3::ZERO);
         let center = low / 2.0 + high / 2.0;

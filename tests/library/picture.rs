@@ -499,7 +499,10 @@ fn alpha_and_picture_must_fit_each_other() {
         more.n_hits[7] = 5;
         assert!(refused(format, &more).contains("no more hits than its 4"));
     }
-    assert_eq!(Coverage::of_ids(&[0, 7, 0]), Coverage { n_hits: vec![0, 1, 0], n_samples: 1 });
+    assert_eq!(
+        Coverage::of_ids(&[0, 7, 0], 3, 1),
+        Coverage { n_hits: vec![0, 1, 0], n_samples: 1 }
+    );
 }
 
 #[test]

@@ -245,7 +245,7 @@ fn equal_questions_are_asked_once() {
                 certified.find(row * n..(row + 1) * n, (row * n, &mut out), &mut work);
                 assert_eq!(out, vec![[5; 3]; n]);
             }
-            assert_eq!(work.known.len(), 1, "{n_samples} samples");
+            assert_eq!(work.colors.len(), 1, "{n_samples} samples");
         });
     }
 }
