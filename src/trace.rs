@@ -268,7 +268,8 @@ impl Timing {
         self.trace + self.refine + self.decide
     }
 
-    /// Of the time of threads that worked side by side: the same shares of what went by meanwhile.
+    /// Of the time of threads that worked side by side: the same shares of what went by meanwhile. A thread that waits for
+    /// others may take up another part, whose time then counts twice, so that shares are estimates.
     pub(crate) fn within(self, wall: Duration) -> Timing {
         if self.deciding().is_zero() {
             return self;
