@@ -64,11 +64,15 @@ fn closer_plane(ray: Ray, hit: Hit, plane: PlaneLecture, id: u32) -> Hit {
 
 fn closest(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
-    //#each sphere
-    hit = closer_sphere(ray, hit, spheres[INDEX], INDEX + 1u);
+    //#if spheres
+    for (var i = 0u; i < N_SPHERES; i++) {
+        hit = closer_sphere(ray, hit, spheres[i], i + 1u);
+    }
     //#end
-    //#each plane
-    hit = closer_plane(ray, hit, planes[INDEX], params.n_spheres + INDEX + 1u);
+    //#if planes
+    for (var i = 0u; i < N_PLANES; i++) {
+        hit = closer_plane(ray, hit, planes[i], params.n_spheres + i + 1u);
+    }
     //#end
     return hit;
 }

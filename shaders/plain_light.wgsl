@@ -7,7 +7,6 @@ struct Lighting {
     ambient: Vec3,
     // How far from a surface shadow rays start, world units.
     epsilon: Real,
-    n_lamps: u32,
 }
 
 struct Lamp {
@@ -21,46 +20,35 @@ struct Lamp {
 
 // Three numbers a ray.
 @group(0) @binding(next) var<storage, read_write> lights: array<Real>;
-//#if spheres
-@group(0) @binding(next) var<storage, read> spheres: array<SphereRecord>;
-//#end
-//#if planes
-@group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
-//#end
 @group(0) @binding(next) var<uniform> lighting: Lighting;
+//#if lamps
 //#if few_lamps
-@group(0) @binding(next) var<uniform> lamps: array<Lamp, MOST_LAMPS>;
+@group(0) @binding(next) var<uniform> lamps: array<Lamp, N_LAMPS>;
 //#else
 @group(0) @binding(next) var<storage, read> lamps: array<Lamp>;
-//#end
-
-//#if kept
-// The objects, loaded once: within the loop over the lamps a software device would load each for each ray.
-//#each sphere
-var<private> OBJECT: SphereRecord;
-//#end
-//#each plane
-var<private> OBJECT: PlaneRecord;
 //#end
 //#end
 
 // What a ray from anywhere meets first.
 fn closest_from_anywhere(ray: Ray) -> Hit {
     var hit = Hit(params.infinity, 0u);
-    //#if moved
-    //#each sphere
-    hit = closer_sphere(ray, hit, sphere_from(ray, OBJECT), INDEX + 1u);
+    //#if spheres
+    for (var i = 0u; i < N_SPHERES; i++) {
+        //#if moved
+        hit = closer_sphere(ray, hit, sphere_from(ray, spheres[i]), i + 1u);
+        //#else
+        hit = closer_sphere(ray, hit, spheres[i], i + 1u);
+        //#end
+    }
     //#end
-    //#each plane
-    hit = closer_plane(ray, hit, plane_from(ray, OBJECT), params.n_spheres + INDEX + 1u);
-    //#end
-    //#else
-    //#each sphere
-    hit = closer_sphere(ray, hit, OBJECT, INDEX + 1u);
-    //#end
-    //#each plane
-    hit = closer_plane(ray, hit, OBJECT, params.n_spheres + INDEX + 1u);
-    //#end
+    //#if planes
+    for (var i = 0u; i < N_PLANES; i++) {
+        //#if moved
+        hit = closer_plane(ray, hit, plane_from(ray, planes[i]), params.n_spheres + i + 1u);
+        //#else
+        hit = closer_plane(ray, hit, planes[i], params.n_spheres + i + 1u);
+        //#end
+    }
     //#end
     return hit;
 }
@@ -69,7 +57,7 @@ fn closest_from_anywhere(ray: Ray) -> Hit {
 fn in_the_way(point: Vec3, way: Vec3, length: Real, is_endless: bool) -> bool {
     let step = lighting.epsilon / length;
     let origin = point + way * step;
-    let hit = closest_from_anywhere(ray_from(origin, Vec3(0.0), way));
+    let hit = closest_from_anywhere(ray_from(origin, way));
     return hit.id != 0u && (is_endless || hit.t < 1.0 - step);
 }
 
@@ -99,40 +87,34 @@ fn way_to(ray: Ray, hit: Hit, normal: Vec3, lamp: Lamp) -> Way {
     return Way(way, cosine, is_blocked);
 }
 
-// The light that a ray's hit gets: ambient + Σ I n·ω over the lamps that count.
+// With what a lamp gives, I n·ω, if it counts.
+fn with_lamp(sum: Vec3, ray: Ray, hit: Hit, normal: Vec3, lamp: Lamp) -> Vec3 {
+    let way = way_to(ray, hit, normal, lamp);
+    return select(sum, sum + lamp.weight * way.cosine, way.cosine > 0.0 && !way.is_blocked);
+}
+
+// The light that a ray's hit gets: the ambient one, and that of all lamps.
 fn light(ray: Ray) -> Vec3 {
     let hit = closest(ray);
     var sum = lighting.ambient;
     if hit.id != 0u {
         let normal = normal_at(ray, hit);
-        for (var i = 0u; i < lighting.n_lamps; i++) {
-            let lamp = lamps[i];
-            let way = way_to(ray, hit, normal, lamp);
-            if way.cosine > 0.0 && !way.is_blocked {
-                sum += lamp.weight * way.cosine;
-            }
-        }
+        //#each lamp
+        sum = with_lamp(sum, ray, hit, normal, lamps[INDEX]);
+        //#end
     }
     return sum;
 }
 
 @compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
 fn render(@builtin(global_invocation_id) pixel: vec3u) {
-    //#if kept
-    //#each sphere
-    OBJECT = spheres[INDEX];
-    //#end
-    //#each plane
-    OBJECT = planes[INDEX];
-    //#end
-    //#end
     let index = pixel.y * params.width + pixel.x;
     let i = Real(params.offset_i + 2 * i32(pixel.x));
     let j = Real(params.offset_j - 2 * i32(pixel.y));
     //#if point
-    let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
+    let ray = ray_from(params.origin, camera_direction(i, j));
     //#else
-    let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
+    let ray = ray_from(camera_origin(i, j), params.forward);
     //#end
     let seen = light(ray);
     if pixel.x < params.width && index < params.n_rays {

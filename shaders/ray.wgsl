@@ -13,7 +13,11 @@ struct Hit {
     id: u32,
 }
 
-fn ray_from(origin: Vec3, origin_low: Vec3, direction: Vec3) -> Ray {
+fn ray_from(origin: Vec3, direction: Vec3) -> Ray {
+    return ray_from_parts(origin, Vec3(0.0), direction);
+}
+
+fn ray_from_parts(origin: Vec3, origin_low: Vec3, direction: Vec3) -> Ray {
     let a = dot3(direction, direction);
     return Ray(origin, origin_low, direction, a, 1.0 / a);
 }

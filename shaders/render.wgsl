@@ -5,12 +5,6 @@
 @group(0) @binding(next) var<storage, read_write> ts: array<f32>;
 @group(0) @binding(next) var<storage, read_write> normals: array<f32>;
 //#end
-//#if spheres
-@group(0) @binding(next) var<storage, read> spheres: array<SphereRecord>;
-//#end
-//#if planes
-@group(0) @binding(next) var<storage, read> planes: array<PlaneRecord>;
-//#end
 //#if free
 //#if double
 struct RayRecord {
@@ -35,19 +29,19 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#if point
     let i = Real(params.offset_i + 2 * i32(pixel.x));
     let j = Real(params.offset_j - 2 * i32(pixel.y));
-    let ray = ray_from(params.origin, Vec3(0.0), camera_direction(i, j));
+    let ray = ray_from(params.origin, camera_direction(i, j));
     //#end
     //#if parallel
     let i = Real(params.offset_i + 2 * i32(pixel.x));
     let j = Real(params.offset_j - 2 * i32(pixel.y));
-    let ray = ray_from(camera_origin(i, j), Vec3(0.0), params.forward);
+    let ray = ray_from(camera_origin(i, j), params.forward);
     //#end
     //#if free
     let record = rays[min(index, params.n_rays - 1u)];
-    //#if double
-    let ray = ray_from(record.origin, Vec3(0.0), record.direction);
+    //#if in_two_parts
+    let ray = ray_from_parts(record.origin, record.origin_low, record.direction);
     //#else
-    let ray = ray_from(record.origin, record.origin_low, record.direction);
+    let ray = ray_from(record.origin, record.direction);
     //#end
     //#end
     //#if certified
@@ -56,7 +50,7 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#else
     let nearest = nearest_listed(ray);
     //#end
-    let seen = Hit(0.0, decide(nearest));
+    let id = decide(nearest);
     //#else
     let hit = closest(ray);
     //#if double
@@ -64,13 +58,14 @@ fn render(@builtin(global_invocation_id) pixel: vec3u) {
     //#else
     let seen = hit;
     //#end
+    let id = seen.id;
     //#end
     if pixel.x < params.width && index < params.n_rays {
-        ids[index] = seen.id;
+        ids[index] = id;
         //#if surface
         ts[index] = seen.t;
         var normal = vec3f(0.0);
-        if seen.id != 0u {
+        if id != 0u {
             normal = vec3f(normal_at(ray, hit));
         }
         normals[3u * index] = normal.x;

@@ -1,4 +1,4 @@
-// Twin of src/gpu/before/slabs.rs, which derives the bounds.
+// Twin of src/gpu/slabs.rs, which derives the bounds.
 
 //#if tree
 struct Slab {

@@ -1,4 +1,4 @@
-// Each ray walks through the boxes of the tree alone, as src/gpu/before/alone.rs does.
+// Each ray walks through the boxes of the tree alone, as tests/src/twins/ids.rs does.
 
 // Member order is checked against src/gpu/layout.rs by a test.
 struct Walk {
@@ -62,9 +62,9 @@ fn nearest_in_tree(ray: Ray, listed: Nearest) -> Nearest {
             at = select(low.w, at + 1u, is_met | is_leaf);
         }
         let is_found = place != NO_PLACE;
-        let bounds = leaf_bounds(ray, leaf_at(select(0u, place, is_found)));
-        let low = select(BEYOND, bounds.low, is_found);
-        nearest = nearer(nearest, Bounds(low, bounds.high), id);
+        let bounds = leaf_bounds(leaf_at(select(0u, place, is_found)), ray);
+        let low = select(nearest_none().low, bounds.low, is_found);
+        nearest = nearest_with(nearest, Bounds(low, bounds.high), id);
     }
     return unless_stopped(nearest, at);
 }

@@ -1,5 +1,6 @@
 //! Scene → [`Prepared`]: the plain numbers that every backend traces, the same for all of them.
 
+mod certified_light;
 mod first_stage;
 mod hierarchy;
 mod in_space;
@@ -15,14 +16,14 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::guard::{self, Reach};
 use crate::host;
-use crate::kernel::certified::{PlaneCertified, SphereCertified};
 use crate::kernel::coordinates::Coordinates;
 use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::num::Float as _;
+use crate::num::fields::words;
 use crate::rays::{Bundle, Pixels, Ray, Rays, View, look_at_all};
 use crate::scene::{Object, Plane, Scene, Sphere};
-use crate::seen::{Eye, PlaneSeen, Record as _, SphereSeen};
+use crate::seen::{Eye, PlaneSeen, Record as _, Seen as _, SphereSeen};
 use crate::shape::PlanePlace;
 use crate::trace::Wants;
 
@@ -30,9 +31,10 @@ pub use crate::kernel::certified::{FEW_SPHERES, LISTED_SPHERES};
 pub use crate::kernel::coordinates::{RayRecord, RayRecordDouble, split};
 pub use crate::kernel::{Lists, Objects};
 pub use crate::num::{Scaled, exponent_of, power_of_two};
+pub use certified_light::{CertifiedLamp, CertifiedLighting};
 pub use hierarchy::Hierarchy;
 pub use in_space::InSpace;
-pub use plain_light::{Lamps, PlainLamp, PlainLighting, lamp_kind};
+pub use plain_light::{PlainLamp, PlainLighting, lamp_kind};
 
 use first_stage::is_left_open;
 
@@ -54,8 +56,29 @@ pub struct ShaderKey {
     pub n_planes: usize,
     /// True where `t` and normals are wanted.
     pub surface: bool,
-    /// For the light on the hits of a kernel without a proof: how it has the lamps.
-    pub plain_light: Option<Lamps>,
+    /// Where it lights what it sees.
+    pub light: Option<LightKey>,
+}
+
+/// How a shader lights what it sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LightKey {
+    /// As a kernel without a proof does.
+    Plain {
+        /// Number of lamps.
+        n_lamps: usize,
+    },
+    /// As `certified` does.
+    Certified {
+        /// Samples across and down a pixel.
+        n_samples: u32,
+        /// Number of lamps.
+        n_lamps: usize,
+        /// Number of spheres that may be in the way,
+        n_spheres: usize,
+        /// and of planes.
+        n_planes: usize,
+    },
 }
 
 /// How a shader finds spheres.
@@ -178,7 +201,7 @@ impl Prepared {
             plane_repeats: OnceLock::new(),
         };
         if kernel == Kernel::Certified {
-            prepared.objects = Objects::Certified(prepared.records());
+            prepared.objects = prepared.records();
             prepared.starts_in_f64 =
                 !in_range || prepared.hierarchy.is_none() && is_left_open(&prepared, rays);
         }
@@ -186,7 +209,7 @@ impl Prepared {
     }
 
     /// The objects that a ray may see: of equal ones the first, and none that no ray hits.
-    pub(crate) fn seen_objects(&self) -> impl Iterator<Item = (u32, Object<'_>)> {
+    pub fn seen_objects(&self) -> impl Iterator<Item = (u32, Object<'_>)> {
         let mut seen = HashSet::new();
         let mut is_first = move |sphere: &Sphere| {
             let [x, y, z] = sphere.center.to_array().map(f64::to_bits);
@@ -206,10 +229,7 @@ impl Prepared {
     }
 
     /// The planes that a ray may see, and the spheres with these ids.
-    pub(crate) fn beside<'a>(
-        &'a self,
-        spheres: &'a [u32],
-    ) -> impl Iterator<Item = (u32, Object<'a>)> {
+    pub fn beside<'a>(&'a self, spheres: &'a [u32]) -> impl Iterator<Item = (u32, Object<'a>)> {
         let n_spheres = self.scene.spheres.len();
         let sphere = |&id: &u32| (id, Object::Sphere(&self.scene.spheres[id as usize - 1]));
         let is_seen = |&(index, plane): &(usize, &Plane)| {
@@ -224,31 +244,31 @@ impl Prepared {
     }
 
     /// The rays as the objects' numbers in f32 ask for them.
-    pub(crate) fn eye(&self) -> Eye {
+    pub fn eye(&self) -> Eye {
         eye_of(self.made_for, self.reference)
     }
 
     /// The records of the objects that a device tests one after the other: of many spheres those of [`Hierarchy::rest`], and
     /// behind them some that stand for none. None where f32 has no say.
-    fn records(&self) -> Lists<SphereCertified, PlaneCertified> {
+    fn records(&self) -> Objects {
         let n_spheres = match &self.hierarchy {
             Some(hierarchy) => hierarchy.n_places_of_rest(),
             None if self.in_range => self.scene.spheres.len(),
             None => 0,
         };
-        let spheres = vec![SphereCertified::nowhere(); n_spheres];
-        let planes = vec![PlaneCertified::nowhere(); self.scene.planes.len()];
-        let mut records = Lists { spheres, planes };
+        let spheres = vec![words(&SphereSeen::<f32>::nowhere()); n_spheres];
+        let planes = vec![words(&PlaneSeen::NEVER.round::<f32>()); self.scene.planes.len()];
+        let (mut lists, mut any_close) = (Lists { spheres, planes }, false);
         let eye = self.eye();
         let mut put = |place: usize, id: u32, object: Object| match object {
             Object::Sphere(sphere) => {
-                let seen = SphereSeen::new::<f32>(sphere, &eye).round::<f32>();
-                records.spheres[place] = SphereCertified::from(&seen);
+                let seen = SphereSeen::new::<f32>(sphere, &eye);
+                any_close |= seen.is_close();
+                lists.spheres[place] = words(&seen.round::<f32>());
             }
             Object::Plane(plane) => {
-                let seen = PlaneSeen::new::<f32>(plane, &eye).round::<f32>();
                 let index = id as usize - 1 - self.scene.spheres.len();
-                records.planes[index] = PlaneCertified::from(&seen);
+                lists.planes[index] = words(&PlaneSeen::new::<f32>(plane, &eye).round::<f32>());
             }
         };
         match &self.hierarchy {
@@ -259,7 +279,7 @@ impl Prepared {
             }
             None => self.seen_objects().for_each(|(id, object)| put(id as usize - 1, id, object)),
         }
-        records
+        Objects::Certified { lists, any_close }
     }
 
     /// Whether the plane with this index is in the place of an earlier one, however long their normals are: no ray sees it, and
@@ -356,16 +376,8 @@ impl Prepared {
     /// Spheres that a device tests one after the other.
     pub fn n_listed_spheres(&self) -> usize {
         match &self.objects {
-            Objects::Certified(lists) => lists.spheres.len(),
+            Objects::Certified { lists, .. } => lists.spheres.len(),
             _ => self.scene.spheres.len(),
-        }
-    }
-
-    /// Whether f32 needs more numbers of one of these than of others.
-    fn has_close_spheres(&self) -> bool {
-        match &self.objects {
-            Objects::Certified(lists) => lists.spheres.iter().any(|sphere| sphere.is_close > 0.0),
-            _ => false,
         }
     }
 
@@ -392,17 +404,17 @@ impl Prepared {
                 None => Finding::Listed,
             },
             n_spheres: self.n_listed_spheres(),
-            close: self.has_close_spheres(),
+            close: matches!(self.objects, Objects::Certified { any_close: true, .. }),
             n_planes: self.scene.planes.len(),
             // The certified kernel's f32 only proposes objects; t and normals come from f64.
             surface: wants.surface && !is_certified,
-            plain_light: None,
+            light: None,
         }
     }
 
-    /// The shader for the light on the hits of a picture, for a kernel without a proof.
-    pub fn plain_light_key(&self, lamps: Lamps) -> ShaderKey {
-        ShaderKey { plain_light: Some(lamps), ..self.shader_key(Wants::default()) }
+    /// The shader for the light on what a picture's pixels see.
+    pub fn light_key(&self, light: LightKey) -> ShaderKey {
+        ShaderKey { light: Some(light), ..self.shader_key(Wants::default()) }
     }
 }
 

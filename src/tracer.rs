@@ -7,7 +7,7 @@ use crate::cpu;
 use crate::error::Result;
 #[cfg(feature = "view")]
 use crate::gpu::Words;
-use crate::prepare::{PlainLighting, Prepared};
+use crate::prepare::{CertifiedLighting, PlainLighting, Prepared};
 use crate::rays::Pixels;
 use crate::trace::{Hits, Rays, SampleIds, Timing, Wants};
 
@@ -44,6 +44,27 @@ pub trait Backend: Send {
         _samples: &Pixels,
         _control: &Control,
         _lights: &mut Vec<[f64; 3]>,
+    ) -> Result<bool> {
+        Ok(false)
+    }
+
+    /// Whether it may light what the kernel `certified` sees: [`Backend::light`].
+    fn lights(&self) -> bool {
+        false
+    }
+
+    /// Replaces `codes` by the bytes of a picture's pixels in this light, each `r | g << 8 | b << 16`, or [`OPEN`](crate::num::OPEN)
+    /// where f32 leaves one of them open. The scene is prepared for the picture of their samples. False where that is left to the
+    /// CPU, as it is where it does not [light](Backend::lights); `codes` then mean nothing.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    fn light(
+        &mut self,
+        _lighting: &CertifiedLighting,
+        _pixels: &Pixels,
+        _control: &Control,
+        _codes: &mut Vec<u32>,
     ) -> Result<bool> {
         Ok(false)
     }
@@ -196,6 +217,28 @@ impl Tracer {
     ) -> Result<bool> {
         match &mut self.backend {
             Some(backend) => backend.light_plainly(lighting, samples, control, lights),
+            None => Ok(false),
+        }
+    }
+
+    /// [`Backend::lights`]
+    pub fn lights(&self) -> bool {
+        self.backend.as_ref().is_some_and(|backend| backend.lights())
+    }
+
+    /// [`Backend::light`]
+    ///
+    /// # Errors
+    /// Those of [`Tracer::trace`].
+    pub fn light(
+        &mut self,
+        lighting: &CertifiedLighting,
+        pixels: &Pixels,
+        control: &Control,
+        codes: &mut Vec<u32>,
+    ) -> Result<bool> {
+        match &mut self.backend {
+            Some(backend) => backend.light(lighting, pixels, control, codes),
             None => Ok(false),
         }
     }

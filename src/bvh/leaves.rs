@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::{Bvh, prefetch};
 use crate::guard::length_bounds;
+use crate::num::fields::words;
 use crate::num::{Float, Lanes, Real, V3};
 use crate::scene::Sphere;
 use crate::seen::{Eye, Nearest, Ray, Record, SphereLeaf, is_near_surface};
@@ -60,13 +61,9 @@ impl Leaves {
         size_of_val(&self.blocks[..]) as u64
     }
 
-    /// The leaves as devices take them: the fields of [`SphereLeaf`] in their order, and a word that nothing reads.
+    /// The leaves as devices take them.
     pub fn words(&self) -> Vec<[f32; 8]> {
-        let words = |leaf: &Leaf| {
-            let SphereLeaf { center: V3([x, y, z]), inner2, outer2, slack, near_most } = leaf.seen;
-            [x, y, z, inner2, outer2, slack, near_most, 0.0]
-        };
-        self.blocks.as_flattened().par_iter().map(words).collect()
+        self.blocks.as_flattened().par_iter().map(|leaf| words(&leaf.seen)).collect()
     }
 
     /// Asks the memory for one.
@@ -86,7 +83,7 @@ impl Leaves {
         let Leaf { seen, id } = self.leaf(place);
         let next = <SphereLeaf<f64> as Record>::splat::<R>(seen).bounds(ray);
         if let Some(next) = next {
-            *best = best.with(next, *id);
+            *best = best.with(next, R::splat_id(*id));
         }
         next.is_some()
     }

@@ -111,7 +111,7 @@ pub struct FlatBox {
     pub id: u32,
 }
 
-/// Largest coordinate of a [`FlatBox`], and distance of an origin, with which `gpu::before::slabs` stay in f32's
+/// Largest coordinate of a [`FlatBox`], and distance of an origin, with which `gpu::slabs` stay in f32's
 /// range. No test sees it halved: the range may be smaller.
 pub const REACH: f64 = (1u64 << 40) as f64;
 

@@ -6,7 +6,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{Stage, StageRays};
 use crate::exact::{ExactHit, ExactRay, Shape, visible_root};
-use crate::guard::host::{Bounded, HOST_UNIT_F64, input_in_f32, input_in_f64};
+use crate::guard::host::{HOST_UNIT_F64, input_in_f64};
 use crate::guard::{self, InputError, Reach};
 use crate::num::{Bits, Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
 use crate::prepare::{Scaled, power_of_two};
@@ -46,7 +46,7 @@ pub struct Surfaces<'a, F: Float> {
     scene: &'a Scene,
     are_known: bool,
     eye: Eye,
-    lengths: Lengths<F>,
+    pub lengths: Lengths<F>,
     rays: SurfaceRays<'a, F>,
     /// With their ids, in the order of these, and whether they are close: of pictures those that are not in a hierarchy's tree.
     spheres: Vec<(u32, SphereSeen<F>, bool)>,
@@ -235,7 +235,7 @@ impl<'a> Surfaces<'a, f64> {
 impl<'a> Surfaces<'a, f32> {
     /// For points and unit normals in f32.
     pub fn in_f32(stage: &Stage<'a>, lens: Lens) -> Surfaces<'a, f32> {
-        Surfaces::new(stage, input_in_f32(lens), f32::ROUNDING)
+        Surfaces::new(stage, guard::input_of(lens), f32::UNIT)
     }
 }
 

@@ -21,7 +21,7 @@ pub fn trace(prepared: &Prepared, rays: &Rays, control: &Control, hits: &mut Hit
         Objects::Lecture(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
         Objects::Stable(lists) => trace_with::<_, _, 16>(lists, prepared, rays, control, hits),
         Objects::Double(lists) => trace_with::<_, _, 8>(lists, prepared, rays, control, hits),
-        Objects::Certified(_) => Ok(()),
+        Objects::Certified { .. } => Ok(()),
     }
 }
 

@@ -54,9 +54,9 @@ impl Clock {
     /// The time of the pass that was submitted last.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] when the device does not finish within `timeout`.
-    pub fn read(&self, gpu: &OpenDevice, timeout: Duration) -> Result<Duration> {
-        let ticks: Vec<u64> = gpu.read(&self.staging, 2, timeout, "give its time")?;
+    /// [`crate::Error::Device`] when the device does not finish in time.
+    pub fn read(&self, gpu: &OpenDevice) -> Result<Duration> {
+        let ticks: Vec<u64> = gpu.read(&self.staging, 2, "give its time")?;
         let ns = ticks[1].saturating_sub(ticks[0]) as f64 * self.ns_per_tick;
         Ok(Duration::from_nanos(ns as u64))
     }

@@ -2,18 +2,17 @@
 //! every float result is decorated `NoContraction`.
 
 use naga::back::spv;
+use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-use super::before::slabs::SlabRoom;
 use super::self_test::NUMERATOR;
+use super::slabs::SlabRoom;
 use super::texture::TEXELS_PER_ROW;
 use crate::bvh::IS_LEAF;
 use crate::error::{Error, Result};
-use crate::kernel::certified::LISTED_SPHERES;
 use crate::kernel::{About, Float, Kernel, Part, SHARED_PARTS, Space, part};
-#[cfg(feature = "view")]
-use crate::num::OPEN;
-use crate::prepare::{Finding, Lamps, PlainLighting, ShaderKey, lamp_kind};
+use crate::num::{Float as _, OPEN};
+use crate::prepare::{Finding, LightKey, ShaderKey, lamp_kind};
 use crate::rays::Bundle;
 
 /// Invocations of one workgroup, columns × rows of the tile.
@@ -21,7 +20,10 @@ pub const WORKGROUP: [u32; 2] = [8, 8];
 
 const PARAMS: Part = part!("params.wgsl");
 const RENDER: Part = part!("render.wgsl");
+const OBJECTS: Part = part!("objects.wgsl");
 const PLAIN_LIGHT: Part = part!("plain_light.wgsl");
+const PRINTED_LIGHT: Part = part!("printed/light.wgsl");
+const LIT: Part = part!("lit.wgsl");
 const TREE: Part = part!("tree.wgsl");
 #[cfg(feature = "view")]
 const UNDECIDED_RAYS: Part = part!("undecided.wgsl");
@@ -52,21 +54,20 @@ pub type Edit = Box<dyn Fn(&str) -> String + Send + Sync>;
 
 /// [`compile`], with the text edited where that is wanted.
 pub(super) fn compile_edited(key: &ShaderKey, edit: Option<&Edit>) -> Result<Shader> {
-    let [ray, vec, camera] = SHARED_PARTS;
-    let mut parts = vec![ray, vec];
+    let [vec, camera] = SHARED_PARTS;
+    let mut parts = vec![vec];
     if key.bundle != Bundle::Free {
         parts.push(camera);
     }
     parts.extend(key.kernel.about().wgsl.parts);
-    parts.push(PARAMS);
-    if key.plain_light.is_some() {
-        parts.push(PLAIN_LIGHT);
-    } else {
-        parts.push(RENDER);
-        match key.spheres {
-            Finding::Tree => parts.push(TREE),
-            Finding::Listed => {}
-        }
+    parts.extend([PARAMS, OBJECTS]);
+    match key.light {
+        Some(LightKey::Plain { .. }) => parts.push(PLAIN_LIGHT),
+        Some(LightKey::Certified { .. }) => parts.extend([PRINTED_LIGHT, LIT]),
+        None => parts.push(RENDER),
+    }
+    if key.spheres == Finding::Tree {
+        parts.push(TREE);
     }
     compile_parts(&parts, &Choices { edit, ..Choices::new(key) })
 }
@@ -96,8 +97,8 @@ pub fn compile_present() -> Result<Shader> {
 struct Choices<'a> {
     /// All flags that there are, each with whether it holds.
     flags: Vec<(bool, &'static str)>,
-    n_spheres: usize,
-    n_planes: usize,
+    /// All kinds of what is repeated: how often, and how often at most without a loop.
+    counts: Vec<(&'static str, [usize; 2])>,
     /// WGSL for the facts whose home is Rust.
     constants: String,
     /// Done to the text that was put together.
@@ -106,9 +107,8 @@ struct Choices<'a> {
 
 impl Choices<'_> {
     fn new(key: &ShaderKey) -> Choices<'static> {
-        let &ShaderKey { n_spheres, n_planes, .. } = key;
-        let (flags, constants) = (flags(key), constants(key));
-        Choices { flags, n_spheres, n_planes, constants, edit: None }
+        let (flags, counts, constants) = (flags(key), counts(key), constants(key));
+        Choices { flags, counts, constants, edit: None }
     }
 
     /// Whether a flag holds; `None` where there is no such flag.
@@ -117,33 +117,69 @@ impl Choices<'_> {
     }
 }
 
-/// Whether the shader for the light on hits has its objects at hand for each lamp.
-pub(super) fn keeps_objects(key: &ShaderKey) -> bool {
-    key.n_spheres + key.n_planes <= PlainLighting::FEW_OBJECTS
+/// Bytes that each device's uniforms hold.
+const UNIFORM_BYTES: usize = 16 << 10;
+
+/// Whether a uniform has room for so many spheres, or planes.
+pub(super) fn are_few(key: &ShaderKey) -> [bool; 2] {
+    let [sphere, plane] = key.kernel.about().record_bytes;
+    [key.n_spheres * sphere, key.n_planes * plane].map(|bytes| bytes <= UNIFORM_BYTES)
+}
+
+/// Loops around loops take twice as long on lavapipe, and long texts long to compile.
+fn counts(key: &ShaderKey) -> Vec<(&'static str, [usize; 2])> {
+    let (n_lamps, n_samples) = (n_lamps(key), n_samples(key).pow(2));
+    vec![
+        ("lamp", [n_lamps, MOST_REPEATED]),
+        ("sample", [n_samples, MOST_REPEATED / n_lamps.max(1)]),
+    ]
+}
+
+fn n_samples(key: &ShaderKey) -> usize {
+    match key.light {
+        Some(LightKey::Certified { n_samples, .. }) => n_samples as usize,
+        _ => 1,
+    }
+}
+
+fn n_lamps(key: &ShaderKey) -> usize {
+    match key.light {
+        Some(LightKey::Plain { n_lamps } | LightKey::Certified { n_lamps, .. }) => n_lamps,
+        None => 0,
+    }
 }
 
 fn flags(key: &ShaderKey) -> Vec<(bool, &'static str)> {
-    let is_by_tree = key.spheres == Finding::Tree;
+    let is_certified = key.kernel == Kernel::Certified;
     // The host has made the numbers for rays from one point.
     let is_point = key.bundle == Bundle::Point;
-    let is_moved =
-        key.plain_light.is_some() && is_point && key.kernel.about().space == Space::Reference;
+    let is_plain_light = matches!(key.light, Some(LightKey::Plain { .. }));
+    let is_moved = is_plain_light && is_point && key.kernel.about().space == Space::Reference;
+    let [few_spheres, few_planes] = are_few(key);
+    let (met_spheres, met_planes) = match key.light {
+        Some(LightKey::Certified { n_spheres, n_planes, .. }) => (n_spheres > 0, n_planes > 0),
+        _ => (false, false),
+    };
     [
         (key.n_spheres > 0, "spheres"),
         (key.n_planes > 0, "planes"),
-        (key.surface || key.plain_light.is_some(), "surface"),
-        (key.plain_light == Some(Lamps::Few), "few_lamps"),
-        (key.plain_light.is_some() && keeps_objects(key), "kept"),
+        (few_spheres, "few_spheres"),
+        (few_planes, "few_planes"),
+        (key.surface || is_plain_light, "surface"),
+        (n_lamps(key) > 0, "lamps"),
+        (n_lamps(key) <= MOST_LAMPS, "few_lamps"),
+        (met_spheres, "met_spheres"),
+        (met_planes, "met_planes"),
         (is_moved, "moved"),
         (is_moved || !is_point, "anywhere"),
         (is_point, "point"),
         (key.bundle == Bundle::Parallel, "parallel"),
         (key.bundle == Bundle::Free, "free"),
         (key.kernel.about().float == Float::F64, "double"),
-        (key.kernel == Kernel::Certified, "certified"),
-        (key.n_spheres > 0 || is_by_tree, "sphere_filter"),
+        (is_certified, "certified"),
+        (key.kernel.about().float == Float::F32 && !is_certified, "in_two_parts"),
         (key.close, "close"),
-        (is_by_tree, "tree"),
+        (key.spheres == Finding::Tree, "tree"),
     ]
     .into()
 }
@@ -161,7 +197,7 @@ fn constants(key: &ShaderKey) -> String {
             text += &format!("alias {record}Record = {record}{};\n", wgsl.records);
         }
     }
-    let mut constants = (wgsl.constants)(key.bundle);
+    let mut constants = Vec::new();
     if key.spheres == Finding::Tree {
         constants.extend([
             ("IS_LEAF", format!("{IS_LEAF}u")),
@@ -180,14 +216,30 @@ fn constants(key: &ShaderKey) -> String {
         ];
         constants.extend(room.map(|(name, value)| (name, Float::F32.literal(value.into()))));
     }
-    if key.plain_light.is_some() {
-        let unsigned = [
-            ("LAMP_EYE", lamp_kind::EYE),
-            ("LAMP_POINT", lamp_kind::POINT),
-            ("LAMP_SUN", lamp_kind::SUN),
-            ("MOST_LAMPS", PlainLighting::FEW_LAMPS as u32),
-        ];
-        constants.extend(unsigned.map(|(name, value)| (name, format!("{value}u"))));
+    let unsigned = |name, value: usize| (name, format!("{value}u"));
+    constants.extend([
+        unsigned("N_SPHERES", key.n_spheres),
+        unsigned("N_PLANES", key.n_planes),
+        unsigned("N_LAMPS", n_lamps(key)),
+    ]);
+    match key.light {
+        Some(LightKey::Plain { .. }) => constants.extend([
+            unsigned("LAMP_EYE", lamp_kind::EYE as usize),
+            unsigned("LAMP_POINT", lamp_kind::POINT as usize),
+            unsigned("LAMP_SUN", lamp_kind::SUN as usize),
+        ]),
+        Some(LightKey::Certified { n_spheres, n_planes, .. }) => {
+            constants.extend([
+                unsigned("N_SAMPLES", n_samples(key)),
+                unsigned("N_COLORS", 1 + key.n_spheres + key.n_planes),
+                unsigned("N_MET_SPHERES", n_spheres),
+                unsigned("N_MET_PLANES", n_planes),
+                unsigned("OPEN", OPEN as usize),
+                ("KNOWN", Float::F32.literal(f32::BEYOND / 4.0)),
+                ("BEYOND", Float::F32.literal(f32::BEYOND)),
+            ]);
+        }
+        None => {}
     }
     for (name, value) in constants {
         text += &format!("const {name} = {value};\n");
@@ -217,25 +269,29 @@ fn compile_parts(parts: &[Part], choices: &Choices) -> Result<Shader> {
         format!("{file}:{}", line - start + 1)
     };
 
-    let module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| {
+    let mut module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| {
         let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
         Error::Shader(format!("{}: {}", place(line), error.message()))
     })?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64)
-        .validate(&module)
-        .map_err(|error| {
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
+    let mut validate = |module: &naga::Module| {
+        validator.validate(module).map_err(|error| {
             let line = error.location(&wgsl).map_or(1, |location| location.line_number as usize);
             Error::Shader(format!("{}: {}", place(line), error.emit_to_string(&wgsl)))
-        })?;
+        })
+    };
+    validate(&module)?;
+    // Printed formulas that the scene does not use.
+    compact(&mut module, KeepUnused::No);
+    let info = validate(&module)?;
     Ok(Shader { wgsl, module, info })
 }
 
-/// Up to this many objects of a kind are tested one after the other, without a loop.
-///
-/// Inside a loop lavapipe loads each number once per lane (25 cycles each), outside once for all
-/// lanes: figure 2 at 1920 × 1080 takes 22 ms instead of 195. Compiling takes 0.5 s for 64 objects
-/// and grows with their square.
-const MAX_UNROLLED: usize = LISTED_SPHERES;
+/// Up to so many lamps, times samples, are looked at without a loop.
+pub(super) const MOST_REPEATED: usize = 32;
+
+/// Lamps of 64 bytes that a uniform has room for.
+const MOST_LAMPS: usize = UNIFORM_BYTES / 64;
 
 /// Turns of loops after which a shader may be stopped: llvmpipe ends all loops of an invocation after 65 535
 /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), without a word, and goes on behind them.
@@ -243,20 +299,19 @@ pub(super) const MOST_TURNS_IN_SOFTWARE: usize = 65_000;
 
 /// Turns of loops in which a ray looks at the listed objects once.
 pub(super) fn turns_of_ray(key: &ShaderKey) -> usize {
-    [key.n_spheres, key.n_planes].into_iter().filter(|&count| count > MAX_UNROLLED).sum()
+    key.n_spheres + key.n_planes
 }
 
 /// A block that a `//#` directive opens.
 enum Block {
     If(bool),
-    Each { kind: &'static str, count: usize, body: String },
+    Each { counts: [usize; 2], body: String },
 }
 
 /// Carries out the directives of a part, keeping its line numbers:
 /// - `//#if flag` … `//#else` … `//#end` keeps the lines that the flags ask for; a flag that is not one of
 ///   [`flags`] is an error;
-/// - `//#each sphere` … `//#end` repeats its lines for each object, `INDEX` standing for its index and
-///   `OBJECT` for itself: in the list, or where it is kept.
+/// - `//#each lamp` … `//#end` repeats its lines for each lamp, `INDEX` standing for its index.
 fn expand(part: &Part, choices: &Choices) -> Result<String> {
     let mut open: Vec<Block> = Vec::new();
     let mut text = String::new();
@@ -272,16 +327,13 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
                 Some(Block::If(keep)) => *keep = !*keep,
                 _ => return Err(wrong("no //#if is open here")),
             },
-            Some(["each", kind]) => open.push(match *kind {
-                "sphere" => each("sphere", choices.n_spheres),
-                "plane" => each("plane", choices.n_planes),
-                _ => return Err(wrong("unknown kind of object")),
-            }),
+            Some(["each", kind]) => match choices.counts.iter().find(|(known, _)| known == kind) {
+                Some(&(_, counts)) => open.push(Block::Each { counts, body: String::new() }),
+                None => return Err(wrong("unknown kind")),
+            },
             Some(["end"]) => match open.pop() {
                 Some(Block::If(_)) => {}
-                Some(Block::Each { kind, count, body }) => {
-                    text += &repeat(kind, count, choices.flag("kept") == Some(true), &body);
-                }
+                Some(Block::Each { counts, body }) => text += &repeat(counts, &body),
                 None => return Err(wrong("nothing is open here")),
             },
             Some(_) => return Err(wrong("unknown directive")),
@@ -299,22 +351,11 @@ fn expand(part: &Part, choices: &Choices) -> Result<String> {
     }
 }
 
-fn each(kind: &'static str, count: usize) -> Block {
-    Block::Each { kind, count, body: String::new() }
-}
-
-fn repeat(kind: &str, count: usize, are_kept: bool, body: &str) -> String {
-    let of = |index: &str, object: &str| body.replace("INDEX", index).replace("OBJECT", object);
-    if count <= MAX_UNROLLED {
-        let one = |index| match are_kept {
-            true => of(&format!("{index}u"), &format!("{kind}_{index}")),
-            false => of(&format!("{index}u"), &format!("{kind}s[{index}u]")),
-        };
-        (0..count).map(one).collect()
-    } else if body.is_empty() {
-        String::new()
+fn repeat([count, most]: [usize; 2], body: &str) -> String {
+    if count <= most {
+        (0..count).map(|index| body.replace("INDEX", &format!("{index}u"))).collect()
     } else {
-        let body = of("i", &format!("{kind}s[i]"));
+        let body = body.replace("INDEX", "i");
         format!("for (var i = 0u; i < {count}u; i++) {{ {body} }}")
     }
 }
@@ -402,8 +443,9 @@ mod tests {
     fn error_of(part: &'static str) -> String {
         let part = Part { file: "shaders/broken.wgsl", text: part };
         let flags = ["spheres", "surface"].map(|flag| (false, flag)).into();
-        let choices = Choices { flags, constants: aliases("f32"), ..Choices::default() };
-        match compile_parts(&[SHARED_PARTS[1], part], &choices) {
+        let counts = vec![("lamp", [2, 2])];
+        let choices = Choices { flags, counts, constants: aliases("f32"), edit: None };
+        match compile_parts(&[SHARED_PARTS[0], part], &choices) {
             Err(Error::Shader(message)) => message,
             _ => String::new(),
         }
@@ -429,7 +471,7 @@ mod tests {
         assert!(error_of("\n\nfn f() -> f32 { return; }").starts_with("shaders/broken.wgsl:3: "));
         assert!(error_of("//#if spheres\n").starts_with("shaders/broken.wgsl: "));
         assert!(error_of("\n//#end\n").starts_with("shaders/broken.wgsl:2: "));
-        assert!(error_of("\n//#each sphere\n//#else").starts_with("shaders/broken.wgsl:3: "));
+        assert!(error_of("\n//#each lamp\n//#else").starts_with("shaders/broken.wgsl:3: "));
         assert!(error_of("//#each cube\n").starts_with("shaders/broken.wgsl:1: "));
         assert!(error_of("//#fi\n").starts_with("shaders/broken.wgsl:1: "));
     }

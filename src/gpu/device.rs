@@ -6,6 +6,9 @@ use std::time::Duration;
 use super::adapter::{AdapterFacts, INSTALL_HINT};
 use crate::error::{Error, Result};
 
+/// What takes a device longer than this is given up.
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
+
 /// An error that a device reported on its own.
 enum Failure {
     OutOfMemory,
@@ -136,9 +139,10 @@ impl OpenDevice {
         })
     }
 
-    /// A buffer with `bytes` that shaders read.
-    pub(super) fn storage(&self, label: &str, bytes: &[u8]) -> wgpu::Buffer {
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+    /// A buffer with `bytes` that shaders read, as a uniform or as a list.
+    pub(super) fn filled(&self, label: &str, bytes: &[u8]) -> wgpu::Buffer {
+        use wgpu::BufferUsages as Usage;
+        let usage = Usage::UNIFORM | Usage::STORAGE | Usage::COPY_DST;
         let buffer = self.buffer(label, bytes.len(), usage);
         self.queue.write_buffer(&buffer, 0, bytes);
         buffer
@@ -150,13 +154,9 @@ impl OpenDevice {
     }
 
     /// Waits until the device is done with `submission`.
-    pub(crate) fn wait(
-        &self,
-        submission: wgpu::SubmissionIndex,
-        timeout: Duration,
-    ) -> Result<(), String> {
+    pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), String> {
         let wait =
-            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(timeout) };
+            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(TIMEOUT) };
         self.device.poll(wait).map(drop).map_err(|error| error.to_string())
     }
 
@@ -169,10 +169,9 @@ impl OpenDevice {
         &self,
         staging: &wgpu::Buffer,
         n: usize,
-        timeout: Duration,
         act: &str,
     ) -> Result<Vec<T>> {
-        let mapped = self.map(staging, (n * size_of::<T>()) as u64, timeout);
+        let mapped = self.map(staging, (n * size_of::<T>()) as u64);
         self.check()?;
         let view = mapped.map_err(|reason| {
             Error::Device(format!("`{}` did not {act}: {reason}", self.facts.name))
@@ -188,17 +187,16 @@ impl OpenDevice {
         &self,
         buffer: &wgpu::Buffer,
         bytes: u64,
-        timeout: Duration,
     ) -> Result<wgpu::BufferView, String> {
         let (sender, receiver) = std::sync::mpsc::channel();
         buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
             // The receiver is gone only when the wait below has failed already.
             let _ = sender.send(result);
         });
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(timeout) };
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) };
         self.device.poll(wait).map_err(|error| error.to_string())?;
         // Another thread that polls the same device may be the one that runs the callback.
-        let mapped = receiver.recv_timeout(timeout).map_err(|error| error.to_string())?;
+        let mapped = receiver.recv_timeout(TIMEOUT).map_err(|error| error.to_string())?;
         mapped.map_err(|error| error.to_string())?;
         buffer.get_mapped_range(..bytes).map_err(|error| error.to_string())
     }

@@ -1,18 +1,18 @@
 //! A tree over spheres on the device.
 
-use super::before::slabs::SlabRoom;
 use super::device::OpenDevice;
 use super::layout::Walk;
+use super::pipeline::{Named, Resource};
+use super::slabs::SlabRoom;
 use super::texture::{TEXEL_BYTES, TEXELS_PER_ROW, texture};
 use crate::bvh::FlatBox;
 use crate::error::{Error, Result};
 use crate::prepare::{InSpace, Prepared};
 
-/// The buffer and the textures that `shaders/tree.wgsl` reads.
+/// The tree over many spheres.
 pub struct DeviceHierarchy {
-    walk: wgpu::Buffer,
-    boxes: wgpu::TextureView,
-    leaves: wgpu::TextureView,
+    /// The buffer and the textures that `shaders/tree.wgsl` reads.
+    pub bound: [Named; 3],
 }
 
 impl DeviceHierarchy {
@@ -34,42 +34,16 @@ impl DeviceHierarchy {
         let mut texels: Vec<[u32; 4]> = bytemuck::cast_vec(boxes);
         texels.extend(rest.into_iter().map(|id| [id, 0, 0, 0]));
         let leaves = hierarchy.leaves.words();
-        let device_hierarchy = DeviceHierarchy {
-            walk: uniform(gpu, "walk", &Walk { n_boxes, beside, ..Walk::default() }),
-            boxes: texture(gpu, "boxes", bytemuck::cast_slice(&texels))?,
-            leaves: texture(gpu, "leaves", bytemuck::cast_slice(&leaves))?,
-        };
+        let walk = bytemuck::bytes_of(&Walk { n_boxes, beside, ..Walk::default() }).to_vec();
+        let list = |name, bytes| texture(gpu, name, bytes).map(Resource::Texture);
+        let bound = [
+            ("walk", gpu.filled("walk", &walk).into()),
+            ("boxes", list("boxes", bytemuck::cast_slice(&texels))?),
+            ("leaves", list("leaves", bytemuck::cast_slice(&leaves))?),
+        ];
         gpu.check()?;
-        Ok(Some(device_hierarchy))
+        Ok(Some(DeviceHierarchy { bound }))
     }
-
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        let texels = |view: &wgpu::TextureView| {
-            u64::from(view.texture().width()) * u64::from(view.texture().height())
-        };
-        (texels(&self.boxes) + texels(&self.leaves)) * TEXEL_BYTES as u64 + self.walk.size()
-    }
-
-    /// What a shader that walks through it binds.
-    pub fn resources(&self) -> impl Iterator<Item = (&'static str, wgpu::BindingResource<'_>)> {
-        let textures = [("boxes", &self.boxes), ("leaves", &self.leaves)]
-            .map(|(name, view)| (name, wgpu::BindingResource::TextureView(view)));
-        [("walk", self.walk.as_entire_binding())].into_iter().chain(textures)
-    }
-}
-
-/// A buffer that all invocations read.
-pub(super) fn uniform(
-    gpu: &OpenDevice,
-    label: &str,
-    value: &impl bytemuck::NoUninit,
-) -> wgpu::Buffer {
-    let bytes = bytemuck::bytes_of(value);
-    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-    let buffer = gpu.buffer(label, bytes.len(), usage);
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
 }
 
 /// Most texels that boxes, or leaves, take for each sphere: nodes that are half full have one box above eight.

@@ -84,10 +84,14 @@ mod tests {
     use super::*;
     use crate::gpu::compile::compile;
     use crate::gpu::plain_light::{LampF32, LampF64, LightingF32, LightingF64};
+    use crate::kernel::certified::{PlaneWords, SphereWords};
     use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
-    use crate::kernel::{certified, lecture, relative};
-    use crate::prepare::{Finding, Lamps, ShaderKey};
+    use crate::kernel::{lecture, relative};
+    use crate::num::V3;
+    use crate::num::fields::{Fields, Source, words};
+    use crate::prepare::{Finding, LightKey, ShaderKey};
     use crate::rays::Bundle;
+    use crate::seen::{PlaneSeen, SphereLeaf, SphereSeen};
     use crate::trace::Kernel;
 
     /// Name, offset and struct size of each member, as naga lays the struct out; arrays' element
@@ -105,7 +109,8 @@ mod tests {
             close: is_certified,
             n_planes: 1,
             surface: !is_certified,
-            plain_light: (!is_certified && bundle != Bundle::Free).then_some(Lamps::Few),
+            light: (!is_certified && bundle != Bundle::Free)
+                .then_some(LightKey::Plain { n_lamps: 2 }),
         };
         let shader = compile(&key).expect("the shader compiles");
         for (_, ty) in shader.module.types.iter() {
@@ -212,39 +217,46 @@ mod tests {
             normal
         );
         check!(Double, Free, RayRecordDouble, "RayRecord", origin, direction);
-        check!(Stable, Point, LightingF32, "Lighting", ambient, epsilon, n_lamps);
-        check!(Double, Point, LightingF64, "Lighting", ambient, epsilon, n_lamps);
+        check!(Stable, Point, LightingF32, "Lighting", ambient, epsilon);
+        check!(Double, Point, LightingF64, "Lighting", ambient, epsilon);
         check!(Stable, Point, LampF32, "Lamp", at, kind, weight, shadows);
         check!(Double, Point, LampF64, "Lamp", at, kind, weight, shadows);
-        check!(
-            Certified,
-            Point,
-            certified::SphereCertified,
-            "SphereCertified",
-            center,
-            inner2,
-            outer2,
-            slack,
-            near_most,
-            is_close,
-            k,
-            k_error,
-            k_width,
-            padding
-        );
-        check!(
-            Certified,
-            Point,
-            certified::PlaneCertified,
-            "PlaneCertified",
-            normal,
-            offset,
-            offset_error,
-            slope_error,
-            padding
-        );
         check!(Stable, Free, RayRecord, "RayRecord", origin, origin_low, direction);
         check!(Certified, Point, Walk, "Walk", n_boxes, beside, padding);
+    }
+
+    /// Finds each field of a record in its words.
+    struct Places(Vec<(String, u32)>);
+
+    impl Source<f32> for Places {
+        fn num(&mut self, name: &'static str) -> f32 {
+            self.0.push((name.into(), 0));
+            self.0.len() as f32
+        }
+        fn vec(&mut self, name: &'static str) -> V3<f32> {
+            V3([self.num(name), -1.0, -2.0])
+        }
+        fn id(&mut self, name: &'static str) -> u32 {
+            self.num(name).to_bits()
+        }
+    }
+
+    fn check_words<T: Fields<f32>, const N: usize>() {
+        let mut places = Places(Vec::new());
+        let words: [f32; N] = words(&T::read(&mut places));
+        for (number, (_, offset)) in (1..).zip(&mut places.0) {
+            let at = words.iter().position(|&word| word == number as f32);
+            *offset = 4 * at.expect("a field in the words") as u32;
+        }
+        let (span, members) = device_layout(Kernel::Certified, Bundle::Point, T::NAME);
+        assert_eq!((span, members), (4 * N as u32, places.0), "{}", T::NAME);
+    }
+
+    #[test]
+    fn words_of_records_have_nagas_offsets() {
+        check_words::<SphereSeen<f32>, { size_of::<SphereWords>() / 4 }>();
+        check_words::<PlaneSeen<f32>, { size_of::<PlaneWords>() / 4 }>();
+        check_words::<SphereLeaf<f32>, 8>();
     }
 
     #[test]

@@ -2,7 +2,6 @@
 //! decisions are put there.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::compile::{Shader, WORKGROUP, compile_undecided};
 use super::device::OpenDevice;
@@ -10,9 +9,6 @@ use super::open::Gpu;
 use super::pipeline::{Bindings, pipeline};
 use crate::certify::Decided;
 use crate::error::Result;
-
-/// Reading back a list takes milliseconds; longer than this, the device is given up.
-const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Undecided rays that come back together with their number: most pictures have fewer.
 const HEAD_RAYS: usize = (1 << 14) - 1;
@@ -202,7 +198,7 @@ impl Undecided {
         let bytes = (n_words * size_of::<u32>()) as u64;
         encoder.copy_buffer_to_buffer(found, 0, staging, 0, Some(bytes));
         self.gpu.submit(encoder.finish());
-        self.gpu.read(staging, n_words, TIMEOUT, "list its undecided rays")
+        self.gpu.read(staging, n_words, "list its undecided rays")
     }
 }
 

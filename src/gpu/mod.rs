@@ -1,23 +1,24 @@
 //! The Vulkan backend. Only this folder knows `wgpu` and `naga`.
 
 mod adapter;
-pub mod before;
 mod clock;
 mod compile;
 mod device;
 mod hierarchy;
 mod layout;
+mod light;
 #[cfg(feature = "view")]
 mod live;
 mod objects;
 mod open;
+mod pass;
 mod pipeline;
 mod plain_light;
 #[cfg(feature = "view")]
 mod present;
 mod program;
-mod results;
 mod self_test;
+pub mod slabs;
 mod texture;
 mod tiles;
 mod tracer;

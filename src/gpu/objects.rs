@@ -1,11 +1,9 @@
 //! The objects of a scene on the device: whether they fit, and their buffers.
 
-use super::layout::{Params, ParamsDouble};
 use super::open::Gpu;
 use super::pipeline::Named;
 use super::texture::UPLOAD_BYTES;
 use crate::error::{Error, Result};
-use crate::kernel::{Float, Kernel};
 use crate::memory;
 use crate::prepare::{Hierarchy, Prepared};
 
@@ -18,16 +16,7 @@ pub fn object_bytes<'a>(
 
 /// The spheres and the planes on the device.
 pub fn storage(gpu: &Gpu, objects: (&[u8], &[u8])) -> Vec<Named> {
-    object_bytes(objects).map(|(name, bytes)| (name, gpu.storage(name, bytes))).collect()
-}
-
-/// Room for a shader's parameters.
-pub fn params_buffer(gpu: &Gpu, kernel: Kernel) -> wgpu::Buffer {
-    let n_bytes = match kernel.about().float {
-        Float::F64 => size_of::<ParamsDouble>(),
-        Float::F32 => size_of::<Params>(),
-    };
-    gpu.buffer("params", n_bytes, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST)
+    object_bytes(objects).map(|(name, bytes)| (name, gpu.filled(name, bytes).into())).collect()
 }
 
 pub fn check_limits(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
@@ -63,9 +52,4 @@ pub fn check_memory(gpu: &Gpu, prepared: &Prepared) -> Result<()> {
     let kept = if gpu.facts.is_software() { objects + hierarchy } else { 0 };
     let what = format!("handing the scene to `{}`", gpu.facts.name);
     memory::require(what, on_their_way + kept, "use fewer objects, or `--device cpu`")
-}
-
-/// The bytes of a shader's parameters.
-pub fn bytes(params: &impl bytemuck::NoUninit) -> Vec<u8> {
-    bytemuck::bytes_of(params).to_vec()
 }

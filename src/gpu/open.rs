@@ -18,8 +18,8 @@ pub struct Gpu {
     programs: Programs,
     arithmetic: OnceLock<Arithmetic>,
     arithmetic_f64: OnceLock<Option<Arithmetic>>,
-    /// See [`Gpu::always_lights_plainly`].
-    always_lights_plainly: bool,
+    /// See [`Gpu::always_lights`].
+    always_lights: bool,
 }
 
 impl Deref for Gpu {
@@ -63,7 +63,7 @@ impl Gpu {
             programs: Programs::default(),
             arithmetic: OnceLock::new(),
             arithmetic_f64: OnceLock::new(),
-            always_lights_plainly: false,
+            always_lights: false,
         })
     }
 
@@ -95,17 +95,16 @@ impl Gpu {
         self
     }
 
-    /// Has the device light all pictures of kernels without a proof from now on, also where the CPU would be
-    /// quicker: tests see that it is right.
+    /// Has the device light all pictures from now on that it can, also where the CPU would be quicker: tests see that it is
+    /// right.
     #[doc(hidden)]
-    pub fn always_lights_plainly(self) -> Gpu {
-        Gpu { always_lights_plainly: true, ..self }
+    pub fn always_lights(self) -> Gpu {
+        Gpu { always_lights: true, ..self }
     }
 
-    /// Whether pictures of kernels without a proof are lit here: by a device in software only where it has lamps
-    /// and objects at hand.
-    pub(super) fn shades_plainly(&self, are_at_hand: bool) -> bool {
-        are_at_hand || !self.facts.is_software() || self.always_lights_plainly
+    /// Whether pictures are lit here: by a device in software the CPU would be quicker.
+    pub(super) fn lights(&self) -> bool {
+        !self.facts.is_software() || self.always_lights
     }
 
     /// Takes this for what the device's f32 does.

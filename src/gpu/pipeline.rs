@@ -3,10 +3,39 @@
 
 use super::compile::{Shader, WORKGROUP};
 use super::device::OpenDevice;
+use super::texture::TEXEL_BYTES;
 use crate::error::{Error, Result};
 
-/// A buffer with the name that shaders have for it.
-pub type Named = (&'static str, wgpu::Buffer);
+/// A buffer or a texture, with the name that shaders have for it.
+pub type Named = (&'static str, Resource);
+
+/// What a shader binds.
+#[derive(Clone)]
+pub enum Resource {
+    /// A buffer, as a whole.
+    Buffer(wgpu::Buffer),
+    /// A texture that holds a list.
+    Texture(wgpu::TextureView),
+}
+
+impl From<wgpu::Buffer> for Resource {
+    fn from(buffer: wgpu::Buffer) -> Resource {
+        Resource::Buffer(buffer)
+    }
+}
+
+impl Resource {
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Resource::Buffer(buffer) => buffer.size(),
+            Resource::Texture(view) => {
+                let size = view.texture().size();
+                u64::from(size.width) * u64::from(size.height) * TEXEL_BYTES as u64
+            }
+        }
+    }
+}
 
 /// What a shader binds, as naga has it: the only list of that, and the names in it.
 pub struct Bindings {
@@ -79,9 +108,13 @@ impl Bindings {
     }
 }
 
-/// A whole buffer under its name.
-pub fn whole((name, buffer): &Named) -> (&'static str, wgpu::BindingResource<'_>) {
-    (name, buffer.as_entire_binding())
+/// All of something, as it is bound under its name.
+pub fn whole((name, resource): &Named) -> (&'static str, wgpu::BindingResource<'_>) {
+    let binding = match resource {
+        Resource::Buffer(buffer) => buffer.as_entire_binding(),
+        Resource::Texture(view) => wgpu::BindingResource::TextureView(view),
+    };
+    (name, binding)
 }
 
 /// Makes something of a device, with the reason where that refuses it.

@@ -6,7 +6,6 @@ mod samples;
 pub(super) use samples::NUMERATOR;
 
 use std::fmt;
-use std::time::Duration;
 
 use super::compile::compile_self_test;
 use super::device::OpenDevice;
@@ -148,9 +147,6 @@ impl fmt::Display for Arithmetic {
 
 // The texels of all samples lie in one row.
 const _: () = assert!(N_SAMPLES <= TEXELS_PER_ROW as usize);
-
-/// A device that takes longer than this for the self-test is not usable.
-const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Measures f32.
 pub fn test_f32(gpu: &OpenDevice) -> Result<Arithmetic> {
@@ -340,7 +336,7 @@ fn on_device<F: Float>(gpu: &OpenDevice, samples: &[Sample<F>]) -> Result<Vec<Ou
     encoder.copy_buffer_to_buffer(&words, 0, &staging, result_bytes as u64, None);
     gpu.submit(encoder.finish());
     let bytes = (result_bytes + word_bytes) as u64;
-    let view = gpu.map(&staging, bytes, TIMEOUT).map_err(|reason| {
+    let view = gpu.map(&staging, bytes).map_err(|reason| {
         Error::Device(format!("`{}` did not finish its self-test: {reason}", gpu.facts.name))
     })?;
     gpu.check()?;

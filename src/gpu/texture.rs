@@ -1,7 +1,5 @@
 //! Textures that hold lists, row by row.
 
-use std::time::Duration;
-
 use super::device::OpenDevice;
 use crate::error::{Error, Result};
 
@@ -13,9 +11,6 @@ pub const TEXEL_BYTES: usize = 16;
 
 /// Bytes that are on their way to the device at a time.
 pub const UPLOAD_BYTES: usize = 64 << 20;
-
-/// An upload of that much that takes longer is given up.
-const UPLOAD_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A texture that holds `bytes` row by row.
 pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::TextureView> {
@@ -52,7 +47,7 @@ pub fn texture(gpu: &OpenDevice, label: &str, bytes: &[u8]) -> Result<wgpu::Text
             wgpu::Extent3d { width: width as u32, height: rows as u32, depth_or_array_layers: 1 },
         );
         let done = gpu.submit(gpu.encoder().finish());
-        gpu.wait(done, UPLOAD_TIMEOUT).map_err(|reason| {
+        gpu.wait(done).map_err(|reason| {
             Error::Device(format!("`{}` did not take the spheres: {reason}", gpu.facts.name))
         })
     };

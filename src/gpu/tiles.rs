@@ -68,11 +68,11 @@ impl Tile {
         }
     }
 
-    /// Twice the offset of its first pixel from the picture's centre, right and up. A picture has
+    /// Twice the offset of its first pixel's first sample from the picture's centre, right and up. A picture of samples has
     /// at most 2^31 columns and rows, so the doubled offsets fit.
-    fn offsets(&self, rays: &Rays) -> [i32; 2] {
+    fn offsets(&self, rays: &Rays, n: u32) -> [i32; 2] {
         let Some((pixels, [x, y])) = self.first_pixel(rays) else { return [0; 2] };
-        let (offset_i, offset_j) = pixels.offset2(x, y);
+        let (offset_i, offset_j) = pixels.samples(n).offset2(x * n, y * n);
         [offset_i as i32, offset_j as i32]
     }
 
@@ -82,9 +82,9 @@ impl Tile {
         [(self.width as u32).div_ceil(width), (self.height as u32).div_ceil(height)]
     }
 
-    /// What a shader in f32 has to know of it.
-    pub fn params(&self, prepared: &Prepared, rays: &Rays) -> Params {
-        let [offset_i, offset_j] = self.offsets(rays);
+    /// What a shader in f32 has to know of it, with `n` × `n` samples a pixel.
+    pub fn params(&self, prepared: &Prepared, rays: &Rays, n: u32) -> Params {
+        let [offset_i, offset_j] = self.offsets(rays, n);
         let common = Params {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,
@@ -96,7 +96,7 @@ impl Tile {
             ..Params::default()
         };
         let Some((pixels, _)) = self.first_pixel(rays) else { return common };
-        let camera = Frame::<f32>::of_pixels(pixels);
+        let camera = Frame::<f32>::of_pixels(&pixels.samples(n));
         Params {
             forward: camera.forward.0,
             right_step: camera.right.0,
@@ -108,7 +108,7 @@ impl Tile {
 
     /// The same for one in f64.
     pub fn params_double(&self, prepared: &Prepared, rays: &Rays) -> ParamsDouble {
-        let [offset_i, offset_j] = self.offsets(rays);
+        let [offset_i, offset_j] = self.offsets(rays, 1);
         let common = ParamsDouble {
             n_spheres: prepared.scene.spheres.len() as u32,
             n_planes: prepared.scene.planes.len() as u32,

@@ -1,32 +1,27 @@
-//! A scene and its kernel on a device: made, and run tile by tile.
+//! A scene and its kernel on a device.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::clock::Clock;
 use super::compile::{MOST_TURNS_IN_SOFTWARE, turns_of_ray};
 use super::hierarchy::DeviceHierarchy;
-use super::layout::{Params, ParamsDouble};
+use super::light::CertifiedLight;
 #[cfg(feature = "view")]
 use super::live::Words;
-use super::objects::{bytes, check_limits, check_memory, object_bytes, params_buffer, storage};
+use super::objects::{check_limits, check_memory, object_bytes, storage};
 use super::open::Gpu;
-use super::pipeline::{Named, whole};
+use super::pass::{Output, Pass};
+use super::pipeline::{Named, Resource};
 use super::plain_light::PlainLight;
-use super::program::Program;
-use super::results::Results;
-use super::tiles::{Tile, TileSize};
+use super::tiles::Tile;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::kernel::coordinates::{RayRecord, RayRecordDouble};
-use crate::kernel::{Float, Kernel};
-use crate::prepare::{PlainLighting, Prepared, ShaderKey};
+use crate::kernel::Kernel;
+use crate::kernel::coordinates::Coordinates;
+use crate::prepare::{CertifiedLighting, PlainLighting, Prepared, ShaderKey};
 use crate::rays::Pixels;
-use crate::trace::{Hits, Ray, Rays, Timing, Wants};
+use crate::trace::{Hits, Rays, Timing, Wants};
 use crate::tracer::Backend;
-
-/// A dispatch that takes longer than this is given up.
-const TILE_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Traces on a Vulkan device.
 pub struct GpuTracer {
@@ -35,28 +30,22 @@ pub struct GpuTracer {
     wants: Wants,
     key: ShaderKey,
     /// None before it is needed.
-    program: Option<Arc<Program>>,
-    params: wgpu::Buffer,
+    pass: Option<Pass>,
+    /// The spheres and the planes.
     objects: Vec<Named>,
     hierarchy: Option<DeviceHierarchy>,
-    room: Option<Room>,
-    tile_size: TileSize,
-    clock: Option<Clock>,
     /// Whether the device can't take the kernel's stage: its arithmetic doesn't suit the proof of `certified`, there
     /// is no way to the rays' many spheres, or it would stop on the way through a long list of them.
     leaves_to_cpu: bool,
+    has_clock: bool,
     /// Lights what rays of a kernel without a proof hit, made when that is first needed.
     plain_light: Option<Box<PlainLight>>,
+    /// The same of `certified`.
+    light: Option<CertifiedLight>,
     /// Time to put together and compile the shader.
     pub compile_time: Duration,
     /// Time to hand the scene to the device.
     pub upload_time: Duration,
-}
-
-/// Results with the bind groups that name them.
-struct Room {
-    results: Results,
-    bind_group: wgpu::BindGroup,
 }
 
 impl GpuTracer {
@@ -74,37 +63,54 @@ impl GpuTracer {
         let objects = storage(&gpu, prepared.objects.bytes());
         let hierarchy = DeviceHierarchy::new(&gpu, &prepared)?;
         let upload_time = start.elapsed();
-
-        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
-        let key = prepared.shader_key(wants);
-        let start = Instant::now();
-        // Where nothing is proposed, no shader is needed.
-        let needs_none = prepared.starts_in_f64() || leaves_to_cpu;
-        let program = if needs_none { None } else { Some(gpu.program(&key)?) };
-        let params = params_buffer(&gpu, prepared.kernel);
         gpu.check()?;
-        let tile_size = TileSize::first(&prepared);
+        let leaves_to_cpu = leaves_to_cpu(&gpu, &prepared, hierarchy.as_ref(), wants)?;
         let mut tracer = GpuTracer {
+            key: prepared.shader_key(wants),
             gpu,
             prepared,
             wants,
-            key,
-            program,
-            params,
+            pass: None,
             objects,
             hierarchy,
-            room: None,
-            tile_size,
-            clock: None,
             leaves_to_cpu,
+            has_clock: false,
             plain_light: None,
+            light: None,
             compile_time: Duration::ZERO,
             upload_time,
         };
-        tracer.warm_up()?;
+        let start = Instant::now();
+        // Where nothing is proposed, no shader is needed.
+        if !(tracer.prepared.starts_in_f64() || leaves_to_cpu) {
+            tracer.pass = Some(tracer.make_pass()?);
+        }
         tracer.compile_time = start.elapsed();
         Ok(tracer)
     }
+
+    fn make_pass(&self) -> Result<Pass> {
+        Pass::new(
+            &self.gpu,
+            &self.prepared,
+            &self.key,
+            bound(&self.objects, self.hierarchy.as_ref()),
+        )
+    }
+
+    fn propose_into(&mut self, rays: &Rays, control: &Control, output: Output) -> Result<Timing> {
+        let mut pass = match self.pass.take() {
+            Some(pass) => pass,
+            None => self.make_pass()?,
+        };
+        pass.use_clock(self.has_clock);
+        self.pass.insert(pass).run(&self.prepared, rays, control, output)
+    }
+}
+
+/// What a shader binds of a scene.
+fn bound(objects: &[Named], hierarchy: Option<&DeviceHierarchy>) -> Vec<Named> {
+    objects.iter().chain(hierarchy.iter().flat_map(|hierarchy| &hierarchy.bound)).cloned().collect()
 }
 
 fn leaves_to_cpu(
@@ -121,13 +127,19 @@ fn leaves_to_cpu(
             && (has_no_way || !gpu.arithmetic()?.suits_filter()))
 }
 
-/// Where a device's results go.
-enum Target<'a> {
-    /// To the host.
-    Hits(&'a mut Hits),
-    /// The ids alone, elsewhere on the device.
-    #[cfg(feature = "view")]
-    Resident(&'a Words),
+/// Puts the results of a tile into their places; of a list's rays `t` is that of [`Coordinates::ray`].
+fn store(coordinates: Coordinates, rays: &Rays, tile: &Tile, arrays: &[&[u8]], hits: &mut Hits) {
+    let place = tile.first..tile.first + tile.n_rays;
+    hits.id[place.clone()].copy_from_slice(bytemuck::cast_slice(arrays[0]));
+    let [_, t, normal] = arrays else { return };
+    hits.t[place.clone()].copy_from_slice(bytemuck::cast_slice(t));
+    hits.normal[place.clone()].copy_from_slice(bytemuck::cast_slice(normal));
+    if let Rays::List(rays) = rays {
+        for (t, ray) in hits.t[place.clone()].iter_mut().zip(&rays[place]) {
+            let (_, _, exponent) = coordinates.ray(ray);
+            *t = (f64::from(*t) * 2f64.powi(-exponent)) as f32;
+        }
+    }
 }
 
 impl Backend for GpuTracer {
@@ -137,10 +149,16 @@ impl Backend for GpuTracer {
         control: &Control,
         hits: &mut Hits,
     ) -> Result<Option<Timing>> {
-        match self.leaves_to_cpu {
-            true => Ok(None),
-            false => self.propose_into(rays, control, Target::Hits(hits)).map(Some),
+        if self.leaves_to_cpu {
+            return Ok(None);
         }
+        hits.reset(rays.len(), self.wants);
+        let coordinates = self.prepared.coordinates();
+        let mut take = |tile: &Tile, arrays: &[&[u8]]| {
+            store(coordinates, rays, tile, arrays, hits);
+            control.advance(tile.n_rays as u64);
+        };
+        self.propose_into(rays, control, Output::Host(&mut take)).map(Some)
     }
 
     #[cfg(feature = "view")]
@@ -148,7 +166,8 @@ impl Backend for GpuTracer {
         if self.leaves_to_cpu {
             return Ok(false);
         }
-        self.propose_into(rays, control, Target::Resident(ids))?;
+        self.propose_into(rays, control, Output::Device(ids))?;
+        control.advance(rays.len() as u64);
         self.gpu.check().map(|()| true)
     }
 
@@ -171,7 +190,33 @@ impl Backend for GpuTracer {
                 made => Box::new(made?),
             },
         };
-        kept.insert(made).light(gpu, prepared, samples, control, lights)?;
+        kept.insert(made).light(prepared, samples, control, lights)?;
+        Ok(true)
+    }
+
+    fn lights(&self) -> bool {
+        let is_listed = self.prepared.hierarchy.is_none() && !self.prepared.starts_in_f64();
+        is_listed && !self.leaves_to_cpu && self.gpu.lights()
+    }
+
+    fn light(
+        &mut self,
+        lighting: &CertifiedLighting,
+        pixels: &Pixels,
+        control: &Control,
+        codes: &mut Vec<u32>,
+    ) -> Result<bool> {
+        if !self.lights() {
+            return Ok(false);
+        }
+        let GpuTracer { gpu, prepared, objects, light: kept, .. } = self;
+        *kept = match CertifiedLight::renewed(kept.take(), gpu, prepared, objects, lighting) {
+            // The device binds too few buffers at once.
+            Err(Error::TooLarge(_)) => None,
+            made => made?,
+        };
+        let Some(light) = kept else { return Ok(false) };
+        light.light(prepared, pixels, control, codes)?;
         Ok(true)
     }
 
@@ -179,229 +224,41 @@ impl Backend for GpuTracer {
     /// costs no new shader.
     fn retarget(&mut self, prepared: &Arc<Prepared>) -> Result<()> {
         self.gpu.facts.check_kernel(prepared.kernel)?;
+        if prepared.shader_key(self.wants) != self.key {
+            let new = GpuTracer::new(Arc::clone(&self.gpu), Arc::clone(prepared), self.wants)?;
+            *self = GpuTracer { has_clock: self.has_clock, ..new };
+            return Ok(());
+        }
         check_limits(&self.gpu, prepared)?;
         check_memory(&self.gpu, prepared)?;
         let hierarchy = DeviceHierarchy::new(&self.gpu, prepared)?;
-        let leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
-        let key = prepared.shader_key(self.wants);
-        let is_new = key != self.key;
-        let program = match is_new && !leaves_to_cpu {
-            true => Some(self.gpu.program(&key)?),
-            false => None,
-        };
-        let of_new = is_new.then(|| {
-            let params = params_buffer(&self.gpu, prepared.kernel);
-            (params, storage(&self.gpu, prepared.objects.bytes()))
-        });
+        self.leaves_to_cpu = leaves_to_cpu(&self.gpu, prepared, hierarchy.as_ref(), self.wants)?;
         self.gpu.check()?;
-        match of_new {
-            Some((params, objects)) => {
-                (self.program, self.params, self.objects) = (program, params, objects);
-                self.tile_size = TileSize::first(prepared);
-            }
-            None => {
-                let bytes = object_bytes(prepared.objects.bytes());
-                for ((_, buffer), (_, bytes)) in self.objects.iter().zip(bytes) {
-                    self.gpu.queue.write_buffer(buffer, 0, bytes);
-                }
+        let bytes = object_bytes(prepared.objects.bytes());
+        for ((_, resource), (_, bytes)) in self.objects.iter().zip(bytes) {
+            if let Resource::Buffer(buffer) = resource {
+                self.gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
-        if is_new || hierarchy.is_some() {
-            self.room = None;
+        if let Some(pass) = self.pass.as_mut().filter(|_| hierarchy.is_some()) {
+            pass.bind(bound(&self.objects, hierarchy.as_ref()));
         }
-        self.key = key;
-        self.leaves_to_cpu = leaves_to_cpu;
-        self.plain_light = None;
+        (self.plain_light, self.light) = (None, None);
         self.hierarchy = hierarchy;
         self.prepared = Arc::clone(prepared);
         Ok(())
     }
 
     fn bytes(&self) -> u64 {
-        self.objects.iter().map(|(_, buffer)| buffer.size()).sum::<u64>()
-            + self.hierarchy.as_ref().map_or(0, DeviceHierarchy::bytes)
-            + self.params.size()
-            + self.room.as_ref().map_or(0, |room| room.results.bytes())
+        let bound = bound(&self.objects, self.hierarchy.as_ref());
+        bound.iter().map(|(_, resource)| resource.bytes()).sum::<u64>()
+            + self.pass.as_ref().map_or(0, Pass::bytes)
             + self.plain_light.as_ref().map_or(0, |light| light.bytes())
+            + self.light.as_ref().map_or(0, CertifiedLight::bytes)
     }
 
     fn use_clock(&mut self) {
-        self.clock = Clock::new(&self.gpu);
-    }
-}
-
-impl GpuTracer {
-    fn propose_into(
-        &mut self,
-        rays: &Rays,
-        control: &Control,
-        mut target: Target,
-    ) -> Result<Timing> {
-        self.prepared.check(rays)?;
-        match &mut target {
-            Target::Hits(hits) => hits.reset(rays.len(), self.wants),
-            #[cfg(feature = "view")]
-            Target::Resident(_) => {}
-        }
-        let mut timing = Timing::default();
-        let mut first = 0;
-        while first < rays.len() {
-            control.check()?;
-            let tile = Tile::new(rays, first, self.tile_size.0);
-            let start = Instant::now();
-            let spent = self.trace_tile(rays, &tile, &mut target)?;
-            timing.add(spent);
-            self.tile_size.adapt(tile.n_rays, start.elapsed());
-            first += tile.n_rays;
-            control.advance(tile.n_rays as u64);
-        }
-        Ok(timing)
-    }
-
-    fn dispatch(&self, room: &Room, program: &Program, [x, y]: [u32; 2]) -> wgpu::CommandEncoder {
-        let descriptor = wgpu::CommandEncoderDescriptor::default();
-        let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: None,
-            timestamp_writes: self.clock.as_ref().map(Clock::around_pass),
-        });
-        pass.set_pipeline(&program.pipeline);
-        pass.set_bind_group(0, &room.bind_group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
-        drop(pass);
-        if let Some(clock) = &self.clock {
-            clock.stop(&mut encoder);
-        }
-        encoder
-    }
-
-    /// Runs one workgroup on an empty tile: some drivers compile a shader when it first runs, and
-    /// that time belongs to compiling, nor should it mislead the tiles' size.
-    fn warm_up(&mut self) -> Result<()> {
-        let Some(program) = self.program.clone() else { return Ok(()) };
-        let room = self.make_room(64, &program)?;
-        let params = match self.float() {
-            Float::F64 => bytes(&ParamsDouble { n_rays: 1, ..ParamsDouble::default() }),
-            Float::F32 => bytes(&Params { n_rays: 1, ..Params::default() }),
-        };
-        self.gpu.queue.write_buffer(&self.params, 0, &params);
-        self.gpu.submit(self.dispatch(&room, &program, [1, 1]).finish());
-        self.room = Some(room);
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(TILE_TIMEOUT) };
-        self.gpu.device.poll(wait).map_err(|error| self.lost(&error.to_string()))?;
-        self.gpu.check()
-    }
-
-    fn trace_tile(&mut self, rays: &Rays, tile: &Tile, target: &mut Target) -> Result<Timing> {
-        let program = match &self.program {
-            Some(program) => Arc::clone(program),
-            None => Arc::clone(self.program.insert(self.gpu.program(&self.key)?)),
-        };
-        let room = match self.room.take().filter(|room| room.results.n_rays >= tile.n_rays) {
-            Some(room) => room,
-            None => self.make_room(tile.n_rays, &program)?,
-        };
-        let start = Instant::now();
-        self.write_params(rays, tile);
-        let mut exponents = Vec::new();
-        if let (Some((_, buffer)), Rays::List(rays)) = (&room.results.rays, rays) {
-            exponents = self.upload_rays(&rays[tile.first..][..tile.n_rays], buffer);
-        }
-        let encoder = self.dispatch(&room, &program, tile.workgroups());
-        let timing = match target {
-            Target::Hits(hits) => self.read_tile(&room, encoder, tile, &exponents, start, hits),
-            #[cfg(feature = "view")]
-            Target::Resident(ids) => self.keep_tile(&room, encoder, tile, start, ids),
-        }?;
-        self.room = Some(room);
-        Ok(timing)
-    }
-
-    #[cfg(feature = "view")]
-    fn keep_tile(
-        &self,
-        room: &Room,
-        mut encoder: wgpu::CommandEncoder,
-        tile: &Tile,
-        start: Instant,
-        ids: &Words,
-    ) -> Result<Timing> {
-        room.results.keep(&mut encoder, tile, ids.buffer());
-        let submission = self.gpu.submit(encoder.finish());
-        self.gpu.wait(submission, TILE_TIMEOUT).map_err(|reason| self.lost(&reason))?;
-        self.gpu.check()?;
-        Ok(Timing { trace: start.elapsed(), ..Timing::default() })
-    }
-
-    fn read_tile(
-        &self,
-        room: &Room,
-        mut encoder: wgpu::CommandEncoder,
-        tile: &Tile,
-        exponents: &[i32],
-        start: Instant,
-        hits: &mut Hits,
-    ) -> Result<Timing> {
-        room.results.stage(&mut encoder, tile);
-        self.gpu.submit(encoder.finish());
-        let mapped = room.results.map(&self.gpu, tile, TILE_TIMEOUT);
-        self.gpu.check()?;
-        let view = mapped.map_err(|reason| self.lost(&reason))?;
-        let trace = start.elapsed();
-
-        let start = Instant::now();
-        room.results.store(view, tile, exponents, hits);
-        let readback = start.elapsed();
-        let on_device =
-            self.clock.as_ref().map(|clock| clock.read(&self.gpu, TILE_TIMEOUT)).transpose()?;
-        Ok(Timing { trace, readback, on_device, ..Timing::default() })
-    }
-
-    fn lost(&self, reason: &str) -> Error {
-        Error::Device(format!(
-            "`{}` did not finish {} rays: {reason}; try `--device cpu`, or fewer objects",
-            self.gpu.facts.name, self.tile_size.0
-        ))
-    }
-
-    fn write_params(&self, rays: &Rays, tile: &Tile) {
-        let params = match self.float() {
-            Float::F64 => bytes(&tile.params_double(&self.prepared, rays)),
-            Float::F32 => bytes(&tile.params(&self.prepared, rays)),
-        };
-        self.gpu.queue.write_buffer(&self.params, 0, &params);
-    }
-
-    fn float(&self) -> Float {
-        self.prepared.kernel.about().float
-    }
-
-    fn upload_rays(&self, rays: &[Ray], buffer: &wgpu::Buffer) -> Vec<i32> {
-        let (queue, coordinates) = (&self.gpu.queue, self.prepared.coordinates());
-        if self.float() == Float::F64 {
-            let record = |ray| coordinates.ray_record_double(ray);
-            let records: Vec<RayRecordDouble> = rays.iter().map(record).collect();
-            queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
-            return Vec::new();
-        }
-        let (records, exponents): (Vec<RayRecord>, Vec<i32>) =
-            rays.iter().map(|ray| coordinates.ray_record(ray)).unzip();
-        queue.write_buffer(buffer, 0, bytemuck::cast_slice(&records));
-        exponents
-    }
-
-    /// Room for the results of `n_rays`.
-    fn make_room(&self, n_rays: usize, program: &Program) -> Result<Room> {
-        let device = &self.gpu.device;
-        let results = Results::new(&self.gpu, n_rays, &self.key);
-        let buffers = results.device.iter().chain(&self.objects).chain(&results.rays);
-        let resources = [("params", self.params.as_entire_binding())]
-            .into_iter()
-            .chain(buffers.map(whole))
-            .chain(self.hierarchy.iter().flat_map(DeviceHierarchy::resources));
-        let bind_group = program.bindings.bind(device, resources)?;
-        self.gpu.check()?;
-        Ok(Room { results, bind_group })
+        self.has_clock = true;
     }
 }
 
@@ -509,7 +366,8 @@ mod tests {
         let mut tracer = GpuTracer::new(Arc::new(open()), Arc::clone(&prepared), wants).unwrap();
         let mut propose = |objects: fn(&mut Vec<Named>)| {
             objects(&mut tracer.objects);
-            tracer.room = None;
+            let bound = bound(&tracer.objects, None);
+            tracer.pass.as_mut().unwrap().bind(bound);
             let mut hits = Hits::default();
             tracer.propose(&rays, &Control::default(), &mut hits).map(|_| hits.id)
         };

@@ -1,9 +1,8 @@
-//! What the host's own floats are off by.
+//! What floats are off by, and how large they may become.
 //!
-//! The host rounds to nearest ([`crate::host`]), so that in f32 the unit `ε` of [`super`] may be half a faithful one:
-//! each operation then is off by one unit at most, and so is each number that comes from f64, of which the
-//! derivations for devices count a half. In f64 the unit is a faithful one, of which the host's operations take
-//! half, and what comes from f64 is what it is.
+//! A formula in f32 may run on a device: its unit `ε`, its quotients and its roots are those of [`super`], wherever it runs, and a
+//! number that comes from f64 is off by half a unit. In f64, which is the host's alone, what comes from f64 is what it is. The
+//! host rounds to nearest ([`crate::host`]), so that all its operations take half a unit.
 
 use super::InputError;
 use crate::num::Float;
@@ -19,15 +18,19 @@ pub trait Bounded: Float {
     const LARGEST_ROOT: f64;
     /// The largest number.
     const LARGEST: f64;
+    /// An error that leaves all open that lies within [`Float::FARTHEST`], with a square in range.
+    const UNKNOWN: f64;
 }
 
 impl Bounded for f32 {
-    const ROUNDING: f64 = 1.0 / (1u64 << 24) as f64;
-    const ROUNDED: f64 = 1.0;
+    const ROUNDING: f64 = f32::UNIT;
+    const ROUNDED: f64 = 0.5;
     // No test sees it halved: the range may be smaller.
     const LARGEST_ROOT: f64 = (1u64 << 50) as f64;
     // No bound.
     const LARGEST: f64 = f32::MAX as f64;
+    // No test sees it halved: half of it is still twice the range.
+    const UNKNOWN: f64 = (1u64 << 62) as f64;
 }
 
 impl Bounded for f64 {
@@ -36,26 +39,15 @@ impl Bounded for f64 {
     const LARGEST_ROOT: f64 = (1u128 << 100) as f64 * (1u128 << 100) as f64;
     // No bound.
     const LARGEST: f64 = f64::MAX;
-}
-
-/// [`super::input_of`] for pixels in the host's f32, in its units: [`super::PIXELS`] and [`super::PARALLEL`] with 1 for
-/// each ½.
-///
-/// - A direction has `|e| ≤ ε(2|f| + 3|iR| + 2|jT| + |d|)`, by Cauchy's inequality at most `(√(2² + 3² + 2²) + 1)ε|d|`; the
-///   offset is rounded once.
-/// - Parallel rays start at an `o` that is off by `ε(2|iR| + 2|jT| + |o|)`, at most `(2·√2·1.0005 + 1)ε|o| = 3.84ε|o|`:
-///   `λ·ℓ = |c| + 3.84|o| + 1.001(|c| + |o|) ≤ 4.85ℓ`. Their direction is rounded once.
-pub fn input_in_f32(lens: Lens) -> InputError {
-    match lens {
-        Lens::Perspective => InputError { offset: 1.001, direction: 5.2 },
-        Lens::Orthographic => InputError { offset: 4.85, direction: 1.001 },
-    }
+    // No test sees it halved: half of it is still twice the range.
+    const UNKNOWN: f64 = (1u128 << 121) as f64 * (1u128 << 121) as f64;
 }
 
 /// Unit of the host's rounding of f64, which is to the nearest.
 pub const HOST_UNIT_F64: f64 = 0.5 * f64::UNIT;
 
-/// The same in f64, in units of [`HOST_UNIT_F64`]: the view axis is what it is, a step to the side takes two roundings.
+/// [`super::input_of`] for rays in f64, in units of [`HOST_UNIT_F64`]: the view axis is what it is, a step to the side takes two
+/// roundings.
 ///
 /// - A direction has `|e| ≤ ε(|f| + 4|iR| + 3|jT| + |d|)`: `(√(1 + 4² + 3²) + 1)ε|d|`.
 /// - Parallel rays start at an `o` that is off by `ε(3|iR| + 3|jT| + |o|)`, at most `5.25ε|o|`:

@@ -12,8 +12,8 @@
 //! # Planes
 //! `t = N·(1/M)` with `|N̂ − N| ≤ e` and `|M̂ − M| ≤ e_d|d|`. Let `e_d|d| ≤ 2⁻⁷|M̂|`. Then the quotient of the
 //! true numbers is off by at most `(e + |t|·e_d|d|)/(|M̂| − e_d|d|)`, 1.008 times what it would be with
-//! `|M̂|` below: [`QUOTIENT`], with its own rounding. The inverse, the product and the sum with this error take
-//! one unit of `t` each: [`INVERSE`].
+//! `|M̂|` below: [`QUOTIENT`], with its own rounding. The inverse takes 2.5 units of
+//! `t`, the product and the sum with this error one each: [`INVERSE`].
 
 /// Of `b·√(ι/(r² − m))`: how far half a chord may be off.
 pub const CHORD: f64 = 0.54;
@@ -22,7 +22,7 @@ pub const CHORD: f64 = 0.54;
 pub const QUOTIENT: f64 = 1.01;
 
 /// Of the rounding of a quotient as a product and a sum, in units.
-pub const INVERSE: f64 = 3.01;
+pub const INVERSE: f64 = 4.51;
 
 /// Part of `|M|` that its error may be. Half of it is as right, for fewer rays: no test sees it.
 pub const MOST_OF_SLOPE: f64 = 1.0 / (1u64 << 7) as f64;

@@ -29,19 +29,18 @@ pub const DOT: f64 = 3.01;
 /// A normal's rounding to f32 on the host, relative.
 pub const NORMAL: f64 = 0.501;
 
-/// `P` of a normal: `ŝ` and step 3; of `ℓ`. The host's division and root are faithful as well, so that
-/// `ŝ` takes 3 + 3 + 1 + 1 there and 9.01 would do.
+/// `P` of a normal: `ŝ` and step 3; of `ℓ`.
 pub const NORMAL_FOOT: f64 = 10.6;
 
-/// A radius of a sphere from `P` and half its chord on the host, but for `P` and for what half the chord may be between its
-/// bounds; of `r`: half the chord (1 + 4 + 1)/2 + 1, the mean of its bounds 1, `h·d` and the sum 2, the radius' inverse and
-/// the product with it 2; and 1 for a sum with its error.
-pub const CHORD_MIDDLE: f64 = 10.1;
+/// A radius of a sphere from `P` and half its chord, but for `P` and for what half the chord may be between its bounds; of `r`:
+/// half the chord (1 + 5.5 + 1)/2 + 4.5, the mean of its bounds 1, `h·d` and the sum 2, the radius' inverse ½, as it is rounded,
+/// and the product with it 1; and 1 for a sum with its error.
+pub const CHORD_MIDDLE: f64 = 13.8;
 
-/// `(t·d − l)/r` but for `t·d` and `l`, of 1: the difference 1, the inverse and the product 1 each.
+/// `(t·d − l)/r` but for `t·d` and `l`, of 1: the difference 1, the inverse, which is rounded, and the product 1 each.
 pub const NORMAL_OF_POINT: f64 = 3.01;
 
-/// `v/‖v‖` on the host, of 1: 3/2 + 1 + 1 + 1.
+/// `v/‖v‖` in f64, of 1: 3/2 + 1 + 1 + 1.
 pub const NORMALIZED: f64 = 4.6;
 
 /// A point `o + t·d` for the middle of two bounds of `t`, of `t|d|`: the middle, the product and the sum.

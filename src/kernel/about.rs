@@ -1,7 +1,5 @@
 //! The facts of a kernel that others ask for, in place of asking which kernel it is.
 
-use crate::rays::Bundle;
-
 /// The facts of a kernel.
 pub struct About {
     /// The name on the command line and in reports.
@@ -90,8 +88,6 @@ pub struct Wgsl {
     pub records: &'static str,
     /// The parts that are its own.
     pub parts: &'static [Part],
-    /// Names and values of the constants in them, for rays that lie so.
-    pub constants: fn(Bundle) -> Vec<(&'static str, String)>,
 }
 
 /// A part of a shader.

@@ -18,7 +18,7 @@ pub(super) const ABOUT: About = About {
     space: Space::World,
     promise: Promise::PARITY,
     record_bytes: [size_of::<SphereLecture>(), size_of::<PlaneLecture>()],
-    wgsl: Wgsl { records: "Lecture", parts: &[part!("lecture.wgsl")], constants: |_| Vec::new() },
+    wgsl: Wgsl { records: "Lecture", parts: &[part!("ray.wgsl"), part!("lecture.wgsl")] },
 };
 
 /// A sphere as the device sees it.

@@ -12,7 +12,7 @@ pub mod relative;
 use glam::DVec3;
 
 use crate::scene::{Plane, Scene, Sphere};
-use certified::{PlaneCertified, SphereCertified};
+use certified::{PlaneWords, SphereWords};
 use lecture::{PlaneLecture, SphereLecture};
 use relative::{PlaneDouble, PlaneStable, SphereDouble, SphereStable};
 
@@ -33,8 +33,8 @@ pub enum Kernel {
     Certified,
 }
 
-/// The parts of all kernels' shaders: rays, vectors, and the camera where there is one.
-pub const SHARED_PARTS: [Part; 3] = [part!("ray.wgsl"), part!("vec.wgsl"), part!("camera.wgsl")];
+/// The parts of all kernels' shaders: vectors, and the camera where there is one.
+pub const SHARED_PARTS: [Part; 2] = [part!("vec.wgsl"), part!("camera.wgsl")];
 
 /// The objects in the form of one kernel, in id order.
 #[derive(Clone, Debug)]
@@ -46,7 +46,12 @@ pub enum Objects {
     /// For [`Kernel::Double`].
     Double(Lists<SphereDouble, PlaneDouble>),
     /// For [`Kernel::Certified`].
-    Certified(Lists<SphereCertified, PlaneCertified>),
+    Certified {
+        /// The records.
+        lists: Lists<SphereWords, PlaneWords>,
+        /// Whether one [is close](crate::seen::Seen::is_close).
+        any_close: bool,
+    },
 }
 
 impl Kernel {
@@ -86,7 +91,8 @@ impl Kernel {
                 |plane| PlaneDouble::new(plane, reference),
             )),
             Kernel::Certified => {
-                Objects::Certified(Lists { spheres: Vec::new(), planes: Vec::new() })
+                let lists = Lists { spheres: Vec::new(), planes: Vec::new() };
+                Objects::Certified { lists, any_close: false }
             }
         }
     }
@@ -99,7 +105,7 @@ impl Objects {
             Objects::Lecture(lists) => lists.bytes(),
             Objects::Stable(lists) => lists.bytes(),
             Objects::Double(lists) => lists.bytes(),
-            Objects::Certified(lists) => lists.bytes(),
+            Objects::Certified { lists, .. } => lists.bytes(),
         }
     }
 }

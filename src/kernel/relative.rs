@@ -20,7 +20,7 @@ pub(super) const STABLE: About = About {
     name: "stable",
     float: Float::F32,
     record_bytes: [size_of::<SphereStable>(), size_of::<PlaneStable>()],
-    wgsl: Wgsl { records: "Relative", parts: PARTS, constants: |_| Vec::new() },
+    wgsl: Wgsl { records: "Relative", parts: PARTS },
     space: Space::Reference,
     promise: Promise::PARITY,
 };
@@ -30,12 +30,12 @@ pub(super) const DOUBLE: About = About {
     name: "double",
     float: Float::F64,
     record_bytes: [size_of::<SphereDouble>(), size_of::<PlaneDouble>()],
-    wgsl: Wgsl { records: "Relative", parts: PARTS, constants: |_| Vec::new() },
+    wgsl: Wgsl { records: "Relative", parts: PARTS },
     space: Space::Reference,
     promise: Promise::PARITY,
 };
 
-const PARTS: &[Part] = &[part!("relative.wgsl")];
+const PARTS: &[Part] = &[part!("ray.wgsl"), part!("relative.wgsl")];
 
 /// The ray's closest approach to a centre at `l = c − o`.
 #[derive(Clone, Copy, Debug)]

@@ -4,6 +4,7 @@
 //! serves f32, f64 and lanes of both, with the same operations in the same order: what is calculated side by side is what
 //! is calculated alone, bit by bit.
 
+pub mod fields;
 mod lanes;
 mod ray;
 mod scaled;
@@ -288,25 +289,28 @@ impl Mask for bool {
     }
 }
 
-/// Three numbers.
+/// Three numbers. Operations know where they are written: who prints a formula takes names from there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct V3<R>(pub [R; 3]);
 
 impl<R: Real> V3<R> {
     /// The same vector in all lanes.
     #[inline(always)]
+    #[track_caller]
     pub fn splat(V3([x, y, z]): V3<R::One>) -> V3<R> {
         V3([R::splat(x), R::splat(y), R::splat(z)])
     }
 
     /// The nearest vector, in all lanes.
     #[inline(always)]
+    #[track_caller]
     pub fn lit(v: DVec3) -> V3<R> {
         V3([R::lit(v.x), R::lit(v.y), R::lit(v.z)])
     }
 
     /// `yes` where the mask holds, `no` elsewhere.
     #[inline(always)]
+    #[track_caller]
     pub fn select(mask: R::Mask, yes: V3<R>, no: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (yes, no);
         V3([R::select(mask, a, x), R::select(mask, b, y), R::select(mask, c, z)])
@@ -314,6 +318,7 @@ impl<R: Real> V3<R> {
 
     /// Absolute values.
     #[inline(always)]
+    #[track_caller]
     pub fn abs(self) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([a.abs(), b.abs(), c.abs()])
@@ -321,6 +326,7 @@ impl<R: Real> V3<R> {
 
     /// The smaller numbers of two vectors.
     #[inline(always)]
+    #[track_caller]
     pub fn min(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a.min(x), b.min(y), c.min(z)])
@@ -328,6 +334,7 @@ impl<R: Real> V3<R> {
 
     /// The larger numbers of two vectors.
     #[inline(always)]
+    #[track_caller]
     pub fn max(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a.max(x), b.max(y), c.max(z)])
@@ -335,6 +342,7 @@ impl<R: Real> V3<R> {
 
     /// Component by component, as a colour with light.
     #[inline(always)]
+    #[track_caller]
     pub fn times(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a * x, b * y, c * z])
@@ -342,6 +350,7 @@ impl<R: Real> V3<R> {
 
     /// `(x + y) + z`: the order of rounding is part of the formula.
     #[inline(always)]
+    #[track_caller]
     pub fn dot(self, other: V3<R>) -> R {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         (a * x + b * y) + c * z
@@ -358,6 +367,7 @@ impl<F: Float> V3<F> {
 impl<R: Real> Add for V3<R> {
     type Output = V3<R>;
     #[inline(always)]
+    #[track_caller]
     fn add(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a + x, b + y, c + z])
@@ -367,6 +377,7 @@ impl<R: Real> Add for V3<R> {
 impl<R: Real> Neg for V3<R> {
     type Output = V3<R>;
     #[inline(always)]
+    #[track_caller]
     fn neg(self) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([-a, -b, -c])
@@ -376,6 +387,7 @@ impl<R: Real> Neg for V3<R> {
 impl<R: Real> Sub for V3<R> {
     type Output = V3<R>;
     #[inline(always)]
+    #[track_caller]
     fn sub(self, other: V3<R>) -> V3<R> {
         let (V3([a, b, c]), V3([x, y, z])) = (self, other);
         V3([a - x, b - y, c - z])
@@ -385,6 +397,7 @@ impl<R: Real> Sub for V3<R> {
 impl<R: Real> Mul<R> for V3<R> {
     type Output = V3<R>;
     #[inline(always)]
+    #[track_caller]
     fn mul(self, scale: R) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([a * scale, b * scale, c * scale])
@@ -394,6 +407,7 @@ impl<R: Real> Mul<R> for V3<R> {
 impl<R: Real> Div<R> for V3<R> {
     type Output = V3<R>;
     #[inline(always)]
+    #[track_caller]
     fn div(self, divisor: R) -> V3<R> {
         let V3([a, b, c]) = self;
         V3([a / divisor, b / divisor, c / divisor])

@@ -1,5 +1,6 @@
 //! A ray in numbers of any kind.
 
+use super::fields::fields;
 use super::{Real, V3};
 
 /// A ray `origin + t·direction`, with what formulas ask of its direction.
@@ -14,6 +15,8 @@ pub struct Ray<R> {
     /// `1/a`
     pub inv_a: R,
 }
+
+fields! { Ray { origin: vec, direction: vec, a: num, inv_a: num } }
 
 impl<R: Real> Ray<R> {
     /// A ray with its derived numbers.

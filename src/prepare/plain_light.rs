@@ -1,14 +1,5 @@
 //! The light of a picture for a device that shades as a kernel without a proof does.
 
-/// How a shader has the lamps of [`PlainLighting`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Lamps {
-    /// Up to [`PlainLighting::FEW_LAMPS`], in a uniform, which all rays read at once.
-    Few,
-    /// Any number, in a list.
-    Many,
-}
-
 /// The light of a picture in the coordinates of a kernel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlainLighting {
@@ -34,20 +25,10 @@ pub struct PlainLamp {
 }
 
 impl PlainLighting {
-    /// Up to so many objects a shader keeps from one lamp to the next: of 8 numbers each, they take 192 of the 255
-    /// registers that a thread has on most devices.
+    /// Up to so many objects, and so many lamps, a device in software lights pictures sooner than the CPU.
     pub const FEW_OBJECTS: usize = 24;
-
-    /// So many lamps of 64 bytes are in reach of every device's uniforms, which hold 16 KiB.
-    pub const FEW_LAMPS: usize = 128;
-
-    /// How a shader has the lamps.
-    pub fn list(&self) -> Lamps {
-        match self.lamps.len() <= PlainLighting::FEW_LAMPS {
-            true => Lamps::Few,
-            false => Lamps::Many,
-        }
-    }
+    /// See [`PlainLighting::FEW_OBJECTS`].
+    pub const FEW_LAMPS: usize = 32;
 }
 
 /// What a lamp is.

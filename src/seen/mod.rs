@@ -9,18 +9,21 @@
 //! rays start up to [`Eye::spread`] from there, its numbers must bound what those of any origin are, not only of the
 //! reference point. The spread itself is in range: who makes rays sees to that.
 
+mod light;
 mod plane;
 pub mod shadow;
 mod sphere;
 
 use glam::DVec3;
 
-pub use plane::{PlaneMet, PlaneSeen, quotient_width};
+pub use light::Light;
+pub use plane::{PlaneMet, PlaneSeen};
 pub use shadow::{Met, Occluder, ShadowRay, Verdict};
 pub use sphere::{SphereLeaf, SphereMet, SphereSeen, is_near_surface};
 
 use crate::guard::{self, InputError, ROOM, Reach, rows, steps};
 pub use crate::num::Ray;
+use crate::num::fields::fields;
 use crate::num::{Float, Lanes, Mask, OPEN, Real, Scaled, V3};
 use crate::rays::Pixels;
 use crate::scene::Object;
@@ -59,6 +62,14 @@ macro_rules! record {
         }
 
         impl<R: Copy> Copy for $name<R> {}
+
+        impl<R: Default> Default for $name<R> {
+            fn default() -> Self {
+                $name { $($field: Default::default(),)* }
+            }
+        }
+
+        $crate::num::fields::fields! { $name { $($field: $kind),* } }
 
         impl $crate::seen::Record for $name<f64> {
             type In<R: $crate::num::Real> = $name<R>;
@@ -152,6 +163,8 @@ pub struct Bounds<R> {
     pub high: R,
 }
 
+fields! { Bounds { low: num, high: num } }
+
 /// What the rays of an eye share where they meet an object.
 #[derive(Clone, Copy, Debug)]
 pub struct Lengths<R> {
@@ -167,6 +180,12 @@ pub struct Lengths<R> {
     pub rounding: R,
     /// Of a plane's `t`, for its roundings.
     pub of_quotient: R,
+}
+
+fields! {
+    Lengths {
+        longest: num, of_t: num, of_origin: num, of_normal: num, rounding: num, of_quotient: num,
+    }
 }
 
 impl<F: Float> Lengths<F> {
@@ -342,12 +361,15 @@ pub struct Nearest<R: Real> {
     id: R::Id,
 }
 
+fields! { Nearest { low: num, high: num, second: num, id: id } }
+
 /// A `t` up to this is in f32's range. No test sees it halved: such a `t` is only left open.
 const LARGEST_T: f64 = (1u128 << 127) as f64;
 
 impl<R: Real> Nearest<R> {
+    /// None at all.
     #[inline(always)]
-    fn none() -> Nearest<R> {
+    pub fn none() -> Nearest<R> {
         let beyond = R::lit(R::One::BEYOND);
         Nearest { low: beyond, high: beyond, second: beyond, id: R::splat_id(0) }
     }
@@ -360,13 +382,13 @@ impl<R: Real> Nearest<R> {
 
     /// One more object.
     #[inline(always)]
-    pub fn with(self, next: Bounds<R>, id: u32) -> Nearest<R> {
+    pub fn with(self, next: Bounds<R>, id: R::Id) -> Nearest<R> {
         let is_nearer = next.low.lt(self.low);
         Nearest {
             second: R::select(is_nearer, self.low, self.second.min(next.low)),
             low: R::select(is_nearer, next.low, self.low),
             high: R::select(is_nearer, next.high, self.high),
-            id: R::select_id(is_nearer, R::splat_id(id), self.id),
+            id: R::select_id(is_nearer, id, self.id),
         }
     }
 
@@ -410,12 +432,12 @@ impl<T: Seen, F: Float> List<T, F> {
     fn nearer<R: Real<One = F>>(&self, ray: &Ray<R>, mut best: Nearest<R>) -> Nearest<R> {
         for (id, seen) in &self.far {
             if let Some(next) = T::bounds(&T::splat(seen), ray) {
-                best = best.with(next, *id);
+                best = best.with(next, R::splat_id(*id));
             }
         }
         for (id, seen) in &self.close {
             if let Some(next) = T::bounds_close(&T::splat(seen), ray) {
-                best = best.with(next, *id);
+                best = best.with(next, R::splat_id(*id));
             }
         }
         best

@@ -6,7 +6,7 @@ use super::shadow::{OF_PLANE, OF_SLOPE, Occluder, ShadowRay, Verdict};
 use super::{Bounds, Eye, Lengths, Seen, Surface, record};
 use crate::exact::{ExactRay, plane_numbers};
 use crate::guard::host::Bounded;
-use crate::guard::{self, InputError, ROOM, length_bound, length_bounds, rows, steps};
+use crate::guard::{self, ROOM, length_bound, length_bounds, rows, steps};
 use crate::num::{Float, Mask, Real, V3};
 use crate::num::{Scaled, power_of_two};
 use crate::rays::Ray;
@@ -37,13 +37,9 @@ pub(super) fn numerator(plane: &Plane, eye: &Eye) -> Option<f64> {
     (exact.signum() != 0).then(|| exact.to_f64())
 }
 
-/// [`steps::NORMAL`] where the unit is that of rounding to the nearest. No test sees it cut: it is a fifth of what a dot product
-/// is granted, whose own steps are hardly ever at their worst together.
-const HOST_NORMAL: f64 = 1.001;
-
 impl PlaneSeen<f64> {
     /// What no ray hits: it runs along all of them.
-    const NEVER: PlaneSeen<f64> = PlaneSeen {
+    pub const NEVER: PlaneSeen<f64> = PlaneSeen {
         normal: V3([0.0; 3]),
         offset: 1.0,
         offset_error: 0.0,
@@ -95,36 +91,29 @@ impl<R: Real<One = f64>> PlaneSeen<R> {
         let of_offset = error + lit(2.0 * eye.unit) * offset.abs();
         let of_spread = match eye.spread > 0.0 {
             // No test sees the 1 cut: of an origin's error as much is for a difference that is not taken here.
-            true => eye.unit * (steps::DOT + HOST_NORMAL + 1.0 + eye.input.offset) * n,
+            true => eye.unit * (steps::DOT + steps::NORMAL + 1.0 + eye.input.offset) * n,
             false => 0.0,
         };
         let offset_error = lit(ROOM) * (of_offset + lit(of_spread) * distance) + lit(F::TINY);
         let unit = normal * (1.0 / normal.length());
-        let more = HOST_NORMAL - steps::NORMAL;
-        let input = InputError { direction: eye.input.direction + more, ..eye.input };
         PlaneSeen {
             normal: V3::lit(normal),
             offset: or(offset, 0.0),
             // Over the slope, at most 2·√3·|d|, this is beyond every `t`, and a point along the ray unknown.
             offset_error: or(offset_error, 4.0 * F::BEYOND),
-            slope_error: lit(guard::plane_direction_error(n, eye.unit, input)),
+            slope_error: lit(guard::plane_direction_error(n, eye.unit, eye.input)),
             unit: V3::lit(unit),
             // In f64, and rounded to `F`.
-            unit_error: lit(ROOM * (steps::NORMALIZED * f64::UNIT + eye.unit)),
+            unit_error: lit(ROOM * (steps::NORMALIZED * f64::UNIT + steps::NORMAL * eye.unit)),
         }
     }
-}
-
-/// What the quotients of [`PlaneSeen`]'s bounds are off by, relative.
-pub fn quotient_width<F: Float>() -> f64 {
-    rows::BOUNDS * F::UNIT
 }
 
 impl Seen for PlaneSeen<f64> {
     #[inline(always)]
     fn bounds<R: Real>(seen: &PlaneSeen<R>, ray: &super::Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let width = quotient_width::<R::One>();
+        let width = rows::BOUNDS * R::One::UNIT;
         let offset = seen.offset - seen.normal.dot(ray.origin);
         let slope = seen.normal.dot(ray.direction);
         let away = R::select(offset.lt(zero), -slope, slope);
@@ -160,11 +149,12 @@ impl Seen for PlaneSeen<f64> {
         let slope = seen.normal.dot(ray.direction);
         let against = R::select(zero.lt(slope), -one, one);
         let slope_error = seen.slope_error * lengths.longest;
-        let inverse = one / slope;
+        let steep = slope.abs() * R::lit(rows::MOST_OF_SLOPE) - slope_error;
+        let inverse = one / R::select(zero.lt(steep), slope, one);
         let t = offset * inverse;
         let of_quotient = inverse.abs() * (seen.offset_error + t * slope_error);
         let error = of_quotient * R::lit(rows::QUOTIENT) + t * lengths.of_quotient;
-        let is_known = zero.lt(t.min(slope.abs() * R::lit(rows::MOST_OF_SLOPE) - slope_error));
+        let is_known = zero.lt(t.min(steep));
         let (t, error) = (R::select(is_known, t, zero), R::select(is_known, error, beyond));
         let normal_error = R::select(is_known, seen.unit_error, beyond);
         Surface {
@@ -194,9 +184,14 @@ record! {
 }
 
 impl PlaneMet<f64> {
-    /// For a point from the reference point, and a normal that is [`Scaled`].
-    pub fn new(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
+    /// For arithmetic of `F`, with a point from the reference point and a normal that is [`Scaled`]; all is left open where its
+    /// range is left.
+    pub fn new<F: Bounded>(point: DVec3, normal: DVec3) -> PlaneMet<f64> {
         let (length, place) = (length_bound(normal), length_bound(point));
+        let (point, place) = match place < F::LARGEST_ROOT {
+            true => (point, place),
+            false => (DVec3::ZERO, F::UNKNOWN / F::ROUNDING),
+        };
         PlaneMet { point: V3(point.to_array()), normal: V3(normal.to_array()), length, place }
     }
 }
@@ -208,10 +203,10 @@ impl Occluder for PlaneMet<f64> {
     /// exact; so its ray surely runs along a plane where each product is one with 0, and then misses it.
     #[inline(always)]
     fn occlude<R: Real<One: Bounded>>(met: &PlaneMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
-        // No test sees the 2 halved: in f32 one is for the normal, and one is room.
+        // No test sees the 2 halved: in f32 ½ is for the normal, and ½ is room.
         let (lit, zero, more) = (R::lit, R::lit(0.0), 2.0 * R::One::ROUNDED);
         let &PlaneMet { point, normal, length: n, place } = met;
-        let l = point - ray.from;
+        let l = point - ray.start;
         let (of_lengths, unit) = (lit(OF_PLANE + more), ray.unit);
         // Below that squares underflow.
         let distance = l.dot(l).sqrt().max(lit(1.0 / R::One::LARGEST_ROOT));
@@ -222,8 +217,8 @@ impl Occluder for PlaneMet<f64> {
         let stop = normal.dot(l * ray.from_point - ray.way);
         let of_slope = lit(OF_SLOPE + more) * unit * ray.length;
         let stop_error = n * (lit(ROOM) * e * ray.from_point).max(of_slope);
-        let start_error =
-            R::select(e.lt(lit(R::One::LARGEST_ROOT)), start_error, lit(f64::INFINITY));
+        let in_range = e.lt(lit(R::One::LARGEST_ROOT));
+        let start_error = R::select(in_range, start_error, lit(R::One::BEYOND));
         let [above, below] = [start - start_error, -start - start_error];
         let [end_above, end_below] = [stop - stop_error, -stop - stop_error];
         let blocked = above.min(end_below).max(below.min(end_above));

@@ -8,7 +8,7 @@
 //! - `q_min > r + E`: nothing is in the way.
 //! - `q₀ < r − E` and `q₁ < r − E`: a ball is convex, the ray stays inside, nothing is in the way.
 //! - one of `q₀`, `q₁`, `q_min` is below `r − E` and one of `q₀`, `q₁` above `r + E`: the ray goes
-//!   through the surface, and it is in the way. A sun's ray ends beyond everything: `q₁ = ∞`.
+//!   through the surface, and it is in the way. A sun's ray ends beyond everything: `q₁²` is the largest number.
 //! - else it is open.
 //!
 //! With the unit `ε` of [`Bounded`], and `l` the computed offset of the centre `c` from `p`
@@ -33,11 +33,11 @@
 //! well whether its light is near or `10²⁵` away.
 //!
 //! # In f32
-//! There the unit is what rounding to nearest takes, and numbers are rounded that come from f64 ([`Bounded`]): `c` and `L`,
-//! for which the `ε` of their differences stands; `r`, with `εr` more in `E`; a sun's direction, which turns its ray by `ε`
-//! at most and moves it by `ε|l|` up to the foot; a plane's normal, with `ε|n|` times `|l|`, `|w|` or both. So with
-//! [`Bounded::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with one more for what f64 has by its larger
-//! unit: at a plane's end `|l| + 4|l − w|`, with the normal `|l| + 5|l − w|`.
+//! There operations take whole units, and numbers are rounded that come from f64 ([`Bounded`]), by ½: `c` and `L`,
+//! for which the `ε` of their differences stands; `r`, with `½εr` more in `E`; a sun's direction, which turns its ray by `ε`
+//! at most and moves it by `½ε|l|` up to the foot; a plane's normal, with `½ε|n|` times `|l|`, `|w|` or both. So with
+//! [`Bounded::ROUNDED`] units more for each, and `OF_PLANE` and `OF_SLOPE` with as much again for what f64 has by its larger
+//! unit: at a plane's end `|l| + 4|l − w|`, with the normal `|l| + 4.5|l − w|`.
 //!
 //! # Balls
 //! Points about a middle are as one point that is off by as much as they are apart. What is surely not in the way of its ray
@@ -48,6 +48,7 @@ use glam::DVec3;
 use super::{In, PlaneMet, Record, SphereMet};
 use crate::guard::host::Bounded;
 use crate::guard::{ROOM, length_bound, steps};
+use crate::num::fields::fields;
 use crate::num::{Float, Mask, Real, Scaled, V3};
 use crate::scene::{Object, Plane};
 
@@ -74,10 +75,10 @@ pub(crate) const OF_PLANE: f64 = 5.0;
 /// Of `|n||w|` in the error of `n·w`.
 pub(crate) const OF_SLOPE: f64 = 4.0;
 
-/// Of `n·ω`: three roundings of a dot product of vectors of length 1, [`crate::guard::steps::NORMALIZED`] of one of them,
+/// Of `n·ω`: three roundings of a dot product of vectors of length 1, `1/√(w·w)` with 3/2 + 4.5 + 2.5, the product with that
 /// and the sum with its error.
-pub const OF_COSINE: f64 = 9.0;
-const _: () = assert!(steps::DOT + steps::NORMALIZED + 1.0 < OF_COSINE);
+pub const OF_COSINE: f64 = 14.0;
+const _: () = assert!(steps::DOT + (3.0 / 2.0 + 4.5 + 2.5) + 1.0 + 1.0 < OF_COSINE);
 
 /// Of `ρ = |w − ŵ|/|ŵ|` in the angle that a way is turned by: up to ¼ it is at most `asin ρ`.
 pub(crate) const OF_TURN: f64 = 1.02;
@@ -111,11 +112,13 @@ pub struct Aim<R> {
     end2: R,
 }
 
+fields! { Aim { from_point: num, to: vec, away: num, turned: num, last: num, end2: num } }
+
 impl<R: Real<One: Bounded>> Aim<R> {
     /// At a light.
     pub fn new(origin: Origin) -> Aim<R> {
         let lit = R::lit;
-        let ([one, zero], infinity) = ([1.0, 0.0].map(lit), lit(f64::INFINITY));
+        let [one, zero, largest] = [1.0, 0.0, R::One::LARGEST].map(lit);
         match origin {
             Origin::Point(to) => {
                 let (to, away) = (V3::lit(to), lit(ROOM * length_bound(to)));
@@ -127,8 +130,8 @@ impl<R: Real<One: Bounded>> Aim<R> {
                 away: zero,
                 // No test sees it cut: [`OF_COSINE`] grants four times as much.
                 turned: lit(2.0 * R::One::ROUNDED * R::One::ROUNDING),
-                last: lit(R::One::LARGEST),
-                end2: infinity,
+                last: largest,
+                end2: largest,
             },
         }
     }
@@ -138,7 +141,7 @@ impl<R: Real<One: Bounded>> Aim<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowRay<R> {
     /// Where it starts, relative to the reference point.
-    pub(super) from: V3<R>,
+    pub(super) start: V3<R>,
     /// To the light; of any length for a sun.
     pub(super) way: V3<R>,
     /// `|w|`
@@ -165,6 +168,13 @@ pub struct ShadowRay<R> {
     pub(super) unit: R,
 }
 
+fields! {
+    ShadowRay {
+        start: vec, way: vec, length: num, inv_square: num, inv_length: num, error: num, end_error: num, bend: num,
+        from_point: num, last: num, end2: num, turned: num, unit: num,
+    }
+}
+
 /// Whether an object is in the way: surely, and surely not, each where the number is positive. What is neither is open.
 ///
 /// Masks that are combined fall apart into single bits; numbers stay side by side.
@@ -175,6 +185,8 @@ pub struct Verdict<R> {
     /// Surely not.
     pub clear: R,
 }
+
+fields! { Verdict { blocked: num, clear: num } }
 
 impl<R: Real> Verdict<R> {
     /// Nothing is in the way.
@@ -230,7 +242,7 @@ impl<F: Bounded> Met<F> {
             Object::Sphere(sphere) => Met::Sphere(SphereMet::met_from::<F>(sphere, reference)),
             Object::Plane(Plane { point, normal, .. }) => {
                 let normal = Scaled::new(*normal).rounded();
-                Met::Plane(PlaneMet::new(*point - reference, normal).round())
+                Met::Plane(PlaneMet::new::<F>(*point - reference, normal).round())
             }
         }
     }
@@ -248,32 +260,35 @@ impl<F: Bounded> Met<F> {
 impl<R: Real<One: Bounded>> ShadowRay<R> {
     /// From a point that is off by `error`. Where the light is too close to it, nothing is known.
     #[inline(always)]
-    pub fn new(aim: &Aim<R>, from: V3<R>, error: R) -> ShadowRay<R> {
+    pub fn new(aim: &Aim<R>, start: V3<R>, error: R) -> ShadowRay<R> {
         let lit = R::lit;
-        let (unit, largest) = (lit(R::One::ROUNDING), R::One::LARGEST_ROOT);
-        let way = aim.to - from * aim.from_point;
-        let square = way.dot(way);
+        let (unit, unknown) = (lit(R::One::ROUNDING), lit(R::One::UNKNOWN));
+        let most2 = R::One::LARGEST_ROOT * R::One::LARGEST_ROOT;
+        let (least2, most2) = (lit(1.0 / most2), lit(most2));
+        let way = aim.to - start * aim.from_point;
+        let way2 = way.dot(way);
+        let square = way2.max(least2);
         let length = square.sqrt();
         let inv_length = lit(1.0) / length;
         let off = (error + unit * (aim.away + length)) * aim.from_point;
-        let is_far = lit(1.0 / largest).lt(length).and(length.lt(lit(largest)));
+        let is_far = least2.lt(way2).and(way2.lt(most2));
         let is_apart = (lit(APART) * off).lt(length).and(is_far);
         // No test sees the 1 cut, as little as `OF_WAY`.
         let end_error = unit * (aim.away + lit(1.0 + OF_WAY) * length) * aim.from_point;
+        let turned = lit(OF_TURN) * R::select(is_apart, off, lit(0.0)) * inv_length;
         ShadowRay {
-            from,
+            start,
             way,
             length,
             inv_square: lit(1.0) / square,
             inv_length,
-            error: R::select(is_apart, error, lit(f64::INFINITY)),
+            error: R::select(is_apart, error.min(unknown), unknown),
             end_error,
             bend: lit(OF_LEVER) * end_error * inv_length,
             from_point: aim.from_point,
             last: aim.last,
             end2: aim.end2,
-            turned: R::select(is_apart, lit(OF_TURN) * off * inv_length, lit(f64::INFINITY))
-                + aim.turned,
+            turned: R::select(is_apart, turned, unknown) + aim.turned,
             unit,
         }
     }
@@ -285,7 +300,7 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
         R: Float,
     {
         ShadowRay {
-            from: V3::splat(self.from),
+            start: V3::splat(self.start),
             way: V3::splat(self.way),
             length: W::splat(self.length),
             inv_square: W::splat(self.inv_square),
@@ -299,17 +314,6 @@ impl<R: Real<One: Bounded>> ShadowRay<R> {
             turned: W::splat(self.turned),
             unit: W::splat(self.unit),
         }
-    }
-
-    /// Where it starts, its way, and where it goes on behind.
-    #[inline(always)]
-    pub fn line(&self) -> (V3<R>, V3<R>, R::Mask) {
-        (self.from, self.way, self.from_point.le(R::lit(0.0)))
-    }
-
-    /// How far the true ray may lie beside it up to objects within `farthest` from its start.
-    pub fn error_up_to(&self, farthest: R) -> R {
-        self.error + (self.bend * farthest).min(self.end_error)
     }
 
     /// Bounds of `n·ω` for a unit normal that is off by `normal_error`. Both are 0 where it is certain not

@@ -148,7 +148,8 @@ impl<R: Real> SphereLeaf<R> {
     #[inline(always)]
     pub fn bounds(&self, ray: &Ray<R>) -> Option<Bounds<R>> {
         let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
-        let foot = Foot::new(self, self.center - ray.origin, ray);
+        let l = self.center - ray.origin;
+        let foot = Foot::new(self, l, ray);
         let Foot { inner, outer, .. } = foot;
         if !zero.le(outer).any() {
             return None;
@@ -171,6 +172,14 @@ impl<R: Copy> SphereSeen<R> {
     pub fn leaf(&self) -> SphereLeaf<R> {
         let &SphereSeen { center, inner2, outer2, slack, near_most, .. } = self;
         SphereLeaf { center, inner2, outer2, slack, near_most }
+    }
+}
+
+impl<F: Float> SphereSeen<F> {
+    /// What no ray meets.
+    pub fn nowhere() -> SphereSeen<F> {
+        let SphereLeaf { inner2, outer2, slack, near_most, .. } = SphereLeaf::nowhere();
+        SphereSeen { inner2, outer2, slack, near_most, ..SphereSeen::default() }
     }
 }
 
@@ -205,9 +214,9 @@ impl<R: Real<One = f64>> SphereSeen<R> {
         let errors = (lit(offset), direction);
         let leaf = SphereLeaf::of::<F>(center, r, l, lit(0.0).lt(k), errors, eye);
         let [inner2, outer2, ..] = Guard::numbers(r, l, eye.unit, errors.0, direction);
-        // Rounded, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
+        // Rounded, ½, and moved to an origin: `o·(c + l)` is off by `2(λ − 1)` of `|o|ℓ` for `o`, `λ + 3` for `c + l`, 6 for the
         // dot product; and the difference by one of `|k|` and 2 of `|o|ℓ`.
-        let roundings_of_k = if eye.spread > 0.0 { 2.0 } else { 1.0 };
+        let roundings_of_k = if eye.spread > 0.0 { 1.5 } else { 0.5 };
         let of_moving = lit((3.0 * offset + 9.0) * eye.spread) * l;
         // What underflows is an origin, times `c + l`, or a product. It is so little that no test sees it.
         let lost = lit(F::TINY) * (lit(1.0) + l);
@@ -410,7 +419,7 @@ impl Seen for SphereSeen<f64> {
     /// `t = s ∓ h` and the normal `(∓P − h·d)/r`, with one root: [`crate::guard::rows`].
     #[inline(always)]
     fn surface<R: Real>(seen: &SphereSeen<R>, ray: &Ray<R>, lengths: &Lengths<R>) -> Surface<R> {
-        let (zero, beyond) = (R::lit(0.0), R::lit(R::One::BEYOND));
+        let (zero, one, beyond) = (R::lit(0.0), R::lit(1.0), R::lit(R::One::BEYOND));
         let l = seen.center - ray.origin;
         let s = ray.direction.dot(l) * ray.inv_a;
         let p = l - ray.direction * s;
@@ -418,19 +427,21 @@ impl Seen for SphereSeen<f64> {
         let half = (chord2.max(zero) * ray.inv_a).sqrt();
         let k = k_from(seen, l, ray);
         let outside = seen.k_error.lt(k);
-        let side = R::select(outside, R::lit(-1.0), R::lit(1.0));
-        let of_half = R::select(seen.least2.le(chord2), seen.of_chord / half, beyond);
-        let of_half = R::select(seen.k_error.le(k.abs()), of_half, beyond);
+        let side = R::select(outside, -one, one);
+        let is_known = seen.least2.le(chord2).and(seen.k_error.le(k.abs()));
+        let of_half = seen.of_chord / R::select(is_known, half, one);
+        let or_beyond = |error: R| R::select(is_known, error, beyond);
         let t = s + half * side;
-        let error = seen.slack + of_half;
+        let error = or_beyond(seen.slack + of_half);
         let radius = p * side - ray.direction * half;
-        let normal_error = seen.normal_error + of_half * seen.inv_r;
+        let normal_error = or_beyond(seen.normal_error + of_half * seen.inv_r);
+        let point_error = lengths.longest * seen.slack
+            + R::lit(ROOM) * of_half
+            + (lengths.of_t * t + lengths.of_origin);
         Surface {
             t: Bounds { low: (t - error).max(zero), high: t + error },
             point: ray.origin + ray.direction * t,
-            point_error: lengths.longest * seen.slack
-                + R::lit(ROOM) * of_half
-                + (lengths.of_t * t + lengths.of_origin),
+            point_error: or_beyond(point_error),
             normal: radius * seen.inv_r,
             normal_error,
             component_error: V3([normal_error; 3]),
@@ -450,22 +461,25 @@ impl Seen for SphereSeen<f64> {
         let foot = Foot::new(&seen.leaf(), l, ray);
         let chord = Chord::new(&seen.leaf(), &foot, ray);
         let Visible { t, outside, inside } = Visible::by_product(seen, l, ray, &foot, &chord);
+        let is_known = outside.or(inside);
+        // Of what is not known each number is in range.
+        let inv_r = R::select(is_known, seen.inv_r, R::lit(1.0));
         let (along, error) = Surface::along(t, ray, lengths);
-        let point_error = (error + seen.offset_error) * seen.inv_r + lengths.of_normal;
+        let point_error = (error + seen.offset_error) * inv_r + lengths.of_normal;
         let half_chord = (chord.half_inner + chord.half_outer) * half;
         let of_half = (chord.half_outer - chord.half_inner) * half * lengths.longest;
-        let chord_error = seen.normal_error + of_half * seen.inv_r;
-        let chord_error = R::select(outside.or(inside), chord_error, beyond);
+        let chord_error = seen.normal_error + of_half * inv_r;
+        let chord_error = R::select(is_known, chord_error, beyond);
         let is_chord = chord_error.lt(point_error);
         let (p, outward) = (foot.to_center, along - l);
         let side = R::select(outside, R::lit(-1.0), R::lit(1.0));
         let by_chord = p * side - ray.direction * half_chord;
         let by_point = outward * -side;
-        let normal = V3::select(is_chord, by_chord, by_point) * seen.inv_r;
+        let normal = V3::select(is_chord, by_chord, by_point) * inv_r;
         let of_moved = error + seen.moved_error;
         // From the eye itself a component of `l` is but a difference that is rounded.
         let of_point = V3([of_moved; 3]) + l.abs() * lengths.rounding;
-        let by_point = of_point * seen.inv_r + normal.abs() * lengths.of_normal;
+        let by_point = of_point * inv_r + normal.abs() * lengths.of_normal;
         let component_error = V3::select(is_chord, V3([chord_error; 3]), by_point) * room;
         Surface {
             t,
@@ -496,13 +510,12 @@ impl SphereMet<f64> {
     /// rounding of the radius left out: `OF_OFFSET` grants more of at least as long a way.
     pub fn new<F: Bounded>(center: DVec3, radius: f64) -> SphereMet<f64> {
         let r = radius.abs();
-        let in_range = 1.0 / F::LARGEST_ROOT < r && r < F::LARGEST_ROOT;
-        let place = OF_PLACE * center.abs().max_element() + F::ROUNDED * r;
-        SphereMet {
-            center: V3(center.to_array()),
-            r,
-            place: if in_range { place } else { f64::INFINITY },
+        let largest = center.abs().max_element();
+        if !(1.0 / F::LARGEST_ROOT < r && r.max(largest) < F::LARGEST_ROOT) {
+            return SphereMet { center: V3([0.0; 3]), r: 1.0, place: F::UNKNOWN / F::ROUNDING };
         }
+        let place = OF_PLACE * largest + F::ROUNDED * r;
+        SphereMet { center: V3(center.to_array()), r, place }
     }
 
     /// A sphere of a scene from a reference point, in numbers of `F`.
@@ -518,7 +531,7 @@ impl Occluder for SphereMet<f64> {
     fn occlude<R: Real<One: Bounded>>(met: &SphereMet<R>, ray: &ShadowRay<R>) -> Verdict<R> {
         let (lit, zero) = (R::lit, R::lit(0.0));
         let rounded = R::One::ROUNDED;
-        let l = met.center - ray.from;
+        let l = met.center - ray.start;
         let l2 = l.dot(l);
         let foot = (l.dot(ray.way) * ray.inv_square).max(zero).min(ray.last);
         let q = l - ray.way * foot;
@@ -526,7 +539,7 @@ impl Occluder for SphereMet<f64> {
         let here = ray.error + ray.unit * (met.place + lit(OF_OFFSET + rounded) * distance);
         let e = here + (ray.bend * distance).min(ray.end_error);
         let in_range = e.max(distance).lt(lit(R::One::LARGEST_ROOT));
-        let e = R::select(in_range, e, lit(f64::INFINITY));
+        let e = R::select(in_range, e, lit(R::One::UNKNOWN));
         let least2 = q.dot(q);
         let (inner2, outer2) = squares(met.r, e);
         let end = l - ray.way;

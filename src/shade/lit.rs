@@ -11,13 +11,15 @@ use super::occluders::Occluders;
 use super::pass::{Open, Part, Pass, Scratch};
 use super::unlit::color;
 use super::written::{Interval, Written};
-use super::{Background, ColorCounts, PIXELS_AT_ONCE, Style, plain};
+use super::{Background, ColorCounts, Encoding, PIXELS_AT_ONCE, Style, plain};
 use crate::control::Control;
 use crate::error::Result;
 use crate::host;
 use crate::kernel::Kernel;
+use crate::num::OPEN;
+use crate::prepare::{CertifiedLighting, Prepared};
 use crate::rays::Pixels;
-use crate::scene::Scene;
+use crate::scene::{Samples, Scene};
 use crate::trace::{Rays, StageCounts};
 use crate::tracer::Tracer;
 
@@ -49,21 +51,21 @@ impl Lit {
         *self.suits_f32.get_or_init(look)
     }
 
-    /// Replaces `colors` by those of pixels. `samples` are the rays of their samples, a rectangle of
-    /// whole pixels of a picture that is [`Lit`]'s number of samples times as large, `ids` what they
-    /// see, and `tracer` traces that picture; its device may light what a kernel without a proof sees. Returns where the colours
-    /// are from, and how many ways to lamps each stage decided.
+    /// Replaces `colors` by those of pixels. `ids` are what their samples see, which are pixels of a picture that is [`Lit`]'s
+    /// number of samples times as large, and `tracer` traces that picture; its device may light what they see. Returns where
+    /// the colours are from, and how many ways to lamps each stage decided.
     ///
     /// # Errors
     /// [`crate::Error::Interrupted`] when `control` was cancelled; those of [`Tracer::trace`].
     pub fn shade<T: Written>(
         &self,
-        (samples, ids): (&Pixels, &[u32]),
+        (pixels, ids): (&Pixels, &[u32]),
         tracer: &mut Tracer,
         control: &Control,
         colors: &mut Vec<T>,
     ) -> Result<(ColorCounts, StageCounts)> {
-        let n_pixels = ids.len() / self.style.n_samples.across().pow(2) as usize;
+        let samples = &pixels.samples(self.style.n_samples.across());
+        let n_pixels = pixels.len();
         let job = Job { lit: self, ids, row: samples.width as usize };
         colors.clear();
         colors.resize(n_pixels, T::default());
@@ -79,10 +81,30 @@ impl Lit {
         let rays = Rays::Pixels(*samples);
         let occluders = Occluders::new(prepared, &rays, &self.lighting);
         let is_f32_enough = T::IS_BYTES && occluders.are_large;
-        let certified = Certified::new(job, &occluders, samples, is_f32_enough);
+        let mut certified = Certified::new(job, &occluders, samples, is_f32_enough);
+        certified.propose(tracer, pixels, control)?;
         let counts = certified.run(control, colors)?;
-        Ok((ColorCounts { cpu: n_pixels as u64, ..ColorCounts::default() }, counts))
+        let n_there = certified.codes.iter().filter(|&&code| code != OPEN).count();
+        let (device, cpu) = (n_there as u64, (n_pixels - n_there) as u64);
+        Ok((ColorCounts { device, device_f32: device, cpu }, counts))
     }
+}
+
+/// What a device needs for the light on these pixels; `None` where a scene has no light, or f32 no say.
+#[doc(hidden)]
+pub fn certified_lighting(
+    prepared: &Prepared,
+    pixels: &Pixels,
+    n_samples: Samples,
+) -> Option<CertifiedLighting> {
+    let lighting = Lighting::new(&prepared.scene, &pixels.view)?;
+    let style = Style { n_samples, ..Style::new(Encoding::Srgb8) };
+    let lit = &Lit::new(Arc::clone(&prepared.scene), lighting, style);
+    let samples = pixels.samples(n_samples.across());
+    let rays = Rays::Pixels(samples);
+    let occluders = Occluders::new(prepared, &rays, &lit.lighting);
+    let job = Job { lit, ids: &[], row: samples.width as usize };
+    Pass::in_f32(job, &occluders, &samples)?.lighting()
 }
 
 /// Rows whose pixels are painted together: what one point sees of the lamps, those beside and below it mostly see as well.
@@ -180,6 +202,8 @@ const LANES_F64: usize = 8;
 pub(super) struct Certified<'a> {
     pub job: Job<'a>,
     in_f32: Option<Pass<'a, f32>>,
+    /// A device's bytes of the pixels, in place of those of f32 here: [`crate::tracer::Backend::light`].
+    codes: Vec<u32>,
     in_f64: Pass<'a, f64>,
     occluders: &'a Occluders<'a>,
     samples: &'a Pixels,
@@ -208,7 +232,40 @@ impl<'a> Certified<'a> {
     ) -> Certified<'a> {
         let in_f32 = is_f32_enough.then(|| Pass::in_f32(job, occluders, samples)).flatten();
         let in_f64 = Pass::in_f64(job, occluders, samples);
-        Certified { job, in_f32, in_f64, occluders, samples }
+        Certified { job, in_f32, codes: Vec::new(), in_f64, occluders, samples }
+    }
+
+    /// Has a device find bytes in f32, where it does.
+    fn propose(&mut self, tracer: &mut Tracer, pixels: &Pixels, control: &Control) -> Result<()> {
+        let counts_all = self.job.lit.style.background != Background::LeftOut;
+        let pass = self.in_f32.as_ref().filter(|_| counts_all && tracer.lights());
+        if let Some(lighting) = pass.and_then(Pass::lighting) {
+            match tracer.light(&lighting, pixels, control, &mut self.codes)? {
+                true => self.in_f32 = None,
+                false => self.codes.clear(),
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a device's bytes for some pixels, and leaves those that are open. The device has looked at all lamps.
+    fn take<T: Written>(
+        &self,
+        pixels: &mut Vec<usize>,
+        (first, out): (usize, &mut [T]),
+        counts: &mut StageCounts,
+    ) {
+        let n_lamps =
+            self.job.lit.lighting.lamps.iter().filter(|lamp| lamp.casts_shadows()).count();
+        pixels.retain(|&pixel| {
+            let code = self.codes[pixel];
+            if code != OPEN {
+                let n_hits = self.job.samples(pixel).filter(|&at| self.job.ids[at] != 0).count();
+                counts.f32 += (n_hits * n_lamps) as u64;
+                out[pixel - first] = T::of_code(code);
+            }
+            code == OPEN
+        });
     }
 
     /// Finds the colours of some pixels in f32, f64, and exactly, and puts them into `out`, which begins at the pixel `first`.
@@ -261,6 +318,9 @@ impl<'a> Certified<'a> {
                                 false => pixels.extend(first + cell.start..first + cell.end),
                             }
                         }
+                    }
+                    if !self.codes.is_empty() {
+                        self.take(&mut pixels, (first, out), &mut work.counts);
                     }
                     self.find(pixels.iter().copied(), (first, out), work);
                 }

@@ -15,6 +15,7 @@ mod written;
 use crate::error::{Error, Result};
 pub(crate) use exactly::{LitPoint, add_sample, mean_divisor};
 pub use lamp::{Lamp, Lighting, Origin};
+pub use lit::certified_lighting;
 pub(crate) use mean::ExactMean;
 pub use painter::{Background, ColorCounts, Painted, Painter, Style};
 pub(crate) use plain::{PlainPoint, PlainWay, plainly};

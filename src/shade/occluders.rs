@@ -110,6 +110,11 @@ impl<'a> Occluders<'a> {
         is_dark
     }
 
+    /// The ids of the listed objects.
+    pub fn listed_ids(&self) -> impl Iterator<Item = u32> {
+        self.listed.iter().map(|(id, _)| *id)
+    }
+
     /// The listed objects in numbers of `F`.
     pub fn listed_in<F: Bounded>(&self) -> Vec<Met<F>> {
         met_from(&self.listed, self.prepared.reference)

@@ -178,24 +178,24 @@ impl<'a> Painter<'a> {
                 }
             }
             (Look::Lit(lit), of_samples) => {
-                let (samples, ids, tracer) = match of_samples {
-                    None => (*band, &hits.id, &mut **tracer),
+                let (ids, tracer) = match of_samples {
+                    None => (&hits.id, &mut **tracer),
                     Some(tracer) => {
-                        let samples = band.samples(n_samples);
-                        painted.timing = tracer.trace(&Rays::Pixels(samples), control, room)?;
+                        let samples = Rays::Pixels(band.samples(n_samples));
+                        painted.timing = tracer.trace(&samples, control, room)?;
                         painted.counts = room.counts;
-                        (samples, &room.id, &mut **tracer)
+                        (&room.id, &mut **tracer)
                     }
                 };
                 start = Instant::now();
-                let at = (&samples, &ids[..]);
+                let at = (band, &ids[..]);
                 (painted.colors, painted.shadow_rays) = match colors {
                     Colors::Srgb8(out) => lit.shade(at, tracer, control, out)?,
                     Colors::Srgb16(out) => lit.shade(at, tracer, control, out)?,
                     Colors::Linear(out) => lit.shade(at, tracer, control, out)?,
                 };
                 if let Some(coverage) = coverage {
-                    let width = samples.width as usize;
+                    let width = band.width as usize * n_samples as usize;
                     *coverage = Coverage::of_ids(ids, width, n_samples as usize);
                 }
             }

@@ -7,30 +7,32 @@
 //! # Bounds
 //! A colour is `c·(A + Σ wᵢgᵢ)` with the light `A` from nowhere, the lamps' weights and what is given of them between two
 //! bounds. All of it is positive: relative to its sum, of `n` lamps, the numbers `c`, `A` and `w` are rounded once, products
-//! and sums take `n + 2`, the sum of `s` samples `s`, the quotient by their number 1, and the bounds' factors 2: `n + s +`
-//! [`OF_COLOR`] roundings, see [`of_roundings`]. What underflows in all that lamps give a point, a weight, a product and a sum
+//! and sums take `n + 2`, the sum of `s` samples `s`, the quotient by their number 2.5 on a device, and the bounds' factors 2:
+//! `n + s +` [`OF_COLOR`] roundings, see [`of_roundings`]. What underflows in all that lamps give a point, a weight, a product and a sum
 //! each, is below [`Float::TINY`]. A colour that is not normal in f32 makes less than `2⁻⁶⁰`, far below the smallest edge
 //! between bytes.
 
 #![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
 
-use glam::DVec3;
+mod shadows;
+
 use pulp::{Simd, WithSimd};
 
 use super::Background;
 use super::lit::Job;
 use super::occluders::Occluders;
 use super::written::{Interval, Written};
-use crate::bvh::{Bvh, Corners, Enter, Node, Visitor, Walk};
+use crate::bvh::Walk;
 use crate::certify::{Pack, Surfaces, is_id};
-use crate::guard::LONGEST_IN_F32;
 use crate::guard::host::Bounded;
-use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3, one_by_one};
+use crate::guard::{LONGEST_IN_F32, length_bound};
+use crate::num::{Float, Lanes, Mask, Real, V3, one_by_one};
+use crate::prepare::{CertifiedLamp, CertifiedLighting};
 use crate::rays::Pixels;
 use crate::scene::Linear;
 use crate::seen::shadow::{Aim, Origin};
-use crate::seen::{Bounds, Met, ShadowRay, SphereMet, Surface, Verdict};
-use crate::seen::{Occluder, Record};
+use crate::seen::{Bounds, Light, Met, ShadowRay, Surface, Verdict};
+use shadows::{Ball, Extent, Way};
 
 /// Roundings of a colour beside one for each lamp and each sample. No test sees it cut: each cosine is granted as much, and
 /// without lamps two roundings are left.
@@ -67,7 +69,7 @@ pub enum Visibility {
 }
 
 /// A lamp's light.
-struct Light<F> {
+struct Source<F> {
     origin: Origin,
     weight: V3<F>,
     casts_shadows: bool,
@@ -81,9 +83,9 @@ pub struct Pass<'a, F: Float> {
     pub surfaces: Surfaces<'a, F>,
     /// [`Occluders::listed_in`]
     listed: Vec<Met<F>>,
-    lights: Vec<Light<F>>,
+    lights: Vec<Source<F>>,
     /// Bounds of the light from nowhere.
-    ambient: Bounds<V3<F>>,
+    ambient: Light<F>,
     /// What a colour is off by, relative.
     width: f64,
 }
@@ -91,10 +93,9 @@ pub struct Pass<'a, F: Float> {
 /// Bounds of what a light gives to some samples.
 #[derive(Clone, Copy)]
 struct Given<F: Float, const N: usize> {
-    low: Lanes<F, N>,
-    high: Lanes<F, N>,
-    /// 1 where a shadow ray is to be looked along, −1 where it is known that nothing is in its way, else 0.
-    asked: Lanes<F, N>,
+    bounds: Bounds<Lanes<F, N>>,
+    /// 1 where it is known that nothing is in its way, else 0.
+    clear: Lanes<F, N>,
     /// Whether something may be in the way of what it gives to any.
     is_lit: bool,
 }
@@ -102,40 +103,22 @@ struct Given<F: Float, const N: usize> {
 impl<F: Float, const N: usize> Given<F, N> {
     fn none() -> Self {
         let zero = Lanes::lit(0.0);
-        Given { low: zero, high: zero, asked: zero, is_lit: false }
+        Given { bounds: Bounds { low: zero, high: zero }, clear: zero, is_lit: false }
     }
 
     /// Takes away what something is surely, or perhaps, in the way of.
     #[inline(always)]
-    fn take(&mut self, verdict: &Verdict<Lanes<F, N>>) {
-        let zero = Lanes::lit(0.0);
-        self.low = Lanes::select(zero.lt(verdict.clear.max(-self.asked)), self.low, zero);
-        self.high = Lanes::select(zero.lt(verdict.blocked), zero, self.high);
+    fn take(&mut self, Verdict { blocked, clear }: Verdict<Lanes<F, N>>) {
+        self.bounds = self.bounds.behind(&Verdict { blocked, clear: clear.max(self.clear) });
     }
 
     fn visibility(&self, lane: usize) -> Visibility {
         let zero = F::default();
-        match zero.lt(self.high.0[lane]) {
+        match zero.lt(self.bounds.high.0[lane]) {
             false => Visibility::Hidden,
-            true if zero.lt(self.low.0[lane]) => Visibility::Seen,
+            true if zero.lt(self.bounds.low.0[lane]) => Visibility::Seen,
             true => Visibility::Unknown,
         }
-    }
-}
-
-/// The ways from some samples to a light.
-struct Way<F: Float, const N: usize> {
-    rays: ShadowRay<Lanes<F, N>>,
-    verdict: Verdict<Lanes<F, N>>,
-    /// Positive where it is not known to be dark.
-    asked: Lanes<F, N>,
-}
-
-impl<F: Float, const N: usize> Way<F, N> {
-    /// Whether one of these lanes is not known to be dark.
-    #[inline(always)]
-    fn is_open(&self, lanes: Lanes<F, N>) -> bool {
-        Lanes::lit(0.0).lt(lanes.min(self.asked)).any()
     }
 }
 
@@ -144,8 +127,7 @@ impl<F: Float, const N: usize> Way<F, N> {
 struct Shade<F: Float, const N: usize> {
     /// The objects' own.
     color: V3<Lanes<F, N>>,
-    low: V3<Lanes<F, N>>,
-    high: V3<Lanes<F, N>>,
+    light: Light<Lanes<F, N>>,
     /// Shadow rays that are looked along.
     n_rays: Lanes<F, N>,
     /// 1 where an object is seen, else 0.
@@ -155,102 +137,15 @@ struct Shade<F: Float, const N: usize> {
 impl<F: Float, const N: usize> Shade<F, N> {
     fn none() -> Self {
         let (zero, none) = (Lanes::lit(0.0), V3([Lanes::lit(0.0); 3]));
-        Shade { color: none, low: none, high: none, n_rays: zero, n_hits: zero }
+        Shade { color: none, light: Light::of(none), n_rays: zero, n_hits: zero }
     }
 
     /// Adds another one's numbers, but for the object's colour.
     #[inline(always)]
     fn add(&mut self, other: &Self) {
-        (self.low, self.high) = (self.low + other.low, self.high + other.high);
+        self.light = self.light.plus(other.light);
         (self.n_rays, self.n_hits) = (self.n_rays + other.n_rays, self.n_hits + other.n_hits);
     }
-}
-
-/// Packs at least whose points of an object share a walk through the tree, which lie below each other: with more the beams
-/// get wide, with fewer there are more of them.
-const TOGETHER: usize = 4;
-
-/// Points of one object, lane by lane.
-#[derive(Clone, Copy)]
-struct Extent<F: Float, const N: usize> {
-    id: u32,
-    low: V3<Lanes<F, N>>,
-    high: V3<Lanes<F, N>>,
-    error: Lanes<F, N>,
-    /// 1 where some are seen from inside.
-    back: Lanes<F, N>,
-}
-
-/// A ball around points of one object.
-struct Ball {
-    id: u32,
-    /// Whether some are seen from inside.
-    has_back: bool,
-    middle: V3<f64>,
-    reach: f64,
-}
-
-impl<F: Float, const N: usize> Extent<F, N> {
-    #[inline(always)]
-    fn none(id: u32) -> Self {
-        let (beyond, zero) = (V3([Lanes::lit(F::BEYOND); 3]), Lanes::lit(0.0));
-        Extent { id, low: beyond, high: -beyond, error: zero, back: zero }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, is_in: LaneBits<F, N>, surface: &Surface<Lanes<F, N>>) {
-        self.low = V3::select(is_in, self.low.min(surface.point), self.low);
-        self.high = V3::select(is_in, self.high.max(surface.point), self.high);
-        self.error = Lanes::select(is_in, self.error.max(surface.point_error), self.error);
-        let back = Lanes::select(surface.front, Lanes::lit(0.0), Lanes::lit(1.0));
-        self.back = Lanes::select(is_in, self.back.max(back), self.back);
-    }
-
-    /// Corners of a box around all true points.
-    #[inline(always)]
-    fn corners(&self) -> Corners {
-        let (mut corners, error) = ([DVec3::ZERO; 2], most(self.error));
-        for axis in 0..3 {
-            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
-            // No test sees the roundings of these sums, which the beam has room for.
-            (corners[0][axis], corners[1][axis]) = (low - error, high + error);
-        }
-        corners
-    }
-
-    /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
-    /// the largest error.
-    #[inline(always)]
-    fn ball(&self) -> Ball {
-        let (mut middle, mut half) = (V3([0.0; 3]), V3([0.0; 3]));
-        for axis in 0..3 {
-            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
-            half.0[axis] = (high - low) * 0.5;
-            middle.0[axis] = low + half.0[axis];
-        }
-        // No test sees it halved: the unit is two roundings.
-        let rounding = f64::UNIT * middle.dot(middle).sqrt();
-        let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
-        Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
-    }
-}
-
-impl Ball {
-    /// The ways from its points to a light.
-    #[inline(always)]
-    fn shadow_ray(&self, origin: Origin) -> ShadowRay<f64> {
-        ShadowRay::new(&Aim::new(origin), self.middle, self.reach)
-    }
-}
-
-/// The largest of all lanes.
-#[inline(always)]
-fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
-    let mut most = lanes.0[0];
-    for lane in 1..N {
-        most = most.max(lanes.0[lane]);
-    }
-    most.to_f64()
 }
 
 /// What the pixels of a part go through, from part to part.
@@ -303,6 +198,35 @@ impl<'a> Pass<'a, f32> {
         let pass = Pass::new(job, occluders, samples, surfaces);
         (pass.width < 0.5 && pass.surfaces.are_known()).then_some(pass)
     }
+
+    /// Its numbers, for a device; `None` where a light is so far away that squares leave the range.
+    pub fn lighting(&self) -> Option<CertifiedLighting> {
+        let Pass { job, occluders, surfaces, listed, lights, ambient, width, .. } = self;
+        let is_far = |light: &Source<f32>| match light.origin {
+            Origin::Point(at) => length_bound(at) >= f32::LARGEST_ROOT,
+            Origin::Sun(_) => false,
+        };
+        if lights.iter().any(is_far) {
+            return None;
+        }
+        let color = |id: u32| V3(job.color(id).map(f32::near));
+        let casts_shadows = lights.iter().any(|light| light.casts_shadows);
+        let met = listed.iter().copied().filter(|_| casts_shadows);
+        let lamp = |light: &Source<f32>| CertifiedLamp {
+            aim: Aim::new(light.origin),
+            weight: light.weight,
+            casts_shadows: light.casts_shadows,
+        };
+        Some(CertifiedLighting {
+            n_samples: job.n_samples() as u32,
+            colors: (0..=occluders.scene.n_objects() as u32).map(color).collect(),
+            occluders: occluders.listed_ids().zip(met).collect(),
+            lamps: lights.iter().map(lamp).collect(),
+            ambient: *ambient,
+            width: Bounds { low: f32::near(1.0 - width), high: f32::near(1.0 + width) },
+            lengths: surfaces.lengths,
+        })
+    }
 }
 
 impl<'a> Pass<'a, f64> {
@@ -326,7 +250,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     ) -> Pass<'a, F> {
         let lighting = &job.lit.lighting;
         let n_terms = lighting.lamps.len() as f64 + f64::from(job.n_samples() as u32).powi(2);
-        let lights = lighting.lamps.iter().zip(&occluders.origins).map(|(lamp, &origin)| Light {
+        let lights = lighting.lamps.iter().zip(&occluders.origins).map(|(lamp, &origin)| Source {
             origin,
             weight: V3(lamp.weight.map(F::near)),
             casts_shadows: lamp.casts_shadows(),
@@ -339,7 +263,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         Pass {
             lights: lights.collect(),
             listed: occluders.listed_in(),
-            ambient: Bounds { low: ambient(-1.0), high: ambient(1.0) },
+            ambient: Light { low: ambient(-1.0), high: ambient(1.0) },
             width: of_roundings(n_terms + OF_COLOR, F::ROUNDING).unwrap_or(f64::INFINITY),
             job,
             occluders,
@@ -387,6 +311,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         let Scratch { packs, shades, given, .. } = scratch;
         let (n, row, ids) = (self.job.n_samples(), self.job.row, self.job.ids);
         let n_packs = pixels.len().div_ceil(N) * n * n;
+        shades.clear();
         shades.resize(n_packs, Shade::none());
         given.resize(n_packs * self.lights.len(), Given::none());
         packs.resize_with(packs.len().max(n_packs), Pack::default);
@@ -451,20 +376,21 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     /// What a light gives if nothing is in its way.
     #[inline(always)]
     fn aim<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, given, .. } = scratch;
+        let Scratch { packs, shades, given, .. } = scratch;
         let light = &self.lights[index];
         let aim = Aim::new(light.origin);
-        let (zero, is_asked) = (Lanes::lit(0.0), if light.casts_shadows { 1.0 } else { 0.0 });
+        let (zero, one) = (Lanes::lit(0.0), Lanes::lit(1.0));
+        let (clear, of_rays) = if light.casts_shadows { (zero, one) } else { (one, zero) };
         let all = &mut given[index * packs.len()..][..packs.len()];
         scratch.is_lit = false;
-        for (pack, given) in one_by_one(&*packs).zip(all) {
+        for ((pack, shade), given) in one_by_one(&*packs).zip(shades).zip(all) {
             let (low, high) =
                 self.shadow_rays(&aim, pack).cosine(pack.surface.normal, pack.surface.normal_error);
             let low = Lanes::select(pack.surface.is_known(), low, zero);
             let high = Lanes::select(is_id(&pack.ids, 0), zero, high);
-            let asked = Lanes::select(zero.lt(high), Lanes::lit(is_asked), zero);
+            shade.n_rays = shade.n_rays + Lanes::select(zero.lt(high), of_rays, zero);
             let is_lit = zero.lt(high).any();
-            *given = Given { low, high, asked, is_lit };
+            *given = Given { bounds: Bounds { low, high }, clear, is_lit };
             scratch.is_lit |= is_lit;
         }
     }
@@ -486,138 +412,15 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                     match known.map_or(Visibility::Hidden, |all| all[sample * n_lights + index]) {
                         Visibility::Unknown => given.is_lit = true,
                         Visibility::Hidden => {
-                            (given.low.0[lane], given.high.0[lane]) = Default::default();
+                            let Bounds { low, high } = &mut given.bounds;
+                            (low.0[lane], high.0[lane]) = Default::default();
                         }
-                        Visibility::Seen => given.asked.0[lane] = -given.asked.0[lane],
+                        Visibility::Seen => given.clear.0[lane] = F::near(1.0),
                     }
                 }
             }
         }
         *is_lit = given.iter().any(|given| given.is_lit);
-    }
-
-    /// The points that samples see, by objects.
-    #[inline(always)]
-    fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, boxes, balls, .. } = scratch;
-        boxes.clear();
-        for pack in packs {
-            let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
-            while left.any() {
-                let id = match pack.is_uniform() {
-                    true => pack.ids[0],
-                    false => first_of(left, &pack.ids),
-                };
-                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
-                let known = boxes.iter().rposition(|some| some.id == id);
-                let at = known.unwrap_or_else(|| {
-                    boxes.push(Extent::none(id));
-                    boxes.len() - 1
-                });
-                boxes[at].add(here, &pack.surface);
-                if pack.is_uniform() {
-                    break;
-                }
-                left = left.and(here.not());
-            }
-        }
-        balls.clear();
-        for some in boxes {
-            balls.push(some.ball());
-        }
-    }
-
-    /// Takes away what listed objects are in the way of.
-    #[inline(always)]
-    fn darken<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Scratch { packs, given, balls, places, .. } = scratch;
-        let given = &mut given[index * packs.len()..][..packs.len()];
-        let (light, lamp) = (&self.lights[index], &self.job.lit.lighting.lamps[index]);
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let aim = Aim::new(light.origin);
-        for ball in balls {
-            let id = ball.id;
-            let mut both = packs.iter().zip(&*given);
-            if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
-                continue;
-            }
-            let has_back = ball.has_back && self.occluders.own_is_in_the_way(lamp, id);
-            let is_dark = self.occluders.look_around(&ball.shadow_ray(light.origin), id, places);
-            if !is_dark && !has_back && places.is_empty() {
-                continue;
-            }
-            for (pack, given) in packs.iter().zip(&mut *given) {
-                if !given.is_lit || !pack.sees(id) {
-                    continue;
-                }
-                let mut verdict = Verdict::none();
-                if is_dark {
-                    verdict = Verdict { blocked: one, clear: -one };
-                } else {
-                    let rays = self.shadow_rays(&aim, pack);
-                    for &place in &*places {
-                        verdict = verdict.with(self.listed[place].occlude(&rays));
-                    }
-                    if has_back {
-                        let front = pack.surface.front;
-                        verdict.blocked = Lanes::select(front, verdict.blocked, one);
-                        verdict.clear = Lanes::select(front, verdict.clear, -one);
-                    }
-                }
-                // Of those of which nothing is known the lower bound is 0 already.
-                let here = pack.surface.is_known();
-                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
-                verdict.blocked = Lanes::select(here, verdict.blocked, zero);
-                verdict.clear = Lanes::select(here, verdict.clear, one);
-                given.take(&verdict);
-            }
-        }
-    }
-
-    /// Takes away what spheres of the tree are in the way of. The samples of some pixels that see one object lie close
-    /// together, and share a walk.
-    #[inline(always)]
-    fn darken_by_tree<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
-        let Some(bvh) = self.occluders.tree() else { return };
-        let light = &self.lights[index];
-        let aim = Aim::new(light.origin);
-        let Scratch { packs, given, walk, left, ways, .. } = scratch;
-        let given = &mut given[index * packs.len()..][..packs.len()];
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let together = self.job.n_samples().pow(2).max(TOGETHER);
-        for (packs, given) in packs.chunks(together).zip(given.chunks_mut(together)) {
-            ways.clear();
-            left.clear();
-            for (pack, given) in packs.iter().zip(&*given) {
-                let rays = self.shadow_rays(&aim, pack);
-                let is_asked = pack.surface.is_known().and(zero.lt(given.high.min(given.asked)));
-                let asked = Lanes::select(is_asked, given.high, zero);
-                ways.push(Way { rays, verdict: Verdict::none(), asked });
-                left.push(Lanes::select(is_asked, one, zero));
-            }
-            for first in 0..packs.len() {
-                while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
-                    let own = packs[first].ids[lane];
-                    let mut around = Extent::none(own);
-                    for (pack, left) in packs.iter().zip(&mut *left).skip(first) {
-                        let here = is_id(&pack.ids, own).and(zero.lt(*left));
-                        around.add(here, &pack.surface);
-                        *left = Lanes::select(here, zero, *left);
-                    }
-                    let beam = self.occluders.beam(bvh, light.origin, around.corners());
-                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
-                    let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
-                    walk.all(bvh, bvh.root(), beam, &mut darken);
-                }
-            }
-            for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
-                let Verdict { mut blocked, mut clear } = way.verdict;
-                let known = pack.surface.is_known();
-                (blocked, clear) =
-                    (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
-                given.take(&Verdict { blocked, clear });
-            }
-        }
     }
 
     /// Adds what all lights give, and takes it times the objects' own colours.
@@ -642,19 +445,18 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
             }
         }
         for (number, (pack, shade)) in one_by_one(&*packs).zip(shades).enumerate() {
-            let (mut low, mut high) = (V3::splat(self.ambient.low), V3::splat(self.ambient.high));
-            let mut n_rays = zero;
+            let Light { low, high } = self.ambient;
+            let mut sum = Light { low: V3::splat(low), high: V3::splat(high) };
             let here = given.iter().skip(number).step_by(n_packs);
             for (light, given) in self.lights.iter().zip(here) {
-                let weight = V3::<Lanes<F, N>>::splat(light.weight);
-                low = low + weight * given.low;
-                high = high + weight * given.high;
-                n_rays = n_rays + given.asked.abs();
+                sum = sum.with(V3::splat(light.weight), given.bounds);
             }
             let nothing = is_id(&pack.ids, 0);
-            (shade.n_rays, shade.n_hits) = (n_rays, Lanes::select(nothing, zero, Lanes::lit(1.0)));
-            shade.low = shade.color.times(V3::select(nothing, one, low));
-            shade.high = shade.color.times(V3::select(nothing, one, high));
+            shade.n_hits = Lanes::select(nothing, zero, Lanes::lit(1.0));
+            let Light { low, high } = sum;
+            let sum =
+                Light { low: V3::select(nothing, one, low), high: V3::select(nothing, one, high) };
+            shade.light = sum.on(shade.color);
         }
     }
 
@@ -665,7 +467,8 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
         let n = self.job.n_samples();
         let background = T::of_bounds(&self.job.color(0).map(Interval::of)).unwrap_or_default();
         let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        let [narrower, wider] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
+        let [low, high] = [-self.width, self.width].map(|x| Lanes::lit(1.0 + x));
+        let width = Bounds { low, high };
         let all = pixels.chunks(N).zip(scratch.shades.chunks(n * n));
         for (number, (pixels, shades)) in one_by_one(all).enumerate() {
             let mut sum = shades[0];
@@ -676,7 +479,7 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
                 Background::LeftOut => sum.n_hits.max(one),
                 Background::Shown | Background::Black => Lanes::lit((n * n) as f64),
             };
-            let (low, high) = (sum.low * narrower / n_counted, sum.high * wider / n_counted);
+            let Light { low, high } = sum.light.mean(n_counted, width);
             let mut found = [T::default(); N];
             let is_known = T::of_lanes(&low, &high, &mut found);
             let (mut are_all_known, mut all_rays) = (true, 0.0);
@@ -712,72 +515,10 @@ impl<'a, F: Bounded + Linear> Pass<'a, F> {
     }
 }
 
-/// Looks for what is in the way of light to points of one object.
-struct Darken<'a, 'b, F: Float, const N: usize> {
-    pass: &'a Pass<'b, F>,
-    bvh: &'a Bvh,
-    /// Their object, which is not in their way.
-    own: u32,
-    packs: &'a [Pack<F, N>],
-    ways: &'a mut [Way<F, N>],
-    is_dark: bool,
-}
-
-impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
-    #[inline(always)]
-    fn last(&self) -> f32 {
-        if self.is_dark { -1.0 } else { f32::INFINITY }
-    }
-
-    #[inline(always)]
-    fn visit(&mut self, node: &Node, mut leaves: u32, _: &Enter) {
-        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
-        while leaves != 0 {
-            let place = node.place(leaves.trailing_zeros()) as usize;
-            leaves &= leaves - 1;
-            if self.bvh.ids[place] == self.own {
-                continue;
-            }
-            let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
-            let met = <SphereMet<f64> as Record>::splat(&met);
-            let mut is_any_open = false;
-            for (pack, way) in self.packs.iter().zip(&mut *self.ways) {
-                if !pack.sees(self.own) {
-                    continue;
-                }
-                let here = Lanes::select(is_id(&pack.ids, self.own), one, zero);
-                if !way.is_open(here) {
-                    continue;
-                }
-                let mut found = SphereMet::occlude(&met, &way.rays);
-                found.blocked = Lanes::select(zero.lt(here), found.blocked, -one);
-                found.clear = Lanes::select(zero.lt(here), found.clear, one);
-                way.verdict = way.verdict.with(found);
-                way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
-                is_any_open |= way.is_open(here);
-            }
-            if !is_any_open {
-                self.is_dark = true;
-                return;
-            }
-        }
-    }
-}
-
 /// Whether these are `N` pixels side by side.
 #[inline(always)]
 fn is_stretch<const N: usize>(pixels: &[usize]) -> bool {
     pixels.len() == N && pixels[N - 1] - pixels[0] == N - 1
-}
-
-/// The id of the first lane where a mask holds.
-#[inline(always)]
-fn first_of<F: Float, const N: usize>(mask: LaneBits<F, N>, ids: &[u32; N]) -> u32 {
-    let mut id = 0;
-    for lane in (0..N).rev() {
-        id = if mask.0[lane] != F::Bits::default() { ids[lane] } else { id };
-    }
-    id
 }
 
 /// The stages of a pass before it writes.

@@ -46,7 +46,7 @@ pub(super) fn shade<T: Written>(
         Objects::Double(lists) => {
             shade_here::<_, _, _, 8>(Scene { lists, lighting }, here, control, colors)?;
         }
-        Objects::Certified(_) => {}
+        Objects::Certified { .. } => {}
     }
     Ok(false)
 }
@@ -298,7 +298,7 @@ pub(crate) fn plainly(prepared: &Prepared, rays: &Rays, lighting: &Lighting) -> 
         Objects::Lecture(lists) => point(&Scene { lists, lighting }, prepared, rays),
         Objects::Stable(lists) => point(&Scene { lists, lighting }, prepared, rays),
         Objects::Double(lists) => point(&Scene { lists, lighting }, prepared, rays),
-        Objects::Certified(_) => None,
+        Objects::Certified { .. } => None,
     }
 }
 

@@ -44,6 +44,10 @@ pub trait Written: Copy + Default + Send + Sync {
         }
         are_known
     }
+    /// That of bytes as devices give them, `r | g << 8 | b << 16`, where it is of such.
+    fn of_code(_: u32) -> Self {
+        Self::default()
+    }
     /// That of an exact mean, searched from its bounds.
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self;
     /// That of a mean in a kernel's numbers.
@@ -91,6 +95,10 @@ impl Written for [u8; 3] {
             }
         }
         are_known
+    }
+
+    fn of_code(code: u32) -> Self {
+        [code as u8, (code >> 8) as u8, (code >> 16) as u8]
     }
 
     fn of_exact(mean: &ExactMean, bounds: &[Interval; 3]) -> Self {

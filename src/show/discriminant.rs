@@ -68,7 +68,7 @@ impl<'a> Discriminants<'a> {
                 let (sphere, ray) = (&lists.spheres[i], self.ray(index));
                 sign(approach(&ray.ray, sphere.offset(&ray), sphere.radius).delta)
             }
-            Objects::Certified(_) => self.exact_sign(i, m, x, y),
+            Objects::Certified { .. } => self.exact_sign(i, m, x, y),
         };
         Some((sign, value))
     }

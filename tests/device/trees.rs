@@ -9,7 +9,7 @@ use kugelblitz::bvh::{Beam, Enter, IS_LEAF, Node, Visitor, Walk};
 use kugelblitz::compare::compare;
 use kugelblitz::control::Control;
 use kugelblitz::exact::{ExactRay, Shape, visible_root};
-use kugelblitz::gpu::before::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::gpu::slabs::{SlabRoom, meets, slabs_of};
 use kugelblitz::num::V3;
 use kugelblitz::prepare::{Prepared, Scaled};
 use kugelblitz::rays::{Pixels, View};

@@ -10,14 +10,14 @@ use std::sync::Arc;
 use glam::DVec3;
 use kugelblitz::bvh::REACH;
 use kugelblitz::control::Control;
-use kugelblitz::gpu::before::propose_alone;
-use kugelblitz::gpu::before::slabs::SlabRoom;
 use kugelblitz::gpu::compile;
+use kugelblitz::gpu::slabs::SlabRoom;
 use kugelblitz::prepare::{InSpace, LISTED_SPHERES, Objects, Prepared};
 use kugelblitz::rays::{Frame, Lens, Pixels, View};
 use kugelblitz::scene::{Camera, Plane, Projection, Scene, Sphere};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
+use kugelblitz_tests::twins::propose_alone;
 use kugelblitz_tests::wgsl::{Machine, Value};
 use kugelblitz_tests::{in_cube, plane, sphere};
 use rand::{RngExt, SeedableRng};
@@ -341,11 +341,9 @@ fn sabotage_an_infinity_is_noticed() {
     let ray = Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z };
     let rays = Rays::List(vec![ray; 2]);
     type Change = fn(&mut Prepared);
-    fn lists(prepared: &mut Prepared, what: impl Fn(&mut [f32; 12])) {
-        let Objects::Certified(lists) = &mut prepared.objects else { panic!("certified") };
-        let mut words: [f32; 12] = bytemuck::cast(lists.spheres[0]);
-        what(&mut words);
-        lists.spheres[0] = bytemuck::cast(words);
+    fn lists(prepared: &mut Prepared, what: impl Fn(&mut [f32])) {
+        let Objects::Certified { lists, .. } = &mut prepared.objects else { panic!("certified") };
+        what(&mut lists.spheres[0]);
     }
     let changes: [(&str, bool, Change); 4] = [
         ("nothing", false, |_| {}),

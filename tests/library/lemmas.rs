@@ -3,9 +3,9 @@
 //! and half of it must not be.
 
 use glam::DVec3;
-use kugelblitz::gpu::before::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
-use kugelblitz::guard::host::{Bounded, input_in_f32, input_in_f64};
-use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PIXELS, ROOM, Reach};
+use kugelblitz::gpu::slabs::{self, SlabRoom, slab_of, slabs_of, stretch};
+use kugelblitz::guard::host::input_in_f64;
+use kugelblitz::guard::{self, Guard, InputError, LIST, LIST_F64, PARALLEL, PIXELS, ROOM, Reach};
 use kugelblitz::guard::{rows, steps};
 use kugelblitz::num::{Float, Ray, Real, V3};
 use kugelblitz::rays::{Frame, Lens, Pixels, View};
@@ -243,10 +243,9 @@ fn inputs_that_are_rounded_once() {
     assert_tight("λ of lists in f64", LIST_F64.offset, found);
 }
 
-/// Rays of pixels in the host's f32, which rounds to nearest: the unit is half a faithful one.
+/// Rays of pixels in f32.
 #[test]
-fn rays_of_the_host() {
-    let unit = <f32 as Bounded>::ROUNDING;
+fn rays_of_pixels() {
     let camera = |x: &[f64], lens| {
         let forward = DVec3::from_slice(x).normalize();
         let right = forward.cross(DVec3::from_slice(&x[3..])).normalize();
@@ -260,7 +259,6 @@ fn rays_of_the_host() {
         };
         (camera, forward, right_step, true_up_step)
     };
-    let wide = |v: V3<f32>| DVec3::from(v.0.map(f64::from));
     let offsets = |choices: u64| {
         let of = |bits: u64| f64::from((bits % 2048) as i32 - 1024);
         (of(choices), of(choices >> 20))
@@ -269,44 +267,44 @@ fn rays_of_the_host() {
         let (camera, forward, right, up) = camera(x, Lens::Perspective);
         let (i, j) = offsets(choices);
         let exact = forward + right * i + up * j;
-        let found = wide(camera.ray(i as f32, j as f32).direction);
-        Some(found.distance(exact) / (unit * exact.length()))
+        set_choices(choices, true);
+        let found = to_f64(camera.ray(number(i).0, number(j).0).direction);
+        Some(found.distance(exact) / (UNIT_F32 * exact.length()))
     });
-    println!("δ: {found:.4}");
-    let input = input_in_f32(Lens::Perspective);
-    assert!(found <= input.direction && found > input.direction / 3.0, "{found}");
+    assert_tight("δ of pixels", PIXELS.direction, found);
     let found = worst(10, |x, choices| {
         let (camera, _, right, up) = camera(x, Lens::Orthographic);
         let (i, j) = offsets(choices);
         let (exact_c, exact_o) = (DVec3::from_slice(&x[7..]), right * i + up * j);
-        let origin = camera.ray(i as f32, j as f32).origin;
-        let l = V3::<f32>::near(exact_c) - origin;
+        let c = V3::splat(V3::near(exact_c));
+        set_choices(choices, true);
+        let l = c - camera.ray(number(i).0, number(j).0).origin;
         let distance = exact_c.length() + exact_o.length();
-        Some(wide(l).distance(exact_c - exact_o) / (unit * distance))
+        Some(to_f64(l).distance(exact_c - exact_o) / (UNIT_F32 * distance))
     });
-    println!("λ: {found:.4}");
-    let input = input_in_f32(Lens::Orthographic);
-    assert!(found <= input.offset && found > input.offset / 3.0, "{found}");
+    assert_tight("λ of parallel rays", PARALLEL.offset, found);
     let found = worst(11, |x, choices| {
         let (camera, _, right, up) = camera(x, Lens::Orthographic);
         let (i, j) = offsets(choices);
         let exact_o = right * i + up * j;
-        let (normal, offset) = (DVec3::from_slice(&x[7..]).normalize(), x[10] as f32);
-        let origin = camera.ray(i as f32, j as f32).origin;
-        let found = offset - origin.dot(V3::<f32>::near(normal));
-        let error = (f64::from(found) - (f64::from(offset) - normal.dot(exact_o))).abs();
-        Some((error - unit * f64::from(offset).abs()) / (unit * exact_o.length().max(1e-30)))
+        let normal = DVec3::from_slice(&x[7..]).normalize();
+        let ((offset, exact_offset), rounded) = (number(x[10]), V3::splat(V3::near(normal)));
+        set_choices(choices, true);
+        let origin = camera.ray(number(i).0, number(j).0).origin;
+        let found = f64::from((offset - origin.dot(rounded)).0);
+        let error = (found - (exact_offset - normal.dot(exact_o))).abs();
+        Some((error - UNIT_F32 * exact_offset.abs()) / (UNIT_F32 * exact_o.length().max(1e-30)))
     });
     // A dot product with a rounded normal and an origin, and the difference.
-    let granted = steps::DOT + 1.001 + 1.0 + input.offset;
-    println!("an origin's part of N: {found:.4} of {granted}");
-    assert!(found <= granted && found > granted / 4.0, "{found}");
+    let granted = steps::DOT + steps::NORMAL + 1.0 + PARALLEL.offset;
+    assert_tight("an origin's part of N", granted, found);
 }
 
-/// Rays of pixels in f64, for which f32 stands in: the frame is what it is, and a step takes a quotient and a product.
+/// Rays of pixels in f64, for which f32 stands in, with the unit of rounding to nearest: the frame is what it is, and a step
+/// takes a quotient and a product.
 #[test]
 fn rays_in_f64() {
-    let unit = <f32 as Bounded>::ROUNDING;
+    let unit = 0.5 * UNIT_F32;
     let narrow = V3::<f32>::near;
     let wide = |v: V3<f32>| DVec3::from(v.0.map(f64::from));
     let camera = |x: &[f64], choices: u64, lens| {
@@ -504,12 +502,11 @@ fn the_errors_of_planes() {
     assert_tight("plane_direction_error", 1.0, found);
 }
 
-/// f32 stands in for f64 here: its division and root, too, are off by one unit only.
 #[test]
 fn normals_from_half_chords() {
     let found = worst(6, |x, choices| {
         let ((d, exact_d), (l, exact_l)) = (vector(x), vector(&x[3..]));
-        set_choices(choices, false);
+        set_choices(choices, true);
         let p = to_f64(l - d * (d.dot(l) * ray(d).inv_a));
         let s = exact_d.dot(exact_l) / exact_d.length_squared();
         let error = p.distance(exact_l - s * exact_d) - UNIT_F32 * p.length();
@@ -517,6 +514,7 @@ fn normals_from_half_chords() {
     });
     assert_tight("NORMAL_FOOT", steps::NORMAL_FOOT, found);
 
+    // f32 stands in for f64 here: its division and root, too, are off by one unit only.
     let found = worst(3, |x, choices| {
         let (v, exact_v) = vector(x);
         set_choices(choices, false);
@@ -531,10 +529,11 @@ fn normals_from_bounds_of_half_chords() {
     let found = worst(5, |x, choices| {
         let (d, exact_d) = vector(x);
         let [(r, exact_r), (error, exact_error)] = [x[3].abs(), x[4] * 1e-6].map(number);
-        set_choices(choices, false);
+        let (inverse, _) = number(1.0 / exact_r);
+        set_choices(choices, true);
         let half = (r * r * ray(d).inv_a).sqrt();
         let middle = (half + half) * Adversarial(0.5);
-        let normal = (V3([Adversarial(0.0); 3]) - d * middle) * (Adversarial(1.0) / r);
+        let normal = (V3([Adversarial(0.0); 3]) - d * middle) * inverse;
         let bound = to_f64(normal - V3([error; 3]));
         let exact = -exact_d.normalize() - DVec3::splat(exact_error);
         (exact_r > 0.0).then(|| bound.distance(exact) / UNIT_F32)
@@ -550,7 +549,7 @@ fn cosines_of_light() {
         let unit = DVec3::from_slice(&x[3..]).normalize();
         let (normal, exact_normal) = vector(&unit.to_array());
         let (error, exact_error) = number(x[6] * 1e-6);
-        set_choices(choices, false);
+        set_choices(choices, true);
         let inverse = Adversarial(1.0) / way.dot(way).sqrt();
         let bound = f64::from((normal.dot(way) * inverse - error).0);
         let exact = exact_normal.dot(exact_way) / exact_way.length() - exact_error;
@@ -644,7 +643,7 @@ fn quotients_of_planes_in_rows() {
     let found = worst(3, |x, choices| {
         let ((n, exact_n), (m, exact_m)) = (number(x[0].abs()), number(x[1].abs()));
         let (error, exact_error) = number(x[2].abs() * 1e-6 * exact_n / exact_m);
-        set_choices(choices, false);
+        set_choices(choices, true);
         let bound = f64::from((n * (Adversarial(1.0) / m) - error).0);
         let t = exact_n / exact_m;
         Some((bound - (t - exact_error)).abs() / (UNIT_F32 * t))

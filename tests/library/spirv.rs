@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use kugelblitz::gpu::{Shader, compile};
 use kugelblitz::kernel::Float;
-use kugelblitz::prepare::{FEW_SPHERES, Finding, Lamps, PlainLighting, Prepared, ShaderKey};
+use kugelblitz::prepare::{FEW_SPHERES, Finding, LightKey, Prepared, ShaderKey};
 use kugelblitz::rays::{Bundle, Pixels, View};
 use kugelblitz::scene::read_scene;
 use kugelblitz::trace::{Kernel, Rays, Wants};
@@ -98,7 +98,7 @@ fn key(kernel: Kernel, bundle: Bundle, spheres: Finding) -> ShaderKey {
         close: false,
         n_planes: 2,
         surface: false,
-        plain_light: None,
+        light: None,
     }
 }
 
@@ -133,11 +133,27 @@ fn keys_of_plain_light() -> Vec<ShaderKey> {
     for kernel in Kernel::ALL.into_iter().filter(|&kernel| kernel != Kernel::Certified) {
         for bundle in [Bundle::Point, Bundle::Parallel] {
             for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (40, 2), (200, 150)] {
-                for lamps in [Lamps::Few, Lamps::Many] {
+                for n_lamps in [0, 3, 100, 1000] {
                     let key = key(kernel, bundle, Finding::Listed);
-                    let plain_light = Some(lamps);
-                    all.push(ShaderKey { n_spheres, n_planes, plain_light, ..key });
+                    let light = Some(LightKey::Plain { n_lamps });
+                    all.push(ShaderKey { n_spheres, n_planes, light, ..key });
                 }
+            }
+        }
+    }
+    all
+}
+
+/// The shaders for bytes in the light of the kernel with a proof.
+fn keys_of_certified_light() -> Vec<ShaderKey> {
+    let mut all = Vec::new();
+    for bundle in [Bundle::Point, Bundle::Parallel] {
+        for (n_spheres, n_planes) in [(0, 0), (3, 0), (0, 2), (3, 2), (150, 2)] {
+            for (n_lamps, n_samples) in [(0, 1), (3, 1), (3, 3), (100, 4)] {
+                let light = LightKey::Certified { n_samples, n_lamps, n_spheres, n_planes };
+                let key = key(Kernel::Certified, bundle, Finding::Listed);
+                all.push(ShaderKey { n_spheres, n_planes, light: Some(light), ..key });
+                all.push(ShaderKey { close: n_spheres > 0, ..all[all.len() - 1] });
             }
         }
     }
@@ -152,7 +168,8 @@ fn shader(key: &ShaderKey) -> (Shader, Vec<u32>) {
 
 #[test]
 fn every_float_result_is_decorated() {
-    for key in all_keys().into_iter().chain(keys_of_plain_light()) {
+    let all = [all_keys(), keys_of_plain_light(), keys_of_certified_light()].concat();
+    for key in all {
         let (_, words) = shader(&key);
         let n = check_no_contraction(&words).unwrap_or_else(|what| panic!("{what}: {key:?}"));
         // A ray's `a` and `1/a` alone are six operations.
@@ -258,13 +275,12 @@ fn scenes() -> Vec<(String, usize, ShaderKey)> {
     found
 }
 
-/// The signs of a hierarchy: textures, loops, and names.
+/// The signs of a hierarchy: textures, and names.
 fn traces_of_a_hierarchy(shader: &Shader, words: &[u32]) -> usize {
     const OP_TYPE_IMAGE: u32 = 25;
-    const OP_LOOP_MERGE: u32 = 246;
     let names = ["hierarchy", "walk", "boxes", "texel", "leaves"];
     let named = names.iter().filter(|name| has(shader, name)).count();
-    count(words, OP_TYPE_IMAGE) + count(words, OP_LOOP_MERGE) + named
+    count(words, OP_TYPE_IMAGE) + named
 }
 
 #[test]
@@ -328,6 +344,29 @@ fn light_only_where_it_is_asked_for() {
     }
 }
 
+/// Of objects there is what the scene has, and shadows only where there are lamps.
+#[test]
+fn certified_light_has_what_there_is() {
+    for key in keys_of_certified_light() {
+        let (whole, words) = shader(&key);
+        let Some(LightKey::Certified { n_lamps, .. }) = key.light else { panic!("{key:?}") };
+        let [has_spheres, has_planes, has_lamps] =
+            [key.n_spheres, key.n_planes, n_lamps].map(|n| n > 0);
+        assert_eq!(has(&whole, "sphere"), has_spheres, "{key:?}");
+        assert_eq!(has(&whole, "plane"), has_planes, "{key:?}");
+        assert_eq!(has(&whole, "close"), key.close, "{key:?}");
+        for name in ["lamp", "shadow", "verdict", "cosine"] {
+            assert_eq!(has(&whole, name), has_lamps, "{name}: {key:?}");
+        }
+        let objects = usize::from(has_spheres) + usize::from(has_planes);
+        // Parameters and results, colours, the ends of bytes, and what is the same for all; and of lamps these and what may be in
+        // their way.
+        let of_lamps = if has_lamps { 1 + objects } else { 0 };
+        let n_bindings = (5 + objects + of_lamps) as u32;
+        assert_eq!(bindings(&words), (0..n_bindings).collect::<Vec<_>>(), "{key:?}");
+    }
+}
+
 /// Each has its kernel alone, of objects what there is, and for rays from anywhere other numbers only where those of
 /// the picture's rays don't hold.
 #[test]
@@ -335,21 +374,17 @@ fn plain_light_has_one_kernel_and_what_there_is() {
     for key in keys_of_plain_light() {
         let (whole, words) = shader(&key);
         assert_complete(&whole, &words);
-        assert!(has(&whole, "light") && has(&whole, "in_the_way"));
+        let has_lamps = !matches!(key.light, Some(LightKey::Plain { n_lamps: 0 }));
+        assert!(has(&whole, "light"));
+        assert_eq!(has(&whole, "in_the_way"), has_lamps, "{key:?}");
         assert_eq!(has(&whole, "sphere"), key.n_spheres > 0, "{key:?}");
         assert_eq!(has(&whole, "plane"), key.n_planes > 0, "{key:?}");
-        let is_moved = key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;
+        let is_moved = has_lamps && key.bundle == Bundle::Point && key.kernel != Kernel::Lecture;
         assert_eq!(has(&whole, "sphere_from"), is_moved && key.n_spheres > 0, "{key:?}");
         assert_eq!(has(&whole, "plane_from"), is_moved && key.n_planes > 0, "{key:?}");
-        let n_objects = key.n_spheres + key.n_planes;
-        let n_kept = if n_objects <= PlainLighting::FEW_OBJECTS { n_objects } else { 0 };
-        let globals = whole.module.global_variables.iter();
-        let is_kept =
-            |variable: &naga::GlobalVariable| variable.space == naga::AddressSpace::Private;
-        assert_eq!(globals.filter(|(_, v)| is_kept(v)).count(), n_kept, "{key:?}");
         let objects = usize::from(key.n_spheres > 0) + usize::from(key.n_planes > 0);
         // Parameters and results, what is the same for all, and lamps.
-        assert_eq!(bindings(&words).len(), 4 + objects, "{key:?}");
+        assert_eq!(bindings(&words).len(), 3 + usize::from(has_lamps) + objects, "{key:?}");
         for kernel in Kernel::ALL {
             let expected = objects > 0 && records_of(kernel) == records_of(key.kernel);
             let has_records = has(&whole, &records_of(kernel));

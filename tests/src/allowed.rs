@@ -228,7 +228,7 @@ impl<'a> Allowed<'a> {
         match &self.prepared.objects {
             Objects::Lecture(lists) => hit.is_allowed(lists, &ray, scale),
             Objects::Stable(lists) => hit.is_allowed(lists, &ray, scale),
-            Objects::Double(_) | Objects::Certified(_) => true,
+            Objects::Double(_) | Objects::Certified { .. } => true,
         }
     }
 }

@@ -9,9 +9,11 @@ pub mod folder;
 pub mod hard_cases;
 pub mod made_report;
 pub mod oracle;
+pub mod printer;
 pub mod rational;
 pub mod span;
 pub mod spoiled;
+pub mod twins;
 pub mod wgsl;
 
 use std::collections::BTreeMap;

@@ -130,6 +130,14 @@ impl<'a> Machine<'a> {
         self.call(&entry.function, &entry.name, arguments);
     }
 
+    /// Runs a function.
+    pub fn evaluate(&mut self, function: &str, arguments: Vec<Value>) -> Value {
+        let mut all = self.module.functions.iter();
+        let (_, found) =
+            all.find(|(_, f)| f.name.as_deref() == Some(function)).expect("a function");
+        self.call(found, found.name.as_deref().unwrap_or_default(), arguments).expect("a result")
+    }
+
     fn call(
         &mut self,
         function: &'a Function,
@@ -485,6 +493,8 @@ fn cast(kind: ScalarKind, converts: bool, x: &Value) -> Value {
         (ScalarKind::Float, true, Value::I32(x)) => Value::F32(*x as f32),
         (ScalarKind::Float, true, Value::F32(x)) => Value::F32(*x),
         (ScalarKind::Sint, true, Value::U32(x)) => Value::I32(*x as i32),
+        (ScalarKind::Uint, true, Value::F32(x)) => Value::U32(*x as u32),
+        (ScalarKind::Uint, true, Value::Bool(x)) => Value::U32((*x).into()),
         (ScalarKind::Float, false, Value::U32(x)) => Value::F32(f32::from_bits(*x)),
         other => panic!("{other:?}"),
     }

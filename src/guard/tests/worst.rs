@@ -14,7 +14,8 @@ thread_local! {
 /// The unit of [`Worst`].
 pub const UNIT: f64 = <f32 as Bounded>::ROUNDING;
 
-/// A number of the host's f32 whose operations are all off by a whole unit: up or down, as a search chooses one by one.
+/// A number of f32 whose operations are all off by as much as the table in [`crate::guard`] allows: up or down, as a search
+/// chooses one by one.
 #[derive(Clone, Copy, Debug)]
 pub struct Worst(pub f64);
 
@@ -28,20 +29,20 @@ impl Worst {
 }
 
 macro_rules! worst {
-    ($($trait:ident $function:ident $sign:tt $is_exact:expr),*) => {$(
+    ($($trait:ident $function:ident $sign:tt $units:literal $is_exact:expr),*) => {$(
         impl $trait for Worst {
             type Output = Worst;
             fn $function(self, other: Worst) -> Worst {
                 let exact = self.0 $sign other.0;
                 let is_exact: fn(f64, f64) -> bool = $is_exact;
-                if is_exact(self.0, other.0) { Worst(exact) } else { Worst::off(exact, 1.0) }
+                if is_exact(self.0, other.0) { Worst(exact) } else { Worst::off(exact, $units) }
             }
         }
     )*};
 }
 
-worst!(Add add + |x, y| x == 0.0 || y == 0.0, Sub sub - |x, y| x == 0.0 || y == 0.0,
-    Mul mul * |x, y| x.abs() == 1.0 || y.abs() == 1.0, Div div / |_, y| y == 1.0);
+worst!(Add add + 1.0 |x, y| x == 0.0 || y == 0.0, Sub sub - 1.0 |x, y| x == 0.0 || y == 0.0,
+    Mul mul * 1.0 |x, y| x.abs() == 1.0 || y.abs() == 1.0, Div div / 2.5 |_, y| y == 1.0);
 
 impl Neg for Worst {
     type Output = Worst;
@@ -61,7 +62,7 @@ impl Real for Worst {
         id
     }
     fn sqrt(self) -> Worst {
-        Worst::off(self.0.sqrt(), 1.0)
+        Worst::off(self.0.sqrt(), 4.5)
     }
     fn abs(self) -> Worst {
         Worst(self.0.abs())

@@ -12,6 +12,7 @@ use super::super::{Encoding, Lighting, Style};
 use super::*;
 use crate::control::Control;
 use crate::kernel::Kernel;
+use crate::num::LaneBits;
 use crate::prepare::Prepared;
 use crate::rays::{Rays, View};
 use crate::scene::{
@@ -253,7 +254,7 @@ fn equal_questions_are_asked_once() {
 /// By the worst sum, whose every rounding goes down by a whole unit.
 #[test]
 fn as_many_roundings_as_a_colour_takes_are_granted() {
-    let unit = <f32 as Bounded>::ROUNDING;
+    let unit = 0.5 * f32::UNIT;
     for n in [1.0, 2.0, 10.0, 300.0, 4096.0, 1e5, 1e6, 4e6] {
         let granted = of_roundings(n, unit).unwrap();
         let worst = (-n * (-unit).ln_1p()).exp_m1();

@@ -7,15 +7,16 @@ use std::sync::{Arc, OnceLock};
 use kugelblitz::Session;
 use kugelblitz::control::Control;
 use kugelblitz::device::Device;
-use kugelblitz::gpu::before::propose_alone;
 use kugelblitz::gpu::{Gpu, Pick};
 use kugelblitz::guard::LARGEST_EXPONENT;
 use kugelblitz::num::OPEN;
 use kugelblitz::prepare::{Prepared, exponent_of};
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::shade::{Encoding, Pixel as _, Style};
+use kugelblitz::scene::Samples;
+use kugelblitz::shade::{Background, Encoding, Pixel as _, Style, certified_lighting};
 use kugelblitz::trace::{Hits, Kernel, Ray, Rays, Wants};
 use kugelblitz::tracer::Tracer;
+use kugelblitz_tests::twins::{light_alone, propose_alone};
 use kugelblitz_tests::{broken, gpu, spoiled, text_of};
 
 use super::failures::Failure;
@@ -69,10 +70,9 @@ fn counted(prepared: &Prepared, rays: &Rays, mut ids: Vec<u32>) -> Vec<u32> {
 
 /// What a device proposes by its Rust twin; where it finds no way, what the CPU does in its stead.
 fn of_twin(prepared: &Arc<Prepared>, rays: &Rays) -> Vec<u32> {
-    if prepared.hierarchy.is_some() && prepared.in_space().unwrap().is_none() {
-        return proposed(&mut Tracer::on_cpu(Arc::clone(prepared), Wants::default()), rays);
-    }
-    propose_alone(prepared, rays).unwrap()
+    propose_alone(prepared, rays).unwrap_or_else(|| {
+        proposed(&mut Tracer::on_cpu(Arc::clone(prepared), Wants::default()), rays)
+    })
 }
 
 fn n_open(ids: &[u32]) -> usize {
@@ -104,6 +104,9 @@ struct Tally {
     open: usize,
     /// Rays that the device itself proposed something for, and not the CPU in its stead.
     on_device: usize,
+    /// Lit pixels whose bytes it proposed, or left open, and these.
+    lit: usize,
+    lit_open: usize,
 }
 
 /// What a device proposes for a case: never what is not true, and what its twin does.
@@ -149,23 +152,71 @@ fn propose(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
     failures
 }
 
+/// What a device makes of a case's light: never a byte that is not true, and what its twin does.
+fn light(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    let is_ieee = gpu.is_ieee(Kernel::Certified).unwrap();
+    for (way, rays) in rays_of(case) {
+        let Rays::Pixels(pixels) = rays else { continue };
+        for (&n, truth) in &case.colors {
+            let samples = Rays::Pixels(pixels.samples(n));
+            let scene = Arc::clone(&case.scene);
+            let prepared = Arc::new(Prepared::new(scene, Kernel::Certified, &samples).unwrap());
+            let lighting = certified_lighting(&prepared, &pixels, Samples::nearest(n));
+            let Some(lighting) = lighting else { continue };
+            let device = Device::Gpu(Arc::clone(gpu));
+            let mut tracer = device.tracer(&prepared, Wants::default()).unwrap().tracer;
+            let mut codes = Vec::new();
+            if !tracer.light(&lighting, &pixels, &Control::default(), &mut codes).unwrap() {
+                continue;
+            }
+            tally.lit += codes.len();
+            tally.lit_open += n_open(&codes);
+            let mut fail = |what: String| {
+                let who = format!("the device lights, {way}, {n} x {n}");
+                failures.push(case.failure(&who, what, replay(case)));
+            };
+            let twin = light_alone(&prepared, &lighting, &pixels);
+            compare(&twin, &codes, is_ieee).into_iter().for_each(&mut fail);
+            if case.style(n, Encoding::Srgb8).background == Background::Shown {
+                let (judged, places) = case.judged_in(&pixels);
+                for (i, at) in judged.into_iter().zip(places) {
+                    let [r, g, b] = truth[i].srgb8().map(u32::from);
+                    if codes[at] != OPEN && codes[at] != (r | g << 8 | b << 16) {
+                        fail(format!("pixel {at}: {:06x}, not {r:02x} {g:02x} {b:02x}", codes[at]));
+                    }
+                }
+            }
+        }
+    }
+    failures
+}
+
+/// What a device proposes for a case, ids and bytes.
+fn propose_and_light(case: &Case, gpu: &Arc<Gpu>, tally: &mut Tally) -> Vec<Failure> {
+    let mut failures = propose(case, gpu, tally);
+    failures.extend(light(case, gpu, tally));
+    failures
+}
+
 fn propose_all(cases: &[&Case], gpu: &Arc<Gpu>) -> Tally {
     let mut tally = Tally::default();
     let failures: Vec<Failure> =
-        cases.iter().flat_map(|case| propose(case, gpu, &mut tally)).collect();
+        cases.iter().flat_map(|case| propose_and_light(case, gpu, &mut tally)).collect();
     assert_none(&failures, cases.len());
     tally
 }
 
 #[test]
 fn proposals_are_true_and_those_of_the_twin() {
-    let gpu = gpu();
+    let gpu = lighting();
     assert!(gpu.arithmetic().unwrap().suits_filter(), "{}", gpu.arithmetic().unwrap());
     let cases = in_turn(setting("KUGELBLITZ_DEVICE", 5) as usize, 1);
-    let tally = propose_all(&cases, &gpu);
+    let tally = propose_all(&cases, gpu);
     println!("{tally:?}");
-    let Tally { rays, open, on_device } = tally;
+    let Tally { rays, open, on_device, lit, lit_open } = tally;
     assert!(cases.len() == 1 || on_device > rays / 2 && open > rays / 50, "{tally:?}");
+    assert!(cases.len() == 1 || lit > 1000 && lit_open < lit, "{tally:?}");
 }
 
 #[test]
@@ -206,7 +257,7 @@ fn drivers_of_other_arithmetic() {
             continue;
         }
         let cases = in_turn(3 * setting("KUGELBLITZ_DEVICE", 5) as usize, first);
-        let gpu = Arc::new(opened().edit_spirv(spoil));
+        let gpu = Arc::new(opened().always_lights().edit_spirv(spoil));
         println!("{name}");
         check_all(&cases, &Device::Gpu(Arc::clone(&gpu)));
         if gpu.arithmetic().unwrap().suits_filter() {
@@ -223,7 +274,7 @@ fn drivers_of_other_arithmetic() {
 /// A device that lights each scene by itself.
 pub fn lighting() -> &'static Arc<Gpu> {
     static LIGHTING: OnceLock<Arc<Gpu>> = OnceLock::new();
-    LIGHTING.get_or_init(|| Arc::new(opened().always_lights_plainly()))
+    LIGHTING.get_or_init(|| Arc::new(opened().always_lights()))
 }
 
 fn bits(colors: &[[f32; 3]]) -> Vec<[u32; 3]> {
@@ -309,7 +360,8 @@ fn mistakes_in_shaders_are_seen() {
     });
     let is_seen = |kernel: Kernel, gpu: &Arc<Gpu>| match kernel {
         Kernel::Certified => {
-            certified.iter().any(|case| !propose(case, gpu, &mut Tally::default()).is_empty())
+            let is_wrong = |case| !propose_and_light(case, gpu, &mut Tally::default()).is_empty();
+            certified.iter().any(is_wrong)
         }
         _ => unproven.iter().any(|case| !plain(case, kernel, gpu, &mut 0).is_empty()),
     };
@@ -325,7 +377,7 @@ fn mistakes_in_shaders_are_seen() {
             let kernel = Kernel::ALL.into_iter().find(of_name).expect("a kernel");
             let is_there = Arc::new(AtomicBool::new(false));
             let (found, find, replace) = (Arc::clone(&is_there), find.clone(), replace.clone());
-            let gpu = opened().always_lights_plainly().edit_shaders(move |wgsl| {
+            let gpu = opened().always_lights().edit_shaders(move |wgsl| {
                 found.fetch_or(wgsl.contains(&find), Ordering::Relaxed);
                 wgsl.replace(&find, &replace)
             });

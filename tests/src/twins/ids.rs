@@ -1,29 +1,22 @@
-//! Twin of `shaders/certified.wgsl` and `shaders/tree.wgsl`: each ray alone, in f32.
+//! What `shaders/certified.wgsl` and `shaders/tree.wgsl` do: each ray alone, in f32.
 
+use kugelblitz::bvh::{IS_LEAF, Leaves};
+use kugelblitz::engine::List;
+use kugelblitz::gpu::slabs::{SlabRoom, meets, slabs_of};
+use kugelblitz::num::V3;
+use kugelblitz::prepare::{InSpace, Prepared};
+use kugelblitz::rays::{Frame, Rays};
+use kugelblitz::seen::{Nearest, Objects, Ray};
 use rayon::prelude::*;
 
-use super::slabs::{SlabRoom, meets, slabs_of};
-use crate::bvh::{IS_LEAF, Leaves};
-use crate::engine::List;
-use crate::error::{Error, Result};
-use crate::num::V3;
-use crate::prepare::{InSpace, Prepared};
-use crate::rays::{Frame, Rays};
-use crate::seen::{Nearest, Objects, Ray};
-use crate::trace::Kernel;
-
 /// The proposals of the kernel `certified` where each ray is looked at alone, by the formulas of a device: the
-/// twin that a device's proposals are compared with. [`Tracer::propose`](crate::tracer::Tracer::propose) on the CPU may leave
-/// other rays open, but never sees another object.
-///
-/// # Errors
-/// [`Error::Usage`] for another kernel's scene, and for one that a device finds no way through.
-pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
-    prepared.check(rays)?;
+/// twin that a device's proposals are compared with. The CPU may leave other rays open, but never sees another object. `None`
+/// where a device finds no way through a scene.
+pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Option<Vec<u32>> {
     let hierarchy = prepared.hierarchy.as_ref();
-    let in_space = prepared.in_space()?;
-    if prepared.kernel != Kernel::Certified || in_space.is_none() && hierarchy.is_some() {
-        return Err(Error::Usage("no device proposes anything for this scene".into()));
+    let in_space = prepared.in_space().expect("memory for the boxes of a tree");
+    if in_space.is_none() && hierarchy.is_some() {
+        return None;
     }
     let eye = prepared.eye();
     let listed = match hierarchy {
@@ -38,7 +31,7 @@ pub fn propose_alone(prepared: &Prepared, rays: &Rays) -> Result<Vec<u32>> {
         nearest.decide().0
     };
     let all = (0..rays.len()).into_par_iter();
-    Ok(match rays {
+    Some(match rays {
         Rays::Pixels(pixels) => {
             let camera = Frame::of_pixels(pixels);
             let ray = |index| {

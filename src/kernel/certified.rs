@@ -2,13 +2,13 @@
 //! "undecided" elsewhere. f64 and exact arithmetic follow. The formulas are those of [`crate::seen`], the bounds are derived
 //! in [`crate::guard`].
 
-mod records;
-
 use super::about::{About, Exactness, Float, Promise, Space, Wgsl, part};
-use crate::num::{Float as _, OPEN};
-use crate::rays::Bundle;
 
-pub use records::{PlaneCertified, SphereCertified};
+/// A sphere as the device sees it: the words of a [`SphereSeen`](crate::seen::SphereSeen).
+pub type SphereWords = [f32; 20];
+
+/// A plane as the device sees it: the words of a [`PlaneSeen`](crate::seen::PlaneSeen).
+pub type PlaneWords = [f32; 12];
 
 /// The facts of the kernel.
 pub(super) const ABOUT: About = About {
@@ -16,11 +16,10 @@ pub(super) const ABOUT: About = About {
     float: Float::F32,
     space: Space::Reference,
     promise: PROMISE,
-    record_bytes: [size_of::<SphereCertified>(), size_of::<PlaneCertified>()],
+    record_bytes: [size_of::<SphereWords>(), size_of::<PlaneWords>()],
     wgsl: Wgsl {
-        records: "Certified",
-        parts: &[part!("certified.wgsl"), part!("slabs.wgsl")],
-        constants,
+        records: "Seen",
+        parts: &[part!("printed/seen.wgsl"), part!("certified.wgsl"), part!("slabs.wgsl")],
     },
 };
 
@@ -35,16 +34,6 @@ const PROMISE: Promise = Promise {
         normal_distance: 1.7321 / (1u64 << 25) as f64,
     }),
 };
-
-fn constants(_: Bundle) -> Vec<(&'static str, String)> {
-    let literal = |x: f64| Float::F32.literal(x);
-    vec![
-        ("UNDECIDED", format!("{OPEN}u")),
-        ("BEYOND", literal(f32::BEYOND)),
-        ("TINY", literal(f32::TINY)),
-        ("QUOTIENT", literal(crate::seen::quotient_width::<f32>())),
-    ]
-}
 
 /// A picture of more spheres than this has a hierarchy. It pays from about here on.
 pub const FEW_SPHERES: usize = 16;

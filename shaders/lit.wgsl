@@ -1,0 +1,174 @@
+// Bytes of pixels in the light of the kernel certified: where bounds in f32 tell one byte of each colour, these, else OPEN.
+// The bounds are printed: printed/light.wgsl.
+
+struct Lamp {
+    aim: Aim,
+    weight: vec3f,
+    casts_shadows: f32,
+}
+
+struct Lighting {
+    @align(16) lengths: Lengths,
+    @align(16) ambient: Light,
+    @align(16) width: Bounds,
+}
+
+@group(0) @binding(next) var<storage, read_write> codes: array<u32>;
+@group(0) @binding(next) var<uniform> lighting: Lighting;
+@group(0) @binding(next) var<uniform> colors: array<vec4f, N_COLORS>;
+// Of each byte where its range begins and ends, and where the next one does.
+@group(0) @binding(next) var<uniform> ends: array<vec4f, 256>;
+//#if lamps
+@group(0) @binding(next) var<uniform> lamps: array<Lamp, N_LAMPS>;
+//#if met_spheres
+struct OccludingSphere {
+    met: SphereMet,
+    id: u32,
+}
+
+@group(0) @binding(next) var<uniform> met_spheres: array<OccludingSphere, N_MET_SPHERES>;
+//#end
+//#if met_planes
+struct OccludingPlane {
+    met: PlaneMet,
+    id: u32,
+}
+
+@group(0) @binding(next) var<uniform> met_planes: array<OccludingPlane, N_MET_PLANES>;
+//#end
+//#end
+
+fn surface_of(id: u32, ray: Ray) -> SurfacePoint {
+    var surface = SurfacePoint(vec3f(0.0), BEYOND, vec3f(0.0), BEYOND, 1.0);
+    //#if spheres
+    // Looked for: a load of each lane's own record is slow.
+    var sphere = spheres[0];
+    for (var i = 1u; i < N_SPHERES; i++) {
+        if id == i + 1u {
+            sphere = spheres[i];
+        }
+    }
+    surface = sphere_surface(sphere, ray, lighting.lengths);
+    //#if close
+    if sphere.is_close > 0.0 {
+        surface = sphere_surface_close(sphere, ray, lighting.lengths);
+    }
+    //#end
+    //#end
+    //#if planes
+    if id > params.n_spheres {
+        var plane = planes[0];
+        for (var i = 1u; i < N_PLANES; i++) {
+            if id == params.n_spheres + i + 1u {
+                plane = planes[i];
+            }
+        }
+        surface = plane_surface(plane, ray, lighting.lengths);
+    }
+    //#end
+    return surface;
+}
+
+//#if lamps
+// With an object that is in the way of no ray that starts on it.
+fn with_occluder(verdict: Verdict, next: Verdict, is_own: bool) -> Verdict {
+    return verdict_with(
+        verdict, Verdict(select(next.blocked, -1.0, is_own), select(next.clear, 1.0, is_own)));
+}
+
+fn given_of(lamp: Lamp, surface: SurfacePoint, id: u32) -> Bounds {
+    let ray = shadow_ray(lamp.aim, surface.point, surface.point_error);
+    // From inside a sphere it is left open.
+    var verdict = Verdict(-1.0, surface.front);
+    //#if met_spheres
+    for (var i = 0u; i < N_MET_SPHERES; i++) {
+        let other = met_spheres[i];
+        verdict = with_occluder(verdict, sphere_occludes(other.met, ray), id == other.id);
+    }
+    //#end
+    //#if met_planes
+    for (var i = 0u; i < N_MET_PLANES; i++) {
+        let other = met_planes[i];
+        verdict = with_occluder(verdict, plane_occludes(other.met, ray), id == other.id);
+    }
+    //#end
+    if lamp.casts_shadows == 0.0 {
+        verdict = Verdict(-1.0, 1.0);
+    }
+    return behind(cosine(ray, surface.normal, surface.normal_error), verdict);
+}
+//#end
+
+// About the sRGB byte of a linear value, less a half: whole numbers below are the byte or the one before. No bound, as the
+// byte's ends are looked at. (Coefficients: I. Taylor, sRGB approximations for HLSL, 2013.)
+fn byte_before(light: f32) -> f32 {
+    let linear = min(max(light, 0.0), 1.0);
+    let root2 = sqrt(linear);
+    let root4 = sqrt(root2);
+    let root8 = sqrt(root4);
+    let curve =
+        0.662002687 * root2 + 0.684122060 * root4 - 0.323583601 * root8 - 0.0225411470 * linear;
+    let srgb = select(curve, 12.92 * linear, linear < 0.0031308);
+    return min(max(255.0 * srgb, 0.0), 255.0);
+}
+
+// The byte whose range holds both bounds; 256 where none does.
+fn byte_of(low: f32, high: f32) -> u32 {
+    let before = u32(byte_before(low));
+    let range = ends[before].xyz;
+    let is_next = range.y <= low;
+    let is_one = (range.x <= low) & (high < select(range.y, range.z, is_next));
+    return select(256u, before + u32(is_next), is_one);
+}
+
+// With a sample of a pixel, by its column and row among all samples of the tile. One that is left open may have any colour.
+fn with_sample_at(sum: Light, place: vec2u) -> Light {
+    let i = f32(params.offset_i + 2 * i32(place.x));
+    let j = f32(params.offset_j - 2 * i32(place.y));
+    //#if point
+    let ray = ray_from(params.origin, camera_direction(i, j));
+    //#else
+    let ray = ray_from(camera_origin(i, j), params.forward);
+    //#end
+    let id = decide(nearest_listed(ray));
+    var surface = surface_of(id, ray);
+    let is_none = id == 0u;
+    let is_known = !is_none & (id != OPEN) & (surface.point_error < KNOWN);
+    // Of what is not known numbers may be huge. A cosine says nothing where a normal is off by 1.
+    surface.point = select(vec3f(0.0), surface.point, is_known);
+    surface.normal =
+        select(vec3f(0.0), surface.normal, is_known & (surface.normal_error < 1.0));
+    var color = colors[0].xyz;
+    for (var k = 1u; k < N_COLORS; k++) {
+        color = select(color, colors[k].xyz, id == k);
+    }
+    var light = lighting.ambient;
+    //#each lamp
+    light = light_with(light, lamps[INDEX].weight, given_of(lamps[INDEX], surface, id));
+    //#end
+    let is_open = !is_none & !is_known;
+    let one = vec3f(1.0);
+    light = Light(select(light.low, one, is_none), select(light.high, one, is_none));
+    light = light_on(light, color);
+    // Then the mean is beyond the last byte's end.
+    let low = select(light.low, vec3f(0.0), is_open);
+    return light_plus(sum, Light(low, select(light.high, vec3f(BEYOND), is_open)));
+}
+
+@compute @workgroup_size(WORKGROUP_WIDTH, WORKGROUP_HEIGHT)
+fn render(@builtin(global_invocation_id) pixel: vec3u) {
+    let index = pixel.y * params.width + pixel.x;
+    var sum = Light(vec3f(0.0), vec3f(0.0));
+    // No loop around loops, here and over lamps, where they are few: that takes twice as long on lavapipe.
+    //#each sample
+    sum = with_sample_at(sum, pixel.xy * N_SAMPLES + vec2u(INDEX % N_SAMPLES, INDEX / N_SAMPLES));
+    //#end
+    let pixel_light = light_mean(sum, f32(N_SAMPLES * N_SAMPLES), lighting.width);
+    let r = byte_of(pixel_light.low.x, pixel_light.high.x);
+    let g = byte_of(pixel_light.low.y, pixel_light.high.y);
+    let b = byte_of(pixel_light.low.z, pixel_light.high.z);
+    let is_open = (r | g | b) > 255u;
+    if pixel.x < params.width && index < params.n_rays {
+        codes[index] = select(r | g << 8u | b << 16u, OPEN, is_open);
+    }
+}

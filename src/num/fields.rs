@@ -1,0 +1,76 @@
+//! The fields of structs of numbers, by their names and in their order: who prints formulas in another language declares the
+//! structs by them, and a device's buffers hold them.
+
+use super::{Real, V3};
+
+/// Gives the fields of a struct, one after the other.
+pub trait Source<R: Real> {
+    /// A number.
+    fn num(&mut self, name: &'static str) -> R;
+    /// Three of them.
+    fn vec(&mut self, name: &'static str) -> V3<R>;
+    /// An id.
+    fn id(&mut self, name: &'static str) -> R::Id;
+}
+
+/// Takes them.
+pub trait Sink<R: Real> {
+    /// A number.
+    fn num(&mut self, name: &'static str, x: R);
+    /// Three of them.
+    fn vec(&mut self, name: &'static str, v: V3<R>);
+    /// An id.
+    fn id(&mut self, name: &'static str, id: R::Id);
+}
+
+/// A struct of numbers of `R`.
+pub trait Fields<R: Real>: Sized {
+    /// Its name.
+    const NAME: &'static str;
+    /// One of these fields.
+    fn read(source: &mut impl Source<R>) -> Self;
+    /// Hands over its fields.
+    fn write(&self, sink: &mut impl Sink<R>);
+}
+
+/// Lists the fields of a struct, each a `num`, a `vec` or an `id`.
+macro_rules! fields {
+    ($name:ident { $($field:ident: $kind:ident),* $(,)? }) => {
+        impl<R: $crate::num::Real> $crate::num::fields::Fields<R> for $name<R> {
+            const NAME: &'static str = stringify!($name);
+
+            fn read(source: &mut impl $crate::num::fields::Source<R>) -> Self {
+                $name { $($field: source.$kind(stringify!($field)),)* }
+            }
+
+            fn write(&self, sink: &mut impl $crate::num::fields::Sink<R>) {
+                $(sink.$kind(stringify!($field), self.$field);)*
+            }
+        }
+    };
+}
+pub(crate) use fields;
+
+/// The words of a struct in a device's buffer: as WGSL has it, three numbers begin at a multiple of four words, and so does
+/// what is behind the struct.
+pub fn words<const N: usize>(record: &impl Fields<f32>) -> [f32; N] {
+    struct Words<const N: usize>([f32; N], usize);
+
+    impl<const N: usize> Sink<f32> for Words<N> {
+        fn num(&mut self, _: &'static str, x: f32) {
+            self.0[self.1] = x;
+            self.1 += 1;
+        }
+        fn vec(&mut self, name: &'static str, v: V3<f32>) {
+            self.1 = self.1.next_multiple_of(4);
+            v.0.into_iter().for_each(|x| self.num(name, x));
+        }
+        fn id(&mut self, name: &'static str, id: u32) {
+            self.num(name, f32::from_bits(id));
+        }
+    }
+
+    let mut words = Words([0.0; N], 0);
+    record.write(&mut words);
+    words.0
+}

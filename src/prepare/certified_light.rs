@@ -1,0 +1,33 @@
+//! The light of a picture for a device that finds bytes as the kernel `certified` does.
+
+use crate::num::V3;
+use crate::seen::shadow::Aim;
+use crate::seen::{Bounds, Lengths, Light, Met};
+
+/// What bounds of a picture's colours in f32 rest on, relative to the eye.
+pub struct CertifiedLighting {
+    /// Samples across and down a pixel.
+    pub n_samples: u32,
+    /// The objects' own colours, by id; the background's first.
+    pub colors: Vec<V3<f32>>,
+    /// The objects that may be in the way of light, and their ids.
+    pub occluders: Vec<(u32, Met<f32>)>,
+    /// Lights and suns of the sky.
+    pub lamps: Vec<CertifiedLamp>,
+    /// Bounds of the light from nowhere.
+    pub ambient: Light<f32>,
+    /// What a mean is multiplied with for its bounds.
+    pub width: Bounds<f32>,
+    /// What the samples' rays share where they meet an object.
+    pub lengths: Lengths<f32>,
+}
+
+/// A light, or a sun of the sky.
+pub struct CertifiedLamp {
+    /// Where its light comes from.
+    pub aim: Aim<f32>,
+    /// Linear light that a surface across its rays gets.
+    pub weight: V3<f32>,
+    /// Whether objects may be in its way.
+    pub casts_shadows: bool,
+}

@@ -1,0 +1,308 @@
+//! What is in the way of light to the points that some samples see: listed objects, and those of the tree.
+//!
+//! The points of an object are looked at as a ball first, and those that are close together share a walk through the tree.
+
+#![allow(clippy::needless_range_loop, reason = "the lanes of several arrays go side by side")]
+
+use glam::DVec3;
+
+use super::{Pass, Scratch};
+use crate::bvh::{Bvh, Corners, Enter, Node, Visitor};
+use crate::certify::{Pack, is_id};
+use crate::guard::host::Bounded;
+use crate::num::{Float, LaneBits, Lanes, Mask, Real, V3};
+use crate::scene::Linear;
+use crate::seen::shadow::{Aim, Origin};
+use crate::seen::{Occluder, Record, ShadowRay, SphereMet, Surface, Verdict};
+
+/// Packs at least whose points of an object share a walk through the tree, which lie below each other: with more the beams
+/// get wide, with fewer there are more of them.
+const TOGETHER: usize = 4;
+
+/// Points of one object, lane by lane.
+#[derive(Clone, Copy)]
+pub struct Extent<F: Float, const N: usize> {
+    id: u32,
+    low: V3<Lanes<F, N>>,
+    high: V3<Lanes<F, N>>,
+    error: Lanes<F, N>,
+    /// 1 where some are seen from inside.
+    back: Lanes<F, N>,
+}
+
+/// A ball around points of one object.
+pub struct Ball {
+    id: u32,
+    /// Whether some are seen from inside.
+    has_back: bool,
+    pub middle: V3<f64>,
+    pub reach: f64,
+}
+
+impl<F: Float, const N: usize> Extent<F, N> {
+    #[inline(always)]
+    pub fn none(id: u32) -> Self {
+        let (beyond, zero) = (V3([Lanes::lit(F::BEYOND); 3]), Lanes::lit(0.0));
+        Extent { id, low: beyond, high: -beyond, error: zero, back: zero }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, is_in: LaneBits<F, N>, surface: &Surface<Lanes<F, N>>) {
+        self.low = V3::select(is_in, self.low.min(surface.point), self.low);
+        self.high = V3::select(is_in, self.high.max(surface.point), self.high);
+        self.error = Lanes::select(is_in, self.error.max(surface.point_error), self.error);
+        let back = Lanes::select(surface.front, Lanes::lit(0.0), Lanes::lit(1.0));
+        self.back = Lanes::select(is_in, self.back.max(back), self.back);
+    }
+
+    /// Corners of a box around all true points.
+    #[inline(always)]
+    fn corners(&self) -> Corners {
+        let (mut corners, error) = ([DVec3::ZERO; 2], most(self.error));
+        for axis in 0..3 {
+            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
+            // No test sees the roundings of these sums, which the beam has room for.
+            (corners[0][axis], corners[1][axis]) = (low - error, high + error);
+        }
+        corners
+    }
+
+    /// From the middle of all lanes the true points are as far as half a diagonal of their box, the middle's own rounding, and
+    /// the largest error.
+    #[inline(always)]
+    pub fn ball(&self) -> Ball {
+        let (mut middle, mut half) = (V3([0.0; 3]), V3([0.0; 3]));
+        for axis in 0..3 {
+            let (low, high) = (-most(-self.low.0[axis]), most(self.high.0[axis]));
+            half.0[axis] = (high - low) * 0.5;
+            middle.0[axis] = low + half.0[axis];
+        }
+        // No test sees it halved: the unit is two roundings.
+        let rounding = f64::UNIT * middle.dot(middle).sqrt();
+        let reach = 1.01 * half.dot(half).sqrt() + rounding + most(self.error);
+        Ball { id: self.id, has_back: most(self.back) > 0.0, middle, reach }
+    }
+}
+
+impl Ball {
+    /// The ways from its points to a light.
+    #[inline(always)]
+    fn shadow_ray(&self, origin: Origin) -> ShadowRay<f64> {
+        ShadowRay::new(&Aim::new(origin), self.middle, self.reach)
+    }
+}
+
+/// The largest of all lanes.
+#[inline(always)]
+fn most<F: Float, const N: usize>(lanes: Lanes<F, N>) -> f64 {
+    let mut most = lanes.0[0];
+    for lane in 1..N {
+        most = most.max(lanes.0[lane]);
+    }
+    most.to_f64()
+}
+
+/// The ways from some samples to a light.
+pub struct Way<F: Float, const N: usize> {
+    rays: ShadowRay<Lanes<F, N>>,
+    verdict: Verdict<Lanes<F, N>>,
+    /// Positive where it is not known to be dark.
+    asked: Lanes<F, N>,
+}
+
+impl<F: Float, const N: usize> Way<F, N> {
+    /// Whether one of these lanes is not known to be dark.
+    #[inline(always)]
+    fn is_open(&self, lanes: Lanes<F, N>) -> bool {
+        Lanes::lit(0.0).lt(lanes.min(self.asked)).any()
+    }
+}
+
+impl<F: Bounded + Linear> Pass<'_, F> {
+    /// The points that samples see, by objects.
+    #[inline(always)]
+    pub fn gather<const N: usize>(&self, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, boxes, balls, .. } = scratch;
+        boxes.clear();
+        for pack in packs {
+            let mut left = pack.surface.is_known().and(is_id(&pack.ids, 0).not());
+            while left.any() {
+                let id = match pack.is_uniform() {
+                    true => pack.ids[0],
+                    false => first_of(left, &pack.ids),
+                };
+                let here = if pack.is_uniform() { left } else { left.and(is_id(&pack.ids, id)) };
+                let known = boxes.iter().rposition(|some| some.id == id);
+                let at = known.unwrap_or_else(|| {
+                    boxes.push(Extent::none(id));
+                    boxes.len() - 1
+                });
+                boxes[at].add(here, &pack.surface);
+                if pack.is_uniform() {
+                    break;
+                }
+                left = left.and(here.not());
+            }
+        }
+        balls.clear();
+        for some in boxes {
+            balls.push(some.ball());
+        }
+    }
+
+    /// Takes away what listed objects are in the way of.
+    #[inline(always)]
+    pub fn darken<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
+        let Scratch { packs, given, balls, places, .. } = scratch;
+        let given = &mut given[index * packs.len()..][..packs.len()];
+        let (light, lamp) = (&self.lights[index], &self.job.lit.lighting.lamps[index]);
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let aim = Aim::new(light.origin);
+        for ball in balls {
+            let id = ball.id;
+            let mut both = packs.iter().zip(&*given);
+            if !both.any(|(pack, given)| given.is_lit && pack.sees(id)) {
+                continue;
+            }
+            let has_back = ball.has_back && self.occluders.own_is_in_the_way(lamp, id);
+            let is_dark = self.occluders.look_around(&ball.shadow_ray(light.origin), id, places);
+            if !is_dark && !has_back && places.is_empty() {
+                continue;
+            }
+            for (pack, given) in packs.iter().zip(&mut *given) {
+                if !given.is_lit || !pack.sees(id) {
+                    continue;
+                }
+                let mut verdict = Verdict::none();
+                if is_dark {
+                    verdict = Verdict { blocked: one, clear: -one };
+                } else {
+                    let rays = self.shadow_rays(&aim, pack);
+                    for &place in &*places {
+                        verdict = verdict.with(self.listed[place].occlude(&rays));
+                    }
+                    if has_back {
+                        let front = pack.surface.front;
+                        verdict.blocked = Lanes::select(front, verdict.blocked, one);
+                        verdict.clear = Lanes::select(front, verdict.clear, -one);
+                    }
+                }
+                // Of those of which nothing is known the lower bound is 0 already.
+                let here = pack.surface.is_known();
+                let here = if pack.is_uniform() { here } else { here.and(is_id(&pack.ids, id)) };
+                verdict.blocked = Lanes::select(here, verdict.blocked, zero);
+                verdict.clear = Lanes::select(here, verdict.clear, one);
+                given.take(verdict);
+            }
+        }
+    }
+
+    /// Takes away what spheres of the tree are in the way of. The samples of some pixels that see one object lie close
+    /// together, and share a walk.
+    #[inline(always)]
+    pub fn darken_by_tree<const N: usize>(&self, index: usize, scratch: &mut Scratch<F, N>) {
+        let Some(bvh) = self.occluders.tree() else { return };
+        let light = &self.lights[index];
+        let aim = Aim::new(light.origin);
+        let Scratch { packs, given, walk, left, ways, .. } = scratch;
+        let given = &mut given[index * packs.len()..][..packs.len()];
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        let together = self.job.n_samples().pow(2).max(TOGETHER);
+        for (packs, given) in packs.chunks(together).zip(given.chunks_mut(together)) {
+            ways.clear();
+            left.clear();
+            for (pack, given) in packs.iter().zip(&*given) {
+                let rays = self.shadow_rays(&aim, pack);
+                let is_asked = zero.lt(given.bounds.high.min(one - given.clear));
+                let is_asked = pack.surface.is_known().and(is_asked);
+                let asked = Lanes::select(is_asked, given.bounds.high, zero);
+                ways.push(Way { rays, verdict: Verdict::none(), asked });
+                left.push(Lanes::select(is_asked, one, zero));
+            }
+            for first in 0..packs.len() {
+                while let Some(lane) = (0..N).find(|&lane| zero.0[lane].lt(left[first].0[lane])) {
+                    let own = packs[first].ids[lane];
+                    let mut around = Extent::none(own);
+                    for (pack, left) in packs.iter().zip(&mut *left).skip(first) {
+                        let here = is_id(&pack.ids, own).and(zero.lt(*left));
+                        around.add(here, &pack.surface);
+                        *left = Lanes::select(here, zero, *left);
+                    }
+                    let beam = self.occluders.beam(bvh, light.origin, around.corners());
+                    let (packs, ways) = (&packs[first..], &mut ways[first..]);
+                    let mut darken = Darken { pass: self, bvh, own, packs, ways, is_dark: false };
+                    walk.all(bvh, bvh.root(), beam, &mut darken);
+                }
+            }
+            for ((pack, given), way) in packs.iter().zip(given).zip(&*ways) {
+                let Verdict { mut blocked, mut clear } = way.verdict;
+                let known = pack.surface.is_known();
+                (blocked, clear) =
+                    (Lanes::select(known, blocked, zero), Lanes::select(known, clear, one));
+                given.take(Verdict { blocked, clear });
+            }
+        }
+    }
+}
+
+/// Looks for what is in the way of light to points of one object.
+struct Darken<'a, 'b, F: Float, const N: usize> {
+    pass: &'a Pass<'b, F>,
+    bvh: &'a Bvh,
+    /// Their object, which is not in their way.
+    own: u32,
+    packs: &'a [Pack<F, N>],
+    ways: &'a mut [Way<F, N>],
+    is_dark: bool,
+}
+
+impl<F: Bounded + Linear, const N: usize> Visitor for Darken<'_, '_, F, N> {
+    #[inline(always)]
+    fn last(&self) -> f32 {
+        if self.is_dark { -1.0 } else { f32::INFINITY }
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, node: &Node, mut leaves: u32, _: &Enter) {
+        let (zero, one) = (Lanes::<F, N>::lit(0.0), Lanes::lit(1.0));
+        while leaves != 0 {
+            let place = node.place(leaves.trailing_zeros()) as usize;
+            leaves &= leaves - 1;
+            if self.bvh.ids[place] == self.own {
+                continue;
+            }
+            let met = self.pass.occluders.met::<F>(&self.bvh.spheres[place]);
+            let met = <SphereMet<f64> as Record>::splat(&met);
+            let mut is_any_open = false;
+            for (pack, way) in self.packs.iter().zip(&mut *self.ways) {
+                if !pack.sees(self.own) {
+                    continue;
+                }
+                let here = Lanes::select(is_id(&pack.ids, self.own), one, zero);
+                if !way.is_open(here) {
+                    continue;
+                }
+                let mut found = SphereMet::occlude(&met, &way.rays);
+                found.blocked = Lanes::select(zero.lt(here), found.blocked, -one);
+                found.clear = Lanes::select(zero.lt(here), found.clear, one);
+                way.verdict = way.verdict.with(found);
+                way.asked = Lanes::select(zero.lt(found.blocked), zero, way.asked);
+                is_any_open |= way.is_open(here);
+            }
+            if !is_any_open {
+                self.is_dark = true;
+                return;
+            }
+        }
+    }
+}
+
+/// The id of the first lane where a mask holds.
+#[inline(always)]
+fn first_of<F: Float, const N: usize>(mask: LaneBits<F, N>, ids: &[u32; N]) -> u32 {
+    let mut id = 0;
+    for lane in (0..N).rev() {
+        id = if mask.0[lane] != F::Bits::default() { ids[lane] } else { id };
+    }
+    id
+}

@@ -1,0 +1,126 @@
+//! The formulas that a device has from the Rust text.
+
+use kugelblitz::num::fields::{Fields, Sink, Source};
+use kugelblitz::num::{Ray, Real, V3};
+use kugelblitz::seen::shadow::Aim;
+use kugelblitz::seen::{
+    Bounds, Lengths, Light, Nearest, Occluder, PlaneMet, PlaneSeen, Seen, ShadowRay, SphereLeaf,
+    SphereMet, SphereSeen, Surface, Verdict,
+};
+
+use super::{Wgsl as W, WgslId, declaration, function};
+
+const HEAD: &str = "// Printed from src/num and src/seen; see tests/library/printed.rs.\n\n";
+
+/// The files of `shaders/printed`, with their texts.
+pub fn all() -> [(&'static str, String); 2] {
+    [("seen.wgsl", seen()), ("light.wgsl", light())]
+}
+
+/// One text, with one line's end.
+fn joined(parts: &[String]) -> String {
+    parts.concat().trim_end().to_string() + "\n"
+}
+
+/// Where rays meet objects, and which is the nearest.
+fn seen() -> String {
+    let none = "no ray misses for sure while formulas are printed";
+    joined(&[
+        HEAD.into(),
+        declaration::<Ray<W>>(),
+        declaration::<Bounds<W>>(),
+        declaration::<Nearest<W>>(),
+        declaration::<SphereLeaf<W>>(),
+        declaration::<SphereSeen<W>>(),
+        declaration::<PlaneSeen<W>>(),
+        function!(ray_from(origin: V3<W>, direction: V3<W>) Ray::new(origin, direction)),
+        function!(leaf_bounds(leaf: SphereLeaf<W>, ray: Ray<W>) leaf.bounds(&ray).expect(none)),
+        function!(sphere_leaf(sphere: SphereSeen<W>) sphere.leaf()),
+        function!(sphere_bounds_close(sphere: SphereSeen<W>, ray: Ray<W>)
+            SphereSeen::bounds_close(&sphere, &ray).expect(none)),
+        function!(plane_bounds(plane: PlaneSeen<W>, ray: Ray<W>)
+            PlaneSeen::bounds(&plane, &ray).expect(none)),
+        function!(nearest_none() Nearest::<W>::none()),
+        function!(nearest_with(nearest: Nearest<W>, next: Bounds<W>, id: WgslId)
+            nearest.with(next, id)),
+        function!(decide(nearest: Nearest<W>) nearest.decide().0),
+    ])
+}
+
+/// What light asks of a [`Surface`].
+struct SurfacePoint {
+    point: V3<W>,
+    point_error: W,
+    normal: V3<W>,
+    normal_error: W,
+    /// 1 where the ray comes from outside, else −1.
+    front: W,
+}
+
+impl From<Surface<W>> for SurfacePoint {
+    fn from(surface: Surface<W>) -> SurfacePoint {
+        let Surface { point, point_error, normal, normal_error, front, .. } = surface;
+        let front = W::select(front, W::lit(1.0), W::lit(-1.0));
+        SurfacePoint { point, point_error, normal, normal_error, front }
+    }
+}
+
+impl Fields<W> for SurfacePoint {
+    const NAME: &'static str = "SurfacePoint";
+
+    fn read(source: &mut impl Source<W>) -> SurfacePoint {
+        SurfacePoint {
+            point: source.vec("point"),
+            point_error: source.num("point_error"),
+            normal: source.vec("normal"),
+            normal_error: source.num("normal_error"),
+            front: source.num("front"),
+        }
+    }
+
+    fn write(&self, sink: &mut impl Sink<W>) {
+        sink.vec("point", self.point);
+        sink.num("point_error", self.point_error);
+        sink.vec("normal", self.normal);
+        sink.num("normal_error", self.normal_error);
+        sink.num("front", self.front);
+    }
+}
+
+/// The light on what rays see, and what is in its way.
+fn light() -> String {
+    joined(&[
+        HEAD.into(),
+        declaration::<Lengths<W>>(),
+        declaration::<SurfacePoint>(),
+        declaration::<SphereMet<W>>(),
+        declaration::<PlaneMet<W>>(),
+        declaration::<Aim<W>>(),
+        declaration::<ShadowRay<W>>(),
+        declaration::<Verdict<W>>(),
+        declaration::<Light<W>>(),
+        function!(sphere_surface(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
+            SurfacePoint::from(SphereSeen::surface(&sphere, &ray, &lengths))),
+        function!(sphere_surface_close(sphere: SphereSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
+            SurfacePoint::from(SphereSeen::surface_close(&sphere, &ray, &lengths))),
+        function!(plane_surface(plane: PlaneSeen<W>, ray: Ray<W>, lengths: Lengths<W>)
+            SurfacePoint::from(PlaneSeen::surface(&plane, &ray, &lengths))),
+        function!(shadow_ray(aim: Aim<W>, point: V3<W>, point_error: W)
+            ShadowRay::new(&aim, point, point_error)),
+        function!(cosine(ray: ShadowRay<W>, normal: V3<W>, normal_error: W) {
+            let (low, high) = ray.cosine(normal, normal_error);
+            Bounds { low, high }
+        }),
+        function!(sphere_occludes(met: SphereMet<W>, ray: ShadowRay<W>)
+            SphereMet::occlude(&met, &ray)),
+        function!(plane_occludes(met: PlaneMet<W>, ray: ShadowRay<W>)
+            PlaneMet::occlude(&met, &ray)),
+        function!(verdict_with(verdict: Verdict<W>, next: Verdict<W>) verdict.with(next)),
+        function!(behind(given: Bounds<W>, verdict: Verdict<W>) given.behind(&verdict)),
+        function!(light_with(light: Light<W>, weight: V3<W>, given: Bounds<W>)
+            light.with(weight, given)),
+        function!(light_on(light: Light<W>, color: V3<W>) light.on(color)),
+        function!(light_plus(light: Light<W>, other: Light<W>) light.plus(other)),
+        function!(light_mean(sum: Light<W>, n: W, width: Bounds<W>) sum.mean(n, width)),
+    ])
+}

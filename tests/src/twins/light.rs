@@ -1,0 +1,90 @@
+//! What `shaders/lit.wgsl` does: each pixel alone, in f32.
+
+use kugelblitz::num::{OPEN, V3};
+use kugelblitz::prepare::{CertifiedLamp, CertifiedLighting, Prepared};
+use kugelblitz::rays::{Frame, Pixels};
+use kugelblitz::scene::{Edges, Object};
+use kugelblitz::seen::{
+    Bounds, Light, Objects, PlaneSeen, Ray, Record as _, Seen as _, ShadowRay, SphereSeen, Surface,
+    Verdict,
+};
+use rayon::prelude::*;
+
+/// The bytes of pixels in the light of the kernel `certified`, by the formulas of a device: the twin that
+/// [`Tracer::light`](kugelblitz::tracer::Tracer::light) is compared with where objects are few. On the CPU f32 may decide more.
+pub fn light_alone(prepared: &Prepared, lighting: &CertifiedLighting, pixels: &Pixels) -> Vec<u32> {
+    let (n, eye) = (lighting.n_samples, prepared.eye());
+    let samples = pixels.samples(n);
+    let camera = Frame::<f32>::of_pixels(&samples);
+    let objects = Objects::<f32>::new(prepared.seen_objects(), &eye);
+    let surface = |id: u32, ray: &Ray<f32>| match prepared.scene.object(id) {
+        Some(Object::Sphere(sphere)) => {
+            let seen = SphereSeen::new::<f32>(sphere, &eye);
+            match seen.is_close() {
+                false => SphereSeen::surface(&seen.round(), ray, &lighting.lengths),
+                true => SphereSeen::surface_close(&seen.round(), ray, &lighting.lengths),
+            }
+        }
+        Some(Object::Plane(plane)) => {
+            let seen = PlaneSeen::new::<f32>(plane, &eye).round();
+            PlaneSeen::surface(&seen, ray, &lighting.lengths)
+        }
+        None => Surface::unknown(),
+    };
+    // The light that a sample gives; `None` where it is left open.
+    let sample = |x: u32, y: u32| {
+        let (i, j) = samples.offset2(x, y);
+        let ray = camera.ray(i as f32, j as f32);
+        let id = objects.nearest(&ray).decide().0;
+        let color = *lighting.colors.get(id as usize)?;
+        if id == 0 {
+            return Some(Light::of(V3([1.0; 3])).on(color));
+        }
+        let surface = Some(surface(id, &ray)).filter(Surface::is_known)?;
+        let with = |light: Light<f32>, lamp: &CertifiedLamp| {
+            light.with(lamp.weight, given(lamp, lighting, &surface, id))
+        };
+        Some(lighting.lamps.iter().fold(lighting.ambient, with).on(color))
+    };
+    let code = |at: usize| {
+        let (x, y) = pixels.xy(at);
+        let mut sum = Light::of(V3([0.0; 3]));
+        for k in 0..n * n {
+            let Some(light) = sample(x * n + k % n, y * n + k / n) else { return OPEN };
+            sum = sum.plus(light);
+        }
+        let Light { low, high } = sum.mean((n * n) as f32, lighting.width);
+        let mut code = 0;
+        for channel in 0..3 {
+            let [low, high] = [low, high].map(|bound| f64::from(bound.0[channel]));
+            let byte = Edges::srgb8().number(low);
+            let is_known = high < Edges::srgb8().range(byte).1;
+            code |= if is_known { u32::from(byte) << (8 * channel) } else { OPEN };
+        }
+        code
+    };
+    (0..pixels.len()).into_par_iter().map(code).collect()
+}
+
+/// What a lamp gives to a point of an object.
+fn given(
+    lamp: &CertifiedLamp,
+    lighting: &CertifiedLighting,
+    surface: &Surface<f32>,
+    own: u32,
+) -> Bounds<f32> {
+    let ray = ShadowRay::new(&lamp.aim, surface.point, surface.point_error);
+    // A cosine says nothing where a normal is off by 1.
+    let is_known = surface.normal_error < 1.0;
+    let normal = V3::select(is_known, surface.normal, V3([0.0; 3]));
+    let (low, high) = ray.cosine(normal, surface.normal_error);
+    let mut verdict = Verdict::none();
+    if lamp.casts_shadows {
+        // From inside a sphere it is left open.
+        verdict.clear = if surface.front { 1.0 } else { -1.0 };
+        for (_, met) in lighting.occluders.iter().filter(|(id, _)| *id != own) {
+            verdict = verdict.with(met.occlude(&ray));
+        }
+    }
+    Bounds { low, high }.behind(&verdict)
+}
