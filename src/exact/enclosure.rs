@@ -68,7 +68,7 @@ fn cut(x: &Real, n_bits: usize) -> (Real, Real) {
 }
 
 /// Bounds of `x/y`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`, `y > 0`.
-fn quotient(x: &Real, y: &Real, n_bits: usize) -> (Real, Real) {
+pub(super) fn quotient(x: &Real, y: &Real, n_bits: usize) -> (Real, Real) {
     if signum(x) == 0 {
         return (Real::zero(), Real::zero());
     }
@@ -80,7 +80,7 @@ fn quotient(x: &Real, y: &Real, n_bits: usize) -> (Real, Real) {
 }
 
 /// Bounds of `√x`, one unit of the last of about `n_bits` bits apart; `x ≥ 0`.
-fn square_root(x: &Real, n_bits: usize) -> (Real, Real) {
+pub(super) fn square_root(x: &Real, n_bits: usize) -> (Real, Real) {
     if signum(x) == 0 {
         return (Real::zero(), Real::zero());
     }

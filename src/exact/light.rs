@@ -13,7 +13,7 @@ use super::enclosure::Enclosure;
 use super::fraction::{Fraction, dyadic_root};
 use super::number::{Real, product3, real, real3, signum};
 use super::root::sign_of_sum;
-use super::{ExactHit, ExactRay, Root, Shape, Side};
+use super::{ExactHit, ExactRay, Shape, Side};
 
 /// `x + y·√D`, with a radicand `D` that all numbers of one point share.
 #[derive(Clone, Debug)]
@@ -36,12 +36,6 @@ impl<'a> Surd<'a> {
 
     fn scaled(&self, by: &Real) -> Surd<'a> {
         Surd::new(&self.x * by, &self.y * by, self.radicand)
-    }
-
-    /// The number divided by `divisor`, which is positive.
-    fn over(&self, divisor: &Real) -> Root {
-        let square = &self.y * &self.y * self.radicand;
-        Root::new(self.x.clone(), signum(&self.y), square, divisor.clone(), 1)
     }
 
     /// The number, where it has no root.
@@ -143,31 +137,6 @@ impl ExactPoint {
         }
     }
 
-    /// The coordinates, world units.
-    pub fn coordinates(&self) -> [Root; 3] {
-        std::array::from_fn(|axis| {
-            let (base, root) = (self.base[axis].clone(), self.root[axis].clone());
-            Surd::new(base, root, &self.radicand).over(&self.scale)
-        })
-    }
-
-    /// `f(p)` of a shape: `‖p − c‖² − r²` or `(p − a)·n`, 0 for the one that the point is on. `None`
-    /// where a number is not finite.
-    pub fn residual(&self, shape: &Shape) -> Option<Root> {
-        Some(match *shape {
-            Shape::Sphere { center, radius } => {
-                self.off_sphere(&self.offset_from(&real3(center)?), radius)?.over(&self.scale2())
-            }
-            Shape::Plane { point, normal } => {
-                dot_real(&self.offset_from(&real3(point)?), &real3(normal)?).over(&self.scale)
-            }
-        })
-    }
-
-    fn scale2(&self) -> Real {
-        &self.scale * &self.scale
-    }
-
     /// `scale²·(v·v − r²)`, where `v` is `scale` times as long already.
     fn off_sphere<'a>(&'a self, v: &Surd3<'a>, radius: f64) -> Option<Surd<'a>> {
         Some(&dot(v, v) - &self.square_of(radius)?)
@@ -225,11 +194,6 @@ impl<'a> ExactBeam<'a> {
             Surd::new(-(&direction[axis] * &point.scale), Real::zero(), &point.radicand)
         });
         Some(ExactBeam::new(point, way, true))
-    }
-
-    /// `w`, world units.
-    pub fn components(&self) -> [Root; 3] {
-        std::array::from_fn(|axis| self.way[axis].over(&self.point.scale))
     }
 
     /// `n·ω` at the object with this shape, that the point is on. `None` where it is not positive, a

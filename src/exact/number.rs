@@ -3,7 +3,6 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use dashu_float::Repr;
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, Sign};
 use glam::DVec3;
@@ -11,11 +10,7 @@ use glam::DVec3;
 /// A dyadic number `m·2^e` with `m` of any size; `+ − ×` and comparisons are exact.
 ///
 /// Big integers by dashu, and on top of them the one thing that dyadic numbers need: shifting to
-/// a common exponent. Not dashu's `FBig`: it carries a precision, an operation takes the larger
-/// one of its operands', and "unlimited" is written 0; so one limited operand (an f64 just
-/// converted, an integer literal) makes a sum of unlimited ones round, silently. Its bare `Repr`
-/// is lossless, but casts out trailing zero bits after every operation: three times the time of a
-/// sphere's discriminant.
+/// a common exponent.
 ///
 /// A number has many representations (only those that come from f64 are the shortest). Exponents
 /// of the polynomials here stay within `±2^20`, so sums of exponents can't overflow.
@@ -78,9 +73,11 @@ impl Real {
         Real { mantissa, exponent }
     }
 
-    /// The same number for dashu's approximate functions.
-    pub(super) fn to_repr(&self) -> Repr<2> {
-        Repr::new(self.mantissa.clone(), self.exponent)
+    /// An f64 near this number.
+    pub(super) fn near(&self) -> f64 {
+        let half = self.exponent / 2;
+        let [one, other] = [half, self.exponent - half].map(|part| 2f64.powi(part as i32));
+        self.mantissa.to_f64().value() * one * other
     }
 
     fn is_zero(&self) -> bool {

@@ -2,11 +2,15 @@
 
 use std::cmp::Ordering;
 
-use dashu_float::round::mode::HalfEven;
-use dashu_float::{Context, FBig, FpResult, Repr};
 use dashu_int::IBig;
+use dashu_int::ops::{Abs, BitTest};
 
+use super::enclosure::{quotient, square_root};
+use super::fraction::dyadic_root;
 use super::number::{Real, double, integer, power_of_two, real, signum};
+
+/// Bits of a number that is no [`Root`] and is taken for one.
+const ENOUGH_BITS: usize = 1024;
 
 /// The real number `f·(B + s·√D)/A` with dyadic `A > 0`, `B`, `D ≥ 0`, a sign `s ∈ {−1, 0, 1}` and
 /// a positive integer `f`.
@@ -95,32 +99,96 @@ impl Root {
         Root::new(b - x * &self.a, self.s, d, self.a.clone(), 1)
     }
 
-    /// An approximation with a relative error below `2^(4 − precision)`; 0 for 0 only.
+    /// The same number with a factor of 1, and without a root that is dyadic.
+    fn simple(&self) -> Root {
+        let (b, d) = self.folded();
+        match dyadic_root(&d) {
+            Some(root) if self.s < 0 => Root::quotient(b - root, self.a.clone(), 1),
+            Some(root) => Root::quotient(b + root, self.a.clone(), 1),
+            None => Root::new(b, self.s, d, self.a.clone(), 1),
+        }
+    }
+
+    /// The number itself where it is a quotient, else one that is off by less than `2^-1000` of it.
+    fn rational(&self) -> Root {
+        let magnitude = || Root::from(self.magnitude(self.signum()).approximate(ENOUGH_BITS));
+        match self.s {
+            0 => self.clone(),
+            _ if self.signum() < 0 => magnitude().negated(),
+            _ => magnitude(),
+        }
+    }
+
+    /// The sum: exactly, where the square roots are multiples of each other. Else of numbers that are off by less than `2^-1000`
+    /// of them.
+    pub fn plus(&self, other: &Root) -> Root {
+        let (x, y) = (self.simple(), other.simple());
+        let [by_x, by_y] =
+            if x.a == y.a { [Real::one(), Real::one()] } else { [y.a.clone(), x.a.clone()] };
+        let surds = [(x.s, &x.d * &by_x * &by_x), (y.s, &y.d * &by_y * &by_y)];
+        match sum_of_surds(surds) {
+            Some((s, d)) => Root::new(&x.b * &by_x + &y.b * &by_y, s, d, &x.a * &by_x, 1),
+            None => self.rational().plus(&other.rational()),
+        }
+    }
+
+    /// The product: as exact as a [sum](Root::plus).
+    pub fn times(&self, other: &Root) -> Root {
+        let (x, y) = (self.simple(), other.simple());
+        let across =
+            [(x.s * signum(&y.b), &y.b * &y.b * &x.d), (y.s * signum(&x.b), &x.b * &x.b * &y.d)];
+        match (dyadic_root(&(&x.d * &y.d)), sum_of_surds(across)) {
+            (Some(both), Some((s, d))) => {
+                let both = if x.s * y.s < 0 { -both } else { both };
+                Root::new(&x.b * &y.b + both, s, d, &x.a * &y.a, 1)
+            }
+            _ => self.rational().times(&other.rational()),
+        }
+    }
+
+    /// The quotient, as exact as a [sum](Root::plus); by 0, 0: `A/(B + s√D) = A·(B − s√D)/(B² − D)`.
+    pub fn over(&self, divisor: &Root) -> Root {
+        let y = divisor.simple();
+        let norm = &y.b * &y.b - &y.d;
+        let inverse =
+            |b: Real, s: i32, norm: Real| Root::new(b * &y.a, s, &y.d * &y.a * &y.a, norm, 1);
+        match signum(&norm) {
+            0 => Root::from(Real::zero()),
+            1 => self.times(&inverse(y.b.clone(), -y.s, norm)),
+            _ => self.times(&inverse(-y.b.clone(), y.s, -norm)),
+        }
+    }
+
+    /// The square root of a number that is not negative, as exact as a [sum](Root::plus).
+    pub fn sqrt(&self) -> Root {
+        let x = self.simple().rational();
+        Root::new(Real::zero(), 1, &x.b * &x.a, x.a, 1)
+    }
+
+    /// The number that is printed so: `-12.5`, `1.25e-30`.
+    pub(crate) fn read(text: &str) -> Option<Root> {
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
+        let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let digits: IBig = format!("{whole}{part}").parse().ok()?;
+        let exponent = exponent.parse::<isize>().ok()? - part.len() as isize;
+        Some(Root::from(Real::from(digits)).times_power_of_ten(exponent))
+    }
+
+    /// An approximation of a positive number, with a relative error below `2^(4 − n_bits)`; 0 for 0 only.
     ///
     /// Where `B` and `s` have opposite signs the numerator is rewritten as
     /// `B + s√D = (B² − D)/(B − s√D)` with an exact `B² − D`, so nothing cancels: what is left are
-    /// one square root, two quotients and a sum of terms of one sign, each within `2^(1 − p)`.
-    fn approximate(&self, precision: usize) -> Repr<2> {
-        let context = Context::<HalfEven>::new(precision);
-        let divide = |x: &Repr<2>, y: &Repr<2>| value(context.div(x, y));
-        let b = self.b.to_repr();
-        let numerator = if self.s == 0 {
-            b
-        } else {
-            let root = value(context.sqrt(&self.d.to_repr()));
-            let surd = if self.s < 0 { -root } else { root };
-            if signum(&self.b) == -self.s {
-                let numerator = &self.b * &self.b - &self.d;
-                if signum(&numerator) == 0 {
-                    return Repr::zero();
-                }
-                divide(&numerator.to_repr(), &(b - surd))
-            } else {
-                b + surd
-            }
+    /// one square root, a quotient and a sum of terms of one sign, each within `2^(1 − n_bits)`.
+    fn approximate(&self, n_bits: usize) -> Real {
+        let abs = |x: &Real| Real::new((&x.mantissa).abs(), x.exponent);
+        let sum = abs(&self.b) + square_root(&self.d, n_bits).0;
+        let factor = integer(i64::from(self.factor));
+        let is_difference = self.s != 0 && signum(&self.b) == -self.s;
+        let (numerator, denominator) = match is_difference {
+            true => (abs(&(&self.b * &self.b - &self.d)), sum * &self.a),
+            false => (sum, self.a.clone()),
         };
-        let factor = Repr::new(self.factor.into(), 0);
-        divide(&(numerator * factor), &self.a.to_repr())
+        quotient(&(numerator * factor), &denominator, n_bits).0
     }
 
     /// The nearest f32, ties to even; infinite from `2^128 − 2^103` on.
@@ -130,7 +198,7 @@ impl Root {
             f if f.is_infinite() => power_of_two(128),
             f => real(f64::from(f)).unwrap_or_else(Real::zero),
         };
-        let guess = |x: &Repr<2>| u64::from(x.to_f32().value().to_bits());
+        let guess = |x: f64| u64::from((x as f32).to_bits());
         let infinity = u64::from(f32::INFINITY.to_bits());
         let (sign, bits) = self.to_nearest(value, guess, infinity);
         // Not `−0`.
@@ -143,9 +211,8 @@ impl Root {
             f if f.is_infinite() => power_of_two(1024),
             f => real(f).unwrap_or_else(Real::zero),
         };
-        let guess = |x: &Repr<2>| x.to_f64().value().to_bits();
         let infinity = f64::INFINITY.to_bits();
-        let (sign, bits) = self.to_nearest(value, guess, infinity);
+        let (sign, bits) = self.to_nearest(value, f64::to_bits, infinity);
         f64::from_bits(bits) * f64::from(sign)
     }
 
@@ -155,11 +222,11 @@ impl Root {
     /// The magnitude rounds to `u` or below exactly where it lies below the midpoint of `u` and
     /// its successor, or on it if `u` is even. That is monotone in `u`; the pattern sought is the
     /// lowest for which it holds, and it is confirmed by exact comparisons, however it was
-    /// guessed. A guess that fails (none is known) costs a bisection.
+    /// guessed. A guess that fails, as of subnormal numbers, costs a bisection.
     fn to_nearest(
         &self,
         value: impl Fn(u64) -> Real,
-        guess: impl Fn(&Repr<2>) -> u64,
+        guess: impl Fn(f64) -> u64,
         infinity: u64,
     ) -> (i32, u64) {
         let sign = self.signum();
@@ -179,7 +246,7 @@ impl Root {
                 Ordering::Greater => false,
             }
         };
-        let guessed = guess(&magnitude.approximate(96)).min(infinity);
+        let guessed = guess(magnitude.approximate(96).near()).min(infinity);
         if at_most(guessed) && (guessed == 0 || !at_most(guessed - 1)) {
             return (sign, guessed);
         }
@@ -205,7 +272,7 @@ impl Root {
         let magnitude = self.magnitude(sign);
         let precision = 4 * digits + 32;
         let estimate = magnitude.approximate(precision);
-        let binary_exponent = estimate.exponent() + estimate.digits() as isize - 1;
+        let binary_exponent = estimate.exponent + estimate.mantissa.bit_len() as isize - 1;
         let mut leading = (binary_exponent as f64 * std::f64::consts::LOG10_2).floor() as isize;
         let ten = |n: usize| IBig::from(10).pow(n);
         // Never turns back: q ≥ 10^n means a scaled number of at least 10^n − ½, so a tenth of it
@@ -238,7 +305,11 @@ impl Root {
 
     /// The nearest integer, half to even.
     fn to_integer(&self, precision: usize) -> IBig {
-        let mut q = self.approximate(precision).to_int().value();
+        let Real { mantissa, exponent } = self.approximate(precision);
+        let mut q = match exponent {
+            0.. => mantissa << exponent as usize,
+            _ => mantissa >> exponent.unsigned_abs(),
+        };
         let half = power_of_two(-1);
         let even = |q: &IBig| q.trailing_zeros() != Some(0);
         loop {
@@ -276,10 +347,13 @@ pub(crate) fn layout(negative: bool, mantissa: &str, leading: isize, digits: usi
     }
 }
 
-/// The number of a rounded result. The operations here are quotients by numbers other than 0 and
-/// roots of positive numbers, with exponents far from dashu's limits, and have no error.
-fn value(result: FpResult<FBig<HalfEven, 2>>) -> Repr<2> {
-    result.map_or_else(|_| Repr::zero(), |rounded| rounded.value().into_repr())
+/// `s·√x + t·√y` as one square root with a sign, where it is one.
+fn sum_of_surds([(s, x), (t, y)]: [(i32, Real); 2]) -> Option<(i32, Real)> {
+    if s == 0 || t == 0 {
+        return Some(if s == 0 { (t, y) } else { (s, x) });
+    }
+    let (twice, sum) = (double(&dyadic_root(&(&x * &y))?), &x + &y);
+    Some(if s == t { (s, sum + twice) } else { (s * order(&x, &y), sum - twice) })
 }
 
 /// The lowest `u ≤ last` with `holds(u)`, which is monotone and holds at `last`.
@@ -386,7 +460,46 @@ impl Eq for Root {}
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
+
+    /// What one operation did, its reverse undoes; where there are two square roots, to a thousand bits.
+    #[test]
+    fn arithmetic_is_that_of_numbers() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3101);
+        let apart = |x: &Root, y: &Root| x.plus(&y.clone().negated()).to_f64().abs();
+        for round in 0..400 {
+            let mut whole = |from| integer(rng.random_range(from..90));
+            let [d, a, b] = [whole(0), whole(1), whole(-90)];
+            let (sign, c, e, f) =
+                (if signum(&b) < 0 { 1 } else { -1 }, whole(1), whole(-90), whole(1));
+            let of = |b, y: &Real, a| Root::new(b, sign, &d * y * y, a, 3);
+            let x = of(b, &a, f.clone());
+            let y = match round % 4 {
+                0 => of(e, &Real::zero(), c),
+                1 => Root::new(e, 1, whole(0), c, 1),
+                _ => of(e, &whole(0), c),
+            };
+            let (sum, product) = (x.plus(&y), x.times(&y));
+            let [f, g] = [x.to_f64(), y.to_f64()];
+            assert!(
+                (sum.to_f64() - (f + g)).abs() < 1e-10 && (product.to_f64() - f * g).abs() < 1e-6
+            );
+            if round % 4 != 1 {
+                assert!(sum.plus(&y.clone().negated()) == x, "{x:?} {y:?}");
+                assert!(y.signum() == 0 || product.over(&y) == x, "{x:?} {y:?}");
+            }
+            assert!(apart(&sum.plus(&y.clone().negated()), &x) < 1e-290, "{x:?} {y:?}");
+            assert!(y.signum() == 0 || apart(&product.over(&y), &x) < 1e-290, "{x:?} {y:?}");
+            let square = x.times(&x);
+            assert!(apart(&square.sqrt(), &x).min(apart(&square.sqrt(), &x.negated())) < 1e-290);
+        }
+        for (text, expected) in [("-12.5", -12.5), ("1.25e-3", 0.00125), ("7e2", 700.0)] {
+            assert_eq!(Root::read(text).map(|x| x.to_f64()), Some(expected));
+        }
+    }
 
     /// However bad the guess, the rounded number is right.
     #[test]

@@ -6,9 +6,7 @@
 
 use std::fmt::Write;
 
-use super::formula::of_ray;
 use super::line::{Line, Notation, latex_of};
-use super::numbers::Short;
 use super::words::{Remark, Words};
 use super::{ColorExplanation, Explanation, Shading, Winner};
 
@@ -29,7 +27,7 @@ fn written(explanation: &Explanation, paragraph: Paragraph) -> String {
     let words = explanation.lang.words();
     let mut text = String::new();
     paragraph(&explanation.subject(), &[], &mut text);
-    align(&of_ray(explanation.ray_numbers()), &mut text);
+    align(&explanation.ray_lines, &mut text);
     for object in &explanation.objects {
         paragraph(&named(&object.label), &object.why, &mut text);
         align(&object.lines, &mut text);
@@ -127,14 +125,5 @@ impl Explanation {
             }
             None => Remark::plain(words.ray),
         }
-    }
-
-    /// `o` and `d`.
-    pub(super) fn ray_numbers(&self) -> [[Short; 3]; 2] {
-        let number = |i: usize| {
-            let exact = self.ray.get(i).and_then(|row| row.exact.as_ref());
-            exact.map_or_else(|| Short::given(0.0), |exact| Short::new(&exact.root, self.digits))
-        };
-        [0, 3].map(|first| std::array::from_fn(|axis| number(first + axis)))
     }
 }

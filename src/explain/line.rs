@@ -1,16 +1,14 @@
-//! A line of a derivation, in plain text and in LaTeX.
+//! The lines of a derivation, in plain text and in LaTeX.
 //!
 //! A line is a chain: a formula, expressions with numbers in them, the result. Each expression has as
 //! many digits as it takes to get the result from it with a calculator.
 
-use std::array;
-
 use Notation::{Latex, Text};
-use Term::{Divisor, Factor, Negated, Plain, Products, Squares, Sum, Vector};
 
-use super::decimal::{Decimal, digits_for};
-use super::numbers::Short;
-use crate::exact::Root;
+use super::numbers::{MANY_DIGITS, Short};
+use super::step::{self, Numbers, Step, Value, Writer};
+use crate::exact::{Root, exact};
+use crate::num::V3;
 
 /// A way to write formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,82 +17,6 @@ pub enum Notation {
     Text,
     /// LaTeX: names as text, formulas in math mode.
     Latex,
-}
-
-/// A place for a number, or for several.
-#[derive(Clone, Debug)]
-pub enum Term<N> {
-    Plain(N),
-    Factor(N),
-    /// Below a line of fraction in LaTeX, behind a slash in text.
-    Divisor(N),
-    Negated(N),
-    Sum(Vec<N>),
-    Vector([N; 3]),
-    /// The sum of the products of both, component by component.
-    Products([N; 3], [N; 3]),
-    /// The sum of the squares.
-    Squares([N; 3]),
-}
-
-impl<N> Term<N> {
-    fn numbers(&self) -> Vec<&N> {
-        match self {
-            Plain(number) | Factor(number) | Divisor(number) | Negated(number) => vec![number],
-            Sum(numbers) => numbers.iter().collect(),
-            Vector(numbers) | Squares(numbers) => numbers.iter().collect(),
-            Products(left, right) => left.iter().chain(right).collect(),
-        }
-    }
-
-    fn map<M>(&self, of: impl Fn(&N) -> M) -> Term<M> {
-        match self {
-            Plain(number) => Plain(of(number)),
-            Factor(number) => Factor(of(number)),
-            Divisor(number) => Divisor(of(number)),
-            Negated(number) => Negated(of(number)),
-            Sum(numbers) => Sum(numbers.iter().map(of).collect()),
-            Vector(numbers) => Vector(numbers.each_ref().map(of)),
-            Squares(numbers) => Squares(numbers.each_ref().map(of)),
-            Products(left, right) => Products(left.each_ref().map(&of), right.each_ref().map(&of)),
-        }
-    }
-}
-
-impl Term<Short> {
-    fn written(&self, notation: Notation) -> String {
-        let of = |number: &Short| notation.number(&number.text);
-        let factor = |number: &Short| {
-            let needs_parentheses =
-                number.text.starts_with('-') || notation == Latex && number.text.contains('e');
-            if needs_parentheses { format!("({})", of(number)) } else { of(number) }
-        };
-        match self {
-            Plain(number) => of(number),
-            Divisor(number) if notation == Latex => of(number),
-            Factor(number) | Divisor(number) => factor(number),
-            Negated(number) => match number.text.strip_prefix('-') {
-                Some(magnitude) => notation.number(magnitude),
-                None if number.text == "0" => of(number),
-                None => format!("-{}", of(number)),
-            },
-            Sum(numbers) => notation.sum(numbers),
-            Vector(numbers) => {
-                let comma = if notation == Latex { r",\ " } else { ", " };
-                format!("({})", numbers.each_ref().map(of).join(comma))
-            }
-            Products(left, right) => {
-                let times = if notation == Latex { r" \cdot " } else { "·" };
-                let products: [String; 3] =
-                    array::from_fn(|i| factor(&left[i]) + times + &factor(&right[i]));
-                products.join(" + ")
-            }
-            Squares(numbers) => {
-                let square = if notation == Latex { "^2" } else { "²" };
-                numbers.each_ref().map(|number| factor(number) + square).join(" + ")
-            }
-        }
-    }
 }
 
 impl Notation {
@@ -137,146 +59,246 @@ impl Notation {
             '·' => r" \cdot ".into(),
             '×' => r" \times ".into(),
             'ω' => r"\vec{\omega}".into(),
+            '₁' => "_1".into(),
+            '₂' => "_2".into(),
             'd' | 'n' | 'o' | 'p' => format!(r"\vec{{{c}}}"),
             other => other.into(),
         };
         formula.chars().map(translated).collect()
     }
 
-    /// `1 + 2 − 3`
-    fn sum(self, numbers: &[Short]) -> String {
-        let minus = if self == Latex { " - " } else { " − " };
-        let mut text = String::new();
-        for (i, number) in numbers.iter().enumerate() {
-            let (sign, magnitude) = match number.text.strip_prefix('-') {
-                _ if i == 0 => ("", &*number.text),
-                Some(magnitude) => (minus, magnitude),
-                None => (" + ", &*number.text),
-            };
-            text += sign;
-            text += &self.number(magnitude);
+    /// What stands for a number or for a vector; `I`, which is both, has no arrow.
+    pub fn letter(self, name: &str, is_vector: bool) -> String {
+        match self {
+            Latex if is_vector && name != "I" => format!(r"\vec{{{name}}}"),
+            _ => self.formula(name),
         }
-        text
+    }
+
+    /// The relation of two pieces of a line.
+    fn relation(self, is_rounded: bool) -> &'static str {
+        match (is_rounded, self) {
+            (false, _) => " = ",
+            (true, Text) => " ≈ ",
+            (true, Latex) => r" \approx ",
+        }
     }
 }
 
-/// Numbers of an expression, and what a calculator makes of them, one number a result.
-pub struct Expression {
-    pub terms: Vec<Term<Root>>,
-    pub value: fn(&[Decimal]) -> Vec<Decimal>,
-}
-
-/// An expression of one result.
-macro_rules! expression {
-    ($terms:expr, |$numbers:ident| $value:expr) => {
-        Expression { terms: $terms.into(), value: |$numbers| vec![$value] }
-    };
-}
-
-/// An expression of three results, one for each axis.
-macro_rules! vector_expression {
-    ($terms:expr, |$numbers:ident, $axis:ident| $value:expr) => {
-        Expression { terms: $terms.into(), value: |$numbers| (0..3).map(|$axis| $value).collect() }
-    };
-}
-
-/// One line of a derivation. In its two forms `#` stands for the next of the terms and `~` for `=`, or
-/// for `≈` where digits are missing. A form breaks before relations only.
-#[derive(Clone, Debug)]
+/// One line of a derivation.
+#[derive(Clone, Debug, Default)]
 pub struct Line {
-    text: &'static str,
-    latex: String,
-    terms: Vec<Term<Short>>,
+    /// In text and in LaTeX, each but the first with its relation in front.
+    pieces: [Vec<String>; 2],
+    /// Whether the last one was rounded.
+    is_rounded: bool,
     /// True for what goes on in the line before, if that has room.
     is_joined: bool,
 }
 
 impl Line {
-    /// A line of numbers that are given.
-    pub fn given(
-        text: &'static str,
-        latex: impl Into<String>,
-        terms: impl Into<Vec<Term<Short>>>,
-    ) -> Line {
-        Line { text, latex: latex.into(), terms: terms.into(), is_joined: false }
+    fn pieces(&self, notation: Notation) -> &[String] {
+        &self.pieces[notation as usize]
     }
 
-    /// A chain of expressions and what comes out; where `results` are told elsewhere, they are left out.
-    pub fn chain(
-        forms: (&'static str, impl Into<String>),
-        expressions: impl IntoIterator<Item = Expression>,
-        results: &[Term<Root>],
-        digits: usize,
-    ) -> Line {
-        let results: Vec<_> =
-            results.iter().map(|term| term.map(|n| Short::new(n, digits))).collect();
-        let expected: Vec<&Short> = results.iter().flat_map(Term::numbers).collect();
-        let mut terms = Vec::new();
-        for Expression { terms: roots, value } in expressions {
-            let numbers: Vec<&Root> = roots.iter().flat_map(Term::numbers).collect();
-            let needed = digits_for(&numbers, value, &expected, digits);
-            terms.extend(roots.iter().map(|term| term.map(|number| Short::new(number, needed))));
-        }
-        let has_room = forms.0.matches('#').count() > terms.len();
-        if has_room {
-            terms.extend(results);
-        }
-        Line { text: forms.0, latex: forms.1.into(), terms, is_joined: false }
-    }
-
-    /// The line going on in the one before, if that has room.
-    pub fn joined(self) -> Line {
-        Line { is_joined: true, ..self }
-    }
-
-    /// The pieces of the line, each but the first with its relation in front.
-    fn pieces(&self, notation: Notation) -> Vec<String> {
-        let form = match notation {
-            Text => self.text,
-            Latex => &self.latex,
-        };
-        let mut terms = self.terms.iter();
-        let mut was_rounded = false;
-        let mut pieces = Vec::new();
-        let mut rest = form;
-        loop {
-            // What begins a piece is no end of it.
-            let first = rest.chars().next().map_or(0, char::len_utf8);
-            let relations = [" = ", " ~ "].into_iter();
-            let end = relations.filter_map(|relation| rest[first..].find(relation)).min();
-            let (piece, next) = rest.split_at(end.map_or(rest.len(), |end| first + end));
-            let mut text = String::new();
-            let mut is_rounded = false;
-            for (i, words) in piece.split('#').enumerate() {
-                if i > 0
-                    && let Some(term) = terms.next()
-                {
-                    is_rounded |= term.numbers().into_iter().any(|number| number.rounded);
-                    text += &term.written(notation);
-                }
-                text += words;
-            }
-            let relation = match (is_rounded || was_rounded, notation) {
-                (false, _) => " = ",
-                (true, Text) => " ≈ ",
-                (true, Latex) => r" \approx ",
+    /// Adds a piece in either notation.
+    fn push(&mut self, piece: impl Fn(Notation) -> (String, bool)) {
+        let was_rounded = self.is_rounded;
+        for (notation, pieces) in [Text, Latex].into_iter().zip(&mut self.pieces) {
+            let (piece, is_rounded) = piece(notation);
+            self.is_rounded = is_rounded;
+            let relation = match pieces.is_empty() {
+                true => "",
+                false => notation.relation(was_rounded || is_rounded),
             };
-            was_rounded = is_rounded;
-            pieces.push(match text.strip_prefix(" ~ ") {
-                Some(after) => format!("{relation}{after}"),
-                None => text,
-            });
-            if next.is_empty() {
-                return pieces;
-            }
-            rest = next;
+            pieces.push(relation.to_owned() + &piece);
         }
+    }
+
+    /// Adds an expression with numbers put in.
+    fn push_expression(&mut self, value: Value, digits: usize, addends: &[Step]) {
+        self.push(|notation| {
+            let writer = Writer::new(notation, Some(Numbers { digits, addends }));
+            (writer.written(value), writer.is_rounded.get())
+        });
+    }
+
+    /// Adds a number, or three, as they are written.
+    fn push_numbers(&mut self, numbers: &[Short]) {
+        self.push(|notation| {
+            let comma = if notation == Latex { r",\ " } else { ", " };
+            let all: Vec<String> =
+                numbers.iter().map(|number| notation.number(&number.text)).collect();
+            let text = all.join(comma);
+            let text = if numbers.len() > 1 { format!("({text})") } else { text };
+            (text, numbers.iter().any(|number| number.rounded))
+        });
     }
 
     /// Columns that the line takes in text.
     fn columns(&self) -> usize {
-        self.pieces(Text).iter().map(|piece| piece.chars().count()).sum()
+        self.pieces(Text).iter().map(|piece| columns(piece)).sum()
     }
+}
+
+/// What a line shows between its formula and its result.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// Nothing.
+    Result,
+    /// The numbers put in.
+    Numbers,
+    /// These, and what they make before they are added up.
+    Addends,
+}
+
+/// A derivation, line by line. One at a time on a thread.
+pub struct Derivation {
+    /// Digits of the results.
+    digits: usize,
+    /// The lines.
+    pub lines: Vec<Line>,
+}
+
+impl Derivation {
+    /// Begins one.
+    pub fn new(digits: usize) -> Derivation {
+        step::begin();
+        Derivation { digits, lines: Vec::new() }
+    }
+
+    /// A number for the results of a line.
+    pub fn short(&self, step: Step) -> Short {
+        Short::new(&step.value(), self.digits)
+    }
+
+    /// Three of them.
+    pub fn shorts(&self, V3(steps): V3<Step>) -> [Short; 3] {
+        steps.map(|step| self.short(step))
+    }
+
+    fn tell(&mut self, letter: &'static str, value: Value, numbers: &[Short], is_joined: bool) {
+        let is_vector = numbers.len() > 1;
+        let mut line = Line { is_joined, ..Line::default() };
+        line.push(|notation| (notation.letter(letter, is_vector), false));
+        line.push_numbers(numbers);
+        value.tell(Some(letter));
+        self.lines.push(line);
+    }
+
+    /// A line with a number of the scene, as someone has written it.
+    pub fn number(&mut self, letter: &'static str, x: f64) -> Step {
+        let step = step::number(letter, Root::from(exact(x)));
+        self.tell(letter, step.into(), &[Short::given(x)], true);
+        step
+    }
+
+    /// A line with three numbers of the scene.
+    pub fn vector(&mut self, letter: &'static str, v: [f64; 3], is_joined: bool) -> V3<Step> {
+        let steps = step::vector(letter, v.map(|x| Root::from(exact(x))));
+        self.tell(letter, steps.into(), &v.map(Short::given), is_joined);
+        steps
+    }
+
+    /// A line with nothing but a number, or three, that come from elsewhere.
+    pub fn given(&mut self, letter: &'static str, value: impl Into<Value>, is_joined: bool) {
+        let value = value.into();
+        let numbers: Vec<Short> = value.steps().iter().map(|&step| self.short(step)).collect();
+        self.tell(letter, value, &numbers, is_joined);
+    }
+
+    /// A line with the formula of a number or vector; without a letter, the formula stands for itself.
+    pub fn line(&mut self, letter: &'static str, value: impl Into<Value>, shown: Shown) {
+        let value = value.into();
+        let mut line = Line::default();
+        if !letter.is_empty() {
+            let is_vector = value.steps().len() > 1;
+            line.push(|notation| (notation.letter(letter, is_vector), false));
+        }
+        line.push(|notation| (Writer::new(notation, None).written(value), false));
+        self.calculate(&mut line, value, value.steps(), shown);
+        value.tell((!letter.is_empty()).then_some(letter));
+        self.end(line, value);
+    }
+
+    /// A line with a formula in words.
+    pub fn said(&mut self, name: [&str; 2], formula: [&str; 2], value: Step) {
+        let mut line = Line::default();
+        for words in [name, formula] {
+            line.push(|notation| (words[notation as usize].to_owned(), false));
+        }
+        self.calculate(&mut line, value.into(), &[value], Shown::Numbers);
+        Value::from(value).tell(None);
+        self.end(line, value.into());
+    }
+
+    /// The line with the formula of two roots, and theirs.
+    pub fn roots(&mut self, [near, far]: [Step; 2]) {
+        let mut line = Line::default();
+        line.push(|_| ("t".into(), false));
+        line.push(|notation| (Writer::new(notation, None).written(near.into()), false));
+        self.calculate(&mut line, near.into(), &[near, far], Shown::Numbers);
+        if near.value() == far.value() {
+            Value::from(near).tell(None);
+            return self.end(line, near.into());
+        }
+        self.lines.push(line);
+        self.given("t₁", near, true);
+        self.given("t₂", far, true);
+    }
+
+    /// Says in LaTeX what the sign of the last result is.
+    pub fn say_sign(&mut self, sign: i32) {
+        let sign = match sign {
+            1 => " > 0",
+            -1 => " < 0",
+            _ => "",
+        };
+        if let Some(last) = self.lines.last_mut().and_then(|line| line.pieces[1].last_mut()) {
+            *last += sign;
+        }
+    }
+
+    /// Ends a line with its result, which is told.
+    fn end(&mut self, mut line: Line, value: Value) {
+        line.push_expression(value, self.digits, &[]);
+        self.lines.push(line);
+    }
+
+    /// Adds the expressions that a calculator takes from the formula of `value` to `results`.
+    fn calculate(&self, line: &mut Line, value: Value, results: &[Step], shown: Shown) {
+        for addends in &[vec![], value.addends()][..shown as usize] {
+            let digits = self.digits_for(results, addends);
+            line.push_expression(value, digits, addends);
+        }
+    }
+
+    /// The fewest digits with which what the numbers give rounds to what is printed of the results. A
+    /// result of 0 has no digits to be wrong in.
+    fn digits_for(&self, results: &[Step], addends: &[Step]) -> usize {
+        let printed: Vec<_> = results.iter().map(|&step| (step, self.short(step).text)).collect();
+        let agree = |&digits: &usize| {
+            let numbers = Numbers { digits, addends };
+            printed.iter().all(|(step, text)| {
+                text == "0" || rounds_to(&numbers.calculated(*step), text, self.digits)
+            })
+        };
+        (self.digits..MANY_DIGITS).find(agree).unwrap_or(MANY_DIGITS)
+    }
+}
+
+/// Whether a number is at most half a unit of the last of so many digits away from a printed one.
+fn rounds_to(value: &Root, printed: &str, digits: usize) -> bool {
+    let (mantissa, exponent) = printed.split_once('e').unwrap_or((printed, "0"));
+    let n_behind = mantissa.split_once('.').map_or(0, |(_, part)| part.len()) as isize;
+    let leading = mantissa.trim_start_matches(['-', '0', '.']);
+    let n_digits = leading.chars().filter(char::is_ascii_digit).count() as isize;
+    let power = exponent.parse().unwrap_or(0) - n_behind + n_digits - 1 - digits as isize;
+    let (half_unit, printed) = (Root::read(&format!("5e{power}")), Root::read(printed));
+    half_unit.zip(printed).is_some_and(|(half_unit, printed)| {
+        let error = value.plus(&printed.negated());
+        error <= half_unit && error.negated() <= half_unit
+    })
 }
 
 /// How far the lines that go on are indented.
@@ -347,7 +369,7 @@ pub fn latex_of(lines: &[Line]) -> Vec<String> {
             _ => rows.push(latex[0].clone()),
         }
         used = columns(&text[0]);
-        for (i, (latex, text)) in latex.iter().zip(&text).enumerate().skip(1) {
+        for (i, (latex, text)) in latex.iter().zip(text).enumerate().skip(1) {
             let latex = latex.trim_start();
             match rows.last_mut() {
                 Some(last) if i == 1 => *last += &format!(" &{latex}"),
@@ -362,5 +384,3 @@ pub fn latex_of(lines: &[Line]) -> Vec<String> {
     }
     rows
 }
-
-pub(super) use {expression, vector_expression};

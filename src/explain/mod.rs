@@ -4,8 +4,6 @@
 //! down. Every f32 number comes from the functions that the kernels themselves are made of, so it
 //! is what the kernel worked with, bit by bit; every error is that number less the exact one.
 
-mod decimal;
-mod formula;
 pub mod latex;
 mod light;
 mod line;
@@ -13,6 +11,7 @@ mod numbers;
 mod ray;
 mod reason;
 mod shading;
+mod step;
 pub mod text;
 mod words;
 
@@ -92,6 +91,8 @@ pub struct Explanation {
     /// `o` and `d`, six numbers. `stable` takes the origin in f64 or in two parts, so it has no
     /// number for `o`.
     pub ray: Vec<Quantity>,
+    #[serde(skip)]
+    ray_lines: Vec<Line>,
     /// The objects: those that the ray hits, the nearest first, then those that it misses, the
     /// ones that it passes nearest first.
     pub objects: Vec<ObjectExplanation>,
@@ -309,11 +310,13 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
         Rays::List(_) => None,
     };
     let winner = hit.as_ref().and_then(|hit| winner(scene, &numbers, hit));
+    let (ray, ray_lines) = numbers.ray();
     let mut explanation = Explanation {
         lang,
         digits,
         pixel,
-        ray: numbers.ray(),
+        ray,
+        ray_lines,
         objects,
         n_objects,
         left_out,
@@ -342,10 +345,12 @@ pub fn explain_as(scene: &Arc<Scene>, rays: &Rays, style: &Style) -> Result<Expl
             explanation.level = level;
         }
     }
-    let point = hit.as_ref().zip(seen.lit_point());
-    explanation.point = point.as_ref().and_then(|(hit, point)| seen.point(hit, point));
-    let of_light = point.as_ref().filter(|_| lighting.is_some()).map(|(_, point)| point);
-    explanation.shading = seen.shading(lighting.as_ref(), of_light);
+    if let Some((of_point, point)) = seen.point() {
+        explanation.point = Some(of_point);
+        explanation.shading = seen.shading(lighting.as_ref(), Some(&point));
+    } else {
+        explanation.shading = seen.shading(lighting.as_ref(), None);
+    }
     Ok(explanation)
 }
 
@@ -513,33 +518,25 @@ fn ranked(scene: &Scene, numbers: &RayNumbers, limit: usize) -> (Vec<Rank>, Left
 }
 
 fn left_out(scene: &Scene, numbers: &RayNumbers, ranks: &[Rank]) -> LeftOut {
-    let of = |rank: &Rank| {
-        let object = scene.object(rank.id)?;
-        let is_behind = || {
-            let roots = match object {
-                Object::Sphere(s) => {
-                    signum_of_discriminant(&numbers.exact, s.center, s.radius)? >= 0
-                }
-                Object::Plane(p) => {
-                    plane_numbers(&numbers.exact, p.point, p.normal)?.root.is_some()
-                }
-            };
-            Some(roots)
-        };
-        Some(match rank.root.is_some() {
-            true => LeftOut { hit: 1, ..LeftOut::default() },
-            false if !is_clearly_missed(&numbers.near, &object) && is_behind() == Some(true) => {
-                LeftOut { behind: 1, ..LeftOut::default() }
+    let meets_line = |object: &Object| {
+        let sign = match *object {
+            Object::Sphere(s) => signum_of_discriminant(&numbers.exact, s.center, s.radius)? + 1,
+            Object::Plane(p) => {
+                plane_numbers(&numbers.exact, p.point, p.normal)?.denominator.signum()
             }
-            false => LeftOut { missed: 1, ..LeftOut::default() },
-        })
+        };
+        Some(sign != 0)
     };
-    let sum = |a: LeftOut, b: LeftOut| LeftOut {
-        hit: a.hit + b.hit,
-        behind: a.behind + b.behind,
-        missed: a.missed + b.missed,
+    let count = |rank: &Rank| {
+        let object = scene.object(rank.id)?;
+        let is_missed = || is_clearly_missed(&numbers.near, &object);
+        let is_hit = rank.root.is_some();
+        let is_behind = !is_hit && !is_missed() && meets_line(&object) == Some(true);
+        Some([is_hit, is_behind, !is_hit && !is_behind].map(usize::from))
     };
-    ranks.par_iter().filter_map(of).reduce(LeftOut::default, sum)
+    let sum = |a: [usize; 3], b: [usize; 3]| std::array::from_fn(|i| a[i] + b[i]);
+    let [hit, behind, missed] = ranks.par_iter().filter_map(count).reduce(|| [0; 3], sum);
+    LeftOut { hit, behind, missed }
 }
 
 /// How far the half line passes from a surface that it misses, and whether its origin is as near as any

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::decimal::read;
 use crate::compare::Precision;
 use crate::exact::{Enclosure, Real, Root, exact, layout, real};
 
@@ -33,7 +32,7 @@ impl Short {
     }
 
     fn of(root: &Root, text: String) -> Short {
-        Short { rounded: read(&text) != read(&root.to_decimal(MANY_DIGITS)), text }
+        Short { rounded: Root::read(&text) != Root::read(&root.to_decimal(MANY_DIGITS)), text }
     }
 }
 
@@ -147,45 +146,42 @@ pub struct Quantity {
     pub exact: Option<Exact>,
 }
 
-/// The numbers of a row: `None` for no such number in this column, `Some(None)` for no root.
+/// The numbers of a row, in the order of its columns: `None` for no such number in this column, `Some(None)` for no root.
 #[derive(Clone, Copy)]
-pub struct Columns {
-    pub lecture: Option<Option<f64>>,
-    pub stable: Option<Option<f64>>,
-    pub double: Option<Option<f64>>,
-}
+pub struct Columns(pub [Option<Option<f64>>; 3]);
 
 impl Columns {
     /// No number in any column.
-    pub const NONE: Columns = Columns { lecture: None, stable: None, double: None };
+    pub const NONE: Columns = Columns([None; 3]);
 
     /// A number in every column.
     pub fn all(lecture: f32, stable: f64, double: f64) -> Columns {
-        Columns {
-            lecture: Some(Some(f64::from(lecture))),
-            stable: Some(Some(stable)),
-            double: Some(Some(double)),
-        }
+        Columns([f64::from(lecture), stable, double].map(|x| Some(Some(x))))
+    }
+
+    /// Without the one of `stable`.
+    pub fn without_stable(self) -> Columns {
+        let Columns([lecture, _, double]) = self;
+        Columns([lecture, None, double])
     }
 
     /// The row, with errors against the exact number.
     pub fn against(self, symbol: &'static str, exact: Option<&Root>) -> Quantity {
         let exact = exact.map(Exact::from);
-        let entry = |value: Option<f64>, precision| Approximation {
-            value,
-            error_ulp: value.zip(exact.as_ref()).map(|(x, exact)| exact.error_ulp(x, precision)),
-            wrong_sign: value.zip(exact.as_ref()).is_some_and(|(x, exact)| {
-                let signum = i32::from(x > 0.0) - i32::from(x < 0.0);
-                signum != exact.signum
-            }),
+        let entry = |column: usize| {
+            let precision = if column == 2 { Precision::Double } else { Precision::Single };
+            let value = self.0[column]?;
+            let both = value.zip(exact.as_ref());
+            Some(Approximation {
+                value,
+                error_ulp: both.map(|(x, exact)| exact.error_ulp(x, precision)),
+                wrong_sign: both.is_some_and(|(x, exact)| {
+                    i32::from(x > 0.0) - i32::from(x < 0.0) != exact.signum
+                }),
+            })
         };
-        Quantity {
-            symbol,
-            lecture: self.lecture.map(|value| entry(value, Precision::Single)),
-            stable: self.stable.map(|value| entry(value, Precision::Single)),
-            f64: self.double.map(|value| entry(value, Precision::Double)),
-            exact,
-        }
+        let [lecture, stable, f64] = [0, 1, 2].map(entry);
+        Quantity { symbol, lecture, stable, f64, exact }
     }
 }
 

@@ -4,19 +4,17 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::formula::{PlaneSteps, SphereSteps, of_plane, of_sphere};
-use super::numbers::{Columns, Quantity, Short, scaled};
+use super::line::{Derivation, Line, Shown};
+use super::numbers::{Columns, Quantity, scaled};
+use super::step::{Step, vector};
 use super::words::Words;
 use super::{ObjectExplanation, Rank, Reason, Style, Terms, gap, label_in};
 use crate::error::{Error, Result};
-use crate::exact::{
-    ExactHit, ExactRay, Real, Root, double, exact, integer, plane_numbers, product3, real, real3,
-    sphere_numbers,
-};
-use crate::kernel::lecture;
+use crate::exact::{ExactHit, ExactRay, Root};
+use crate::kernel::lecture::{self, quadratic, quadratic_roots};
 use crate::kernel::plain::{PlainRay, PlainRays};
 use crate::kernel::relative::{PlaneStable, SphereStable, approach, half_root, roots_stable};
-use crate::num::{self, V3};
+use crate::num::{self, Float, Real, V3};
 use crate::prepare::{Lists, Objects, Prepared, exponent_of};
 use crate::scene::{Object, Plane, Scene, Sphere};
 use crate::shade::PlainPoint;
@@ -96,25 +94,30 @@ impl RayNumbers {
     }
 
     /// `o` and `d`, exactly.
-    pub fn origin_and_direction(&self) -> [[Root; 3]; 2] {
+    pub fn told(&self) -> [V3<Step>; 2] {
         let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
-        let of = |v: &[Real; 3], scale| v.each_ref().map(|x| Root::ratio(x.clone(), scale));
-        [of(self.exact.origin(), s), of(self.exact.direction(), f)]
+        [("o", self.exact.origin(), s), ("d", self.exact.direction(), f)].map(|(name, v, scale)| {
+            vector(name, v.each_ref().map(|x| Root::ratio(x.clone(), scale)))
+        })
     }
 
-    pub fn ray(&self) -> Vec<Quantity> {
-        let [exact_origin, exact_direction] = self.origin_and_direction();
-        let origin = |i: usize| {
-            let columns = Columns::all(self.lecture.origin.0[i], 0.0, self.origin[i]);
-            Columns { stable: None, ..columns }
-                .against(["o.x", "o.y", "o.z"][i], Some(&exact_origin[i]))
+    /// Where the ray begins and goes.
+    pub fn ray(&self) -> (Vec<Quantity>, Vec<Line>) {
+        let mut told = Derivation::new(self.digits);
+        let [o, d] = self.told();
+        told.given("o", o, false);
+        told.given("d", d, true);
+        let symbols = [["o.x", "o.y", "o.z"], ["d.x", "d.y", "d.z"]];
+        let quantity = |at: usize| {
+            let (vector, axis) = (at / 3, at % 3);
+            let lecture = [self.lecture.origin, self.lecture.direction][vector].0[axis];
+            let stable = scaled(self.stable.ray.direction.0[axis], self.exponent);
+            let double = [self.origin, self.direction][vector][axis];
+            let columns = Columns::all(lecture, stable, double);
+            let columns = if vector == 0 { columns.without_stable() } else { columns };
+            columns.against(symbols[vector][axis], Some(&[o, d][vector].0[axis].value()))
         };
-        let direction = |i: usize| {
-            let stable = scaled(self.stable.ray.direction.0[i], self.exponent);
-            Columns::all(self.lecture.direction.0[i], stable, self.direction[i])
-                .against(["d.x", "d.y", "d.z"][i], Some(&exact_direction[i]))
-        };
-        (0..3).map(origin).chain((0..3).map(direction)).collect()
+        ((0..6).map(quantity).collect(), told.lines)
     }
 
     pub fn object(
@@ -127,17 +130,8 @@ impl RayNumbers {
         let index = id as usize - 1;
         let object = scene.object(id)?;
         let (terms, lines, quantities) = match object {
-            Object::Sphere(sphere) => {
-                let steps = self.sphere_steps(sphere)?;
-                let terms = self.sphere_terms(&steps);
-                (terms, of_sphere(steps, self.digits), self.sphere(sphere, index)?)
-            }
-            Object::Plane(plane) => {
-                let steps = self.plane_steps(plane)?;
-                let terms = self.plane_terms(&steps);
-                let index = index - self.lecture_objects.spheres.len();
-                (terms, of_plane(steps, self.digits), self.plane(plane, index)?)
-            }
+            Object::Sphere(sphere) => self.sphere(sphere, index)?,
+            Object::Plane(plane) => self.plane(plane, index - scene.spheres.len())?,
         };
         let (gap, is_at_origin) = gap(self.origin, self.direction, object);
         let mut explanation = ObjectExplanation {
@@ -155,20 +149,40 @@ impl RayNumbers {
         Some(explanation)
     }
 
-    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<Vec<Quantity>> {
-        let exact = sphere_numbers(&self.exact, sphere.center, sphere.radius)?;
+    fn sphere(&self, sphere: &Sphere, index: usize) -> Option<(Terms, Vec<Line>, Vec<Quantity>)> {
+        let mut told = Derivation::new(self.digits);
+        let [o, d] = self.told();
+        let c = told.vector("c", sphere.center.to_array(), false);
+        let r = told.number("r", sphere.radius);
+        let exact = quadratic(o, d, c, r);
+        told.line("", o - c, Shown::Numbers);
+        told.line("a", exact.a, Shown::Numbers);
+        told.line("b", exact.b, Shown::Addends);
+        told.line("k", exact.k, Shown::Addends);
+        told.line("D", exact.discriminant, Shown::Addends);
+        told.say_sign(exact.discriminant.signum());
+        let is_line = exact.a.signum() > 0;
+        let is_met = exact.discriminant.signum() >= 0;
+        let roots = (is_line && is_met).then(|| quadratic_roots(exact));
+        if let Some(roots) = roots {
+            told.roots(roots);
+        }
+        let terms = Terms::Sphere {
+            center: told.shorts(c),
+            radius: told.short(r),
+            offset: told.shorts(o - c),
+            squares: told.shorts(d.times(d)),
+            products: told.shorts(d.times(o - c)),
+            offset_squared: told.short((o - c).dot(o - c)),
+            radius_squared: told.short(r * r),
+        };
+
         let of_lecture = self.lecture_objects.spheres.get(index)?;
         let num::Ray { origin, direction, .. } = self.lecture;
-        let single =
-            lecture::quadratic(origin, direction, V3(of_lecture.center), of_lecture.radius);
-        let double = lecture::quadratic::<f64>(
-            V3::near(self.origin),
-            V3::near(self.direction),
-            V3::near(sphere.center),
-            sphere.radius,
-        );
-        let single_roots = (single.discriminant >= 0.0).then(|| lecture::quadratic_roots(single));
-        let double_roots = (double.discriminant >= 0.0).then(|| lecture::quadratic_roots(double));
+        let single = solved(origin, direction, V3(of_lecture.center), of_lecture.radius);
+        let [origin, direction, center] =
+            [self.origin, self.direction, sphere.center].map(V3::<f64>::near);
+        let double = solved(origin, direction, center, sphere.radius);
 
         let of_stable = self.stable_objects.spheres.get(index)?;
         let l = of_stable.offset(&self.stable);
@@ -179,55 +193,93 @@ impl RayNumbers {
         let stable_roots = (h >= 0.0).then(|| roots_stable(ray, chord.b, h, k));
 
         let e = self.exponent;
-        let stable_only =
-            |value: Option<f64>| Columns { lecture: None, stable: Some(value), double: None };
-        let root = |i: usize| Columns {
-            lecture: Some(single_roots.map(|roots| f64::from(roots[i]))),
-            stable: Some(stable_roots.map(|roots| f64::from(scaled(roots[i], -e) as f32))),
-            double: Some(double_roots.map(|roots| roots[i])),
+        let row = |i: usize, symbol, stable: Option<f64>, exact: Step| {
+            let columns =
+                Columns([Some(Some(single.0[i])), stable.map(Some), Some(Some(double.0[i]))]);
+            columns.against(symbol, Some(&exact.value()))
         };
-        let roots = exact.roots.as_ref();
-        Some(vec![
-            Columns::all(single.a, scaled(ray.a, 2 * e), double.a).against("a", Some(&exact.a)),
-            Columns::all(single.b, -2.0 * scaled(chord.b, e), double.b)
-                .against("b", Some(&exact.b)),
-            Columns::all(single.k, f64::from(k), double.k).against("k", Some(&exact.k)),
-            Columns { stable: None, ..Columns::all(single.discriminant, 0.0, double.discriminant) }
-                .against("D", Some(&exact.discriminant)),
-            stable_only(Some(f64::from(chord.delta))).against("r²−P·P", exact.delta.as_ref()),
-            stable_only((h >= 0.0).then(|| scaled(h, e))).against("h", exact.half_root.as_ref()),
-            root(0).against("t₁", roots.map(|roots| &roots[0])),
-            root(1).against("t₂", roots.map(|roots| &roots[1])),
-        ])
+        let of_stable = |symbol, value: Option<f64>, exact: Option<Step>| {
+            Columns([None, Some(value), None]).against(symbol, exact.map(Step::value).as_ref())
+        };
+        let root = |i: usize, symbol| {
+            let stable = stable_roots.map(|roots| f64::from(scaled(roots[i], -e) as f32));
+            let [lecture, double] = [single.1, double.1].map(|found| found.map(|roots| roots[i]));
+            let exact = roots.map(|roots| roots[i].value());
+            Columns([lecture, stable, double].map(Some)).against(symbol, exact.as_ref())
+        };
+        let lit = <Step as Real>::lit;
+        let discriminant = exact.discriminant;
+        let quantities = vec![
+            row(0, "a", Some(scaled(ray.a, 2 * e)), exact.a),
+            row(1, "b", Some(-2.0 * scaled(chord.b, e)), exact.b),
+            row(2, "k", Some(f64::from(k)), exact.k),
+            row(3, "D", None, discriminant),
+            of_stable(
+                "r²−P·P",
+                Some(f64::from(chord.delta)),
+                is_line.then(|| discriminant / (lit(4.0) * exact.a)),
+            ),
+            of_stable(
+                "h",
+                (h >= 0.0).then(|| scaled(h, e)),
+                is_met.then(|| discriminant.sqrt() / lit(2.0)),
+            ),
+            root(0, "t₁"),
+            root(1, "t₂"),
+        ];
+        Some((terms, told.lines, quantities))
     }
 
-    fn plane(&self, plane: &Plane, index: usize) -> Option<Vec<Quantity>> {
-        let exact = plane_numbers(&self.exact, plane.point, plane.normal)?;
+    fn plane(&self, plane: &Plane, index: usize) -> Option<(Terms, Vec<Line>, Vec<Quantity>)> {
+        let mut told = Derivation::new(self.digits);
+        let [o, d] = self.told();
+        let a = told.vector("a", plane.point.to_array(), false);
+        let n = told.vector("n", plane.normal.to_array(), true);
+        let exact = lecture::plane_quotient(o, d, a, n);
+        told.line("", a - o, Shown::Numbers);
+        told.line("", exact[0], Shown::Addends);
+        told.line("", exact[1], Shown::Addends);
+        let root = (exact[1].signum() != 0).then(|| exact[0] / exact[1]);
+        if let Some(root) = root {
+            told.line("t", root, Shown::Numbers);
+        }
+        let terms = Terms::Plane {
+            point: told.shorts(a),
+            normal: told.shorts(n),
+            offset: told.shorts(a - o),
+            numerator: told.shorts((a - o).times(n)),
+            denominator: told.shorts(d.times(n)),
+        };
+
         let of_lecture = self.lecture_objects.planes.get(index)?;
         let num::Ray { origin, direction, .. } = self.lecture;
-        let normal = V3(of_lecture.normal);
-        let single = [(V3(of_lecture.point) - origin).dot(normal), direction.dot(normal)];
-        let [normal, point, origin, direction] =
-            [plane.normal, plane.point, self.origin, self.direction].map(V3::<f64>::near);
-        let double = [(point - origin).dot(normal), direction.dot(normal)];
+        let (point, normal) = (V3(of_lecture.point), V3(of_lecture.normal));
+        let single = lecture::plane_quotient(origin, direction, point, normal);
+        let [origin, direction, point, normal] =
+            [self.origin, self.direction, plane.point, plane.normal].map(V3::<f64>::near);
+        let double = lecture::plane_quotient(origin, direction, point, normal);
         let of_stable = self.stable_objects.planes.get(index)?;
         let slope = self.stable.ray.direction.dot(V3(of_stable.normal));
         let stable = [of_stable.n_offset(&self.stable), slope];
         let (e, of_normal) = (self.exponent, exponent_of(plane.normal));
-        let row =
-            |i: usize, exponent| Columns::all(single[i], scaled(stable[i], exponent), double[i]);
+        let row = |i: usize, exponent, symbol| {
+            Columns::all(single[i], scaled(stable[i], exponent), double[i])
+                .against(symbol, Some(&exact[i].value()))
+        };
         // A quotient by 0 is an infinity or NaN: no root.
         let quotient = |t: f64| t.is_finite().then_some(t);
-        let t = Columns {
-            lecture: Some(quotient(f64::from(single[0] / single[1]))),
-            stable: Some(quotient(f64::from(scaled(stable[0] / stable[1], -e) as f32))),
-            double: Some(quotient(double[0] / double[1])),
-        };
-        Some(vec![
-            row(0, of_normal).against("(a−o)·n", Some(&exact.numerator)),
-            row(1, of_normal + e).against("d·n", Some(&exact.denominator)),
-            t.against("t", exact.root.as_ref()),
-        ])
+        let t = [
+            f64::from(single[0] / single[1]),
+            f64::from(scaled(stable[0] / stable[1], -e) as f32),
+            double[0] / double[1],
+        ];
+        let t = Columns(t.map(|t| Some(quotient(t))));
+        let quantities = vec![
+            row(0, of_normal, "(a−o)·n"),
+            row(1, of_normal + e, "d·n"),
+            t.against("t", root.map(Step::value).as_ref()),
+        ];
+        Some((terms, told.lines, quantities))
     }
 
     /// `f(p)` of the object that a kernel sees, in its arithmetic: that of `lecture`, `stable` or `double`,
@@ -235,137 +287,47 @@ impl RayNumbers {
     pub fn residual(&self, scene: &Scene, kernel: usize, seen: &PlainPoint) -> Option<f64> {
         let index = seen.id.checked_sub(1)? as usize;
         let object = scene.object(seen.id)?;
-        match kernel {
-            0 => {
+        let of_planes = || index - scene.spheres.len();
+        let (ray, way) = (&self.stable, self.direction * seen.t);
+        Some(match (kernel, object) {
+            (0, Object::Sphere(_)) => {
+                let sphere = self.lecture_objects.spheres.get(index)?;
                 let p = V3(seen.at.map(|x| x as f32));
-                let objects = &self.lecture_objects;
-                Some(f64::from(match object {
-                    Object::Sphere(_) => {
-                        let sphere = objects.spheres.get(index)?;
-                        let v = p - V3(sphere.center);
-                        v.dot(v) - sphere.radius * sphere.radius
-                    }
-                    Object::Plane(_) => {
-                        let plane = objects.planes.get(index - objects.spheres.len())?;
-                        (p - V3(plane.point)).dot(V3(plane.normal))
-                    }
-                }))
+                f64::from(off_sphere(p - V3(sphere.center), sphere.radius))
             }
-            1 => {
-                // p − o
-                let (ray, objects) = (&self.stable, &self.stable_objects);
-                let way = ray.ray.direction * seen.t as f32;
-                match object {
-                    Object::Sphere(_) => {
-                        let sphere = objects.spheres.get(index)?;
-                        let v = way - sphere.offset(ray);
-                        Some(f64::from(v.dot(v) - sphere.radius * sphere.radius))
-                    }
-                    Object::Plane(of_scene) => {
-                        let plane = objects.planes.get(index - objects.spheres.len())?;
-                        let off = way.dot(V3(plane.normal)) - plane.n_offset(ray);
-                        Some(scaled(off, exponent_of(of_scene.normal)))
-                    }
-                }
+            (0, Object::Plane(_)) => {
+                let plane = self.lecture_objects.planes.get(of_planes())?;
+                let p = V3(seen.at.map(|x| x as f32));
+                f64::from((p - V3(plane.point)).dot(V3(plane.normal)))
             }
-            _ => {
-                let way = self.direction * seen.t;
-                Some(match object {
-                    Object::Sphere(sphere) => {
-                        let v = (self.origin - sphere.center) + way;
-                        v.dot(v) - sphere.radius * sphere.radius
-                    }
-                    Object::Plane(plane) => ((self.origin - plane.point) + way).dot(plane.normal),
-                })
+            (1, Object::Sphere(_)) => {
+                let sphere = self.stable_objects.spheres.get(index)?;
+                let v = ray.ray.direction * seen.t as f32 - sphere.offset(ray);
+                f64::from(off_sphere(v, sphere.radius))
             }
-        }
-    }
-
-    fn sphere_steps(&self, sphere: &Sphere) -> Option<SphereSteps> {
-        let numbers = sphere_numbers(&self.exact, sphere.center, sphere.radius)?;
-        let [origin, direction] = self.origin_and_direction();
-        let (d, a) = (self.exact.direction(), self.exact.norm_squared());
-        let offset = self.exact.to_point(sphere.center)?.map(|x| -x);
-        let (s, f) = (self.exact.world_scale().into(), self.exact.direction_scale().into());
-        let (s, f) = (integer(s), integer(f));
-        let of_d = |x: Real| Root::quotient(x, &f * &f * &s * &s, 1);
-        let of_k = |x: Real| Root::quotient(x, &s * &s, 1);
-        let r = self.exact.to_scale(real(sphere.radius)?);
-        let (v_squared, r_squared) = (product3(&offset, &offset), &r * &r);
-        let b = double(&product3(d, &offset));
-        let minus_ak = a * &(&r_squared - &v_squared);
-        Some(SphereSteps {
-            given: (given3(sphere.center), Short::given(sphere.radius)),
-            origin,
-            direction,
-            center: real3(sphere.center)?.map(Root::from),
-            radius: Root::from(exact(sphere.radius)),
-            products: std::array::from_fn(|i| Root::quotient(&d[i] * &offset[i], &f * &s, 1)),
-            offset: offset.map(|x| Root::quotient(x, s.clone(), 1)),
-            parts_of_k: [of_k(v_squared), of_k(-r_squared)],
-            parts_of_d: [of_d(&b * &b), of_d(double(&double(&minus_ak)))],
-            a: numbers.a,
-            b: numbers.b,
-            k: numbers.k,
-            discriminant: numbers.discriminant,
-            roots: numbers.roots,
+            (1, Object::Plane(of_scene)) => {
+                let plane = self.stable_objects.planes.get(of_planes())?;
+                let along = (ray.ray.direction * seen.t as f32).dot(V3(plane.normal));
+                scaled(along - plane.n_offset(ray), exponent_of(of_scene.normal))
+            }
+            (_, Object::Sphere(sphere)) => {
+                off_sphere(V3::near((self.origin - sphere.center) + way), sphere.radius)
+            }
+            (_, Object::Plane(plane)) => {
+                V3::<f64>::near((self.origin - plane.point) + way).dot(V3::near(plane.normal))
+            }
         })
-    }
-
-    fn sphere_terms(&self, steps: &SphereSteps) -> Terms {
-        let short = |root: &Root| Short::new(root, self.digits);
-        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
-        let square = |x: &Real, scale: u32| {
-            let scale = integer(scale.into());
-            short(&Root::quotient(x * x, &scale * &scale, 1))
-        };
-        let radius = self.exact.to_scale(exact(steps.radius.to_f64()));
-        Terms::Sphere {
-            center: steps.center.each_ref().map(short),
-            radius: short(&steps.radius),
-            offset: steps.offset.each_ref().map(short),
-            squares: self.exact.direction().each_ref().map(|x| square(x, f)),
-            products: steps.products.each_ref().map(short),
-            offset_squared: short(&steps.parts_of_k[0]),
-            radius_squared: square(&radius, s),
-        }
-    }
-
-    fn plane_steps(&self, plane: &Plane) -> Option<PlaneSteps> {
-        let numbers = plane_numbers(&self.exact, plane.point, plane.normal)?;
-        let [origin, direction] = self.origin_and_direction();
-        let (point, normal) = (real3(plane.point)?, real3(plane.normal)?);
-        let offset = self.exact.to_point(plane.point)?;
-        let (s, f) = (self.exact.world_scale(), self.exact.direction_scale());
-        let products =
-            |v: &[Real; 3], scale| std::array::from_fn(|i| Root::ratio(&v[i] * &normal[i], scale));
-        Some(PlaneSteps {
-            given: [given3(plane.point), given3(plane.normal)],
-            origin,
-            direction,
-            numerator_products: products(&offset, s),
-            denominator_products: products(self.exact.direction(), f),
-            point: point.map(Root::from),
-            normal: normal.clone().map(Root::from),
-            offset: offset.map(|x| Root::ratio(x, s)),
-            numerator: numbers.numerator,
-            denominator: numbers.denominator,
-            root: numbers.root,
-        })
-    }
-
-    fn plane_terms(&self, steps: &PlaneSteps) -> Terms {
-        let short = |root: &Root| Short::new(root, self.digits);
-        Terms::Plane {
-            point: steps.point.each_ref().map(short),
-            normal: steps.normal.each_ref().map(short),
-            offset: steps.offset.each_ref().map(short),
-            numerator: steps.numerator_products.each_ref().map(short),
-            denominator: steps.denominator_products.each_ref().map(short),
-        }
     }
 }
 
-fn given3(v: DVec3) -> [Short; 3] {
-    v.to_array().map(Short::given)
+/// `v·v − r²`, of a point from a sphere's centre.
+pub fn off_sphere<R: Real>(v: V3<R>, r: R) -> R {
+    v.dot(v) - r * r
+}
+
+/// `a`, `b`, `k` and `D` of the lecture's equation, and the roots, in an arithmetic.
+fn solved<F: Float>(o: V3<F>, d: V3<F>, c: V3<F>, r: F) -> ([f64; 4], Option<[f64; 2]>) {
+    let found = quadratic(o, d, c, r);
+    let numbers = [found.a, found.b, found.k, found.discriminant].map(F::to_f64);
+    (numbers, (numbers[3] >= 0.0).then(|| quadratic_roots(found).map(F::to_f64)))
 }

@@ -57,10 +57,10 @@ impl ObjectExplanation {
             Reason::TieLost { to } => of_object(words.tie, to),
             Reason::Missed => Remark::plain(words.missed),
             Reason::Behind if !is_sphere && signs == [0] => Remark::plain(words.in_plane),
-            Reason::Behind if !is_sphere => Remark::plain(words.plane_behind[from]),
+            Reason::Behind if !is_sphere => Remark::new(words.plane_behind, [words.behind[from]]),
             Reason::Behind if signs.contains(&0) => Remark::plain(words.at_back),
-            Reason::Behind if touches => Remark::plain(words.touched_behind[from]),
-            Reason::Behind => Remark::plain(words.pierced_behind[from]),
+            Reason::Behind if touches => Remark::new(words.touched_behind, [words.behind[from]]),
+            Reason::Behind => Remark::new(words.pierced_behind, [words.behind[from]]),
             Reason::Parallel => match self.exact("(a−o)·n").map(|exact| exact.signum) {
                 Some(0) => Remark::plain(words.parallel_in_plane),
                 _ => Remark::plain(words.parallel),

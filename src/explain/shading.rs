@@ -3,21 +3,22 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::formula::{PointSteps, Surface, WayFrom, WaySteps, of_channel, of_light, of_point};
 use super::light::{
     Channel, ColorExplanation, LightExplanation, MeanExplanation, PointExplanation, Shading,
     SkyExplanation, Verdict,
 };
+use super::line::{Derivation, Shown};
 use super::numbers::{Columns, Exact, Short, decimal_f64, enclosed, enclosed_if_possible};
-use super::ray::RayNumbers;
+use super::ray::{RayNumbers, off_sphere};
+use super::step::{Value, number, vector};
 use super::words::Remark;
 use crate::exact::{
-    ExactBeam, ExactCosine, ExactHit, ExactPixels, Real, Root, Shape, Side, exact, integer,
-    product3, real, real3,
+    ExactBeam, ExactHit, ExactPixels, Real, Root, Shape, Side, exact, integer, real,
 };
 use crate::kernel::Kernel;
+use crate::num::{Real as _, V3};
 use crate::prepare::Prepared;
-use crate::rays::{Lens, Pixels, Ray, Rays, View};
+use crate::rays::{Lens, Pixels, Rays, View};
 use crate::scene::{Edges, Scene, Source};
 use crate::shade::{
     ExactMean, Lamp, Lighting, LitPoint, Origin, PlainPoint, PlainWay, add_sample, mean_divisor,
@@ -54,6 +55,14 @@ pub(super) fn lighting(scene: &Scene, rays: &Rays) -> Option<Lighting> {
     Lighting::new(scene, &view)
 }
 
+/// The point that a ray sees, exactly.
+pub(super) struct Point {
+    pub lit: LitPoint,
+    at: [Root; 3],
+    /// The unit normal that faces the ray.
+    normal: [Root; 3],
+}
+
 /// All that is known of a ray.
 pub(super) struct Seen<'a> {
     pub scene: &'a Scene,
@@ -84,11 +93,7 @@ impl Seen<'_> {
     }
 
     /// The light on the point that is seen; `None` for a scene without light and pixels of one sample.
-    pub fn shading(
-        &self,
-        lighting: Option<&Lighting>,
-        point: Option<&LitPoint>,
-    ) -> Option<Shading> {
+    pub fn shading(&self, lighting: Option<&Lighting>, point: Option<&Point>) -> Option<Shading> {
         let n_samples = match self.rays {
             Rays::Pixels(_) => self.scene.samples.unwrap_or_default().across(),
             Rays::List(_) => 1,
@@ -116,102 +121,74 @@ impl Seen<'_> {
         let ways: Vec<ExactWay> = lighting
             .lamps
             .par_iter()
-            .map(|lamp| ExactWay::new(self.scene, lamp, point))
+            .map(|lamp| ExactWay::new(self.scene, lamp, lighting, &point.lit))
             .collect::<Option<_>>()?;
         let of_sky = lighting.lamps.iter().position(|lamp| lamp.light.is_none());
         let sky = of_sky.and_then(|first| self.sky(&ways[first..], lighting, first));
+        let of_lamp = |index| lighting.lamps.iter().position(|lamp| lamp.light == Some(index));
+        let light = |index: usize| match of_lamp(index) {
+            Some(at) => self.light((index, at), &ways[at], &lighting.lamps[at], point),
+            None => self.dark(index),
+        };
         Some(Shading {
-            lights: self.lights(&ways, lighting, (hit, point))?,
+            lights: (0..self.scene.lights.len()).map(light).collect(),
             sky,
-            color: self.lit_color(hit.id, &ways, lighting),
+            color: self.lit_color(hit.id, &ways, lighting, &point.lit),
             mean,
         })
     }
 
-    /// The point that the ray sees, exactly.
-    pub fn lit_point(&self) -> Option<LitPoint> {
-        let hit = self.hit?;
-        let (eye, near) = match self.rays {
-            Rays::Pixels(pixels) => {
-                let (x, y) = (pixels.x, pixels.y);
-                let (origin, direction) = (pixels.origin_offset(x, y), pixels.direction(x, y));
-                (pixels.view.position, Ray { origin, direction })
-            }
-            Rays::List(rays) => {
-                let &Ray { origin, direction } = rays.first()?;
-                (origin, Ray { origin: DVec3::ZERO, direction })
-            }
-        };
-        LitPoint::new(self.scene, &self.numbers.exact, hit, (eye, &near))
-    }
-
     /// A number in each arithmetic; `None` where the kernel sees another object.
     fn columns(&self, of: impl Fn(usize, &PlainPoint) -> Option<f64>) -> Columns {
-        let [lecture, stable, double] =
-            std::array::from_fn(|kernel| self.plain[kernel].as_ref().map(|at| of(kernel, at)));
-        Columns { lecture, stable, double }
+        Columns(std::array::from_fn(|kernel| self.plain[kernel].as_ref().map(|at| of(kernel, at))))
     }
 
-    pub fn point(&self, hit: &ExactHit, point: &LitPoint) -> Option<PointExplanation> {
-        let (at, normal) =
-            (point.exact.coordinates(), hit.normal(&self.numbers.exact, &point.shape)?);
+    /// The point that the ray sees, what the formulas say of it, and itself.
+    pub fn point(&self) -> Option<(PointExplanation, Point)> {
+        let hit = self.hit?;
+        let (RayNumbers { exact: ray, near, .. }, scene) = (self.numbers, self.scene);
+        let lit = LitPoint::new(scene, ray, hit, (near.reference, &near.ray))?;
+        let mut told = Derivation::new(self.numbers.digits);
+        let ([o, d], t) = (self.numbers.told(), number("t", hit.root.clone()));
+        let p = o + V3([t; 3]).times(d);
+        told.line("p", p, Shown::Numbers);
+        let roots = |v: DVec3| v.to_array().map(|x| Root::from(exact(x)));
+        let (letter, off, outward) = match lit.shape {
+            Shape::Sphere { center, radius } => {
+                let (c, r) = (vector("c", roots(center)), number("r", Root::from(exact(radius))));
+                told.line("", p - c, Shown::Numbers);
+                ("n", off_sphere(p - c, r), (p - c) / r)
+            }
+            Shape::Plane { point, normal } => {
+                let (a, n) = (vector("a", roots(point)), vector("n", roots(normal)));
+                told.line("", p - a, Shown::Numbers);
+                let length = n.dot(n).sqrt();
+                Value::from(length).tell(None);
+                ("", (p - a).dot(n), n / length)
+            }
+        };
+        told.line("f(p)", off, Shown::Numbers);
+        let normal = if hit.side == Side::Back { -outward } else { outward };
+        told.line(letter, normal, Shown::Numbers);
+
+        let [at, normal] = [p, normal].map(|v| v.0.map(|x| x.value()));
         let mut quantities = Vec::new();
         for (axis, symbol) in ["p.x", "p.y", "p.z"].into_iter().enumerate() {
             let world = |kernel, plain: &PlainPoint| {
                 let origin = if kernel == 2 { self.reference[axis] } else { 0.0 };
                 Some(origin + plain.at[axis])
             };
-            let columns = Columns { stable: None, ..self.columns(world) };
-            quantities.push(columns.against(symbol, Some(&at[axis])));
+            quantities.push(self.columns(world).without_stable().against(symbol, Some(&at[axis])));
         }
         let residual =
             |kernel, plain: &PlainPoint| self.numbers.residual(self.scene, kernel, plain);
-        let exact = point.exact.residual(&point.shape)?;
-        quantities.push(self.columns(residual).against("f(p)", Some(&exact)));
+        quantities.push(self.columns(residual).against("f(p)", Some(&off.value())));
         for (axis, symbol) in ["n.x", "n.y", "n.z"].into_iter().enumerate() {
             let columns = self.columns(|_, plain| Some(plain.normal[axis]));
             quantities.push(columns.against(symbol, Some(&normal[axis])));
         }
-        let (base, surface) = match point.shape {
-            Shape::Sphere { center, radius } => {
-                (center, Surface::Sphere(Root::from(real(radius)?)))
-            }
-            Shape::Plane { point, normal } => {
-                let n = real3(normal)?;
-                let length = Root::new(Real::zero(), 1, product3(&n, &n), Real::one(), 1);
-                (point, Surface::Plane(Box::new(n.map(Root::from)), length))
-            }
-        };
-        let base = real3(base)?;
-        let [origin, direction] = self.numbers.origin_and_direction();
-        let steps = PointSteps {
-            origin,
-            direction,
-            t: hit.root.clone(),
-            from_base: std::array::from_fn(|axis| at[axis].minus(&base[axis])),
-            at,
-            base: base.map(Root::from),
-            surface,
-            residual: exact,
-            normal,
-            is_turned: hit.side == Side::Back,
-        };
-        Some(PointExplanation { quantities, lines: of_point(steps, self.numbers.digits) })
-    }
-
-    fn lights(
-        &self,
-        ways: &[ExactWay],
-        lighting: &Lighting,
-        seen: (&ExactHit, &LitPoint),
-    ) -> Option<Vec<LightExplanation>> {
-        let of_lamp = |index| lighting.lamps.iter().position(|lamp| lamp.light == Some(index));
-        (0..self.scene.lights.len())
-            .map(|index| match of_lamp(index) {
-                Some(at) => self.light((index, at), &ways[at], lighting, seen),
-                None => Some(self.dark(index)),
-            })
-            .collect()
+        let explanation = PointExplanation { quantities, lines: told.lines };
+        Some((explanation, Point { lit, at, normal }))
     }
 
     fn dark(&self, index: usize) -> LightExplanation {
@@ -229,71 +206,62 @@ impl Seen<'_> {
         &self,
         (index, at): (usize, usize),
         way: &ExactWay,
-        lighting: &Lighting,
-        (hit, point): (&ExactHit, &LitPoint),
-    ) -> Option<LightExplanation> {
-        let lamp = &lighting.lamps[at];
-        let (beam, cosine) = (&way.beam, way.cosine());
-        let root = way
-            .hidden_by
-            .as_ref()
-            .map(|(_, shape)| enclosed_if_possible(|n_bits| beam.first_root(shape, n_bits)));
-        let components = beam.components();
+        lamp: &Lamp,
+        point: &Point,
+    ) -> LightExplanation {
+        let source = self.scene.lights[index].source;
+        let mut told = Derivation::new(self.numbers.digits);
+        let (n, p) = (vector("n", point.normal.clone()), vector("p", point.at.clone()));
+        let told_light = |v: DVec3| vector("l", v.to_array().map(|x| Root::from(exact(x))));
+        let [o, d] = self.numbers.told();
+        let (w, shown) = match (source, lamp.origin) {
+            (Source::Point(position), _) => (told_light(position) - p, Shown::Numbers),
+            (Source::Sun(direction), _) => (-told_light(direction), Shown::Result),
+            (Source::Eye, Origin::Sun(_)) => (-d, Shown::Result),
+            (Source::Eye, _) => (o - p, Shown::Numbers),
+        };
+        told.line("w", w, shown);
+        let is_at_point = w.0.iter().all(|component| component.signum() == 0);
+        let cosine = n.dot(w) / w.dot(w).sqrt();
+        if !is_at_point {
+            told.line("n·ω", cosine, Shown::Numbers);
+        }
+        let root = way.hidden_by.as_ref().map(|(_, shape)| way.first_root(shape));
+        if let Some(root) = &root {
+            told.given("s", number("s", root.clone()), true);
+        }
+        let verdict = way.verdict();
+        if verdict == Verdict::Counts {
+            told.line("", vector("I", way.strength.clone()) * cosine, Shown::Numbers);
+        }
+
         let mut quantities = Vec::new();
         for (axis, symbol) in ["w.x", "w.y", "w.z"].into_iter().enumerate() {
             let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.way[axis]));
-            quantities.push(columns.against(symbol, Some(&components[axis])));
+            quantities.push(columns.against(symbol, Some(&w.0[axis].value())));
         }
         let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.cosine));
-        quantities.push(columns.against("n·ω", Some(&cosine)));
+        quantities.push(columns.against("n·ω", Some(&way.cosine)));
         let columns = self.columns(|_, plain| Some(plain.ways.get(at)?.in_the_way?.1));
-        let is_met = |entry: Option<Option<f64>>| entry.flatten().is_some();
-        if root.is_some()
-            || [columns.lecture, columns.stable, columns.double].into_iter().any(is_met)
-        {
+        if root.is_some() || columns.0.into_iter().any(|entry| entry.flatten().is_some()) {
             quantities.push(columns.against("s", root.as_ref()));
         }
-        let gives: [Root; 3] = std::array::from_fn(|channel| way.gives(lamp, lighting, channel));
         let is_gray = lamp.weight[0] == lamp.weight[1] && lamp.weight[1] == lamp.weight[2];
         let shown = if is_gray { &["I·n·ω"][..] } else { &CHANNELS };
         for (channel, symbol) in shown.iter().enumerate() {
             let columns = self.columns(|kernel, plain| {
                 Some(gives_plainly(kernel, plain.ways.get(at)?, lamp.weight[channel]))
             });
-            quantities.push(columns.against(symbol, Some(&gives[channel])));
+            quantities.push(columns.against(symbol, Some(&way.gives(channel))));
         }
-        let verdict = way.verdict();
-        let strength: [Root; 3] = std::array::from_fn(|channel| {
-            Root::ratio(lamp.exact_weight[channel].clone(), lighting.n_shares)
-        });
-        let from = match (self.scene.lights[index].source, lamp.origin) {
-            (Source::Point(position), _) => {
-                WayFrom::Point(real3(position)?.map(Root::from), point.exact.coordinates())
-            }
-            (Source::Sun(_), _) => WayFrom::Sun,
-            (Source::Eye, Origin::Sun(_)) => WayFrom::Axis,
-            (Source::Eye, _) => {
-                let [origin, _] = self.numbers.origin_and_direction();
-                WayFrom::Eye(origin, point.exact.coordinates())
-            }
-        };
-        let why = self.why(&verdict, lamp, at, (&components, root.as_ref()));
-        let steps = WaySteps {
-            normal: hit.normal(&self.numbers.exact, &point.shape)?,
-            way: components,
-            from,
-            cosine,
-            root,
-            gives: (verdict == Verdict::Counts).then_some([strength, gives]),
-        };
-        Some(LightExplanation {
+        LightExplanation {
             name: self.name_of(index),
-            place: self.place_of(self.scene.lights[index].source),
-            why,
+            place: self.place_of(source),
+            why: self.why(&verdict, lamp, at, (is_at_point, root.as_ref())),
             verdict,
             quantities,
-            lines: of_light(steps, self.numbers.digits),
-        })
+            lines: told.lines,
+        }
     }
 
     /// Why a light counts or not, and which kernel has it otherwise.
@@ -302,11 +270,10 @@ impl Seen<'_> {
         verdict: &Verdict,
         lamp: &Lamp,
         at: usize,
-        (way, root): (&[Root; 3], Option<&Root>),
+        (is_at_point, root): (bool, Option<&Root>),
     ) -> Vec<Remark> {
         let words = self.numbers.words;
         let label = |id| self.numbers.label(self.scene, id);
-        let is_at_point = way.iter().all(|component| component.signum() == 0);
         let mut why = vec![match verdict {
             Verdict::Counts if lamp.origin == Origin::Eye => Remark::plain(words.counts_at_eye),
             Verdict::Counts if lamp.shadows => Remark::plain(words.counts),
@@ -344,12 +311,6 @@ impl Seen<'_> {
         };
         let counting = n(|verdict| *verdict == Verdict::Counts);
         let hidden = n(|verdict| matches!(verdict, Verdict::Hidden { .. }));
-        let mut sum = ExactMean::new(lighting.n_shares.into());
-        for (way, lamp) in ways.iter().zip(&lighting.lamps[first..]) {
-            if let Some(cosine) = way.counted() {
-                sum.add_light(cosine.clone(), lamp.exact_weight.clone());
-            }
-        }
         let plain = |plain: &PlainPoint| plain.ways.get(first..).map(<[_]>::to_vec);
         let n_plain = self.columns(|_, at| {
             let counting = plain(at)?.iter().filter(|way| counts_plainly(way)).count();
@@ -364,7 +325,6 @@ impl Seen<'_> {
                 _ => f64::from(each.map(|given| given as f32).sum::<f32>()),
             })
         });
-        let given_exactly = enclosed(|n_bits| sum.enclosed(0, n_bits));
         Some(SkyExplanation {
             directions: sky.directions as usize,
             counting,
@@ -372,41 +332,33 @@ impl Seen<'_> {
             hidden,
             quantities: vec![
                 n_plain.against("suns", Some(&Root::from(integer(counting as i64)))),
-                given.against("ΣI·n·ω", Some(&given_exactly)),
+                given.against("ΣI·n·ω", Some(&sum_of(ways, 0))),
             ],
         })
     }
 
-    fn lit_color(&self, id: u32, ways: &[ExactWay], lighting: &Lighting) -> ColorExplanation {
+    fn lit_color(
+        &self,
+        id: u32,
+        ways: &[ExactWay],
+        lighting: &Lighting,
+        point: &LitPoint,
+    ) -> ColorExplanation {
         let color = self.scene.color(id).0;
-        let exact_color = color.map(exact);
-        let shares = integer(lighting.n_shares.into());
-        let divisor = mean_divisor(Some(lighting), 1);
-        let (mut whole, mut lamps) = (ExactMean::new(divisor), ExactMean::new(divisor));
-        for (channel, part) in exact_color.iter().enumerate() {
-            whole.add(channel, &(exact(lighting.ambient[channel]) * &shares * part));
-        }
-        for (way, lamp) in ways.iter().zip(&lighting.lamps) {
-            if let Some(cosine) = way.counted() {
-                let weight = &lamp.exact_weight;
-                lamps.add_light(cosine.clone(), weight.clone());
-                let weights =
-                    std::array::from_fn(|channel| &weight[channel] * &exact_color[channel]);
-                whole.add_light(cosine.clone(), weights);
-            }
-        }
+        let mut mean = ExactMean::new(mean_divisor(Some(lighting), 1));
+        add_sample(&mut mean, self.scene, Some(lighting), id, Some(point));
         let mut found =
-            self.color(&whole, |channel, plain| Some(color[channel] * plain.light[channel]));
-        let line = |channel: usize| {
-            let words = self.numbers.words;
-            let sum = enclosed(|n_bits| lamps.enclosed(channel, n_bits));
-            let value = enclosed(|n_bits| whole.enclosed(channel, n_bits));
-            let [color, ambient] =
-                [color, lighting.ambient].map(|numbers| Root::from(exact(numbers[channel])));
-            let forms = (words.channel_forms[channel], words.channels[channel]);
-            of_channel(forms, [color, ambient, sum, value], self.numbers.digits)
-        };
-        found.lines = (0..3).map(line).collect();
+            self.color(&mean, |channel, plain| Some(color[channel] * plain.light[channel]));
+        let (mut told, words) = (Derivation::new(self.numbers.digits), self.numbers.words);
+        for (channel, name) in words.channels.into_iter().enumerate() {
+            let [c, a] = [("c", color), ("a", lighting.ambient)]
+                .map(|(letter, of)| number(letter, Root::from(exact(of[channel]))));
+            let names = [name, &format!(r"\text{{{name}}}")];
+            let formula = r"c\,(a + \textstyle\sum I\,\vec{n} \cdot \vec{\omega})";
+            let sum = number("Σ", sum_of(ways, channel));
+            told.said(names, [words.channel_formula, formula], c * (a + sum));
+        }
+        found.lines = told.lines;
         found
     }
 
@@ -440,7 +392,7 @@ impl Seen<'_> {
         let mut why = Vec::new();
         let quantity = |channel: usize| {
             let columns = self.columns(|_, plain| of(channel, plain));
-            let all = [columns.lecture, columns.stable, columns.double];
+            let all = columns.0;
             for (column, value) in COLUMNS.into_iter().zip(all) {
                 let Some(Some(value)) = value else { continue };
                 let (byte, right) = (Edges::srgb8().number(value), channels[channel].byte);
@@ -500,59 +452,72 @@ impl Channel {
 /// The way from the point to a lamp, exactly.
 struct ExactWay<'a> {
     beam: ExactBeam<'a>,
-    slope: Option<(i32, ExactCosine<'a>)>,
+    /// `n·ω`
+    cosine: Root,
+    /// `I`
+    strength: [Root; 3],
     /// The first object in the way.
     hidden_by: Option<(u32, Shape)>,
 }
 
 impl<'a> ExactWay<'a> {
-    fn new(scene: &Scene, lamp: &Lamp, point: &'a LitPoint) -> Option<ExactWay<'a>> {
+    fn new(
+        scene: &Scene,
+        lamp: &Lamp,
+        lighting: &Lighting,
+        point: &'a LitPoint,
+    ) -> Option<ExactWay<'a>> {
         let beam = point.beam(lamp)?;
-        let slope = beam.slope(&point.shape);
-        let is_asked = slope.as_ref().is_some_and(|(sign, _)| *sign > 0);
-        let hidden_by = match (is_asked, lamp.light) {
-            (false, _) => None,
-            (true, None) => point.in_the_way(scene, lamp, &beam).next(),
-            (true, Some(_)) => {
-                let root =
-                    |shape: &Shape| enclosed_if_possible(|n_bits| beam.first_root(shape, n_bits));
-                let all = point
-                    .in_the_way(scene, lamp, &beam)
-                    .map(|(id, shape)| (root(&shape), id, shape));
-                all.min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)))
-                    .map(|(_, id, shape)| (id, shape))
+        let cosine = match beam.slope(&point.shape) {
+            None => Root::from(Real::zero()),
+            Some((sign, cosine)) => {
+                let magnitude = enclosed(|n_bits| cosine.enclose(n_bits));
+                if sign < 0 { magnitude.negated() } else { magnitude }
             }
         };
-        Some(ExactWay { beam, slope, hidden_by })
+        let strength =
+            lamp.exact_weight.each_ref().map(|x| Root::ratio(x.clone(), lighting.n_shares));
+        let mut way = ExactWay { beam, cosine, strength, hidden_by: None };
+        if way.cosine.signum() > 0 {
+            let mut all = point.in_the_way(scene, lamp, &way.beam);
+            way.hidden_by = match lamp.light {
+                None => all.next(),
+                Some(_) => all
+                    .map(|(id, shape)| (way.first_root(&shape), id, shape))
+                    .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)))
+                    .map(|(_, id, shape)| (id, shape)),
+            };
+        }
+        Some(way)
+    }
+
+    /// `s` of an object that is in the way.
+    fn first_root(&self, shape: &Shape) -> Root {
+        enclosed_if_possible(|n_bits| self.beam.first_root(shape, n_bits))
     }
 
     fn verdict(&self) -> Verdict {
-        match (&self.slope, &self.hidden_by) {
-            (None, _) => Verdict::Grazing,
-            (Some((sign, _)), _) if *sign < 0 => Verdict::Behind,
+        match (self.cosine.signum(), &self.hidden_by) {
+            (-1, _) => Verdict::Behind,
+            (0, _) => Verdict::Grazing,
             (_, Some((by, _))) => Verdict::Hidden { by: *by },
             _ => Verdict::Counts,
         }
     }
 
-    fn counted(&self) -> Option<&ExactCosine<'a>> {
-        self.slope.as_ref().filter(|_| self.verdict() == Verdict::Counts).map(|(_, cosine)| cosine)
-    }
-
-    /// `n·ω`
-    fn cosine(&self) -> Root {
-        let Some((sign, cosine)) = &self.slope else { return Root::from(Real::zero()) };
-        let magnitude = enclosed(|n_bits| cosine.enclose(n_bits));
-        if *sign < 0 { magnitude.negated() } else { magnitude }
-    }
-
     /// A channel of what the lamp gives.
-    fn gives(&self, lamp: &Lamp, lighting: &Lighting, channel: usize) -> Root {
-        let Some(cosine) = self.counted() else { return Root::from(Real::zero()) };
-        let mut sum = ExactMean::new(lighting.n_shares.into());
-        sum.add_light(cosine.clone(), lamp.exact_weight.clone());
-        enclosed(|n_bits| sum.enclosed(channel, n_bits))
+    fn gives(&self, channel: usize) -> Root {
+        match self.verdict() {
+            Verdict::Counts => self.strength[channel].times(&self.cosine),
+            _ => Root::from(Real::zero()),
+        }
     }
+}
+
+/// What lamps give together.
+fn sum_of(ways: &[ExactWay], channel: usize) -> Root {
+    let given = ways.iter().map(|way| way.gives(channel));
+    given.fold(Root::from(Real::zero()), |sum, given| sum.plus(&given))
 }
 
 fn counts_plainly(way: &PlainWay) -> bool {

@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use super::formula::of_ray;
 use super::latex::side;
 use super::line::{Line, text_of};
 use super::numbers::{decimal_f32, decimal_f64, six_digits};
@@ -19,7 +18,7 @@ pub const WIDTH: usize = 100;
 pub fn text(explanation: &Explanation) -> String {
     let words = explanation.lang.words();
     let mut text = format!("{}\n", explanation.subject());
-    formulas(&of_ray(explanation.ray_numbers()), &mut text);
+    formulas(&explanation.ray_lines, &mut text);
     table(&explanation.ray, words, &mut text);
     let is_sphere = |object: &ObjectExplanation| matches!(object.terms, Terms::Sphere { .. });
     let first_sphere = explanation.objects.iter().position(is_sphere);

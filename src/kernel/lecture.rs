@@ -104,10 +104,17 @@ pub fn sphere_lecture<R: Real>(o: V3<R>, d: V3<R>, c: V3<R>, r: R) -> R {
     R::select(is_hit, first_positive(quadratic_roots(q)), zero)
 }
 
-/// Lecture, section 5.2: `t = ((a − o)·n) / (d·n)`. The positive `t`, or 0 for none.
+/// Lecture, section 5.2: `(a − o)·n` and `d·n`, whose quotient is `t`.
+#[inline(always)]
+pub fn plane_quotient<R: Real>(o: V3<R>, d: V3<R>, a: V3<R>, n: V3<R>) -> [R; 2] {
+    [(a - o).dot(n), d.dot(n)]
+}
+
+/// The positive `t` of a plane, or 0 for none.
 #[inline(always)]
 pub fn plane_lecture<R: Real>(o: V3<R>, d: V3<R>, a: V3<R>, n: V3<R>) -> R {
-    let (t, zero) = ((a - o).dot(n) / d.dot(n), R::lit(0.0));
+    let ([numerator, denominator], zero) = (plane_quotient(o, d, a, n), R::lit(0.0));
+    let t = numerator / denominator;
     R::select(zero.lt(t), t, zero)
 }
 

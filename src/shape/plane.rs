@@ -44,22 +44,14 @@ pub struct PlaneNumbers {
     pub numerator: Root,
     /// `d·n`.
     pub denominator: Root,
-    /// Their quotient, of any sign and size; `None` where `d·n = 0`.
-    pub root: Option<Root>,
 }
 
 /// The numbers of a ray and a plane; `None` where a number is not finite.
 pub fn plane_numbers(ray: &ExactRay, point: DVec3, normal: DVec3) -> Option<PlaneNumbers> {
     let (n, m) = plane_quotient(ray, point, normal)?;
-    let root = match signum(&m) {
-        0 => None,
-        1 => Some(Root::quotient(n.clone(), m.clone(), ray.t_factor())),
-        _ => Some(Root::quotient(-n.clone(), -m.clone(), ray.t_factor())),
-    };
     Some(PlaneNumbers {
         numerator: Root::ratio(n, ray.world_scale()),
         denominator: Root::ratio(m, ray.direction_scale()),
-        root,
     })
 }
 

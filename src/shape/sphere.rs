@@ -78,51 +78,31 @@ pub(super) fn outward_normal(
     }))
 }
 
-/// The numbers of the lecture's quadratic equation, exactly, for the contract's `d`
-/// (`a·t² + b·t + k = 0`).
+/// Numbers of the lecture's quadratic equation, exactly, for the contract's `d` (`a·t² + b·t + k = 0`).
 #[derive(Clone, Debug)]
 pub struct SphereNumbers {
-    /// `a = d·d`.
-    pub a: Root,
     /// `b = 2·d·(o − c)`.
     pub b: Root,
     /// `k = (o − c)·(o − c) − r²`.
     pub k: Root,
     /// `D = b² − 4ak`.
     pub discriminant: Root,
-    /// `D/4a`, which is `r²` less the squared distance of the line from the centre. `None` where
-    /// `d = 0`.
-    pub delta: Option<Root>,
-    /// `√D/2`. `None` where `D < 0`.
-    pub half_root: Option<Root>,
-    /// Near and far root, of any sign and size; equal where `D = 0`. `None` where `D < 0` or
-    /// `d = 0`.
-    pub roots: Option<[Root; 2]>,
 }
 
 /// The numbers of the quadratic equation of a ray and a sphere; `None` where a number is not
 /// finite.
 ///
-/// A pixel's ray carries `F·d` in place of `d`, in a world `S` times as large, so `a`, `b`, `k` and
-/// `D` are the scaled ones divided by `F²`, `FS`, `S²` and `F²S²`.
+/// A pixel's ray carries `F·d` in place of `d`, in a world `S` times as large, so `b`, `k` and
+/// `D` are the scaled ones divided by `FS`, `S²` and `F²S²`.
 pub fn sphere_numbers(ray: &ExactRay, center: DVec3, radius: f64) -> Option<SphereNumbers> {
     let half_b = HalfB::new(ray, center, radius)?;
-    let a = ray.norm_squared();
-    let d = half_b.quarter_discriminant(a);
+    let d = half_b.quarter_discriminant(ray.norm_squared());
     let s = integer(i64::from(ray.world_scale()));
-    let f = integer(i64::from(ray.direction_scale()));
-    let (fs, s2) = (&f * &s, &s * &s);
-    let roots = (signum(a) > 0 && signum(&d) >= 0).then(|| {
-        [-1, 1].map(|sign| Root::new(half_b.b.clone(), sign, d.clone(), a.clone(), ray.t_factor()))
-    });
+    let fs = integer(i64::from(ray.direction_scale())) * &s;
     Some(SphereNumbers {
-        a: Root::quotient(a.clone(), &f * &f, 1),
-        delta: (signum(a) > 0).then(|| Root::quotient(d.clone(), a * &s2, 1)),
-        half_root: (signum(&d) >= 0).then(|| Root::new(Real::zero(), 1, d.clone(), fs.clone(), 1)),
         discriminant: Root::quotient(double(&double(&d)), &fs * &fs, 1),
         b: Root::quotient(-double(&half_b.b), fs, 1),
-        k: Root::quotient(half_b.k, s2, 1),
-        roots,
+        k: Root::quotient(half_b.k, &s * &s, 1),
     })
 }
 

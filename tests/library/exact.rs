@@ -135,10 +135,10 @@ fn decimals() {
     assert_eq!(short(0.00099999, 3), "0.001");
     // √2: a unit sphere seen from outside, off its centre, by a long way round.
     let ray = list(dvec3(-2.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0));
-    let numbers = sphere_numbers(&ray, dvec3(0.0, 2.0, 0.0), 2.0).unwrap();
-    let [near, far] = numbers.roots.unwrap();
-    assert_eq!(near.to_decimal(20), "0.5857864376269049512");
-    assert_eq!(far.to_decimal(20), "3.4142135623730950488");
+    let (center, radius) = (dvec3(0.0, 2.0, 0.0), 2.0);
+    let hit = nearest(&ray, [(1, sphere(center, radius))]).unwrap();
+    assert_eq!(hit.t_decimal(20), "0.5857864376269049512");
+    let numbers = sphere_numbers(&ray, center, radius).unwrap();
     assert_eq!(numbers.discriminant.to_decimal(20), "32", "D = 4·(4² − 2·4)");
 }
 
