@@ -65,7 +65,17 @@ keep("usage", ["render", flat], ["render", "none.toml", "-o", "a.png"], ["render
          "--pixel 1281,0", "--pixel 0,721", "--pixel -1,0", "--pixel 5,5 --crop 10,20,30,40", "--pixel 21,0 --size 21x11",
          "--pixel 1.5,0", "--pixel 1", "--ray 0,0,0,0,0,0", "--ray 0,0,0,0,0,inf", "--ray nan,0,0,0,0,1", "--ray 0,0,0,0,1",
          "--ray 0,0,0,0,0,1 --pixel 1,1", "--ray 0,0,0,0,0,1 --size 3x3", "", "--size 3x3", "--pixel 1,1 --digits 0",
-         "--pixel 1,1 --digits 41", "--pixel 1,1 --lang fr")), ["generate", "cloud", "--count", "9", "--distribution", "nosuch", "-o", "c.npy"])
+         "--pixel 1,1 --digits 41", "--pixel 1,1 --lang fr")), ["generate", "cloud", "--count", "9", "--distribution", "nosuch", "-o", "c.npy"],
+     *(["render", flat, "-o", *words.split()] for words in (
+         "c.png --size 12", "c.png --crop 1,2,3", "c.png --size 20x20 --crop 10,10,11,5", "c.png --format exr", "c.png --certificates",
+         "c.png --bits 12", "c.exr --bits 16", "c.png --repeat 2", "c.png -q -v", "-", "- --format ppm --json", "c.exr --show depth",
+         "c.png --show depth --bits 16", "c.png --show depth --transparent", "c.png --show depth --samples 2",
+         "c.png --show depth --kernel stable --epsilon 1e-3", "c.png --show depth --json --repeat 2", "c.png --show dept")),
+     ["man", "rendr"], *(["figure", *words.split()] for words in (
+         "", "5", "3 scenes/figure2.toml", "4 scenes/figure2.toml --object 9", "4 scenes/figure2.toml --object 0",
+         "3 scenes/figure2.toml --object 1", "4 -o c.png", "4 --json")))
+with (found / "usage.txt").open("a") as said:
+    said.write(f"files: {', '.join(sorted(file.name for file in scratch.glob('?.*')))}\n")
 texts = re.split(r"^=== \d+\n", (kept / "wrong_scenes.txt").read_text(), flags=re.M)[1:]
 with (found / "wrong_scenes_said.txt").open("w") as said:
     for text in texts:

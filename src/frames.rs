@@ -10,6 +10,7 @@ use crate::input;
 use crate::memory;
 use crate::plain::Shown;
 use crate::scene::{Camera, Projection, Scene, checked, turned};
+use crate::words::did_you_mean;
 
 /// Most frames of a film: seven digits in their names.
 pub const MAX_FRAMES: u32 = 9_999_999;
@@ -132,11 +133,8 @@ impl Columns {
             let column =
                 COLUMNS.iter().position(|names| names.contains(&&*name) && !name.is_empty());
             let Some(column) = column else {
-                let near = COLUMNS.iter().flatten().filter(|known| {
-                    !known.is_empty() && strsim::osa_distance(known, &name) <= known.len() / 3
-                });
-                let hint = near.map(|name| format!("did you mean `{name}`? ")).next();
-                let hint = hint.unwrap_or_default();
+                let near = did_you_mean(COLUMNS.into_iter().flatten(), &name);
+                let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
                 return Err(format!("unknown column {name:?}; {hint}known columns: {}", known()));
             };
             if places[column].replace(place).is_some() {

@@ -100,7 +100,7 @@
 //! | [`frames`] | the cameras and the files of a film |
 //! | [`digest`] | one hash of a picture, the same on every device |
 //! | [`plain`] | text of others, made fit to be shown |
-//! | `digits` | numbers in as many digits as a reader wants |
+//! | [`words`] | numbers and counts as words, and names that are nearly right |
 //! | [`compare`] | two results of the same rays, and two pictures |
 //! | [`verify`] | a result against exact arithmetic, and what each kernel promises |
 //! | [`judge`] | other renderers' results against exact arithmetic |
@@ -152,7 +152,6 @@ pub mod cost;
 pub mod cpu;
 pub mod device;
 pub mod digest;
-mod digits;
 pub mod engine;
 pub mod error;
 pub mod exact;
@@ -195,6 +194,7 @@ pub mod tracer;
 pub mod verify;
 #[cfg(feature = "view")]
 pub mod view;
+pub mod words;
 
 /// The vectors of the interface are its.
 pub use glam;

@@ -1,6 +1,4 @@
-//! NumPy's `.npy` files: tables of floats in, structured arrays of hits out.
-
-mod header;
+//! NumPy's `.npy` files: tables of numbers, structured arrays of hits, and the header of both.
 
 use std::io::{self, BufReader, Read};
 use std::ops::{Range, RangeInclusive};
@@ -8,8 +6,6 @@ use std::path::{Path, PathBuf};
 
 use exr::prelude::f16;
 
-use self::header::Plain;
-pub(crate) use self::header::{DType, Header, Kind};
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::plain::Shown;
@@ -29,27 +25,41 @@ pub(crate) struct Record {
 }
 
 impl Record {
+    /// Each field's name, its type, how many numbers it has, and their bytes.
+    fn fields(self) -> impl Iterator<Item = (&'static str, &'static str, usize, usize)> {
+        let fields = [
+            ("id", "u4", 1, 4),
+            ("t", "f4", 1, 4),
+            ("normal", "f4", 3, 12),
+            ("rgb", "f4", 3, 12),
+            ("a", "f4", 1, 4),
+            ("level", "u1", 1, 1),
+        ];
+        fields.into_iter().filter(move |(name, ..)| match *name {
+            "rgb" => self.rgb,
+            "a" => self.alpha,
+            "level" => self.level,
+            _ => true,
+        })
+    }
+
     /// Bytes of a record.
     pub fn bytes(self) -> usize {
-        let n_words = 1 + 1 + 3 + if self.rgb { 3 } else { 0 } + usize::from(self.alpha);
-        n_words * 4 + usize::from(self.level)
+        self.fields().map(|(.., n_bytes)| n_bytes).sum()
     }
 
     /// Appends the header of an array of this `shape` to `out`.
     pub fn write_header(self, shape: &[u64], out: &mut Vec<u8>) {
-        let order = if cfg!(target_endian = "big") { '>' } else { '<' };
-        let mut fields =
-            format!("('id', '{order}u4'), ('t', '{order}f4'), ('normal', '{order}f4', (3,)), ");
-        if self.rgb {
-            fields += &format!("('rgb', '{order}f4', (3,)), ");
-        }
-        if self.alpha {
-            fields += &format!("('a', '{order}f4'), ");
-        }
-        if self.level {
-            fields += "('level', '|u1'), ";
-        }
-        write_header(&format!("[{fields}]"), shape, out);
+        let field = |(name, kind, n, n_bytes)| {
+            let order = match n_bytes {
+                1 => '|',
+                _ if cfg!(target_endian = "big") => '>',
+                _ => '<',
+            };
+            let shape = if n > 1 { format!(", ({n},)") } else { String::new() };
+            format!("('{name}', '{order}{kind}'{shape}), ")
+        };
+        write_header(&format!("[{}]", self.fields().map(field).collect::<String>()), shape, out);
     }
 
     /// Appends the records of the hits in `range`, which have every field of this layout.
@@ -92,56 +102,6 @@ impl Record {
     }
 }
 
-/// An array in a file whose header is read.
-pub(crate) struct Array<R: Read> {
-    header: Header,
-    n_header_bytes: u64,
-    n_file_bytes: Option<u64>,
-    path: PathBuf,
-    reader: BufReader<R>,
-}
-
-/// A two-dimensional array of f32 or f64 in a file: C or Fortran order, either byte order.
-pub(crate) struct FloatTable<R: Read> {
-    /// Rows.
-    pub n_rows: usize,
-    /// Columns: one of the numbers that were allowed.
-    pub n_columns: usize,
-    path: PathBuf,
-    value_bytes: usize,
-    is_big_endian: bool,
-    is_fortran: bool,
-    reader: BufReader<R>,
-}
-
-/// A one-dimensional structured array in a file.
-pub(crate) struct Records<R: Read> {
-    /// Records.
-    pub n_rows: usize,
-    /// The numbers of a record, in their order.
-    pub cells: Vec<Cell>,
-    record_bytes: usize,
-    path: PathBuf,
-    reader: BufReader<R>,
-}
-
-/// One number of a record.
-pub(crate) struct Cell {
-    /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
-    pub field: String,
-    /// Its place in a field of several numbers.
-    pub element: Option<usize>,
-    /// The type as NumPy writes it.
-    pub type_name: String,
-    /// What kind of number; `None` for what is none.
-    pub kind: Option<Kind>,
-    /// Its bytes.
-    pub n_bytes: usize,
-    /// Bytes before it in the record.
-    offset: usize,
-    is_big_endian: bool,
-}
-
 /// Appends the header of a table of little-endian f64 to `out`.
 pub(crate) fn write_float_header(shape: [u64; 2], out: &mut Vec<u8>) {
     write_header("'<f8'", &shape, out);
@@ -156,6 +116,28 @@ fn write_header(descr: &str, shape: &[u64], out: &mut Vec<u8>) {
     out.extend(b"\x93NUMPY\x01\x00");
     out.extend((n_bytes as u16).to_le_bytes());
     out.extend(format!("{text:<width$}\n", width = n_bytes - 1).bytes());
+}
+
+/// An array in a file whose header is read.
+pub(crate) struct Array<R: Read> {
+    /// What the file says of it.
+    pub header: Header,
+    n_data_bytes: Option<u64>,
+    path: PathBuf,
+    reader: BufReader<R>,
+}
+
+/// A table in a file: rows of numbers.
+pub(crate) struct Rows<R: Read> {
+    /// Rows.
+    pub n_rows: usize,
+    /// The numbers of a row, in their order.
+    pub cells: Vec<Cell>,
+    /// Bytes of a row, or of a number where each column stands by itself.
+    n_bytes_at_once: usize,
+    is_by_column: bool,
+    path: PathBuf,
+    reader: BufReader<R>,
 }
 
 /// Bytes that are read at once.
@@ -184,44 +166,59 @@ impl<R: Read> Array<R> {
                 _ => Error::io(path)(error),
             }
         })?;
-        Ok(Array { header, n_header_bytes, n_file_bytes, path: path.to_owned(), reader })
+        let n_data_bytes = n_file_bytes.map(|n| n.saturating_sub(n_header_bytes));
+        Ok(Array { header, n_data_bytes, path: path.to_owned(), reader })
     }
 
-    /// True for an array of records with fields.
-    pub fn is_structured(&self) -> bool {
-        matches!(self.header.dtype, DType::Record(_))
+    /// An error about this file.
+    pub fn wrong(&self, message: impl Into<String>) -> Error {
+        Error::Input { path: self.path.clone(), message: message.into() }
     }
 
-    fn wrong(&self, message: String) -> Error {
-        Error::Input { path: self.path.clone(), message }
+    /// Bytes of an element.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where they differ from one to the next, or are very many.
+    pub fn element_bytes(&self) -> Result<usize> {
+        let message = "its records have no fixed length, or a large one";
+        self.header.element_bytes.ok_or_else(|| self.wrong(message))
     }
 
-    /// Fails where the file has more or fewer bytes than `n_rows` rows of `row_bytes`.
-    fn check_length(&self, n_rows: u64, row_bytes: u128) -> Result<usize> {
-        let n_data_bytes = u128::from(n_rows).saturating_mul(row_bytes);
-        if let Some(n_file_bytes) = self.n_file_bytes {
-            let n_found = u128::from(n_file_bytes.saturating_sub(self.n_header_bytes));
-            if n_found != n_data_bytes {
-                return Err(self.wrong(format!(
-                    "its header tells of {n_rows} rows, which are {n_data_bytes} bytes, but \
-                     {n_found} bytes follow; is the file cut off?"
-                )));
+    /// Bytes of `n_rows` rows of `row_bytes`, as many as a `u64` holds.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the file has more or fewer.
+    pub fn data_bytes(&self, n_rows: u64, row_bytes: u128) -> Result<u64> {
+        let n_bytes = u128::from(n_rows).saturating_mul(row_bytes);
+        match self.n_data_bytes {
+            Some(n_found) if u128::from(n_found) != n_bytes => {
+                let is_less = u128::from(n_found) < n_bytes;
+                let hint = if is_less { "; is the file cut off?" } else { "" };
+                Err(self.wrong(format!(
+                    "its header tells of {n_rows} rows, which are {n_bytes} bytes, but {n_found} \
+                     bytes follow{hint}"
+                )))
             }
+            _ => Ok(u64::try_from(n_bytes).unwrap_or(u64::MAX)),
         }
-        usize::try_from(n_rows).map_err(|_| {
-            Error::TooLarge(format!(
-                "{}: {n_rows} rows don't fit this machine's memory; give them in parts",
-                self.path.shown()
-            ))
-        })
     }
 
-    /// A table of floats with an allowed number of columns.
+    /// What follows the header.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn into_data(mut self) -> Result<Vec<u8>> {
+        let mut data = Vec::new();
+        self.reader.read_to_end(&mut data).map_err(Error::io(&self.path))?;
+        Ok(data)
+    }
+
+    /// A table of floats with an allowed number of columns, C or Fortran order, either byte order.
     ///
     /// # Errors
     /// [`Error::Input`] for any other array.
-    pub fn floats(self, columns: &[RangeInclusive<u64>]) -> Result<FloatTable<R>> {
-        let expected = || {
+    pub fn floats(self, columns: &[RangeInclusive<u64>]) -> Result<Rows<R>> {
+        let wrong = |found: String| {
             let columns: Vec<String> = columns
                 .iter()
                 .map(|n| match n.start() == n.end() {
@@ -229,181 +226,53 @@ impl<R: Read> Array<R> {
                     false => format!("(N, {}) or more columns", n.start()),
                 })
                 .collect();
-            format!(
-                "expected a NumPy array of float64 or float32 with shape {}",
-                columns.join(" or ")
-            )
+            let shapes = columns.join(" or ");
+            self.wrong(format!(
+                "{found}; expected a NumPy array of float64 or float32 with shape {shapes}"
+            ))
         };
-        let dtype = &self.header.dtype;
-        let &DType::Plain(Plain {
-            kind: Some(Kind::Float),
-            n_bytes: Some(value_bytes @ (4 | 8)),
-            is_big_endian,
-            ..
-        }) = dtype
-        else {
-            return Err(self.wrong(format!("its dtype is {dtype}; {}", expected())));
+        let Header { cells, dtype, shape, is_structured, is_fortran, .. } = &self.header;
+        let cell = match &cells[..] {
+            [cell] if cell.kind == Some(Kind::Float) && cell.n_bytes >= 4 && !is_structured => cell,
+            _ => return Err(wrong(format!("its dtype is {dtype}"))),
         };
-        let &[n_rows, n_columns] = &self.header.shape[..] else {
-            let n_axes = self.header.shape.len();
-            return Err(self.wrong(format!("it has {n_axes} dimensions; {}", expected())));
+        let &[n_rows, n_columns] = &shape[..] else {
+            return Err(wrong(format!("it has {} dimensions", shape.len())));
         };
         if !columns.iter().any(|allowed| allowed.contains(&n_columns)) {
-            return Err(self.wrong(format!("its shape is ({n_rows}, {n_columns}); {}", expected())));
+            return Err(wrong(format!("its shape is ({n_rows}, {n_columns})")));
         }
-        let n_rows = self.check_length(n_rows, u128::from(n_columns) * value_bytes as u128)?;
-        let Array { header: Header { is_fortran, .. }, path, reader, .. } = self;
+        let row_bytes = u128::from(n_columns) * cell.n_bytes as u128;
+        self.data_bytes(n_rows, row_bytes)?;
+        let is_by_column = *is_fortran;
+        let n_bytes_at_once = if is_by_column { cell.n_bytes } else { row_bytes as usize };
+        let offset = |column| if is_by_column { 0 } else { column * cell.n_bytes };
         // No more than were allowed.
-        let n_columns = n_columns as usize;
-        Ok(FloatTable { n_rows, n_columns, path, value_bytes, is_big_endian, is_fortran, reader })
+        let cells = (0..n_columns as usize).map(|i| Cell { offset: offset(i), ..cell.clone() });
+        let (n_rows, cells) = (usize::try_from(n_rows).unwrap_or(usize::MAX), cells.collect());
+        let Array { path, reader, .. } = self;
+        Ok(Rows { n_rows, cells, n_bytes_at_once, is_by_column, path, reader })
     }
 
-    /// A structured array.
+    /// The records of a structured array.
     ///
     /// # Errors
     /// [`Error::Input`] for one of several dimensions, and for fields without a fixed length.
-    pub fn records(self) -> Result<Records<R>> {
+    pub fn records(self) -> Result<Rows<R>> {
         let &[n_rows] = &self.header.shape[..] else {
             let n_axes = self.header.shape.len();
             let message = format!("it has {n_axes} dimensions; a structured array has one, (N,)");
             return Err(self.wrong(message));
         };
-        let Some((cells, record_bytes)) = cells_of(&self.header.dtype) else {
-            let message = "its records have no fixed length, or a large one".to_owned();
-            return Err(self.wrong(message));
-        };
-        let n_rows = self.check_length(n_rows, record_bytes as u128)?;
-        let Array { path, reader, .. } = self;
-        Ok(Records { n_rows, cells, record_bytes, path, reader })
+        let n_bytes_at_once = self.element_bytes()?;
+        self.data_bytes(n_rows, n_bytes_at_once as u128)?;
+        let Array { header: Header { cells, .. }, path, reader, .. } = self;
+        let n_rows = usize::try_from(n_rows).unwrap_or(usize::MAX);
+        Ok(Rows { n_rows, cells, n_bytes_at_once, is_by_column: false, path, reader })
     }
 }
 
-/// Most bytes of a record.
-const MAX_RECORD_BYTES: usize = 1 << 16;
-
-/// The numbers of a record of this type, and its bytes; `None` where it has no fixed length or a large one.
-pub(crate) fn cells_of(dtype: &DType) -> Option<(Vec<Cell>, usize)> {
-    let record_bytes = dtype.n_bytes().filter(|n| (1..=MAX_RECORD_BYTES).contains(n))?;
-    let mut cells = Vec::new();
-    add_cells(&mut cells, "", dtype, &mut 0);
-    Some((cells, record_bytes))
-}
-
-/// Adds the numbers of a field to those of a record; `at` counts the bytes before it.
-fn add_cells(cells: &mut Vec<Cell>, field: &str, dtype: &DType, at: &mut usize) {
-    match dtype {
-        DType::Plain(plain) => {
-            let n_bytes = plain.n_bytes.unwrap_or_default();
-            cells.push(Cell {
-                field: field.to_owned(),
-                element: None,
-                type_name: plain.name.clone(),
-                kind: plain.kind,
-                n_bytes,
-                offset: *at,
-                is_big_endian: plain.is_big_endian,
-            });
-            *at += n_bytes;
-        }
-        DType::Record(fields) => {
-            for inner in fields {
-                let name = match field {
-                    "" => inner.name.clone(),
-                    outer => format!("{outer}.{}", inner.name),
-                };
-                let first = cells.len();
-                let is_list = !inner.shape.is_empty();
-                // Of no bytes, there may be any number.
-                let is_nothing = is_list && inner.dtype.n_bytes() == Some(0);
-                for _ in 0..if is_nothing { 0 } else { inner.n_elements() } {
-                    add_cells(cells, &name, &inner.dtype, at);
-                }
-                if is_list {
-                    // Those of several axes are numbered through.
-                    for (i, cell) in cells[first..].iter_mut().enumerate() {
-                        (cell.field, cell.element) = (name.clone(), Some(i));
-                    }
-                }
-                // Padding has no name.
-                if inner.name.is_empty() {
-                    cells.truncate(first);
-                }
-            }
-        }
-    }
-}
-
-impl Cell {
-    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
-    pub fn name(&self) -> String {
-        match self.element {
-            None => self.field.clone(),
-            Some(i) => format!("{}:{i}", self.field),
-        }
-    }
-
-    /// True for unsigned numbers of 8 bits.
-    pub fn is_byte(&self) -> bool {
-        (self.kind, self.n_bytes) == (Some(Kind::Uint), 1)
-    }
-
-    /// The bits of the number in a record, the lowest first; those of a signed one go on with its sign.
-    pub fn bits(&self, record: &[u8]) -> u64 {
-        let bytes = &record[self.offset..self.offset + self.n_bytes];
-        let mut low_first = [0; 8];
-        low_first[..self.n_bytes].copy_from_slice(bytes);
-        if self.is_big_endian {
-            low_first[..self.n_bytes].reverse();
-        }
-        let bits = u64::from_le_bytes(low_first);
-        let n_unused = 64 - 8 * self.n_bytes as u32;
-        match self.kind {
-            Some(Kind::Int) => ((bits as i64) << n_unused >> n_unused) as u64,
-            _ => bits,
-        }
-    }
-
-    /// The f64 nearest to the number in a record; NaN for what is no number.
-    fn to_f64(&self, record: &[u8]) -> f64 {
-        match (self.kind, self.n_bytes) {
-            (Some(Kind::Float), 2) => f16::from_bits(self.bits(record) as u16).to_f64(),
-            (Some(Kind::Float), 4) => f32::from_bits(self.bits(record) as u32).into(),
-            (Some(Kind::Float), _) => f64::from_bits(self.bits(record)),
-            (Some(Kind::Int), _) => self.bits(record) as i64 as f64,
-            (Some(_), _) => self.bits(record) as f64,
-            (None, _) => f64::NAN,
-        }
-    }
-}
-
-impl<R: Read> Records<R> {
-    /// Reads all records and gives `put` each number of the `wanted` cells, with its record and its
-    /// cell.
-    ///
-    /// # Errors
-    /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
-    pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let cells: Vec<_> = wanted.iter().map(|&place| (place, &self.cells[place])).collect();
-        let mut record = vec![0; self.record_bytes];
-        for row in 0..self.n_rows {
-            if let Err(error) = self.reader.read_exact(&mut record) {
-                return Err(match error.kind() {
-                    io::ErrorKind::UnexpectedEof => Error::Input {
-                        path: self.path,
-                        message: format!("the file ends before row {row} is whole"),
-                    },
-                    _ => Error::io(self.path)(error),
-                });
-            }
-            for (place, cell) in &cells {
-                put(row, *place, cell.to_f64(&record));
-            }
-        }
-        Ok(())
-    }
-}
-
-impl<R: Read> FloatTable<R> {
+impl<R: Read> Rows<R> {
     /// Room for one `T` a row.
     ///
     /// # Errors
@@ -425,42 +294,390 @@ impl<R: Read> FloatTable<R> {
         Ok(rows)
     }
 
-    /// Reads all values in the order of the file and gives `put` each with its row and column.
+    /// Reads all rows and gives `put` each number of the `wanted` cells, with its row and its cell, in
+    /// the order of the file.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file ends too early.
-    pub fn read(self, put: impl FnMut(usize, usize, f64)) -> Result<()> {
-        let FloatTable { n_rows, n_columns, path, is_fortran, reader, .. } = self;
-        let (n_outer, n_inner) = if is_fortran { (n_columns, n_rows) } else { (n_rows, n_columns) };
-        let place = move |outer, inner| if is_fortran { (inner, outer) } else { (outer, inner) };
-        let places =
-            (0..n_outer).flat_map(|outer| (0..n_inner).map(move |inner| place(outer, inner)));
-        match (self.value_bytes, self.is_big_endian) {
-            (4, false) => put_all(places, reader, &path, |b| f32::from_le_bytes(b).into(), put),
-            (4, true) => put_all(places, reader, &path, |b| f32::from_be_bytes(b).into(), put),
-            (_, false) => put_all(places, reader, &path, f64::from_le_bytes, put),
-            (_, true) => put_all(places, reader, &path, f64::from_be_bytes, put),
+    pub fn read(mut self, wanted: &[usize], mut put: impl FnMut(usize, usize, f64)) -> Result<()> {
+        let of_pass = |column| wanted.iter().copied().filter(|one| *one == column).collect();
+        let passes: Vec<Vec<usize>> = match self.is_by_column {
+            true => (0..self.cells.len()).map(of_pass).collect(),
+            false => vec![wanted.to_vec()],
+        };
+        let mut bytes = vec![0; self.n_bytes_at_once];
+        for columns in passes {
+            let cells: Vec<_> =
+                columns.iter().map(|&column| (column, &self.cells[column])).collect();
+            for row in 0..self.n_rows {
+                if let Err(error) = self.reader.read_exact(&mut bytes) {
+                    return Err(match error.kind() {
+                        io::ErrorKind::UnexpectedEof => Error::Input {
+                            path: self.path,
+                            message: format!("the file ends before row {row} is whole"),
+                        },
+                        _ => Error::io(self.path)(error),
+                    });
+                }
+                for (column, cell) in &cells {
+                    put(row, *column, cell.to_f64(&bytes));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The header of a file: what an array consists of, and how it lies there.
+pub(crate) struct Header {
+    /// The numbers of an element, one where it has no fields.
+    pub cells: Vec<Cell>,
+    /// Bytes of an element; `None` where it has no fixed length, or more than [`MAX_RECORD_BYTES`].
+    element_bytes: Option<usize>,
+    /// True for records with fields.
+    pub is_structured: bool,
+    /// The type of an element, as the file has it.
+    pub dtype: String,
+    /// How many elements there are along each axis. The product is below 10¹⁸.
+    pub shape: Vec<u64>,
+    /// True where neighbours in the file are neighbours along the first axis.
+    pub is_fortran: bool,
+}
+
+/// One number of an element.
+#[derive(Clone)]
+pub(crate) struct Cell {
+    /// The name of its field, `outer.inner` of a record in a record; empty in an array without fields.
+    pub field: String,
+    /// Its place in a field of several numbers.
+    pub element: Option<usize>,
+    /// The type as NumPy writes it.
+    pub type_name: String,
+    /// What kind of number, of at most 64 bits; `None` for what is none.
+    pub kind: Option<Kind>,
+    /// Its bytes.
+    pub n_bytes: usize,
+    /// Bytes before it in the record.
+    offset: usize,
+    is_big_endian: bool,
+}
+
+/// A kind of number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Bool,
+    Int,
+    Uint,
+    Float,
+}
+
+/// Most bytes of a record.
+const MAX_RECORD_BYTES: usize = 1 << 16;
+
+/// Longest header, bytes. NumPy itself refuses to read headers of more than 10 000.
+const MAX_HEADER_BYTES: u64 = 10_000;
+
+/// Deepest nesting of brackets: the dictionary, the list of fields, a field, its shape.
+const MAX_NESTING: usize = 8;
+
+/// Most decimal digits in the shapes of all: a product of numbers with so many digits together is
+/// below 10¹⁸, so below 2⁶⁴.
+const MAX_DIGITS: usize = 18;
+
+fn invalid(message: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message.into())
+}
+
+fn no_table() -> io::Error {
+    invalid("its header is not that of a table of numbers")
+}
+
+impl Header {
+    /// Reads the header of versions 1 to 3, and tells its length in bytes.
+    ///
+    /// # Errors
+    /// `InvalidData` where it is none, `UnexpectedEof` where the file ends in it.
+    pub fn read(reader: &mut impl Read) -> io::Result<(Header, u64)> {
+        let mut start = Vec::new();
+        reader.take(8).read_to_end(&mut start)?;
+        let &[0x93, b'N', b'U', b'M', b'P', b'Y', major, minor] = &start[..] else {
+            return Err(invalid("it does not begin like one"));
+        };
+        let n_length_bytes = match (major, minor) {
+            (1, 0) => 2,
+            (2 | 3, 0) => 4,
+            _ => return Err(invalid(format!("unsupported version: ({major}, {minor})"))),
+        };
+        let mut length = [0; 4];
+        reader.read_exact(&mut length[..n_length_bytes])?;
+        let n_text_bytes = u64::from(u32::from_le_bytes(length));
+        if n_text_bytes > MAX_HEADER_BYTES {
+            return Err(invalid("its header is too long"));
+        }
+        let mut text = vec![0; n_text_bytes as usize];
+        reader.read_exact(&mut text)?;
+        let text = std::str::from_utf8(&text).map_err(|_| invalid("its header is not UTF-8"))?;
+        Ok((Header::parse(text)?, 8 + n_length_bytes as u64 + n_text_bytes))
+    }
+
+    fn parse(text: &str) -> io::Result<Header> {
+        let mut literals = Literals { rest: text, n_digits: 0 };
+        if !literals.skip('{') {
+            return Err(no_table());
+        }
+        let mut entries = literals.items('}', |literals| {
+            let key = literals.value(1)?;
+            if !literals.skip(':') {
+                return Err(no_table());
+            }
+            let before = literals.rest;
+            let value = literals.value(1)?;
+            let text = before[..before.len() - literals.rest.len()].trim();
+            Ok((key, (value, text.to_owned())))
+        })?;
+        if !literals.rest.trim_start().is_empty() {
+            return Err(no_table());
+        }
+        let mut take = |wanted: &str| {
+            let is_wanted =
+                |(key, _): &(Value, _)| matches!(key, Value::Text(key) if key == wanted);
+            let place = entries.iter().rposition(is_wanted);
+            let place = place.ok_or_else(|| invalid(format!("its header lacks `{wanted}`")))?;
+            Ok::<_, io::Error>(entries.swap_remove(place).1)
+        };
+        let (Value::Bool(is_fortran), _) = take("fortran_order")? else {
+            return Err(no_table());
+        };
+        let shape = take("shape")?.0.shape()?;
+        let (descr, dtype) = take("descr")?;
+        let (mut cells, mut at) = (Vec::new(), Some(0));
+        add_cells(&mut cells, "", &descr, &mut at)?;
+        Ok(Header {
+            cells,
+            element_bytes: at.filter(|n| *n > 0),
+            is_structured: matches!(descr, Value::List(_)),
+            dtype,
+            shape,
+            is_fortran,
+        })
+    }
+}
+
+/// Adds the numbers of a type to those of a record. `at` counts the bytes before it while they have a fixed
+/// number, up to [`MAX_RECORD_BYTES`].
+fn add_cells(
+    cells: &mut Vec<Cell>,
+    field: &str,
+    descr: &Value,
+    at: &mut Option<usize>,
+) -> io::Result<()> {
+    let fields = match descr {
+        Value::Text(type_name) => {
+            let (cell, n_bytes) = Cell::parse(type_name, field, at.unwrap_or_default())?;
+            cells.push(cell);
+            let sum = at.zip(n_bytes).and_then(|(before, n_bytes)| before.checked_add(n_bytes));
+            *at = sum.filter(|n| *n <= MAX_RECORD_BYTES);
+            return Ok(());
+        }
+        Value::List(fields) => fields,
+        _ => return Err(no_table()),
+    };
+    for inner in fields {
+        let Value::List(parts) = inner else { return Err(no_table()) };
+        let (name, descr, shape) = match &parts[..] {
+            [Value::Text(name), descr] => (name, descr, Vec::new()),
+            [Value::Text(name), descr, shape] => (name, descr, shape.shape()?),
+            _ => return Err(no_table()),
+        };
+        let full = if field.is_empty() { name.clone() } else { format!("{field}.{name}") };
+        let first = cells.len();
+        for _ in 0..shape.iter().product() {
+            let before = *at;
+            add_cells(cells, &full, descr, at)?;
+            // Of nothing there may be any number, and beyond the limit too.
+            if at.is_none() || *at == before {
+                break;
+            }
+        }
+        // Padding has no name.
+        if name.is_empty() {
+            cells.truncate(first);
+        } else if !shape.is_empty() {
+            // Those of several axes are numbered through.
+            for (i, cell) in cells[first..].iter_mut().enumerate() {
+                (cell.field, cell.element) = (full.clone(), Some(i));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Cell {
+    /// Reads `<f8` and the like; its bytes are `None` where they differ from one to the next.
+    fn parse(name: &str, field: &str, offset: usize) -> io::Result<(Cell, Option<usize>)> {
+        let wrong = || invalid(format!("invalid type string: '{name}'"));
+        let (order, rest) = name.split_at_checked(1).ok_or_else(wrong)?;
+        let (code, rest) = rest.split_at_checked(1).ok_or_else(wrong)?;
+        if !["<", ">", "|"].contains(&order) {
+            return Err(wrong());
+        }
+        // Units of time stand behind.
+        let n: Option<usize> = rest.split('[').next().and_then(|digits| digits.parse().ok());
+        let kind = match (code, n) {
+            ("b", Some(1)) => Some(Kind::Bool),
+            ("i", Some(1 | 2 | 4 | 8)) => Some(Kind::Int),
+            ("u", Some(1 | 2 | 4 | 8)) => Some(Kind::Uint),
+            ("f", Some(2 | 4 | 8)) => Some(Kind::Float),
+            _ => None,
+        };
+        let n_bytes = if code == "U" { n.and_then(|n| n.checked_mul(4)) } else { n };
+        let cell = Cell {
+            field: field.to_owned(),
+            element: None,
+            type_name: name.to_owned(),
+            kind: kind.filter(|_| order != "|" || n == Some(1)),
+            n_bytes: n_bytes.unwrap_or_default(),
+            offset,
+            is_big_endian: order == ">",
+        };
+        Ok((cell, n_bytes))
+    }
+
+    /// The name of its field, followed by `:0`, `:1` and so on in a field of several numbers.
+    pub fn name(&self) -> String {
+        match self.element {
+            None => self.field.clone(),
+            Some(i) => format!("{}:{i}", self.field),
+        }
+    }
+
+    /// True for unsigned numbers of 8 bits.
+    pub fn is_byte(&self) -> bool {
+        (self.kind, self.n_bytes) == (Some(Kind::Uint), 1)
+    }
+
+    /// The bits of the number in the record that `bytes` begin with, the lowest first; those of a signed
+    /// one go on with its sign.
+    pub fn bits(&self, bytes: &[u8]) -> u64 {
+        let bytes = &bytes[self.offset..];
+        // One load where there are enough bytes, which is quicker than a copy.
+        let window = bytes.first_chunk().copied().unwrap_or_else(|| {
+            let mut window = [0; 8];
+            window[..bytes.len()].copy_from_slice(bytes);
+            window
+        });
+        let n_unused = 64 - 8 * self.n_bytes as u32;
+        let high = match self.is_big_endian {
+            true => u64::from_be_bytes(window),
+            false => u64::from_le_bytes(window) << n_unused,
+        };
+        match self.kind {
+            Some(Kind::Int) => (high as i64 >> n_unused) as u64,
+            _ => high >> n_unused,
+        }
+    }
+
+    /// The f64 nearest to the number in the record that `bytes` begin with; NaN for what is no number.
+    fn to_f64(&self, bytes: &[u8]) -> f64 {
+        let Some(kind) = self.kind else { return f64::NAN };
+        let bits = self.bits(bytes);
+        match (kind, self.n_bytes) {
+            (Kind::Float, 2) => f16::from_bits(bits as u16).to_f64(),
+            (Kind::Float, 4) => f32::from_bits(bits as u32).into(),
+            (Kind::Float, _) => f64::from_bits(bits),
+            (Kind::Int, _) => bits as i64 as f64,
+            (Kind::Bool | Kind::Uint, _) => bits as f64,
         }
     }
 }
 
-fn put_all<const N: usize>(
-    places: impl Iterator<Item = (usize, usize)>,
-    mut reader: impl Read,
-    path: &Path,
-    to_f64: impl Fn([u8; N]) -> f64,
-    mut put: impl FnMut(usize, usize, f64),
-) -> Result<()> {
-    for (row, column) in places {
-        let mut bytes = [0; N];
-        match reader.read_exact(&mut bytes) {
-            Ok(()) => put(row, column, to_f64(bytes)),
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                let message = format!("the file ends before row {row}, column {column}");
-                return Err(Error::Input { path: path.to_owned(), message });
+/// A literal of Python, of those that stand in headers.
+enum Value {
+    Bool(bool),
+    Number(u64),
+    Text(String),
+    /// A list or a tuple.
+    List(Vec<Value>),
+}
+
+impl Value {
+    fn shape(&self) -> io::Result<Vec<u64>> {
+        let Value::List(axes) = self else {
+            return Err(no_table());
+        };
+        let number = |axis: &Value| match axis {
+            Value::Number(n) => Ok(*n),
+            _ => Err(no_table()),
+        };
+        axes.iter().map(number).collect()
+    }
+}
+
+/// Reads literals from the start of a text.
+struct Literals<'a> {
+    rest: &'a str,
+    n_digits: usize,
+}
+
+impl Literals<'_> {
+    /// True where `sign` comes next, which is taken then.
+    fn skip(&mut self, sign: char) -> bool {
+        self.rest = self.rest.trim_start();
+        let behind = self.rest.strip_prefix(sign);
+        self.rest = behind.unwrap_or(self.rest);
+        behind.is_some()
+    }
+
+    /// What stands between commas, up to the bracket that closes it.
+    fn items<T>(
+        &mut self,
+        close: char,
+        mut item: impl FnMut(&mut Self) -> io::Result<T>,
+    ) -> io::Result<Vec<T>> {
+        let mut items = Vec::new();
+        while !self.skip(close) {
+            items.push(item(self)?);
+            if !self.skip(',') {
+                return if self.skip(close) { Ok(items) } else { Err(no_table()) };
             }
-            Err(error) => return Err(Error::io(path)(error)),
+        }
+        Ok(items)
+    }
+
+    /// A value in so many brackets.
+    fn value(&mut self, depth: usize) -> io::Result<Value> {
+        if depth > MAX_NESTING {
+            return Err(invalid("its header is nested too deeply"));
+        }
+        for (open, close) in [('(', ')'), ('[', ']')] {
+            if self.skip(open) {
+                return self.items(close, |literals| literals.value(depth + 1)).map(Value::List);
+            }
+        }
+        for quote in ['\'', '"'] {
+            if self.skip(quote) {
+                let closed = self.rest.split_once(quote);
+                let (text, rest) = closed.ok_or_else(|| invalid("its header is not closed"))?;
+                if text.contains(['\\', '\n', '\r']) {
+                    return Err(invalid("its header has unexpected signs"));
+                }
+                self.rest = rest;
+                return Ok(Value::Text(text.to_owned()));
+            }
+        }
+        for (word, is_true) in [("True", true), ("False", false)] {
+            if let Some(rest) = self.rest.strip_prefix(word) {
+                self.rest = rest;
+                return Ok(Value::Bool(is_true));
+            }
+        }
+        let n = self.rest.bytes().take_while(u8::is_ascii_digit).count();
+        let (digits, rest) = self.rest.split_at(n);
+        (self.rest, self.n_digits) = (rest, self.n_digits + n);
+        match digits.parse() {
+            Ok(number) if self.n_digits <= MAX_DIGITS => Ok(Value::Number(number)),
+            _ if n > 0 => Err(no_table()),
+            _ => Err(invalid("its header has unexpected signs")),
         }
     }
-    Ok(())
 }

@@ -1,6 +1,5 @@
 //! Output files that appear whole or not at all, and last of all.
 
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -210,14 +209,15 @@ pub fn remove_unfinished() {
     }
 }
 
-/// Refuses an output that would replace an input, or another output, by whatever name or link.
+/// Refuses an output that would replace an input, or another output, by whatever path or symbolic link. Other
+/// hard links are no danger: what they lead to stays as it is.
 ///
 /// # Errors
 /// [`Error::Usage`]
 pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
     for (i, output) in outputs.iter().enumerate() {
-        let Some(identity) = Identity::of(output) else { continue };
-        let is_same = |other: &&&Path| Identity::of(other).as_ref() == Some(&identity);
+        let Some(place) = place_of(output) else { continue };
+        let is_same = |other: &&&Path| place_of(other).as_ref() == Some(&place);
         if let Some(input) = inputs.iter().find(is_same) {
             return Err(Error::Usage(format!(
                 "{}: this is the input {}; name another file for the output",
@@ -236,37 +236,19 @@ pub fn refuse_overwriting(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
     Ok(())
 }
 
-/// The identity of a regular file, the same for all its paths.
-#[derive(PartialEq)]
-enum Identity {
-    /// As the system tells it.
-    File((u64, u64)),
-    /// That of the folder, and the name in it of a file that is not there yet.
-    New((u64, u64), OsString),
-    /// The path without links, where the system tells nothing.
-    Path(PathBuf),
-}
-
-impl Identity {
-    /// `None` where nothing is kept, as in a pipe, and where nothing can be.
-    fn of(path: &Path) -> Option<Identity> {
-        if path == Path::new(OutputFile::STDOUT) {
-            return None;
+/// Where a regular file is or is to be, without links; `None` where nothing is kept, as in a pipe, and where
+/// nothing can be.
+fn place_of(path: &Path) -> Option<PathBuf> {
+    if path == Path::new(OutputFile::STDOUT) {
+        return None;
+    }
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => fs::canonicalize(path).ok(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let target = end_of_links(path);
+            Some(fs::canonicalize(folder_of(&target)).ok()?.join(target.file_name()?))
         }
-        let target = match fs::metadata(path) {
-            Ok(found) if !found.is_file() => return None,
-            Ok(_) => match system::identity(path) {
-                Ok(identity) => return Some(Identity::File(identity)),
-                Err(_) => return fs::canonicalize(path).ok().map(Identity::Path),
-            },
-            Err(error) if error.kind() == io::ErrorKind::NotFound => end_of_links(path),
-            Err(_) => return None,
-        };
-        let (folder, name) = (folder_of(&target), target.file_name()?);
-        Some(match system::identity(folder) {
-            Ok(identity) => Identity::New(identity, name.to_owned()),
-            Err(_) => Identity::Path(fs::canonicalize(folder).ok()?.join(name)),
-        })
+        _ => None,
     }
 }
 

@@ -5,11 +5,11 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::Share;
-use crate::digits::percent;
 use crate::error::{Error, Result};
 use crate::num::ulp_distance;
 use crate::picture::{Image, Samples};
 use crate::scene::Color;
+use crate::words::percent;
 
 /// How far the numbers of a pixel may differ, and how many pixels may differ more.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,11 +4,11 @@ use serde::Serialize;
 
 use super::allowed::short;
 use super::{Allowed, Claims, Judgement, Part, Seen, Spread, alike, worst};
-use crate::digits::percent;
 use crate::error::{Error, Result};
 use crate::rays::Rays;
 use crate::scene::{Color, Scene, hex};
 use crate::verify::{RayError, Truth};
+use crate::words::percent;
 
 /// What was judged.
 #[derive(Clone, Copy)]

@@ -9,6 +9,7 @@ use crate::output::OutputFile;
 use crate::plain::Shown;
 use crate::shade::Encoding;
 use crate::trace::Wants;
+use crate::words::did_you_mean;
 
 /// A picture file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -135,11 +136,9 @@ fn names(separator: &str, last_separator: &str, prefix: &str) -> String {
     text
 }
 
-/// `; did you mean png?`, or nothing when no name is within one typing slip.
+/// `; did you mean png?`, or nothing where no name is near.
 fn suggestion(name: &str, prefix: &str) -> String {
-    Format::ALL
-        .into_iter()
-        .find(|format| strsim::osa_distance(&name.to_ascii_lowercase(), format.name()) == 1)
+    did_you_mean(Format::ALL.map(Format::name), name)
         .map_or_else(String::new, |format| format!("; did you mean {prefix}{format}?"))
 }
 

@@ -47,7 +47,7 @@ fn read(path: &Path, control: &Control) -> Result<Vec<Ray>> {
     let n_columns = N_COLUMNS as u64;
     let table = Array::new(file, n_bytes, &path, EXPECTED)?.floats(&[n_columns..=n_columns])?;
     let mut rays = table.rows_of(Ray { origin: DVec3::ZERO, direction: DVec3::ZERO })?;
-    table.read(|row, column, value| {
+    table.read(&[0, 1, 2, 3, 4, 5], |row, column, value| {
         let ray = &mut rays[row];
         match column.checked_sub(3) {
             None => ray.origin[column] = value,

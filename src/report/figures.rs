@@ -1,8 +1,8 @@
 //! Numbers and names as a reader wants them: in a few digits, with what can't be shown left out.
 
 use super::{Errors, Spread};
-pub use crate::digits::{NONE, digits, percent};
 use crate::plain::plain_document;
+pub use crate::words::{NONE, count, digits, list, percent};
 
 /// Three digits that count; see [`digits`].
 pub fn figure(x: f64) -> String {
@@ -90,20 +90,6 @@ fn superscript(exponent: &str) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
     exponent.chars().map(raised).collect()
-}
-
-/// `1 scene`, `2 scenes`
-pub fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-/// `a`, `a and b`, `a, b and c`
-pub fn list(items: &[String]) -> String {
-    match items {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
 }
 
 /// A name that can't break a line, a terminal or an XML file: control characters, and those that

@@ -1,6 +1,7 @@
 //! Linear colour and its sRGB encoding: the only home of the transfer function.
 
 use super::Edges;
+use crate::words::did_you_mean;
 
 /// Linear RGB, each component in `0..=1`; black by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,9 +18,6 @@ impl From<[f32; 3]> for Color {
         Color(linear.map(f64::from))
     }
 }
-
-/// Bytes of CSS's longest name, `lightgoldenrodyellow`.
-const LONGEST_NAME: usize = 20;
 
 /// The names of CSS Color Module Level 4 in lower case, in their order, each with its colour.
 const NAMES: &str = include_str!("css_colors.txt");
@@ -71,15 +69,9 @@ impl Color {
         }
     }
 
-    /// The name of CSS that `text` is a misspelling of, with at most one slip in three letters.
+    /// The name of CSS that `text` is a misspelling of, see [`did_you_mean`].
     pub fn nearest_name(text: &str) -> Option<&'static str> {
-        if text.len() > 2 * LONGEST_NAME {
-            return None;
-        }
-        let text = text.to_lowercase();
-        let slips = names().map(|(name, _)| (strsim::osa_distance(&text, name), name));
-        let near = slips.filter(|(slips, name)| *slips <= name.len() / 3);
-        near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
+        did_you_mean(names().map(|(name, _)| name), text)
     }
 
     /// 8-bit sRGB: the bytes whose ranges hold the components, by their [`Edges`].
@@ -196,7 +188,6 @@ mod tests {
     fn each_name_of_css_is_there_once() {
         assert_eq!((NAMES.lines().count(), names().count()), (148, 148));
         assert!(names().map(|(name, _)| name).is_sorted_by(|one, next| one < next));
-        assert_eq!(names().map(|(name, _)| name.len()).max(), Some(LONGEST_NAME));
         for (name, hex) in names() {
             assert!(name.bytes().all(|byte| byte.is_ascii_lowercase()), "{name}");
             assert_eq!(Color::parse(name), Some(Color::from_hex(hex).unwrap()), "{name}");
@@ -208,7 +199,8 @@ mod tests {
         assert_eq!(Color::nearest_name("stealblue"), Some("steelblue"));
         assert_eq!(Color::nearest_name("Gren"), Some("green"));
         assert_eq!(Color::nearest_name("magneta"), Some("magenta"));
-        for far in ["", "q", "dim", "#ff", &"x".repeat(1000)] {
+        assert_eq!(Color::nearest_name("dim"), Some("dimgray"));
+        for far in ["", "q", "#ff", &"x".repeat(1000)] {
             assert_eq!(Color::nearest_name(far), None, "{far}");
         }
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::error::{Error, Lack, SceneError};
+use crate::words::cut;
 
 /// An error in a text that is still being read: the span is enough, the place is found later.
 #[derive(Debug)]
@@ -44,14 +45,6 @@ impl Fault {
 /// The part of a key or a value that a message quotes, however much of it there is in the file.
 pub(super) fn quoted(text: &str) -> Cow<'_, str> {
     cut(text, 60)
-}
-
-/// The first `n_chars` of a text.
-pub(super) fn cut(text: &str, n_chars: usize) -> Cow<'_, str> {
-    match text.char_indices().nth(n_chars) {
-        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
-        None => Cow::Borrowed(text),
-    }
 }
 
 /// Why a scene can't be read: a fault at a place of its text, or a failure that has none.

@@ -10,6 +10,7 @@ use super::places::{Fault, char_start, quoted};
 use super::read::{KINDS, OBJECTS};
 use super::sniff::look_of_text;
 use super::{Color, ColorMap};
+use crate::words::did_you_mean;
 
 pub(super) type Checked<T> = std::result::Result<T, Fault>;
 
@@ -279,7 +280,7 @@ impl<'t> Field<'t> {
     pub fn colormap(&self) -> Checked<ColorMap> {
         let name = self.text()?;
         ColorMap::from_name(&name).ok_or_else(|| {
-            let hint = match nearest(ColorMap::names(), &name) {
+            let hint = match did_you_mean(ColorMap::names(), &name) {
                 Some(near) => format!("did you mean \"{near}\"? "),
                 None => String::new(),
             };
@@ -320,33 +321,12 @@ impl<'t> Field<'t> {
     }
 }
 
-/// The known name that `key` is a misspelling of: its beginning, or at most one slip (a letter that is
-/// wrong, missing or too many, or two that are swapped) in three letters.
-pub(super) fn nearest<'n>(known: impl Iterator<Item = &'n str>, key: &str) -> Option<&'n str> {
-    if key.len() > MOST_COMPARED {
-        return None;
-    }
-    let key = key.to_lowercase();
-    let n_chars = key.chars().count();
-    let slips = |name: &str| match n_chars > 2 && name.starts_with(&key) {
-        true => 1,
-        false => strsim::osa_distance(&key, name),
-    };
-    let known = known.filter(|name| name.len() <= MOST_COMPARED);
-    let near = known.map(|name| (slips(name), name));
-    let near = near.filter(|(slips, name)| *slips <= n_chars.max(name.len()) / 3);
-    near.min_by_key(|(slips, _)| *slips).map(|(_, name)| name)
-}
-
-/// Bytes of the longest name that may be a misspelling.
-const MOST_COMPARED: usize = 40;
-
 /// `is_table` says whether a table or several stand under it.
 fn unknown_key(kind: &Kind, key: &str, is_table: bool, span: Range<usize>) -> Fault {
     let known: Vec<_> = kind.keys.iter().map(|(name, _)| *name).collect();
     let home = KINDS.iter().find(|other| other.keys.iter().any(|(name, _)| *name == key));
     let key_shown = quoted(key);
-    let hint = match (home, nearest(known.iter().copied(), key)) {
+    let hint = match (home, did_you_mean(known.iter().copied(), key)) {
         (Some(home), _) => format!("`{key_shown}` belongs to {}; ", home.header),
         (None, Some(name)) => format!("did you mean `{name}`? "),
         (None, None) if is_table => shapes(kind),

@@ -29,6 +29,7 @@ pub fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
 }
 
 /// The device and the number of a file or folder: the same for all its paths.
+#[cfg(feature = "view")]
 pub fn identity(path: &Path) -> io::Result<(u64, u64)> {
     let metadata = std::fs::metadata(path)?;
     Ok((metadata.dev(), metadata.ino()))

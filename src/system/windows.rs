@@ -14,6 +14,7 @@ pub fn keep_permissions(_: &File, _: &Metadata) -> io::Result<()> {
 }
 
 /// No stable call tells it.
+#[cfg(feature = "view")]
 pub fn identity(_: &Path) -> io::Result<(u64, u64)> {
     Err(io::ErrorKind::Unsupported.into())
 }

@@ -470,7 +470,7 @@ fn cases() -> Vec<Case> {
             text("1\n\nC 0 0\n"),
             none(),
             "file",
-            &["line 3: there are not three"],
+            &["line 3: 3 values, but a plain .xyz file has 4 columns"],
             &["its element"],
         ),
         ("a.xyz", text("1\n\nC 0 0 z\n"), none(), "file", &["line 3: \"z\" is not a number"], &[]),
@@ -492,7 +492,7 @@ fn cases() -> Vec<Case> {
             &["periodic table"],
         ),
         ("a.xyz", text("1\n\nC 0 inf 0\n"), none(), "file", &["line 3: not all"], &["finite"]),
-        ("a.xyz", b"1\n\n\xff 0 0 0\n".to_vec(), none(), "file", &["line 3: ", "UTF-8"], &[]),
+        ("a.xyz", b"1\n\n\xff 0 0 0\n".to_vec(), none(), "file", &["line 3: ", "element \"\u{fffd}\""], &[]),
         ("a.csv", b",".repeat(2 << 20), both(), "file", &["line 1: the line is longer than 1 MiB"], &[]),
         (
             "a.csv",

@@ -62,7 +62,7 @@ fn headers_are_understood_as_people_write_them() {
     assert!(error.message.contains("line 2: \"1.000,0\" is not a number"), "{error}");
     // Lines are counted from the beginning of the file.
     let (error, _) = folder.bad("a.txt", "# a\r\n# x y z r\r\n1 2 3 4\r\n\r\n1 2 3\r\n", WHITE);
-    assert!(error.message.contains("line 5: 3 values, but the header names 4"), "{error}");
+    assert!(error.message.contains("line 5: 3 values, but the header has 4"), "{error}");
 }
 
 #[test]
@@ -398,7 +398,7 @@ fn extended_xyz_keeps_what_its_properties_say() {
         ("1\nProperties=species:S:1\nC\n", "Properties= in line 2 has no column `x`"),
         (
             "1\nProperties=pos:R:3:species:S:1\n1 2 3\n",
-            "line 3: 3 values, but Properties= in line 2 names 4",
+            "line 3: 3 values, but Properties= in line 2 has 4",
         ),
         ("1\nProperties=pos:R:3:covalent_radius:R:1\n1 2 3 4\n", "\"covalent_radius\" is not used"),
         ("1\nProperties=pos:R:3:species:S:1\n1 2 3 Q\n", "line 3: no radius is known"),
@@ -469,7 +469,7 @@ fn lammps_dumps_are_read() {
             "no cuboid",
         ),
         (dump(bounds, "type x y", "1 2 3\n"), "ITEM: ATOMS has no column `z`"),
-        (dump(bounds, "x y z radius", "1 2 3\n"), "line 12: 3 values, but ITEM: ATOMS names 4"),
+        (dump(bounds, "x y z radius", "1 2 3\n"), "line 12: 3 values, but ITEM: ATOMS has 4"),
         (dump("pp\n0 4\n0", "x y z radius", "1 2 3 4\n"), "line 9: \"0\" has no two ends"),
         ("x y z\n".into(), "line 1: \"x y z\" stands where ITEM: is expected"),
         (String::new(), "no ITEM: ATOMS"),

@@ -5,23 +5,25 @@ use std::fmt::Write;
 use kugelblitz::Result;
 use kugelblitz::cost::{Built, Cost, LightOf, PictureCost};
 use kugelblitz::plain::Shown;
+use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::{bytes, count};
 use serde::Serialize;
 
 use crate::args::CheckArgs;
-use crate::head::{Objects, print_summary};
-use crate::output::{bytes, count, objects, print_text};
+use crate::head::{Done, Objects};
+use crate::output::objects;
 use crate::{Run, scene};
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     objects: Objects,
     #[serde(flatten)]
     cost: Cost,
 }
 
 /// Reads a scene and says what it costs.
-pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
+pub fn run(args: &CheckArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = match scene.camera {
         Some(_) => Some(args.size.pixels(&scene, &args.scene)?),
@@ -30,48 +32,48 @@ pub fn run(args: &CheckArgs, run: &Run) -> Result<()> {
     let progress = scene::preparing(&scene, Kernel::Certified, &args.talk);
     let cost = Cost::new(&scene, pixels.as_ref(), &run.control)?;
     drop(progress);
-    if args.talk.json {
-        let objects = Objects::from(&*scene);
-        return print_summary("check", &Summary { objects, cost });
-    }
+    let words = in_words(args, &scene, &cost);
+    Ok(Done::in_words(Summary { objects: Objects::from(&*scene), cost }, words))
+}
 
-    let mut text = format!("{}: {}\n", args.scene.shown(), objects(&scene));
+fn in_words(args: &CheckArgs, scene: &Scene, cost: &Cost) -> String {
+    let mut text = format!("{}: {}\n", args.scene.shown(), objects(scene));
     for cloud in &scene.clouds {
         let spheres = count(cloud.n_spheres, "sphere");
         let _ = writeln!(text, "{}: {spheres}, from id {}", cloud.path.shown(), cloud.first_id);
     }
     if let Some(light) = &cost.light {
-        let _ = writeln!(text, "lit by {}", in_words(light));
+        let _ = writeln!(text, "lit by {}", light_in_words(light));
     }
     if let n @ 2.. = cost.samples {
         let _ = writeln!(text, "samples: {n} × {n} a pixel");
     }
     let _ = writeln!(text, "in memory: {}", bytes(cost.bytes_scene));
-    for (kernel, n) in cost.bytes_device {
-        let _ = writeln!(text, "on the device, {kernel}: {}", bytes(n));
+    for (kernel, n) in &cost.bytes_device {
+        let _ = writeln!(text, "on the device, {kernel}: {}", bytes(*n));
     }
-    if let Some(Built { spheres_outside, bytes: n, ms_build }) = cost.hierarchy {
+    if let Some(Built { spheres_outside, bytes: n, ms_build }) = &cost.hierarchy {
         let outside = match spheres_outside {
             0 => String::new(),
-            n => format!(", without {}", count(n, "sphere")),
+            n => format!(", without {}", count(*n, "sphere")),
         };
-        let _ = writeln!(text, "hierarchy: {}, built in {ms_build:.0} ms{outside}", bytes(n));
+        let _ = writeln!(text, "hierarchy: {}, built in {ms_build:.0} ms{outside}", bytes(*n));
     }
-    match cost.picture {
+    match &cost.picture {
         Some(PictureCost { size: [width, height], rays, bytes_memory, bytes_held }) => {
             let _ = writeln!(text, "picture: {width}×{height}, {rays} rays");
-            let _ = writeln!(text, "memory held for it: {}", bytes(bytes_held));
+            let _ = writeln!(text, "memory held for it: {}", bytes(*bytes_held));
             for (format, n) in bytes_memory {
-                let _ = writeln!(text, "memory to write {format}: {}", bytes(n));
+                let _ = writeln!(text, "memory to write {format}: {}", bytes(*n));
             }
         }
         None => text += "no camera: `trace` can use this scene, `render` can't\n",
     }
-    print_text(&text)
+    text
 }
 
 /// `2 lights, a sky of 16 directions`
-fn in_words(light: &LightOf) -> String {
+fn light_in_words(light: &LightOf) -> String {
     let mut parts = Vec::new();
     if light.lights > 0 {
         parts.push(count(light.lights, "light"));

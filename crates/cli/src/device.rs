@@ -11,10 +11,10 @@ use kugelblitz::gpu::{Pick, has_software_alone};
 use kugelblitz::prepare::FEW_SPHERES;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::duration;
 use kugelblitz::{Error, Result};
 
 use crate::args::TalkArgs;
-use crate::output::human;
 use crate::quiet::{self, quietly};
 
 /// Opens what --device asks for. With a `kernel`, the device must be able to run it.
@@ -37,7 +37,7 @@ pub fn open(choice: &DeviceChoice, kernel: Option<Kernel>, talk: &TalkArgs) -> R
                 gpu.facts.name,
                 gpu.facts.kind,
                 gpu.facts.driver,
-                human(start.elapsed())
+                duration(start.elapsed())
             ));
             match gpu.arithmetic()?.suits_filter() {
                 true => talk.note(&filter_line(&gpu)?),

@@ -9,13 +9,12 @@ use serde::Serialize;
 
 use crate::args::DigestArgs;
 use crate::device;
-use crate::head::{Objects, On, print_summary};
-use crate::output::print_text;
+use crate::head::{Done, Objects, On};
 use crate::progress::Progress;
 use crate::{Run, scene};
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     #[serde(flatten)]
     on: On,
     size: [u32; 2],
@@ -25,7 +24,7 @@ struct Summary {
 }
 
 /// Prints the digest of one picture.
-pub fn run(args: &DigestArgs, run: &Run) -> Result<()> {
+pub fn run(args: &DigestArgs, run: &Run) -> Result<Done<Summary>> {
     let scene = scene::read(&args.scene, &args.talk, run)?;
     let pixels = args.size.pixels(&scene, &args.scene)?;
     let samples = args.samples.or(scene.samples).unwrap_or_default();
@@ -36,15 +35,13 @@ pub fn run(args: &DigestArgs, run: &Run) -> Result<()> {
     let progress = Progress::start(&args.talk, &run.control, n_steps);
     let digest = session.digest(&pixels, samples, &run.control)?;
     drop(progress);
-    if args.talk.json {
-        let summary = Summary {
-            on: On::from(session.device()),
-            size: [pixels.width, pixels.height],
-            samples: samples.across(),
-            objects: Objects::from(&*scene),
-            digest,
-        };
-        return print_summary("digest", &summary);
-    }
-    print_text(&(digest + "\n"))
+    let words = format!("{digest}\n");
+    let summary = Summary {
+        on: On::from(session.device()),
+        size: [pixels.width, pixels.height],
+        samples: samples.across(),
+        objects: Objects::from(&*scene),
+        digest,
+    };
+    Ok(Done::in_words(summary, words))
 }

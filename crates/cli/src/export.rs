@@ -3,18 +3,18 @@
 use std::path::PathBuf;
 
 use kugelblitz::export;
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output::OutputFile;
 use kugelblitz::rays::Pixels;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::args::ExportArgs;
-use crate::head::{Objects, print_summary};
+use crate::head::{Done, Objects};
 use crate::output::{is_stdout, name, objects, shell_quoted};
 use crate::{Run, scene};
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     language: &'static str,
     size: [u32; 2],
     objects: Objects,
@@ -23,7 +23,7 @@ struct Summary {
 }
 
 /// Writes a scene for another renderer.
-pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
+pub fn run(args: &ExportArgs, run: &Run) -> Result<Done<Summary>> {
     let stdout = PathBuf::from(OutputFile::STDOUT);
     let prints_alone = args.output.is_none() && args.picture.print_scene.is_some();
     let output = args.output.as_ref().unwrap_or(&stdout);
@@ -32,7 +32,7 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     let (scene, composed) = args.picture.read(&args.scene, args.size.size, 0, &args.talk, run)?;
     let printed = args.picture.print(&composed, &scene, &args.scene)?;
     if prints_alone {
-        return output::commit(printed, &run.control);
+        return Ok(Done::scene_alone(printed));
     }
     let Pixels { view, width, height, .. } = args.size.pixels(&scene, &args.scene)?;
     let palette: Vec<_> = scene.colors().collect();
@@ -45,17 +45,13 @@ pub fn run(args: &ExportArgs, run: &Run) -> Result<()> {
     run.control.check()?;
 
     let command = language.command(&shell_quoted(output), size);
-    if args.talk.json {
-        let (objects, run) = (Objects::from(&*scene), command.clone());
-        let summary = Summary { language: language.name(), size, objects, run };
-        print_summary("export", &summary)?;
-    }
-    output::commit(printed.into_iter().chain([file]), &run.control)?;
     let next = match is_stdout(output) {
         true => String::new(),
         false => format!("; render it with: {command}"),
     };
     let (name, renderer) = (name(output), language.renderer());
-    args.talk.say(&format!("{name}: {} for {renderer}{next}", objects(&scene)));
-    Ok(())
+    let line = format!("{name}: {} for {renderer}{next}", objects(&scene));
+    let objects = Objects::from(&*scene);
+    let summary = Summary { language: language.name(), size, objects, run: command };
+    Ok(Done::with_files(summary, printed.into_iter().chain([file]), line))
 }

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::TypedValueParser;
 use kugelblitz::figure::Figure;
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output::OutputFile;
 use kugelblitz::plain::Shown;
 use kugelblitz::scene::parse_scene;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::args::{LangArgs, TalkArgs, WholeArgs};
-use crate::head::print_summary;
+use crate::head::Done;
 use crate::options::parser_of;
 use crate::output::{is_stdout, name};
 use crate::{Run, scene};
@@ -49,7 +49,7 @@ fn figure_parser() -> impl TypedValueParser<Value = Figure> {
 }
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     figure: &'static str,
     size: [u32; 2],
     object: u32,
@@ -57,7 +57,7 @@ struct Summary {
 }
 
 /// Draws a figure.
-pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
+pub fn run(args: &FigureArgs, run: &Run) -> Result<Done<Summary>> {
     let advice = "write the figure to a file with -o";
     args.talk.refuse_json_beside(&[&args.output], "the figure", advice)?;
     let is_svg = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
@@ -84,13 +84,8 @@ pub fn run(args: &FigureArgs, run: &Run) -> Result<()> {
     let mut file = OutputFile::create(&args.output, false)?;
     let target = file.path().to_path_buf();
     file.write_all(drawn.as_bytes()).map_err(Error::io(target))?;
-    if args.talk.json {
-        let size = [pixels.width, pixels.height];
-        let summary = Summary { figure: figure.number(), size, object, lang: lang.name() };
-        print_summary("figure", &summary)?;
-    }
-    output::commit([file], &run.control)?;
-    let (name, number) = (name(&args.output), figure.number());
-    args.talk.say(&format!("{name}: figure {number} of {}", path.shown()));
-    Ok(())
+    let (size, number) = ([pixels.width, pixels.height], figure.number());
+    let summary = Summary { figure: number, size, object, lang: lang.name() };
+    let line = format!("{}: figure {number} of {}", name(&args.output), path.shown());
+    Ok(Done::with_files(summary, [file], line))
 }

@@ -13,17 +13,16 @@ use kugelblitz::output::{self, OutputFile};
 use kugelblitz::picture::Format;
 use kugelblitz::plain::Shown;
 use kugelblitz::rays::{Pixels, View};
-use kugelblitz::render::Rendered;
 use kugelblitz::scene::{Camera, Samples};
-use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::Rays;
-use kugelblitz::{Error, Making, Result, Session};
+use kugelblitz::words::{count, duration};
+use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use crate::Run;
 use crate::args::RenderArgs;
-use crate::head::{Ms, Objects, On, RayCounts, print_summary};
-use crate::output::{count, human, is_stdout, ms, name, objects, shell_quoted};
+use crate::head::{Done, Drawn, Objects, On};
+use crate::output::{is_stdout, ms, name, objects, shell_quoted};
 use crate::progress::Progress;
 use crate::render::{Begun, size};
 
@@ -81,7 +80,7 @@ fn parse_frames(text: &str) -> Result<[u32; 2], String> {
 }
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     #[serde(flatten)]
     on: On,
     kernel: &'static str,
@@ -117,19 +116,8 @@ struct Frame {
     drawn: Option<Drawn>,
 }
 
-#[derive(Serialize)]
-struct Drawn {
-    rays: RayCounts,
-    hits: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shadow_rays: Option<RayCounts>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    colors: Option<ColorCounts>,
-    ms: Ms,
-}
-
 /// Renders the frames one after the other: the scene is read, and its tree built, once for all.
-pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<()> {
+pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Summary>> {
     let talk = &args.talk;
     if is_stdout(output) {
         return Err(Error::Usage(
@@ -179,7 +167,7 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         run.control.check()?;
         // For each its own: what is put in its place is whole, and the next can still be stopped.
         output::commit([file], &Control::default())?;
-        Ok(Drawn::new(&rendered, making, start.elapsed(), is_lit))
+        Ok(Drawn::new(&rendered, making, None, start.elapsed(), is_lit))
     };
     let mut done = Ok(());
     let mut n_done = 0;
@@ -203,45 +191,25 @@ pub fn run(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<
         }
         return Err(error);
     }
-    output::commit(begun.beside, &run.control)?;
-
     let ffmpeg = ffmpeg(output, n_frames, begun.format, [begun.pixels.width, begun.pixels.height]);
     let frames: Vec<Frame> = frames.into_iter().map(|(frame, _)| frame).collect();
     let line = in_words(&frames, &begun.pixels, &session, run.start.elapsed());
-    if talk.json {
-        print_summary(
-            "render",
-            &Summary {
-                on: On::from(session.device()),
-                kernel: session.kernel().name(),
-                size: [begun.pixels.width, begun.pixels.height],
-                objects: Objects::from(&*begun.scene),
-                samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
-                n_frames,
-                frames,
-                bytes_device: session.bytes_device(),
-                ms: MsFilm { read: ms(begun.read), total: ms(run.start.elapsed()) },
-                ffmpeg: ffmpeg.clone(),
-            },
-        )?;
-    }
-    talk.say(&line);
-    if let Some(ffmpeg) = ffmpeg {
-        talk.say(&format!("as a film: {ffmpeg}"));
-    }
-    Ok(())
-}
-
-impl Drawn {
-    fn new(done: &Rendered, making: Making, total: Duration, is_lit: bool) -> Drawn {
-        Drawn {
-            rays: RayCounts::from(done.counts),
-            hits: done.hits,
-            shadow_rays: is_lit.then(|| done.shadow_rays.into()),
-            colors: is_lit.then_some(done.colors),
-            ms: Ms::new(None, making, done, total),
-        }
-    }
+    let as_film = ffmpeg.as_ref().map(|ffmpeg| format!("as a film: {ffmpeg}"));
+    let summary = Summary {
+        on: On::from(session.device()),
+        kernel: session.kernel().name(),
+        size: [begun.pixels.width, begun.pixels.height],
+        objects: Objects::from(&*begun.scene),
+        samples: (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across()),
+        n_frames,
+        frames,
+        bytes_device: session.bytes_device(),
+        ms: MsFilm { read: ms(begun.read), total: ms(run.start.elapsed()) },
+        ffmpeg,
+    };
+    let mut done = Done::with_files(summary, begun.beside, line);
+    done.said.extend(as_film);
+    Ok(done)
 }
 
 /// `out-0001.png … out-0036.png: 36 frames of 1280×720, …, all in 2.1 s`
@@ -265,7 +233,7 @@ fn in_words(frames: &[Frame], pixels: &Pixels, session: &Session, total: Duratio
         objects(session.scene()),
         session.kernel().name(),
         session.device().label(),
-        human(total)
+        duration(total)
     )
 }
 

@@ -6,17 +6,18 @@ use std::path::{Path, PathBuf};
 use kugelblitz::generate::{Recipe, write_cloud, write_scene};
 use kugelblitz::output::{self, OutputFile};
 use kugelblitz::plain::Shown;
+use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::Run;
-use crate::args::{Generate, GenerateArgs, GenerateCloudArgs};
-use crate::head::print_summary;
-use crate::output::{count, human, is_stdout, ms, name};
+use crate::args::GenerateCloudArgs;
+use crate::head::Done;
+use crate::output::{is_stdout, ms, name};
 use crate::progress::Progress;
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     distribution: &'static str,
     count: u64,
     seed: u64,
@@ -30,14 +31,8 @@ struct Ms {
     total: f64,
 }
 
-/// Makes what is asked for.
-pub fn run(args: &GenerateArgs, run: &Run) -> Result<()> {
-    match &args.what {
-        Generate::Cloud(args) => cloud(args, run),
-    }
-}
-
-fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
+/// Makes a cloud.
+pub fn run(args: &GenerateCloudArgs, run: &Run) -> Result<Done<Summary>> {
     refuse_wrong_outputs(args)?;
     let GenerateCloudArgs { distribution, count: n, seed, .. } = *args;
     let recipe = Recipe { distribution, count: n, seed };
@@ -51,26 +46,22 @@ fn cloud(args: &GenerateCloudArgs, run: &Run) -> Result<()> {
     write_cloud(&mut file, &recipe, &run.control)?;
     drop(progress);
     let took = run.start.elapsed();
-    if args.talk.json {
-        let summary = Summary {
-            distribution: distribution.name(),
-            count: n,
-            seed,
-            file: args.output.clone(),
-            scene: args.scene.clone(),
-            ms: Ms { total: ms(took) },
-        };
-        print_summary("generate", &summary)?;
-    }
-    output::commit([file].into_iter().chain(scene), &run.control)?;
-    args.talk.say(&format!(
+    let summary = Summary {
+        distribution: distribution.name(),
+        count: n,
+        seed,
+        file: args.output.clone(),
+        scene: args.scene.clone(),
+        ms: Ms { total: ms(took) },
+    };
+    let line = format!(
         "{}: {}, {}, seed {seed}, in {}",
         name(&args.output),
         count(n as usize, "sphere"),
         distribution.name(),
-        human(took)
-    ));
-    Ok(())
+        duration(took)
+    );
+    Ok(Done::with_files(summary, [file].into_iter().chain(scene), line))
 }
 
 fn refuse_wrong_outputs(args: &GenerateCloudArgs) -> Result<()> {

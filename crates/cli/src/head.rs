@@ -6,17 +6,19 @@ use std::time::Duration;
 use clap::CommandFactory;
 use kugelblitz::device::Device;
 use kugelblitz::gpu::AdapterFacts;
+use kugelblitz::output::{self, OutputFile};
 use kugelblitz::render::Rendered;
 use kugelblitz::report::SCHEMA;
 use kugelblitz::scene::Scene;
 use kugelblitz::shade::ColorCounts;
 use kugelblitz::trace::StageCounts;
+use kugelblitz::words::duration;
 use kugelblitz::{Error, Making, Result, Session};
 use serde::Serialize;
 
 use crate::Run;
-use crate::args::Cli;
-use crate::output::{human, json, ms, objects, print};
+use crate::args::{Cli, TalkArgs};
+use crate::output::{json, ms, objects, print, print_text};
 use crate::show::JsonEntry;
 
 /// Every summary: its head, then the fields of the command.
@@ -49,6 +51,65 @@ static IS_PRINTED: AtomicBool = AtomicBool::new(false);
 pub fn print_summary(command: &'static str, fields: &impl Serialize) -> Result<()> {
     IS_PRINTED.store(true, Ordering::Relaxed);
     print(&summary(command, fields)?)
+}
+
+/// What is done, and is still to be told and put in its place.
+pub struct Done<S> {
+    /// What --json tells; `None` where there is nothing to tell.
+    pub summary: Option<S>,
+    /// What people read on standard output in its place.
+    pub words: String,
+    /// Outputs, whole but not yet in their places.
+    pub files: Vec<OutputFile>,
+    /// Lines for standard error, once the outputs are in their places.
+    pub said: Vec<String>,
+    /// What the work has found to be wrong.
+    pub failure: Option<Error>,
+}
+
+impl<S: Serialize> Done<S> {
+    /// Work that `words` tell of on standard output.
+    pub fn in_words(summary: S, words: String) -> Done<S> {
+        Done { summary: Some(summary), words, files: Vec::new(), said: Vec::new(), failure: None }
+    }
+
+    /// Work that made these files, of which `line` tells.
+    pub fn with_files(
+        summary: S,
+        files: impl IntoIterator<Item = OutputFile>,
+        line: String,
+    ) -> Done<S> {
+        let files = files.into_iter().collect();
+        Done {
+            summary: Some(summary),
+            words: String::new(),
+            files,
+            said: vec![line],
+            failure: None,
+        }
+    }
+
+    /// The scene of --print-scene alone, which tells of nothing.
+    pub fn scene_alone(files: impl IntoIterator<Item = OutputFile>) -> Done<S> {
+        let files = files.into_iter().collect();
+        Done { summary: None, words: String::new(), files, said: Vec::new(), failure: None }
+    }
+
+    /// Tells of the work of `command`, and puts its outputs in their places.
+    ///
+    /// # Errors
+    /// As [`print`] and [`output::commit`]; what the work has found to be wrong.
+    pub fn finish(self, command: &'static str, talk: &TalkArgs, run: &Run) -> Result<()> {
+        let Done { summary, words, files, said, failure } = self;
+        match summary {
+            Some(summary) if talk.json => print_verdict(command, &summary, failure.as_ref())?,
+            _ if words.is_empty() => {}
+            _ => print_text(&words)?,
+        }
+        output::commit(files, &run.control)?;
+        said.iter().for_each(|line| talk.say(line));
+        failure.map_or(Ok(()), Err)
+    }
 }
 
 /// Prints the summary of a `command` that did its work and has found a failure, if any.
@@ -183,8 +244,8 @@ impl From<StageCounts> for RayCounts {
 
 /// Milliseconds of all stages.
 #[derive(Serialize)]
-pub struct Ms {
-    /// Of a film's frame, nothing is read.
+struct Ms {
+    /// Reading the input; absent for a film's frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     read: Option<f64>,
     prepare: f64,
@@ -197,21 +258,6 @@ pub struct Ms {
     write: f64,
     /// From the program's start, so with opening the device as well; of a film's frame, from its own.
     total: f64,
-}
-
-impl Ms {
-    pub fn new(read: Option<Duration>, making: Making, done: &Rendered, total: Duration) -> Ms {
-        Ms {
-            read: read.map(ms),
-            prepare: ms(making.prepare),
-            build: ms(making.build),
-            upload: ms(making.upload),
-            compile: ms(making.compile),
-            stages: MsStages::from(done),
-            write: ms(done.write),
-            total: ms(total),
-        }
-    }
 }
 
 /// Milliseconds of tracing and colours.
@@ -246,27 +292,63 @@ impl MsStages {
     }
 }
 
-/// The summary of a traced picture or list of rays.
+/// A traced picture or list of rays.
+#[derive(Serialize)]
+pub struct Drawn {
+    rays: RayCounts,
+    hits: u64,
+    /// Shadow rays cast, of lit pictures only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shadow_rays: Option<RayCounts>,
+    /// Pixels by where their colours are from, of lit pictures only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colors: Option<ColorCounts>,
+    ms: Ms,
+}
+
+impl Drawn {
+    /// What was drawn, with the times that it took to make it ready, to read its input, and in all.
+    pub fn new(
+        done: &Rendered,
+        making: Making,
+        read: Option<Duration>,
+        total: Duration,
+        is_lit: bool,
+    ) -> Drawn {
+        Drawn {
+            rays: RayCounts::from(done.counts),
+            hits: done.hits,
+            shadow_rays: is_lit.then(|| done.shadow_rays.into()),
+            colors: is_lit.then_some(done.colors),
+            ms: Ms {
+                read: read.map(ms),
+                prepare: ms(making.prepare),
+                build: ms(making.build),
+                upload: ms(making.upload),
+                compile: ms(making.compile),
+                stages: MsStages::from(done),
+                write: ms(done.write),
+                total: ms(total),
+            },
+        }
+    }
+}
+
+/// The summary of `render` and `trace`.
 #[derive(Serialize)]
 pub struct Traced {
     #[serde(flatten)]
     on: On,
     kernel: &'static str,
-    /// Of a picture.
+    /// Width and height; absent for lists of rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
     objects: Objects,
-    rays: RayCounts,
-    hits: u64,
     /// Samples across and down a pixel, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
-    /// Ways from samples to lamps, of a lit picture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shadow_rays: Option<RayCounts>,
-    /// Its pixels by where their colours are from.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub colors: Option<ColorCounts>,
+    #[serde(flatten)]
+    drawn: Drawn,
     /// What the colours show, where they are not the objects' own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub show: Option<&'static str>,
@@ -274,35 +356,24 @@ pub struct Traced {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub legend: Option<Vec<JsonEntry>>,
     bytes_device: u64,
-    ms: Ms,
-    /// Of --repeat.
+    /// Times of the `--repeat` runs, in order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ms_runs: Option<Vec<MsStages>>,
 }
 
 impl Traced {
-    /// The work of `session`, with the time that it took to read its input and to make it ready.
-    pub fn new(
-        session: &Session,
-        read: Duration,
-        making: Making,
-        done: &Rendered,
-        run: &Run,
-    ) -> Traced {
+    /// The work of `session`.
+    pub fn new(session: &Session, drawn: Drawn) -> Traced {
         Traced {
             on: On::from(session.device()),
             kernel: session.kernel().name(),
             size: None,
             objects: Objects::from(&**session.scene()),
-            rays: RayCounts::from(done.counts),
-            hits: done.hits,
             samples: None,
-            shadow_rays: None,
-            colors: None,
+            drawn,
             show: None,
             legend: None,
             bytes_device: session.bytes_device(),
-            ms: Ms::new(Some(read), making, done, run.start.elapsed()),
             ms_runs: None,
         }
     }
@@ -315,6 +386,6 @@ pub fn traced_in_words(session: &Session, run: &Run) -> String {
         objects(session.scene()),
         session.kernel().name(),
         session.device().label(),
-        human(run.start.elapsed())
+        duration(run.start.elapsed())
     )
 }

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kugelblitz::Result;
-use kugelblitz::picture::{Image, read_image};
+use kugelblitz::picture::{Channel, Image, read_image};
 use kugelblitz::plain::Shown;
 use kugelblitz::trace::StageCounts;
+use kugelblitz::words::count;
 use serde::Serialize;
 
 use crate::args::TalkArgs;
-use crate::head::print_summary;
-use crate::output::{count, print_text};
+use crate::head::Done;
 
 /// Print what a picture says of itself
 ///
@@ -30,7 +30,7 @@ pub struct InfoArgs {
 }
 
 #[derive(Serialize)]
-struct Summary<'a> {
+pub struct Summary {
     file: String,
     format: &'static str,
     size: [usize; 2],
@@ -38,43 +38,24 @@ struct Summary<'a> {
     window: Option<[i64; 4]>,
     whole: [usize; 2],
     is_list: bool,
-    channels: Vec<OfChannel<'a>>,
-    metadata: BTreeMap<&'a str, &'a str>,
-    /// Of files with `level`.
+    channels: Vec<OfChannel>,
+    metadata: BTreeMap<String, String>,
+    /// Pixels that each stage decided, of files with `level`.
     levels: Option<StageCounts>,
 }
 
 #[derive(Serialize)]
-struct OfChannel<'a> {
-    name: &'a str,
+struct OfChannel {
+    name: String,
     #[serde(rename = "type")]
     kind: &'static str,
 }
 
-/// Prints what a file says of itself.
-pub fn run(args: &InfoArgs) -> Result<()> {
+/// Tells what a file says of itself.
+pub fn run(args: &InfoArgs) -> Result<Done<Summary>> {
     let image = read_image(&args.file)?;
     let levels = image.stage_counts();
     let is_part = image.whole != [image.width, image.height] || image.first != [0, 0];
-    let window = || [image.first[0], image.first[1], image.width as i64, image.height as i64];
-    if args.talk.json {
-        let of = |channel: &'_ kugelblitz::picture::Channel| channel.samples.kind();
-        let channels = image.channels.iter();
-        let channels = channels.map(|c| OfChannel { name: &c.name, kind: of(c) }).collect();
-        let metadata = image.texts.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-        let summary = Summary {
-            file: args.file.display().to_string(),
-            format: image.format,
-            size: [image.width, image.height],
-            window: is_part.then(window),
-            whole: image.whole,
-            is_list: image.is_list,
-            channels,
-            metadata: metadata.collect(),
-            levels,
-        };
-        return print_summary("info", &summary);
-    }
     let mut text = format!("{}: {}\n", args.file.shown(), shape(&image));
     if is_part {
         let ([w, h], [x, y]) = (image.whole, image.first);
@@ -95,7 +76,20 @@ pub fn run(args: &InfoArgs) -> Result<()> {
     if image.texts.is_empty() {
         text += "it says nothing of how it was made\n";
     }
-    print_text(&text)
+    let window = [image.first[0], image.first[1], image.width as i64, image.height as i64];
+    let of_channel = |c: Channel| OfChannel { kind: c.samples.kind(), name: c.name };
+    let summary = Summary {
+        file: args.file.display().to_string(),
+        format: image.format,
+        size: [image.width, image.height],
+        window: is_part.then_some(window),
+        whole: image.whole,
+        is_list: image.is_list,
+        channels: image.channels.into_iter().map(of_channel).collect(),
+        metadata: image.texts.into_iter().collect(),
+        levels,
+    };
+    Ok(Done::in_words(summary, text))
 }
 
 /// `PNG, 1280×720`, or `NPY, 12 results`.
@@ -109,7 +103,7 @@ fn shape(image: &Image) -> String {
 /// `R G B u8, Z f32`
 fn channels(image: &Image) -> String {
     let runs = image.channels.chunk_by(|a, b| a.samples.kind() == b.samples.kind());
-    let run = |run: &[kugelblitz::picture::Channel]| {
+    let run = |run: &[Channel]| {
         let names: Vec<&str> = run.iter().map(|channel| channel.name.as_str()).collect();
         let kind = run.first().map_or("", |channel| channel.samples.kind());
         format!("{} {kind}", names.join(" "))

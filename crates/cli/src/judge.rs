@@ -15,13 +15,14 @@ use kugelblitz::plain::Shown as _;
 use kugelblitz::rays::Pixels;
 use kugelblitz::scene::Scene;
 use kugelblitz::trace::{Kernel, Ray, Rays};
+use kugelblitz::words::count;
 use kugelblitz::{Error, Result, Session};
 use serde::Serialize;
 
 use crate::args::{DeviceArgs, SizeArgs, TalkArgs, WholeArgs};
 use crate::compare::{begin_picture, write_picture};
 use crate::head::{Objects, On, print_verdict};
-use crate::output::{count, objects, print_text, shell_quoted};
+use crate::output::{objects, print_text, shell_quoted};
 use crate::progress::Progress;
 use crate::render::size;
 use crate::{Run, device, scene};

@@ -47,7 +47,7 @@ use clap::Parser;
 use kugelblitz::control::Control;
 use kugelblitz::{Error, Result};
 
-use args::{Cli, Command};
+use args::{Cli, Command, Generate, GenerateArgs};
 use complain::{complain, complain_about_usage};
 use head::failed_in_json;
 use output::talk;
@@ -94,15 +94,15 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
     match command {
         Command::Render(args) => render::run(&args, run),
         Command::Verify(args) => verify::run(&args, run),
-        Command::Check(args) => check::run(&args, run),
-        Command::Trace(args) => trace::run(&args, run),
+        Command::Check(args) => check::run(&args, run)?.finish("check", &args.talk, run),
+        Command::Trace(args) => trace::run(&args, run)?.finish("trace", &args.talk, run),
         Command::Explain(args) => explain::run(&args, run),
         Command::Judge(args) => judge::run(&args, run),
         Command::Compare(args) => compare::run(&args, run),
-        Command::Info(args) => info::run(&args),
+        Command::Info(args) => info::run(&args)?.finish("info", &args.talk, run),
         Command::Report(args) => report::run(&args, run),
-        Command::Export(args) => export::run(&args, run),
-        Command::Figure(args) => figure::run(&args, run),
+        Command::Export(args) => export::run(&args, run)?.finish("export", &args.talk, run),
+        Command::Figure(args) => figure::run(&args, run)?.finish("figure", &args.talk, run),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args, run),
         #[cfg(not(feature = "view"))]
@@ -110,9 +110,11 @@ fn dispatch(command: Command, run: &Run) -> Result<()> {
             "this program has no window; `cargo build --release --features view` builds one that has"
                 .into(),
         )),
-        Command::Generate(args) => generate::run(&args, run),
-        Command::Digest(args) => digest::run(&args, run),
-        Command::Probe(args) => probe::run(&args),
+        Command::Generate(GenerateArgs { what: Generate::Cloud(args) }) => {
+            generate::run(&args, run)?.finish("generate", &args.talk, run)
+        }
+        Command::Digest(args) => digest::run(&args, run)?.finish("digest", &args.talk, run),
+        Command::Probe(args) => probe::run(&args)?.finish("probe", &args.talk, run),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args, run),
     }

@@ -13,6 +13,7 @@ use crate::Run;
 use crate::args::{Cli, EXIT_CODES};
 use crate::manual::{ENVIRONMENT, EXAMPLES, SCENE, SCENE_EXAMPLE, SCENE_INTRODUCTION, SCENE_NOTES};
 use crate::output::{STDOUT, print};
+use kugelblitz::words::did_you_mean;
 
 /// Print a manual page (roff), or write all of them
 #[derive(Args)]
@@ -44,13 +45,9 @@ pub fn run(args: &ManArgs, run: &Run) -> Result<()> {
 fn find<'a>(program: &'a Command, names: &[String]) -> Result<&'a Command> {
     names.iter().try_fold(program, |command, name| {
         command.find_subcommand(name).ok_or_else(|| {
-            let known = || command.get_subcommands().map(Command::get_name).chain([SCENE_PAGE]);
-            let slips = known().map(|known| (strsim::osa_distance(name, known), known));
-            let nearest = slips.filter(|(slips, known)| *slips <= known.len() / 2).min();
-            let hint = match nearest {
-                Some((_, nearest)) => format!("did you mean `{nearest}`? "),
-                None => String::new(),
-            };
+            let known = command.get_subcommands().map(Command::get_name).chain([SCENE_PAGE]);
+            let near = did_you_mean(known, name);
+            let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
             Error::Usage(format!("there is no page `{name}`; {hint}see kugelblitz --help"))
         })
     })

@@ -7,6 +7,7 @@ use std::time::Duration;
 use kugelblitz::output::OutputFile;
 use kugelblitz::plain::{Shown, plain, plain_json, steers};
 use kugelblitz::scene::Scene;
+use kugelblitz::words::{count, duration};
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
@@ -140,43 +141,12 @@ pub fn ms(duration: Duration) -> f64 {
     duration.as_micros() as f64 / 1e3
 }
 
-/// `24 ms`, `1.3 s`, `2 min 5 s`: as exact as a person wants it.
-pub fn human(duration: Duration) -> String {
-    let seconds = duration.as_secs_f64();
-    if seconds < 0.01 {
-        format!("{:.1} ms", seconds * 1e3)
-    } else if seconds < 1.0 {
-        format!("{:.0} ms", seconds * 1e3)
-    } else if seconds < 120.0 {
-        format!("{seconds:.1} s")
-    } else {
-        let seconds = duration.as_secs();
-        format!("{} min {} s", seconds / 60, seconds % 60)
-    }
-}
-
 /// `built 1.2 s, `, or nothing where no hierarchy was built.
 pub fn built(time: Duration) -> String {
-    if time.is_zero() { String::new() } else { format!("built {}, ", human(time)) }
+    if time.is_zero() { String::new() } else { format!("built {}, ", duration(time)) }
 }
 
 /// `3 spheres, 1 plane`
 pub fn objects(scene: &Scene) -> String {
     format!("{}, {}", count(scene.spheres.len(), "sphere"), count(scene.planes.len(), "plane"))
-}
-
-/// `1 plane`, `2 planes`
-pub fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-/// `12 bytes`, `4.0 KiB`, `1.5 MiB`
-pub fn bytes(n: u64) -> String {
-    let n_f64 = n as f64;
-    match n {
-        0..1024 => format!("{n} bytes"),
-        1024..0x10_0000 => format!("{:.1} KiB", n_f64 / 1024.0),
-        0x10_0000..0x4000_0000 => format!("{:.1} MiB", n_f64 / f64::from(1 << 20)),
-        _ => format!("{:.1} GiB", n_f64 / f64::from(1 << 30)),
-    }
 }

@@ -3,22 +3,22 @@
 use std::fmt::Write;
 
 use kugelblitz::gpu::{AdapterFacts, Arithmetic, Gpu, Pick, list_adapters};
+use kugelblitz::words::bytes;
 use kugelblitz::{Error, Result, memory};
 use serde::Serialize;
 
 use crate::args::ProbeArgs;
-use crate::head::print_verdict;
-use crate::output::{bytes, print_text};
+use crate::head::Done;
 use crate::quiet::{self, quietly};
 
 #[derive(Serialize)]
-struct Summary {
+pub struct Summary {
     adapters: Vec<Probed>,
 }
 
 /// An adapter and what its arithmetic really does.
 #[derive(Serialize)]
-struct Probed {
+pub struct Probed {
     #[serde(flatten)]
     facts: AdapterFacts,
     arithmetic: Option<Measured>,
@@ -54,7 +54,7 @@ fn measure(gpu: &Gpu) -> Result<Measured> {
 }
 
 /// Lists the adapters, the best first.
-pub fn run(args: &ProbeArgs) -> Result<()> {
+pub fn run(args: &ProbeArgs) -> Result<Done<Summary>> {
     memory::require_device()?;
     let (adapters, noise): (Vec<Probed>, _) =
         quietly(|| list_adapters().into_iter().map(Probed::new).collect());
@@ -68,13 +68,8 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
                 .into(),
         )
     });
-    if args.talk.json {
-        print_verdict("probe", &Summary { adapters }, failure.as_ref())?;
-    } else {
-        let text: Vec<String> = adapters.iter().map(describe).collect();
-        print_text(&text.join("\n"))?;
-    }
-    failure.map_or(Ok(()), Err)
+    let text: Vec<String> = adapters.iter().map(describe).collect();
+    Ok(Done { failure, ..Done::in_words(Summary { adapters }, text.join("\n")) })
 }
 
 fn describe(probed: &Probed) -> String {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use kugelblitz::device::rays_of_picture;
 use kugelblitz::figure::legend_svg;
 use kugelblitz::memory::Available;
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{Bits, Format, PictureOptions};
 use kugelblitz::plain::Shown;
 use kugelblitz::prepare::Prepared;
@@ -17,23 +17,31 @@ use kugelblitz::render::{self, Plan};
 use kugelblitz::scene::{Samples, Scene};
 use kugelblitz::show::{self, Show};
 use kugelblitz::trace::{Kernel, Rays};
+use kugelblitz::words::duration;
 use kugelblitz::{Error, Result, Session};
 
 use crate::args::RenderArgs;
 use crate::device;
-use crate::head::{MsStages, Traced, print_summary, traced_in_words};
-use crate::output::{built, human, name};
+use crate::head::{Done, Drawn, MsStages, Traced, traced_in_words};
+use crate::output::{built, name};
 use crate::progress::Progress;
 use crate::show::{check, json_legend, legend_in_words};
 use crate::{Run, film, scene};
 
 /// Renders one picture or several, or only prints the scene.
 pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
-    let Some(output) = &args.output else { return print_scene(args, run) };
-    let mut begun = Begun::new(args, output, run)?;
-    if args.film.is_film() {
-        return film::run(args, output, begun, run);
+    let talk = &args.talk;
+    let Some(output) = &args.output else {
+        return Done::<Traced>::scene_alone(print_scene(args, run)?).finish("render", talk, run);
+    };
+    let begun = Begun::new(args, output, run)?;
+    match args.film.is_film() {
+        true => film::run(args, output, begun, run)?.finish("render", talk, run),
+        false => picture(args, output, begun, run)?.finish("render", talk, run),
     }
+}
+
+fn picture(args: &RenderArgs, output: &Path, begun: Begun, run: &Run) -> Result<Done<Traced>> {
     let pixels = begun.pixels;
     begun.refuse_overwriting(&[output])?;
     // Early, so that a folder that isn't there is told before the work and not after it.
@@ -81,46 +89,38 @@ pub fn run(args: &RenderArgs, run: &Run) -> Result<()> {
         .transpose()?;
 
     let read = begun.read;
-    if args.talk.json {
-        let mut summary = Traced::new(&session, read, making, &rendered, run);
-        summary.size = Some([pixels.width, pixels.height]);
-        summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
-        let is_lit = begun.scene.is_lit() && shown.is_none();
-        summary.shadow_rays = is_lit.then(|| rendered.shadow_rays.into());
-        summary.colors = is_lit.then_some(rendered.colors);
-        summary.show = shown.as_ref().map(|_| args.show.name());
-        summary.legend = shown.as_ref().map(json_legend);
-        summary.ms_runs = ms_runs;
-        print_summary("render", &summary)?;
-    }
-    output::commit(begun.beside.drain(..).chain([file]), &run.control)?;
-    args.talk.say(&format!(
-        "{}: {}, {}",
-        name(output),
-        size(&pixels),
-        traced_in_words(&session, run)
-    ));
-    shown.iter().flat_map(legend_in_words).for_each(|line| args.talk.say(&line));
-    args.talk.note(&format!(
-        "read {}, prepared {}, {}compiled {}, traced {}, coloured {}, wrote {}",
-        human(read),
-        human(making.prepare),
+    let is_lit = begun.scene.is_lit() && shown.is_none();
+    let drawn = Drawn::new(&rendered, making, Some(read), run.start.elapsed(), is_lit);
+    let mut summary = Traced::new(&session, drawn);
+    summary.size = Some([pixels.width, pixels.height]);
+    summary.samples = (begun.n_samples > Samples::ONE).then_some(begun.n_samples.across());
+    summary.show = shown.as_ref().map(|_| args.show.name());
+    summary.legend = shown.as_ref().map(json_legend);
+    summary.ms_runs = ms_runs;
+    let line = format!("{}: {}, {}", name(output), size(&pixels), traced_in_words(&session, run));
+    let mut done = Done::with_files(summary, begun.beside.into_iter().chain([file]), line);
+    done.said.extend(shown.iter().flat_map(legend_in_words));
+    let times = format!(
+        "note: read {}, prepared {}, {}compiled {}, traced {}, coloured {}, wrote {}",
+        duration(read),
+        duration(making.prepare),
         built(making.build),
-        human(making.compile),
-        human(rendered.timing.deciding() + rendered.timing.readback),
-        human(rendered.shade),
-        human(rendered.write)
-    ));
-    Ok(())
+        duration(making.compile),
+        duration(rendered.timing.deciding() + rendered.timing.readback),
+        duration(rendered.shade),
+        duration(rendered.write)
+    );
+    done.said.extend(args.talk.verbose.then_some(times));
+    Ok(done)
 }
 
-/// Prints the scene alone, without a picture.
-fn print_scene(args: &RenderArgs, run: &Run) -> Result<()> {
+/// The scene alone, without a picture.
+fn print_scene(args: &RenderArgs, run: &Run) -> Result<Option<OutputFile>> {
     let (picture, talk) = (&args.picture, &args.talk);
     picture.check_outputs(None, "the picture", talk)?;
     let (size, n_turns) = (args.size.whole.size, args.film.n_turns());
     let (scene, composed) = picture.read(&args.scene, size, n_turns, talk, run)?;
-    output::commit(picture.print(&composed, &scene, &args.scene)?, &run.control)
+    picture.print(&composed, &scene, &args.scene)
 }
 
 /// A picture, or the first of several, that is known but not begun.

@@ -7,10 +7,10 @@ use kugelblitz::Result;
 use kugelblitz::output;
 use kugelblitz::scene::{Scene, read_scene_with};
 use kugelblitz::trace::Kernel;
+use kugelblitz::words::count;
 
 use crate::Run;
 use crate::args::TalkArgs;
-use crate::output::count;
 use crate::progress::Progress;
 
 /// Reads a scene, shows how far it is, and says what its reader noted.

@@ -4,11 +4,11 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kugelblitz::picture::{Format, PictureOptions};
 use kugelblitz::scene::hex;
 use kugelblitz::show::{Entry, Show, Shown};
+use kugelblitz::words::count;
 use kugelblitz::{Error, Result};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
-use crate::output::count;
 
 /// Most pixels of a meaning that are told one by one.
 const MOST_TOLD: usize = 4;

@@ -5,17 +5,18 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use kugelblitz::memory;
-use kugelblitz::output::{self, OutputFile};
+use kugelblitz::output::OutputFile;
 use kugelblitz::picture::{STDIN, read_rays, write_hits};
 use kugelblitz::plain::Shown;
 use kugelblitz::render::{Rendered, hits_bytes};
 use kugelblitz::trace::{Hits, Ray, Rays, Wants};
+use kugelblitz::words::count;
 use kugelblitz::{Error, Result, Session};
 
 use crate::args::TraceArgs;
 use crate::device;
-use crate::head::{Traced, print_summary, traced_in_words};
-use crate::output::{count, is_stdout, name};
+use crate::head::{Done, Drawn, Traced, traced_in_words};
+use crate::output::{is_stdout, name};
 use crate::progress::Progress;
 use crate::{Run, scene};
 
@@ -23,7 +24,7 @@ use crate::{Run, scene};
 const FILE_RAY_BYTES: u64 = 48;
 
 /// Traces a file of rays into a file of hits.
-pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
+pub fn run(args: &TraceArgs, run: &Run) -> Result<Done<Traced>> {
     let advice = "write the hits to a file";
     args.talk.refuse_json_beside(&[&args.output], "the hits", advice)?;
     let is_npy = args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"));
@@ -63,17 +64,14 @@ pub fn run(args: &TraceArgs, run: &Run) -> Result<()> {
 
     let (n_hits, counts) = (hits.n_hits(), hits.counts);
     let done = Rendered { hits: n_hits, counts, timing, write, ..Rendered::default() };
-    if args.talk.json {
-        print_summary("trace", &Traced::new(&session, read, making, &done, run))?;
-    }
-    output::commit([file], &run.control)?;
-    args.talk.say(&format!(
+    let line = format!(
         "{}: {}, {n_hits} hits, {}",
         name(&args.output),
         count(rays.len(), "ray"),
         traced_in_words(&session, run)
-    ));
-    Ok(())
+    );
+    let drawn = Drawn::new(&done, making, Some(read), run.start.elapsed(), false);
+    Ok(Done::with_files(Traced::new(&session, drawn), [file], line))
 }
 
 /// A file of float64 needs a ray, a hit and a place among the undecided for each row; one of

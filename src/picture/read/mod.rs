@@ -4,7 +4,6 @@ mod exr;
 mod npy;
 mod others;
 
-use std::io::BufReader;
 use std::path::Path;
 
 use crate::error::{Error, Result};
@@ -213,7 +212,7 @@ pub fn read_image(path: &Path) -> Result<Image> {
 pub fn read_bytes(bytes: &[u8], path: &Path) -> Result<Image> {
     let image = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => exr::read(bytes, path),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(BufReader::new(bytes), path),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(bytes, path),
         _ => others::read(bytes, path),
     }?;
     match image.is_empty() || image.channels.is_empty() {

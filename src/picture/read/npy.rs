@@ -1,60 +1,41 @@
 //! NPY: an array of numbers with one to three axes, or a structured one with one or two.
 
-use std::io::{self, BufRead, Read};
 use std::path::Path;
 
 use exr::prelude::f16;
 
-use super::{Channel, Image, Samples, require, wrong};
-use crate::error::{Error, Result};
-use crate::npy::{Cell, DType, Header, Kind, cells_of};
+use super::{Channel, Image, Samples, require};
+use crate::error::Result;
+use crate::npy::{Array, Cell, Header, Kind};
 
 /// Most numbers of a pixel.
 const MAX_CHANNELS: usize = 1024;
 
-pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
-    let (header, _) = Header::read(&mut reader).map_err(|error| match error.kind() {
-        io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
-            wrong(path, format!("not a readable .npy file ({error})"))
-        }
-        _ => Error::io(path)(error),
-    })?;
-    let Header { dtype, shape, is_fortran } = header;
-    let is_record = matches!(dtype, DType::Record(_));
-    let shape: Vec<usize> = shape.iter().map(|&n| n as usize).collect();
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Image> {
+    let n_bytes = Some(bytes.len() as u64);
+    let array = Array::new(bytes, n_bytes, path, "an array of numbers")?;
+    let &Header { is_structured: is_record, is_fortran, .. } = &array.header;
+    let shape: Vec<usize> = array.header.shape.iter().map(|&n| n as usize).collect();
     let expected = "expected an array of shape (H, W), (N,) or (H, W, channels)";
     let (n_rows, n_columns, n_inner, is_list) = match (&shape[..], is_record) {
         (&[n], _) => (1, n, 1, true),
         (&[n_rows, n_columns], _) => (n_rows, n_columns, 1, false),
         (&[n_rows, n_columns, n_inner], false) => (n_rows, n_columns, n_inner, false),
-        _ => return Err(wrong(path, format!("its shape has {} axes; {expected}", shape.len()))),
+        _ => return Err(array.wrong(format!("its shape has {} axes; {expected}", shape.len()))),
     };
-    let not_numbers = || wrong(path, format!("its dtype is {dtype}; expected numbers"));
-    let (cells, n_record_bytes) = cells_of(&dtype).ok_or_else(not_numbers)?;
-    if cells.iter().any(|cell| cell.kind.is_none()) {
-        return Err(not_numbers());
+    let not_numbers = array.wrong(format!("its dtype is {}; expected numbers", array.header.dtype));
+    if array.header.cells.iter().any(|cell| cell.kind.is_none()) {
+        return Err(not_numbers);
     }
+    let n_record_bytes = array.element_bytes()?;
+    let cells = array.header.cells.clone();
     if n_inner == 0 || n_inner.max(cells.len()) > MAX_CHANNELS || cells.is_empty() {
-        return Err(wrong(path, format!("it has no numbers, or too many of a pixel; {expected}")));
+        return Err(array.wrong(format!("it has no numbers, or too many of a pixel; {expected}")));
     }
-
-    // Below 10¹⁸ each, by the header's check.
-    let n_pixels = n_rows as u64 * n_columns as u64;
-    let n_data_bytes = (n_pixels * n_inner as u64).saturating_mul(n_record_bytes as u64);
+    let row_bytes = n_columns as u128 * n_inner as u128 * n_record_bytes as u128;
+    let n_data_bytes = array.data_bytes(n_rows as u64, row_bytes)?;
     require(path, n_data_bytes.saturating_mul(2))?;
-    let mut data = Vec::new();
-    let read = reader.take(n_data_bytes.saturating_add(1)).read_to_end(&mut data);
-    read.map_err(Error::io(path))?;
-    if data.len() as u64 != n_data_bytes {
-        let (found, more) = match data.len() as u64 > n_data_bytes {
-            true => ("more".to_string(), ""),
-            false => (data.len().to_string(), "; is the file cut off?"),
-        };
-        return Err(wrong(
-            path,
-            format!("its header tells of {n_data_bytes} bytes, but {found} follow{more}"),
-        ));
-    }
+    let data = array.into_data()?;
 
     // Records from one to the next along each axis.
     let strides = match is_fortran {
@@ -72,7 +53,7 @@ pub(super) fn read(mut reader: impl BufRead, path: &Path) -> Result<Image> {
         true => cells.iter().map(|cell| channel(cell, 0, field_name(cell))).collect(),
         false => (0..n_inner).map(|i| channel(&cells[0], i, plain_name(i, n_inner))).collect(),
     };
-    let channels = channels.ok_or_else(not_numbers)?;
+    let channels = channels.ok_or(not_numbers)?;
     Ok(Image {
         format: "NPY",
         width: n_columns,

@@ -7,7 +7,7 @@
 use super::{Given, Reading};
 use crate::plain::Shown;
 use crate::scene::places::{Fault, Stop, quoted};
-use crate::scene::table::nearest;
+use crate::words::{cut, did_you_mean};
 
 /// What a column may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,17 +38,9 @@ impl Part {
 
     /// Its key under `columns`.
     pub fn key(self) -> &'static str {
-        match self {
-            Part::X => "x",
-            Part::Y => "y",
-            Part::Z => "z",
-            Part::Radius => "radius",
-            Part::Diameter => "diameter",
-            Part::Red => "red",
-            Part::Green => "green",
-            Part::Blue => "blue",
-            Part::Element => "element",
-        }
+        const KEYS: [&str; Part::ALL.len()] =
+            ["x", "y", "z", "radius", "diameter", "red", "green", "blue", "element"];
+        KEYS[self as usize]
     }
 }
 
@@ -251,7 +243,7 @@ impl Finder<'_> {
     fn unknown<T>(&self, given: &Given<T>, name: &str) -> Stop {
         let names = || self.header.names.iter().map(String::as_str);
         let known = names().chain(self.plain.iter().map(String::as_str));
-        let hint = match nearest(known, name) {
+        let hint = match did_you_mean(known, name) {
             Some(near) => format!("did you mean {:?}? ", quoted(near)),
             None => String::new(),
         };
@@ -259,7 +251,7 @@ impl Finder<'_> {
         self.at(
             given,
             format!("{} has no column {:?}", self.header.what, quoted(name)),
-            format!("{hint}its columns are {}", crate::scene::places::cut(&all, 300)),
+            format!("{hint}its columns are {}", cut(&all, 300)),
         )
     }
 

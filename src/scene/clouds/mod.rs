@@ -19,9 +19,7 @@
 mod columns;
 mod csv;
 mod elements;
-mod frames;
 mod lammps;
-mod lines;
 mod npy;
 mod text;
 mod watched;
@@ -36,7 +34,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::open::Files;
-use super::places::{Fault, Stop, cut, quoted};
+use super::places::{Fault, Stop, quoted};
 use super::spheres::{Problem, problem_of};
 use super::table::Checked;
 use super::{Cloud, Color, ColorMap, Coloring, MAX_OBJECTS, Scene, Sphere, Spheres, hex};
@@ -44,8 +42,10 @@ use crate::control::Control;
 use crate::error::{Error, Lack};
 use crate::memory::Available;
 use crate::plain::Shown;
+use crate::words::{count, cut};
 use columns::Layout;
 pub(super) use columns::{ColumnNames, Part};
+use text::TextFormat;
 pub(crate) use watched::Watched;
 
 /// A value and its place in the scene file.
@@ -79,18 +79,16 @@ pub(super) struct CloudTable {
 #[derive(Clone, Copy)]
 enum FileKind {
     Npy,
-    Csv,
-    Xyz,
-    Lammps,
+    Text(&'static TextFormat),
 }
 
 impl FileKind {
     fn of(path: &Path) -> Option<FileKind> {
         match path.extension().and_then(OsStr::to_str)?.to_ascii_lowercase().as_str() {
             "npy" => Some(FileKind::Npy),
-            "csv" | "tsv" | "txt" | "dat" => Some(FileKind::Csv),
-            "xyz" | "extxyz" => Some(FileKind::Xyz),
-            "dump" | "lammpstrj" => Some(FileKind::Lammps),
+            "csv" | "tsv" | "txt" | "dat" => Some(FileKind::Text(&csv::FORMAT)),
+            "xyz" | "extxyz" => Some(FileKind::Text(&xyz::FORMAT)),
+            "dump" | "lammpstrj" => Some(FileKind::Text(&lammps::FORMAT)),
             _ => None,
         }
     }
@@ -99,8 +97,8 @@ impl FileKind {
     fn n_passes(self) -> u64 {
         match self {
             // First the lines are counted.
-            FileKind::Csv => 2,
-            FileKind::Npy | FileKind::Xyz | FileKind::Lammps => 1,
+            FileKind::Text(format) if !format.has_frames => 2,
+            FileKind::Npy | FileKind::Text(_) => 1,
         }
     }
 }
@@ -133,9 +131,7 @@ pub(super) fn read_clouds(
         let mut cloud = Reading { source, files, eye, control, n_planes, spheres, colors, notes };
         match cloud.source.format {
             FileKind::Npy => npy::read(&mut cloud)?,
-            FileKind::Csv => csv::read(&mut cloud)?,
-            FileKind::Xyz => xyz::read(&mut cloud)?,
-            FileKind::Lammps => lammps::read(&mut cloud)?,
+            FileKind::Text(format) => text::read(&mut cloud, format)?,
         }
         let coloring = cloud.finish_colors(n_before)?;
         let path = cloud.source.path;
@@ -375,12 +371,7 @@ impl<'a> Reading<'a> {
         (sphere, color): (Sphere, Color),
         place: impl Fn() -> P,
     ) -> Result<(), Stop> {
-        if let Some(problem) = problem_of(&sphere, Color::BLACK, self.eye) {
-            return Err(self.wrong_row(place(), problem));
-        }
-        if self.colors.is_from_file && !self.colors.see(color, &place) {
-            return Err(self.wrong_row(place(), wrong_color(color)));
-        }
+        self.check(sphere, color, &place)?;
         if self.spheres.len() == self.spheres.capacity() {
             // Only what could not be counted before: a pipe, or a file without line feeds.
             self.reserve(self.spheres.len().max(1 << 16), Some(color))?;
@@ -389,8 +380,58 @@ impl<'a> Reading<'a> {
         Ok(())
     }
 
+    /// Refuses a sphere that has no meaning, and a colour that is wrong on either scale.
+    fn check<P: Display>(
+        &mut self,
+        sphere: Sphere,
+        color: Color,
+        place: impl Fn() -> P,
+    ) -> Result<(), Stop> {
+        if let Some(problem) = problem_of(&sphere, Color::BLACK, self.eye) {
+            return Err(self.wrong_row(place(), problem));
+        }
+        if self.colors.is_from_file && !self.colors.see(color, &place) {
+            return Err(self.wrong_row(place(), wrong_color(color)));
+        }
+        Ok(())
+    }
+
     fn wrong_row(&self, place: impl Display, (found, help): Problem) -> Stop {
         self.wrong(format!("{place}: {found}"), help)
+    }
+
+    /// The frame that the scene asks for, the first one by itself.
+    fn frame(&self) -> u32 {
+        self.source.table.frame.as_ref().map_or(0, |frame| frame.value)
+    }
+
+    /// The error where the file has no more frames than `n_frames`.
+    fn no_such_frame(&self, n_frames: u32) -> Stop {
+        let span = match &self.source.table.frame {
+            Some(frame) => frame.span.clone(),
+            None => self.source.table.file.span.clone(),
+        };
+        let frames = count(n_frames as usize, "frame");
+        let path = self.source.path.shown();
+        Fault::new(
+            span,
+            format!("{path}: the file has {frames}, so no frame {}", self.frame()),
+            format!("frames are counted from 0: the last one is {}", n_frames.saturating_sub(1)),
+        )
+        .into()
+    }
+
+    /// Refuses `frame` of a file that has none.
+    fn refuse_frame(&self) -> Result<(), Stop> {
+        match &self.source.table.frame {
+            None => Ok(()),
+            Some(frame) => Err(Fault::new(
+                frame.span.clone(),
+                format!("`frame` is given, but {} has no frames", self.source.path.shown()),
+                "remove `frame`; it is for .xyz files and LAMMPS dumps of several steps",
+            )
+            .into()),
+        }
     }
 
     /// Makes colours of what the file has for them, from the sphere with the index `first` on.
@@ -405,8 +446,7 @@ impl<'a> Reading<'a> {
                 map.name()
             );
             if *n_missing > 0 {
-                let spheres =
-                    if *n_missing == 1 { "1 sphere" } else { &format!("{n_missing} spheres") };
+                let spheres = count(*n_missing, "sphere");
                 let color = hex(missing_color.to_srgb8());
                 words += &format!("; {spheres} without a number in {color}");
             }

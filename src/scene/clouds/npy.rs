@@ -1,12 +1,9 @@
 //! Clouds in NumPy's format: tables of floats, and structured arrays.
 
-use std::io::Read;
-
 use super::columns::{Header, Layout};
-use super::{Reading, Template, problem_of, wrong_color};
+use super::{Reading, Template};
 use crate::error::Error;
-use crate::npy::{Array, Cell, FloatTable, Records};
-use crate::scene::Color;
+use crate::npy::{Array, Cell};
 use crate::scene::places::Stop;
 
 /// Columns of a table that need no names: x, y, z; with r; with r and linear red, green, blue.
@@ -24,63 +21,59 @@ pub(super) fn read(cloud: &mut Reading) -> Result<(), Stop> {
     let path = cloud.source.path.clone();
     let array = Array::new(file, n_bytes, &path, "a NumPy array of numbers")
         .map_err(|error| stop(cloud, error))?;
-    let first = cloud.spheres.len();
-    match array.is_structured() {
-        false => {
-            let table = cloud.source.table;
-            let has_names = table.color_by.is_some() || !table.columns.is_empty();
-            let any = [3..=u64::from(u16::MAX)];
-            let known = COLUMNS.map(|n| n..=n);
-            let allowed = if has_names { &any[..] } else { &known };
-            let floats = array.floats(allowed).map_err(|error| stop(cloud, error))?;
-            read_floats(cloud, floats)?;
-        }
-        true => {
-            let records = array.records().map_err(|error| stop(cloud, error))?;
-            read_records(cloud, records)?;
-        }
-    }
-    check(cloud, first)
-}
+    let is_structured = array.header.is_structured;
+    let table = cloud.source.table;
+    let has_names = table.color_by.is_some() || !table.columns.is_empty();
+    let (any, known) = ([3..=u64::from(u16::MAX)], COLUMNS.map(|n| n..=n));
+    let allowed = if has_names { &any[..] } else { &known };
+    let rows = if is_structured { array.records() } else { array.floats(allowed) };
+    let rows = rows.map_err(|error| stop(cloud, error))?;
 
-fn read_floats<R: Read>(cloud: &mut Reading, table: FloatTable<R>) -> Result<(), Stop> {
-    let n = table.n_columns;
-    // More than those that need no names: no radius, no colours.
+    let n = rows.cells.len();
+    // Of more columns than need no names, none is a radius or a colour.
     let n_named = if COLUMNS.contains(&(n as u64)) { n } else { 3 };
-    let names = NAMES[..n_named].iter().map(|name| name.to_string());
-    let names: Vec<String> = names.chain((n_named..n).map(|i| i.to_string())).collect();
-    let layout = layout(cloud, &names, "the array")?;
-    let template = cloud.template(&layout)?;
-    let targets = targets(&layout, n);
-    read_into(cloud, table.n_rows, template, &targets, Source::Floats(table))
-}
-
-fn read_records<R: Read>(cloud: &mut Reading, records: Records<R>) -> Result<(), Stop> {
-    let names: Vec<String> = records.cells.iter().map(Cell::name).collect();
-    let layout = layout(cloud, &names, "the structured array")?;
-    let template = cloud.template(&layout)?;
-    let is_byte = |column: &usize| records.cells[*column].is_byte();
+    let by_place = |i: usize| NAMES[..n_named].get(i).map_or(i.to_string(), |name| (*name).into());
+    let (what, names): (_, Vec<String>) = match is_structured {
+        true => ("the structured array", rows.cells.iter().map(Cell::name).collect()),
+        false => ("the array", (0..n).map(by_place).collect()),
+    };
+    let header = Header { names: &names, what, help: HELP, has_elements: false, has_places: true };
+    let layout = Layout::find(cloud, &header)?;
+    if layout.element.is_some() {
+        return Err(cloud.wrong("arrays have no elements", "remove `element` from `columns`"));
+    }
+    let Template { sphere, color } = cloud.template(&layout)?;
+    let is_byte = |column: &usize| rows.cells[*column].is_byte();
     cloud.colors.are_bytes = layout.color.is_some_and(|color| color.iter().all(is_byte));
-    let targets = targets(&layout, names.len());
-    let wanted: Vec<usize> = (0..names.len()).filter(|&i| !targets[i].is_empty()).collect();
-    if let Some(&column) = wanted.iter().find(|&&column| records.cells[column].kind.is_none()) {
-        let (name, of_type) = (&names[column], &records.cells[column].type_name);
-        let message = format!("the field {name:?} has the type {of_type}");
+    let targets = targets(&layout, n);
+    let wanted: Vec<usize> = (0..n).filter(|&i| !targets[i].is_empty()).collect();
+    if let Some(&column) = wanted.iter().find(|&&column| rows.cells[column].kind.is_none()) {
+        let (name, of_type) = (&names[column], &rows.cells[column].type_name);
         return Err(cloud.wrong(
-            message,
+            format!("the field {name:?} has the type {of_type}"),
             "fields of numbers are read: floats of up to 64 bits, integers and bool",
         ));
     }
-    read_into(cloud, records.n_rows, template, &targets, Source::Records(records, wanted))
-}
 
-fn layout(cloud: &Reading, names: &[String], what: &str) -> Result<Layout, Stop> {
-    let header = Header { names, what, help: HELP, has_elements: false, has_places: true };
-    let layout = Layout::find(cloud, &header)?;
-    match layout.element {
-        None => Ok(layout),
-        Some(_) => Err(cloud.wrong("arrays have no elements", "remove `element` from `columns`")),
+    cloud.reserve(rows.n_rows, color)?;
+    let first = cloud.spheres.len();
+    let (spheres, colors) = cloud.spheres.extend_equal(rows.n_rows, sphere, color);
+    // A value and not a row at a time: in Fortran order, a column comes first.
+    let read = rows.read(&wanted, |row, column, value| {
+        for target in &targets[column] {
+            match *target {
+                Target::Center(axis) => spheres[row].center[axis] = value,
+                Target::Radius(factor) => spheres[row].radius = factor * value,
+                Target::Color(part) => colors[row].0[part] = value,
+            }
+        }
+    });
+    read.map_err(|error| stop(cloud, error))?;
+    for i in first..cloud.spheres.len() {
+        let (sphere, color) = (cloud.spheres[i], cloud.spheres.color(i).unwrap_or_default());
+        cloud.check(sphere, color, || format!("row {} (counted from 0)", i - first))?;
     }
+    Ok(())
 }
 
 /// What a number becomes.
@@ -107,55 +100,6 @@ fn targets(layout: &Layout, n: usize) -> Vec<Vec<Target>> {
         targets[column].push(Target::Color(part));
     }
     targets
-}
-
-/// An array whose numbers are still to be read.
-enum Source<R: Read> {
-    Floats(FloatTable<R>),
-    /// The cells that are wanted.
-    Records(Records<R>, Vec<usize>),
-}
-
-/// Adds `n` spheres of the template, and puts the numbers of the array where they belong.
-fn read_into<R: Read>(
-    cloud: &mut Reading,
-    n: usize,
-    Template { sphere, color }: Template,
-    targets: &[Vec<Target>],
-    source: Source<R>,
-) -> Result<(), Stop> {
-    cloud.reserve(n, color)?;
-    let (spheres, colors) = cloud.spheres.extend_equal(n, sphere, color);
-    let put = |row: usize, column: usize, value: f64| {
-        for target in &targets[column] {
-            match *target {
-                Target::Center(axis) => spheres[row].center[axis] = value,
-                Target::Radius(factor) => spheres[row].radius = factor * value,
-                Target::Color(part) => colors[row].0[part] = value,
-            }
-        }
-    };
-    let read = match source {
-        // A value and not a row at a time: in Fortran order, a column comes first.
-        Source::Floats(table) => table.read(put),
-        Source::Records(records, wanted) => records.read(&wanted, put),
-    };
-    read.map_err(|error| stop(cloud, error))
-}
-
-/// Checks the spheres from the index `first` on.
-fn check(cloud: &mut Reading, first: usize) -> Result<(), Stop> {
-    let place = |row: usize| format!("row {row} (counted from 0)");
-    let colors = cloud.spheres.colors().skip(first);
-    for (row, (sphere, color)) in cloud.spheres[first..].iter().zip(colors).enumerate() {
-        if let Some(problem) = problem_of(sphere, Color::BLACK, cloud.eye) {
-            return Err(cloud.wrong_row(place(row), problem));
-        }
-        if cloud.colors.is_from_file && !cloud.colors.see(color, || place(row)) {
-            return Err(cloud.wrong_row(place(row), wrong_color(color)));
-        }
-    }
-    Ok(())
 }
 
 fn stop(cloud: &Reading, error: Error) -> Stop {

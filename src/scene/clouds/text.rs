@@ -1,52 +1,321 @@
-//! Rows of text: cells to numbers, a sphere and its colour.
+//! Clouds in text: a head that names columns, then rows of cells, each of them a sphere.
 
 use std::cell::Cell;
+use std::io::{BufRead, BufReader, Read};
+use std::ops::Range;
 
-use super::Template;
-use super::columns::Layout;
+use super::columns::{Header, Layout};
 use super::elements::Elements;
-use crate::scene::places::quoted;
+use super::watched::Watched;
+use super::{Reading, Template};
+use crate::input::MAX_LINE_BYTES;
+use crate::scene::places::{Stop, quoted};
 use crate::scene::{Color, Sphere};
 
+/// A kind of text file.
+pub(super) struct TextFormat {
+    /// How such a file is written.
+    pub help: &'static str,
+    /// How a row of it is written.
+    pub row_help: &'static str,
+    /// What is wrong with a file that nothing begins in.
+    pub empty: &'static str,
+    /// True for frames of atoms, each with a number of rows, whose element tells what lacks; false for
+    /// one table of any length, in which cells may stand in quotes.
+    pub has_frames: bool,
+    /// Reads what stands before the rows of the next frame; `None` at the end of the file.
+    pub head: fn(&mut Lines, &Reading) -> Result<Option<Head>, Stop>,
+}
+
+/// What stands before the rows of a frame.
+pub(super) struct Head {
+    /// How many rows there are, and the line that says so; `None` where they go on to the file's end.
+    pub n_rows: Option<(usize, u64)>,
+    /// Names of the columns.
+    pub names: Vec<String>,
+    /// What has these names: `the header`, for one.
+    pub what: String,
+    /// What stands between cells; a space means white space of any length.
+    pub separator: u8,
+    /// The box that coordinates from 0 to 1 lie in, its low and high end along each axis.
+    pub scale: Option<[[f64; 2]; 3]>,
+    /// What its reader may want to know.
+    pub note: Option<&'static str>,
+}
+
+/// Bytes of the shortest number and the space or line break behind it.
+const MIN_CELL_BYTES: u64 = 2;
+
+/// Reads the spheres of one frame, in the order of its lines.
+pub(super) fn read(cloud: &mut Reading, format: &TextFormat) -> Result<(), Stop> {
+    let &TextFormat { help, row_help, has_frames, .. } = format;
+    if !has_frames {
+        cloud.refuse_frame()?;
+    }
+    let (mut file, n_bytes) = cloud.open()?;
+    let n_lines = match n_bytes {
+        Some(_) if !has_frames => file.count_line_breaks(MAX_LINE_BYTES),
+        _ => Ok(0),
+    };
+    let n_lines = n_lines.map_err(|error| cloud.failed(&error))?;
+    let mut lines = Lines::new(file, help);
+
+    let mut n_before = 0;
+    let head = loop {
+        let Some(head) = (format.head)(&mut lines, cloud)? else {
+            return Err(match cloud.frame() {
+                0 => cloud.wrong(format.empty, help),
+                _ => cloud.no_such_frame(n_before),
+            });
+        };
+        if n_before == cloud.frame() {
+            break head;
+        }
+        for n_read in 0..head.n_rows.map_or(0, |(n_rows, _)| n_rows) {
+            if lines.next(cloud)?.is_none() {
+                return Err(head.cut_off(cloud, n_read));
+            }
+        }
+        n_before += 1;
+    };
+
+    let names = &head.names;
+    let header =
+        Header { names, what: &head.what, help, has_elements: has_frames, has_places: false };
+    let layout = Layout::find(cloud, &header)?;
+    let template = cloud.template(&layout)?;
+    // A wrong number must not ask for more than a file of this length can have.
+    let n_at_most = n_bytes.map_or(0, |n| n / (names.len() as u64 * MIN_CELL_BYTES - 1));
+    let n_at_most = usize::try_from(n_at_most).unwrap_or(usize::MAX);
+    cloud.reserve(head.n_rows.map_or(n_lines, |(n, _)| n.min(n_at_most)), template.color)?;
+    let rows = Rows::new(layout, template, &head);
+
+    let mut n_read = 0;
+    while head.n_rows.is_none_or(|(n_rows, _)| n_read < n_rows) {
+        let Some(number) = lines.row(cloud, head.separator, !has_frames)? else {
+            match head.n_rows {
+                Some(_) => return Err(head.cut_off(cloud, n_read)),
+                None => break,
+            }
+        };
+        n_read += 1;
+        let place = || format!("line {number}");
+        let n_cells = lines.cells.len();
+        let is_empty = lines.line.trim_ascii().is_empty();
+        if is_empty && !has_frames && n_cells <= 1 {
+            continue;
+        }
+        if n_cells < names.len() || (!has_frames && n_cells > names.len()) {
+            let found = match is_empty {
+                true => "the line is empty".into(),
+                false => {
+                    format!("{n_cells} values, but {} has {} columns", head.what, names.len())
+                }
+            };
+            return Err(cloud.wrong_row(place(), (found, row_help)));
+        }
+        let sphere = rows.sphere(|column| lines.cell(column)).map_err(|(found, advice)| {
+            cloud.wrong_row(place(), (found, advice.unwrap_or(row_help)))
+        })?;
+        cloud.push(sphere, place)?;
+    }
+    if rows.has_commas.get() {
+        cloud.note("commas in its numbers are read as decimal points");
+    }
+    if let Some(note) = head.note {
+        cloud.note(note);
+    }
+    let Some((n_rows, line)) = head.n_rows else { return Ok(()) };
+    if cloud.source.table.frame.is_none() {
+        while let Some(rest) = lines.next(cloud)? {
+            if !rest.trim_ascii().is_empty() {
+                return Err(cloud.wrong(
+                    format!(
+                        "the file goes on behind the {n_rows} atoms that line {line} tells of"
+                    ),
+                    "correct that line; of several steps of a simulation, choose one by `frame = 0` \
+                     (the first), or save one",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Head {
+    fn cut_off(&self, cloud: &Reading, n_read: usize) -> Stop {
+        let (n_rows, line) = self.n_rows.unwrap_or_default();
+        cloud.wrong(
+            format!("line {line} tells of {n_rows} atoms, but the file ends after {n_read}"),
+            "is the file cut off? if not, correct that line",
+        )
+    }
+}
+
+/// Bytes that are read at once.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// The lines of a file, one at a time.
+pub(super) struct Lines<'c> {
+    reader: BufReader<Watched<'c>>,
+    line: Vec<u8>,
+    /// True where `line` is still to be read.
+    is_next: bool,
+    /// Lines read so far, the present one included: its number, counted from 1.
+    pub n_read: u64,
+    /// Where the cells of the present row are.
+    cells: Vec<Range<usize>>,
+    help: &'static str,
+}
+
+impl<'c> Lines<'c> {
+    fn new(file: Watched<'c>, help: &'static str) -> Lines<'c> {
+        let reader = BufReader::with_capacity(BUFFER_BYTES, file);
+        Lines { reader, line: Vec::new(), is_next: false, n_read: 0, cells: Vec::new(), help }
+    }
+
+    /// The next line, or `None` at the end.
+    pub fn next(&mut self, cloud: &Reading) -> Result<Option<&[u8]>, Stop> {
+        if !std::mem::take(&mut self.is_next) {
+            self.line.clear();
+            if !self.read_on(cloud)? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(&self.line))
+    }
+
+    /// The next line as text, without white space around it.
+    pub fn text(&mut self, cloud: &Reading) -> Result<Option<String>, Stop> {
+        Ok(self.next(cloud)?.map(|line| String::from_utf8_lossy(line).trim().to_owned()))
+    }
+
+    /// Makes this the next line, in place of the present one.
+    pub fn put_back(&mut self, line: Vec<u8>) {
+        (self.line, self.is_next) = (line, true);
+    }
+
+    /// Adds a line to the present one; false at the end of the file.
+    fn read_on(&mut self, cloud: &Reading) -> Result<bool, Stop> {
+        let n_before = self.line.len();
+        let n_left = MAX_LINE_BYTES - n_before as u64;
+        let read = (&mut self.reader).take(n_left).read_until(b'\n', &mut self.line);
+        read.map_err(|error| cloud.failed(&error))?;
+        self.n_read += 1;
+        if self.line.len() as u64 == MAX_LINE_BYTES {
+            let (line, most) = (self.n_read, MAX_LINE_BYTES >> 20);
+            let found = format!("line {line}: the line is longer than {most} MiB");
+            return Err(cloud.wrong(found, self.help));
+        }
+        Ok(self.line.len() > n_before)
+    }
+
+    /// Reads a row, and gives the number of its first line; `None` at the end. A cell that begins with a
+    /// quote ends with one, lines later maybe, where there may be quotes.
+    pub fn row(
+        &mut self,
+        cloud: &Reading,
+        separator: u8,
+        has_quotes: bool,
+    ) -> Result<Option<u64>, Stop> {
+        if self.next(cloud)?.is_none() {
+            return Ok(None);
+        }
+        let number = self.n_read;
+        let has_words = separator == b' ';
+        let separates = |byte: u8| byte == separator || (has_words && byte.is_ascii_whitespace());
+        self.cells.clear();
+        let (mut at, mut start, mut is_quoted) = (0, 0, false);
+        loop {
+            while let Some(&byte) = self.line.get(at) {
+                // Two of them in a row are one within the quotes.
+                let may_be_quote = is_quoted || at == start || self.line[at - 1] == b'"';
+                if has_quotes && byte == b'"' && may_be_quote {
+                    is_quoted = !is_quoted;
+                } else if !is_quoted && separates(byte) {
+                    if !has_words || start < at {
+                        self.cells.push(start..at);
+                    }
+                    start = at + 1;
+                }
+                at += 1;
+            }
+            if !is_quoted || !self.read_on(cloud)? {
+                break;
+            }
+        }
+        if !has_words || start < at {
+            self.cells.push(start..at);
+        }
+        Ok(Some(number))
+    }
+
+    /// The cells of the present row as text.
+    pub fn cells(&self) -> Vec<String> {
+        let text = |column| String::from_utf8_lossy(self.cell(column)).trim().to_owned();
+        (0..self.cells.len()).map(text).collect()
+    }
+
+    /// A cell of the present row, without quotes and white space around it; nothing where it lacks.
+    fn cell(&self, column: usize) -> &[u8] {
+        let Some(place) = self.cells.get(column) else { return &[] };
+        let cell = self.line[place.clone()].trim_ascii();
+        let quoted = cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\""));
+        quoted.unwrap_or(cell)
+    }
+
+    /// The number of atoms that the present line tells, as `text`.
+    pub fn n_atoms(&self, cloud: &Reading, text: &str) -> Result<(usize, u64), Stop> {
+        let line = self.n_read;
+        let found = || format!("line {line}: {:?} is not a number of atoms", quoted(text));
+        let n_atoms = text.parse().map_err(|_| cloud.wrong(found(), self.help))?;
+        Ok((n_atoms, line))
+    }
+}
+
 /// What is wrong in a row, with advice where that of the file's kind doesn't do.
-pub(super) type Wrong = (String, Option<&'static str>);
+type Wrong = (String, Option<&'static str>);
 
 /// Words for a number that is missing, in lower case, besides `nan`.
 const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "-"];
 
 /// Makes spheres of rows of cells.
-pub(super) struct TextRows {
-    pub layout: Layout,
-    pub template: Template,
+struct Rows {
+    layout: Layout,
+    template: Template,
     elements: Elements,
+    scale: Option<[[f64; 2]; 3]>,
     /// True where no comma stands between cells, so that one may stand in a number.
     may_have_commas: bool,
     /// True once a comma stood in a number.
-    pub has_commas: Cell<bool>,
+    has_commas: Cell<bool>,
 }
 
-impl TextRows {
-    pub fn new(layout: Layout, template: Template, may_have_commas: bool) -> TextRows {
-        let elements = match layout.element {
-            Some(_) => Elements::new(),
-            None => Elements::default(),
-        };
-        TextRows { layout, template, elements, may_have_commas, has_commas: Cell::new(false) }
+impl Rows {
+    fn new(layout: Layout, template: Template, head: &Head) -> Rows {
+        Rows {
+            elements: layout.element.map_or_else(Elements::default, |_| Elements::new()),
+            layout,
+            template,
+            scale: head.scale,
+            may_have_commas: head.separator != b',',
+            has_commas: Cell::new(false),
+        }
     }
 
     /// The sphere of a row, and its colour as the file has it: numbers of whatever scale, or what
-    /// it is coloured by. A cell that lacks is empty.
-    pub fn sphere<'r>(
-        &self,
-        cell: impl Fn(usize) -> Option<&'r [u8]>,
-    ) -> Result<(Sphere, Color), Wrong> {
-        let cell = |column: usize| cell(column).unwrap_or_default();
+    /// it is coloured by.
+    fn sphere<'r>(&self, cell: impl Fn(usize) -> &'r [u8]) -> Result<(Sphere, Color), Wrong> {
         let number = |column: usize| self.number(cell(column)).map_err(|found| (found, None));
         let layout = &self.layout;
         let Template { mut sphere, color } = self.template;
         let mut color = color.unwrap_or_default();
         for (axis, &column) in layout.center.iter().enumerate() {
-            sphere.center[axis] = number(column)?;
+            let number = number(column)?;
+            sphere.center[axis] = match self.scale {
+                Some(ends) => ends[axis][0] + number * (ends[axis][1] - ends[axis][0]),
+                None => number,
+            };
         }
         if let Some(column) = layout.radius {
             sphere.radius = layout.radius_factor * number(column)?;
@@ -57,15 +326,10 @@ impl TextRows {
         if let Some(column) = layout.element {
             let [gives_radius, gives_color] = layout.element_gives;
             let symbol = String::from_utf8_lossy(cell(column));
-            let element = self.elements.get(symbol.trim()).ok_or_else(|| {
-                (
-                    format!(
-                        "no {} is known of an element {:?}",
-                        if gives_radius { "radius" } else { "colour" },
-                        quoted(symbol.trim())
-                    ),
-                    Some(UNKNOWN_ELEMENT),
-                )
+            let element = self.elements.get(&symbol).ok_or_else(|| {
+                let what = if gives_radius { "radius" } else { "colour" };
+                let found = format!("no {what} is known of an element {:?}", quoted(&symbol));
+                (found, Some(UNKNOWN_ELEMENT))
             })?;
             if gives_radius {
                 sphere.radius = element.radius;
@@ -75,22 +339,20 @@ impl TextRows {
             }
         }
         for (part, &column) in layout.color_by.iter().enumerate() {
-            let cell = cell(column);
-            color.0[part] = match number(column) {
-                Ok(number) => number,
-                Err(_) if is_missing(cell) => f64::NAN,
-                Err(wrong) => return Err(wrong),
+            let axis = layout.center.iter().position(|&center| center == column);
+            color.0[part] = match (axis, number(column)) {
+                // In the scene, where it is scaled in the file.
+                (Some(axis), _) => sphere.center[axis],
+                (None, Ok(number)) => number,
+                (None, Err(_)) if is_missing(cell(column)) => f64::NAN,
+                (None, Err(wrong)) => return Err(wrong),
             };
         }
         Ok((sphere, color))
     }
 
     fn number(&self, cell: &[u8]) -> Result<f64, String> {
-        let text = std::str::from_utf8(cell).ok();
-        if let Some(number) = text.and_then(|text| text.parse().ok()) {
-            return Ok(number);
-        }
-        let text = text.map(str::trim);
+        let text = std::str::from_utf8(cell).ok().map(str::trim);
         if let Some(number) = text.and_then(|text| text.parse().ok()) {
             return Ok(number);
         }
@@ -104,8 +366,7 @@ impl TextRows {
 }
 
 fn is_missing(cell: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(cell).trim().to_lowercase();
-    MISSING.contains(&&text[..])
+    MISSING.contains(&&String::from_utf8_lossy(cell).trim().to_lowercase()[..])
 }
 
 const UNKNOWN_ELEMENT: &str = "an atom begins with its symbol in the periodic table, e.g. C, N or Fe; \

@@ -1,33 +1,19 @@
 //! A file that counts what is read from it and can be stopped.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 
 use crate::control::Control;
 
-/// Counts bytes into a [`Control`], and fails once that is cancelled or more is read than is
-/// allowed.
+/// Counts bytes into a [`Control`], and fails once that is cancelled.
 pub(crate) struct Watched<'c> {
     file: File,
     control: &'c Control,
-    /// Bytes that may be read until [`Watched::allow`] is called again.
-    allowed: Cell<u64>,
 }
 
 impl<'c> Watched<'c> {
     pub fn new(file: File, control: &'c Control) -> Watched<'c> {
-        Watched { file, control, allowed: Cell::new(u64::MAX) }
-    }
-
-    /// From here on, `n_bytes` may be read.
-    pub fn allow(&self, n_bytes: u64) {
-        self.allowed.set(n_bytes);
-    }
-
-    /// True where all that was allowed has been read.
-    pub fn is_used_up(&self) -> bool {
-        self.allowed.get() == 0
+        Watched { file, control }
     }
 
     /// Goes through the file once and back to its start: the number of its line breaks, or of those
@@ -53,13 +39,7 @@ impl Read for Watched<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         // Not as `ErrorKind::Interrupted`, upon which callers would read again.
         self.control.check().map_err(io::Error::other)?;
-        let allowed = self.allowed.get();
-        if allowed == 0 && !bytes.is_empty() {
-            return Err(io::Error::other("more than is allowed"));
-        }
-        let n_at_most = bytes.len().min(usize::try_from(allowed).unwrap_or(usize::MAX));
-        let n = self.file.read(&mut bytes[..n_at_most])?;
-        self.allowed.set(allowed - n as u64);
+        let n = self.file.read(bytes)?;
         self.control.advance_bytes(n as u64);
         Ok(n)
     }

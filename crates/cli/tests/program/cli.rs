@@ -224,44 +224,6 @@ fn standard_output_takes_a_picture() {
 }
 
 #[test]
-fn wrong_usage_exits_2_and_says_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let (scene, png, exr) = (scene("figure1"), file(&folder, "a.png"), file(&folder, "a.exr"));
-    let jpg = file(&folder, "a.jpg");
-    let render = ["render", &scene, "--device", "cpu", "-o"];
-    let cases: [(&[&str], &str); 18] = [
-        (&[], "Usage"),
-        (&["rendr"], "render"),
-        (&["render", &scene], "--output"),
-        (&[&png, "--size", "0x5"], "1920x1080"),
-        (&[&png, "--size", "12"], "1920x1080"),
-        (&[&png, "--crop", "1,2,3"], "100,50,640,360"),
-        (&[&png, "--size", "20x20", "--crop", "10,10,11,5"], "picture of 20x20 pixels"),
-        (&[&png, "--kernel", "magic"], "stable"),
-        (&[&png, "--format", "exr"], "--format"),
-        (&[&png, "--certificates"], ".exr or .npy"),
-        (&[&png, "--bits", "12"], "8, 16"),
-        (&[&exr, "--bits", "16"], "32-bit floats"),
-        (&[&png, "--repeat", "2"], "--json"),
-        (&[&png, "-q", "-v"], "--verbose"),
-        (&[&jpg], ".png, .exr, .ppm or .npy"),
-        (&["-"], "--format png|exr|ppm|npy"),
-        (&["-", "--format", "ppm", "--json"], "standard output"),
-        (&["man", "rendr"], "--help"),
-    ];
-    for (args, expected) in cases {
-        let whole = match args.first() {
-            None | Some(&("rendr" | "render" | "man")) => args.to_vec(),
-            _ => [&render[..], args].concat(),
-        };
-        let ran = run(&whole, 2);
-        assert!(ran.stderr.contains(expected), "{whole:?}: {}", ran.stderr);
-        assert_eq!(ran.stdout, b"", "{whole:?}");
-    }
-    assert!(names(folder.path()).is_empty());
-}
-
-#[test]
 fn a_wrong_scene_exits_3_with_its_place_and_touches_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (wrong, out) = (file(&folder, "wrong.toml"), file(&folder, "out.png"));

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 use kugelblitz_tests::text_of;
 
-use crate::program::{Ran, ends, program, run, scene_file};
+use crate::program::{Ran, ends, program, scene_file};
 
 /// A picture and what was said of it.
 struct Drawn {
@@ -227,29 +227,6 @@ fn the_legend_is_told_and_goes_not_into_a_pipe() {
 }
 
 #[test]
-fn what_has_no_use_is_refused_and_no_file_is_made() {
-    let scene = scene_file("figure5");
-    let folder = tempfile::tempdir().unwrap();
-    for (output, more, says) in [
-        ("a.exr", vec![], ".png or .ppm"),
-        ("a.npy", vec![], ".png or .ppm"),
-        ("a.png", vec!["--bits", "16"], "--bits"),
-        ("a.png", vec!["--transparent"], "--transparent"),
-        ("a.png", vec!["--samples", "2"], "--samples"),
-        ("a.png", vec!["--kernel", "stable", "--epsilon", "1e-3"], "--epsilon"),
-        ("a.png", vec!["--json", "--repeat", "2"], "--repeat"),
-    ] {
-        let args = [&["render", &scene, "-o", output, "--show", "depth"][..], &more].concat();
-        let ran = in_folder(&folder, &args, 2);
-        assert!(ran.stderr.contains(says), "{more:?}: {}", ran.stderr);
-        assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
-    }
-    let misspelt = in_folder(&folder, &["render", &scene, "-o", "a.png", "--show", "dept"], 2);
-    assert!(misspelt.stderr.contains("'depth'"), "{}", misspelt.stderr);
-    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
-}
-
-#[test]
 fn the_guide_has_every_mode() {
     let guide = text_of("docs/guide/src/window.md");
     for show in Show::ALL {
@@ -258,10 +235,4 @@ fn the_guide_has_every_mode() {
     for entry in Entry::all(Show::Discriminant, None).iter().take(3) {
         assert!(guide.contains(&entry.meaning), "{}", entry.meaning);
     }
-}
-
-#[test]
-fn a_missing_display_is_in_the_exit_codes() {
-    let help = run(&["--help"], 0);
-    assert!(help.text().contains("no suitable adapter, or no display"), "{}", help.text());
 }
