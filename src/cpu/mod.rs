@@ -19,6 +19,9 @@ use crate::prepare::Prepared;
 use crate::rays::{Pixels, Ray, Rays};
 use crate::trace::{Hits, Level, Mixed, SampleIds, StageCounts, Timing, Wants, resize};
 
+/// Rays among which open ones are looked for at once.
+const LOOKED_AT: usize = 256;
+
 /// Rays that one thread takes at a time from a list.
 const RAYS_PER_PART: usize = 4096;
 
@@ -219,10 +222,11 @@ impl Stages<'_> {
 
         open.clear();
         // Hardly a part of a picture has one.
-        if ids.contains(&OPEN) {
-            open.extend(
-                (first as u32..).zip(&*ids).filter(|&(_, &id)| id == OPEN).map(|(ray, _)| ray),
-            );
+        for (start, ids) in (first as u32..).step_by(LOOKED_AT).zip(ids.chunks(LOOKED_AT)) {
+            if ids.contains(&OPEN) {
+                let rays = (start..).zip(ids).filter(|&(_, &id)| id == OPEN);
+                open.extend(rays.map(|(ray, _)| ray));
+            }
         }
         if let Rays::List(all) = self.rays {
             let (start, counted) = (first as u32, &all[first..][..ids.len()]);

@@ -55,9 +55,8 @@ impl Aim {
     /// to the right, and to the top.
     #[inline(always)]
     fn corners(&self, [left, right]: [f32; 2], [bottom, top]: [f32; 2]) -> [[DVec3; 2]; 2] {
-        let [left, right, bottom, top] = [left, right, bottom, top].map(f64::from);
-        let (a, b) = (self.right_step * left, self.right_step * right);
-        let (c, d) = (self.true_up_step * bottom, self.true_up_step * top);
+        let (a, b) = (self.right_step * f64::from(left), self.right_step * f64::from(right));
+        let (c, d) = (self.true_up_step * f64::from(bottom), self.true_up_step * f64::from(top));
         let (low, high) = (a.min(b) + c.min(d), a.max(b) + c.max(d));
         let moved = |at: DVec3| {
             // Of a step two roundings, of a product one, of a sum two, of the position one: half of it would do.
@@ -96,6 +95,17 @@ struct Sight<'a> {
 /// Lanes of a pack: pixels of a square of four by four.
 const LANES: usize = 16;
 const SIDE: u32 = 4;
+
+/// Columns and rows of a pack's pixels, one after the other: in rows, which are written quickly,
+const BY_ROWS: [[u32; LANES]; 2] = [
+    [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3],
+    [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3],
+];
+/// or in squares of two by two, so that four pixels with their samples are a square, too.
+const BY_SQUARES: [[u32; LANES]; 2] = [
+    [0, 1, 0, 1, 2, 3, 2, 3, 0, 1, 0, 1, 2, 3, 2, 3],
+    [0, 0, 1, 1, 0, 0, 1, 1, 2, 2, 3, 3, 2, 2, 3, 3],
+];
 
 /// Packs that walk together, a square as well.
 const TOGETHER: usize = 4;
@@ -339,6 +349,9 @@ impl<'a> CloudSearch<'a> {
                 let size = [columns.min(width - x), rows.min(height - y)];
                 let of_pixels = self.of_pixels.as_ref().filter(|_| n_passed == 0);
                 self.look_at_square(pixels, [x, y], size, of_pixels, whole, room);
+                if self.n == 1 {
+                    continue;
+                }
                 let n_open = room.index.len() as u32;
                 let n_decided = size[0] * size[1] - n_open;
                 n_passed = match n_passed {
@@ -346,7 +359,7 @@ impl<'a> CloudSearch<'a> {
                     0 => 0,
                     n => n - 1,
                 };
-                if self.n > 1 && !room.index.is_empty() {
+                if !room.index.is_empty() {
                     self.sample(pixels, whole, room, &mut mixed, &mut ids);
                 }
             }
@@ -392,10 +405,19 @@ impl<'a> CloudSearch<'a> {
             None => return room.index.iter().for_each(|&at| whole[at as usize] = OPEN),
         };
         pulp::Arch::new().dispatch(Find { sight: &sight, room });
-        for (&at, &id) in room.index.iter().zip(&room.tile.ids) {
-            whole[at as usize] = id;
+        let side = SIDE as usize;
+        for (places, ids) in room.index.chunks(side).zip(room.tile.ids.chunks(side)) {
+            if places.iter().zip(places[0]..).all(|(&at, next)| at == next) {
+                whole[places[0] as usize..][..places.len()].copy_from_slice(&ids[..places.len()]);
+                continue;
+            }
+            for (&at, &id) in places.iter().zip(ids) {
+                whole[at as usize] = id;
+            }
         }
-        room.index.retain(|&at| whole[at as usize] == OPEN);
+        if self.n > 1 {
+            room.index.retain(|&at| whole[at as usize] == OPEN);
+        }
     }
 
     /// Twice the offset of a pixel's middle from the picture's, in samples, right and up.
@@ -416,6 +438,7 @@ impl<'a> CloudSearch<'a> {
     ) {
         let Room { tile, index, .. } = room;
         let (width, step) = (pixels.width, 2.0 * self.n as f32);
+        let in_order = if self.n == 1 { &BY_ROWS } else { &BY_SQUARES };
         tile.clear();
         let mut packs: [[u32; 2]; TOGETHER] = [[0; 2]; TOGETHER];
         for (k, pack) in (0..).zip(&mut packs) {
@@ -432,15 +455,20 @@ impl<'a> CloudSearch<'a> {
                     let first = (top + y) * width + left + x;
                     let (n_columns, n_rows) = (SIDE.min(columns - x), SIDE.min(rows - y));
                     let (mut places, mut i, mut j) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
-                    let mut n = 0;
-                    for k in 0..LANES as u32 {
-                        // In squares of two by two, so that four pixels with their samples are a square, too.
-                        let (column, row) = (k & 1 | k >> 1 & 2, k >> 1 & 1 | k >> 2 & 2);
-                        if column < n_columns && row < n_rows {
-                            places[n] = first + row * width + column;
-                            i[n] = across + step * column as f32;
-                            j[n] = up - step * row as f32;
-                            n += 1;
+                    for k in 0..LANES {
+                        let [column, row] = [in_order[0][k], in_order[1][k]];
+                        places[k] = first + row * width + column;
+                        i[k] = across + step * column as f32;
+                        j[k] = up - step * row as f32;
+                    }
+                    let mut n = LANES;
+                    if n_columns < SIDE || n_rows < SIDE {
+                        n = 0;
+                        for k in 0..LANES {
+                            if in_order[0][k] < n_columns && in_order[1][k] < n_rows {
+                                (places[n], i[n], j[n]) = (places[k], i[k], j[k]);
+                                n += 1;
+                            }
                         }
                     }
                     index.extend_from_slice(&places[..n]);

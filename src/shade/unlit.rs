@@ -54,7 +54,7 @@ impl Shader {
     /// # Errors
     /// [`Error::Device`] for an id that no object has.
     pub fn shade(&self, ids: &[u32], colors: &mut Colors) -> Result<()> {
-        let largest_id = ids.iter().copied().max().unwrap_or(0);
+        let largest_id = ids.iter().fold(0, |largest, &id| largest.max(id));
         let n_colors = self.palette.len();
         if largest_id as usize >= n_colors {
             return Err(Error::Device(format!(
